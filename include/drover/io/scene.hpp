@@ -1,0 +1,103 @@
+// io/scene.hpp: a scene: the whole of a run as data, read from TOML text.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drover/base/schema.hpp"
+#include "drover/numerics/grid.hpp"
+#include "drover/physics/initial_state.hpp"
+#include "drover/physics/model.hpp"
+
+namespace drover::io {
+
+/// How time advances.
+struct TimeControl {
+    double dt = 0.01;                ///< step [s]
+    double end = 1.0;                ///< [s]
+    std::string stepper = "etdrk2";  ///< a row of numerics::stepper_tables()
+};
+
+/// What is written and when.
+struct Output {
+    std::string file;                 ///< "" : the scene's name with .h5, in the folder where drover runs
+    double frame_every = 1.0;         ///< time between frames [s]; 0: the first and the last alone
+    double sample_every = 0.1;        ///< time between samples of the observables [s]
+    double checkpoint_minutes = 5.0;  ///< wall time between checkpoints
+};
+
+/// How means are taken.
+struct Analysis {
+    double warm_up = -1.0;  ///< time left out at the start [s]; -1: found from the series
+};
+
+/// What does not change the physics, but the seed.
+struct RunControl {
+    std::int64_t seed = 1;
+    int threads = 0;  ///< 0: as many as the process may use and the grid can feed
+};
+
+/// Many runs of one scene.
+struct SweepPlan {
+    std::vector<std::string> vary;  ///< "relaxation.rate = 1, 2, 3" or "relaxation.rate = 1:2:11"
+    int seeds = 1;                  ///< runs at each point
+    std::string ramp = "none";      ///< none, up, up-down
+    int workers = 0;                ///< 0: the cores the process may use
+};
+
+struct Scene {
+    std::string file;                     ///< where it came from, for messages
+    std::map<std::string, Where> places;  ///< of the keys that were given: "time.dt"
+    physics::Model model;
+    numerics::Grid grid;
+    TimeControl time;
+    physics::InitialState initial;
+    Output output;
+    Analysis analysis;
+    RunControl run;
+    SweepPlan sweep;
+};
+
+/// Where a key was given, or the scene's file when it holds its default.
+Where place_of(const Scene& scene, const std::string& key);
+
+/// Throws an input Error, at its place, when keys do not fit each other.
+void check(const Scene& scene);
+
+/// A duration in steps of time.dt; throws an input Error at the place of `key` when it is not a whole number of them.
+std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration);
+
+/// Reads a scene file, then "section.key=value" of each override.  Throws an input Error with file:line:column and a remedy.
+Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {});
+
+/// The same from a text; `name` stands for the file in messages.
+Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides = {});
+
+/// Every key with its value, as TOML that reads back as the same scene.
+std::string resolved_text(const Scene& scene);
+
+/// All a scene may say.
+struct SectionDescription {
+    std::string name;
+    std::string sentence;
+    std::vector<Description> rows;
+};
+std::vector<SectionDescription> scene_schema();
+
+}  // namespace drover::io
+
+namespace drover {
+template <>
+const std::vector<Row<io::TimeControl>>& schema<io::TimeControl>();
+template <>
+const std::vector<Row<io::Output>>& schema<io::Output>();
+template <>
+const std::vector<Row<io::Analysis>>& schema<io::Analysis>();
+template <>
+const std::vector<Row<io::RunControl>>& schema<io::RunControl>();
+template <>
+const std::vector<Row<io::SweepPlan>>& schema<io::SweepPlan>();
+}  // namespace drover

@@ -1,0 +1,49 @@
+// numerics/block.hpp: functions of small real matrices: exponential, phi functions, covariance of noise, its factor.
+#pragma once
+#include <array>
+#include <complex>
+#include <vector>
+
+namespace drover::numerics {
+
+inline constexpr int block_most = 4;
+
+/// A square matrix of at most 4 rows, row by row.
+struct Block {
+    Block() = default;
+    explicit Block(int rows) : size(rows) {}
+    double& operator()(int i, int j) { return values[static_cast<std::size_t>(i * size + j)]; }
+    double operator()(int i, int j) const { return values[static_cast<std::size_t>(i * size + j)]; }
+
+    int size = 0;
+    std::array<double, block_most * block_most> values{};
+};
+
+/// phi_0 = exp, phi_k(z) = sum_n z^n / (n + k)!, of the matrix z = m * dt.
+struct PhiFunctions {
+    Block phi0, phi1, phi2, phi3;
+};
+
+/// Every entry to rounding, however stiff m is: Taylor series on a short interval in extended precision, then the doubling
+/// formulas, exp(z) - 1 being carried instead of exp(z) so that slow modes beside fast ones keep all their digits.
+/// Throws a run Error when a mode grows past the range of numbers in one step.
+/// Source: Hochbruck & Ostermann, Acta Numerica 19, 209 (2010), eq. (2.10); doubling: Skaflestad & Wright,
+/// Appl. Numer. Math. 59, 783 (2009).
+PhiFunctions phi_functions(const Block& m, double dt);
+
+/// Covariance of the increment over dt of da = m a dt + noise of covariance q dt: integral of exp(m s) q exp(m s)^T
+/// over 0 < s < dt.  q symmetric, semi-definite.  Any dt >= 0; throws as phi_functions.
+Block noise_covariance(const Block& m, const Block& q, double dt);
+
+/// The rates of the modes of da/dt = m a, in no order.
+std::vector<std::complex<double>> eigenvalues(const Block& m);
+
+/// Stationary covariance s of the same process: m s + s m^T + q = 0.  Throws a run Error unless every mode decays.
+Block stationary_covariance(const Block& m, const Block& q);
+
+/// f with f f^T = c, for a covariance c that may be only semi-definite: each variable is scaled by its own deviation,
+/// the largest remaining variance is eliminated first, and elimination ends where only rounding is left.
+/// Throws a run Error if c has a negative variance or a negative direction beyond rounding.
+Block factor(const Block& c);
+
+}  // namespace drover::numerics

@@ -1,0 +1,54 @@
+// numerics/field.hpp: sets of fields on a grid, in real space and as Fourier coefficients.
+#pragma once
+#include <complex>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "drover/numerics/grid.hpp"
+
+namespace drover::numerics {
+
+using Complex = std::complex<double>;
+
+/// Which fields a system has: scalars first, then the vectors, each as its x and its y component.
+struct Layout {
+    int scalars = 0;
+    int vectors = 0;
+};
+
+inline int components(const Layout& layout) { return layout.scalars + 2 * layout.vectors; }
+inline bool operator==(const Layout& a, const Layout& b) { return a.scalars == b.scalars && a.vectors == b.vectors; }
+
+/// `components` real arrays [y][x], one after the other.
+struct Fields {
+    Fields() = default;
+    Fields(const Grid& grid, int components)
+        : size(points(grid)), values(size * static_cast<std::size_t>(components), 0.0) {}
+    std::span<double> operator[](int c) { return {values.data() + size * static_cast<std::size_t>(c), size}; }
+    std::span<const double> operator[](int c) const {
+        return {values.data() + size * static_cast<std::size_t>(c), size};
+    }
+    int count() const { return size == 0 ? 0 : static_cast<int>(values.size() / size); }
+
+    std::size_t size = 0;  ///< points of one component
+    std::vector<double> values;
+};
+
+/// Fourier coefficients of `components` real fields: a(r) = sum_q a_q exp(i q.r), so that a_0 is the mean.
+/// Arrays [row][column] of the grid's spectral shape, one after the other.
+struct Spectra {
+    Spectra() = default;
+    Spectra(const Grid& grid, int components)
+        : size(modes(grid)), values(size * static_cast<std::size_t>(components), Complex(0.0)) {}
+    std::span<Complex> operator[](int c) { return {values.data() + size * static_cast<std::size_t>(c), size}; }
+    std::span<const Complex> operator[](int c) const {
+        return {values.data() + size * static_cast<std::size_t>(c), size};
+    }
+    int count() const { return size == 0 ? 0 : static_cast<int>(values.size() / size); }
+
+    std::size_t size = 0;  ///< modes of one component
+    std::vector<Complex> values;
+};
+
+}  // namespace drover::numerics

@@ -1,0 +1,49 @@
+// numerics/grid.hpp: the periodic grid, its wavevectors, and which of them are kept.
+#pragma once
+#include <cstddef>
+
+#include "drover/base/schema.hpp"
+
+namespace drover::numerics {
+
+/// A periodic rectangle.  Real arrays are [y][x], x fastest.  Spectral arrays are those of the real-to-complex transform:
+/// [ny][nx/2 + 1], column i the mode number i along x, row j the mode number j or j - ny along y.
+struct Grid {
+    int nx = 256;      ///< points along x, even, >= 4
+    int ny = 256;      ///< points along y, even, >= 4
+    double lx = 64.0;  ///< side along x [mm]
+    double ly = 64.0;  ///< side along y [mm]
+};
+
+struct Wavevector {
+    double x = 0.0, y = 0.0;  ///< [1/mm]
+};
+
+inline std::size_t points(const Grid& grid) {
+    return static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny);
+}
+inline std::size_t columns(const Grid& grid) { return static_cast<std::size_t>(grid.nx / 2 + 1); }
+inline std::size_t modes(const Grid& grid) { return columns(grid) * static_cast<std::size_t>(grid.ny); }
+inline double area(const Grid& grid) { return grid.lx * grid.ly; }
+
+/// Signed mode number of row j: 0, 1, ..., ny/2 - 1, -ny/2, ..., -1.
+inline int mode_number_y(const Grid& grid, std::size_t j) {
+    const int row = static_cast<int>(j);
+    return row < grid.ny / 2 ? row : row - grid.ny;
+}
+
+Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t row);
+
+/// Whether a mode of a product of `degree` factors is free of aliases: |k| < N/(degree + 1) on each axis.  With degree 1
+/// this leaves out the Nyquist modes alone, whose odd derivatives have no real field.
+bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row);
+
+/// Throws an input Error unless the grid is one: even sizes >= 4, positive finite sides.
+void check(const Grid& grid, const PlaceOf& place = nowhere);
+
+}  // namespace drover::numerics
+
+namespace drover {
+template <>
+const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>();
+}  // namespace drover

@@ -1,0 +1,37 @@
+// numerics/stepper_table.hpp: exponential Runge-Kutta methods as tables of coefficients.
+#pragma once
+#include <span>
+#include <string>
+#include <vector>
+
+namespace drover::numerics {
+
+/// weight * phi_order(at * dt * L).
+struct PhiTerm {
+    double weight = 0.0;
+    int order = 1;    ///< 1, 2 or 3
+    double at = 1.0;  ///< fraction of the step
+};
+
+/// One stage: a_i = exp(c dt L) a + dt sum_j (sum of terms[j]) N(t + c_j dt, a_j), j < i.
+struct StepperStage {
+    double c = 0.0;                           ///< where in the step, 0 to 1
+    std::vector<std::vector<PhiTerm>> terms;  ///< one list for each earlier stage
+};
+
+/// One method.  The last stage is the new state: its c is 1.  With noise, a stage at c has the noise of the
+/// time from t to t + c dt in it, exact for the linear system; the rate at c = 0 is taken before any.
+struct StepperTable {
+    std::string name;
+    int order = 1;  ///< of the error without noise
+    std::string citation;
+    std::vector<StepperStage> stages;  ///< stages[0]: the second; the first is the old state itself
+};
+
+/// All methods known.
+std::span<const StepperTable> stepper_tables();
+
+/// The method of that name; throws an input Error that lists the names.
+const StepperTable& stepper_table(const std::string& name);
+
+}  // namespace drover::numerics

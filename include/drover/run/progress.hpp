@@ -1,0 +1,26 @@
+// run/progress.hpp: how far a run is, on standard error: one live line on a terminal, a line now and then elsewhere.
+#pragma once
+#include <chrono>
+#include <cstdint>
+
+namespace drover::run {
+
+class Progress {
+public:
+    /// From step `first` to step `last`; `dt` [s] for the time shown.  Quiet: says nothing.
+    Progress(std::int64_t first, std::int64_t last, double dt, bool quiet);
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+
+    void report(std::int64_t step);
+
+private:
+    using Clock = std::chrono::steady_clock;
+    std::int64_t first_, last_;
+    double dt_;
+    bool quiet_, terminal_, shown_ = false;
+    Clock::time_point start_, next_;
+};
+
+}  // namespace drover::run

@@ -1,0 +1,13 @@
+// run/provenance.hpp: where an output came from, as the root attributes of its archive.
+#pragma once
+#include <vector>
+
+#include "drover/io/archive.hpp"
+#include "drover/io/scene.hpp"
+
+namespace drover::run {
+
+/// Version, commit, resolved scene, seed, library versions, threads, host and start time.
+std::vector<io::Attribute> provenance(const io::Scene& scene, int threads);
+
+}  // namespace drover::run

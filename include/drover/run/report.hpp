@@ -1,0 +1,40 @@
+// run/report.hpp: what a recorded run says, beside the linear theory of the same grid, shells and boxes.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/io/archive.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/measure/summary.hpp"
+
+namespace drover::run {
+
+/// Linear theory under the name of the observable that it predicts; not-a-number where it says nothing.
+struct Prediction {
+    std::string name;
+    std::vector<double> values;
+};
+
+struct Report {
+    io::Scene scene;
+    measure::Setting setting;
+    measure::Summary summary;
+    std::vector<Prediction> predictions;
+    std::string no_prediction;  ///< why there is none: "" when there is
+    double time = 0.0;          ///< of the last sample [s]
+};
+
+/// Reads the observables of an archive.  Throws an input Error if it is not an archive of a run of fields.
+Report make_report(const io::ArchiveReader& archive);
+
+/// The prediction of a name; nullptr when there is none.
+const Prediction* find_prediction(const Report& report, const std::string& name);
+
+/// As the group /summary of an archive: for each result its mean and, as <name>_error, <name>_autocorrelation_time and
+/// <name>_linear, what belongs to it; not-a-number where an error was refused.
+io::ResultTable result_table(const Report& report);
+
+/// For people: scalars, structure factors and number fluctuations, each beside its prediction.
+std::string report_text(const Report& report);
+
+}  // namespace drover::run

@@ -1,0 +1,64 @@
+// run/sweep.hpp: many runs of one scene: a grid of parameters, seeds, or a ramp that carries the state, into one table.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "drover/io/scene.hpp"
+#include "drover/measure/statistics.hpp"
+
+namespace drover::run {
+
+/// One run of a sweep.
+struct SweepRun {
+    std::string name;                    ///< of its archive in the sweep's folder, without .h5
+    std::size_t point = 0;               ///< row of the table
+    std::vector<std::string> overrides;  ///< of the scene
+};
+
+/// One row of the table.
+struct SweepPoint {
+    std::vector<double> values;  ///< of the varied keys
+    std::string branch;          ///< "up" or "down" on a ramp, else ""
+};
+
+/// What a sweep will do.  Runs of one chain follow each other; chains are independent.
+struct SweepLayout {
+    std::vector<std::string> keys;
+    std::vector<SweepPoint> points;
+    std::vector<std::vector<SweepRun>> chains;
+};
+
+/// Throws an input Error, at the place of sweep.vary, for a text that is not "key = a, b, c" or "key = a:b:n", a ramp of
+/// more than one key, or a value that the scene refuses.
+SweepLayout plan_sweep(const io::Scene& scene);
+
+/// Results of one row: the mean over its seeds.
+struct SweepRow {
+    SweepPoint point;
+    int seeds = 0;  ///< runs that ended
+    std::vector<measure::Estimate> estimates;
+};
+
+struct SweepTable {
+    std::vector<std::string> keys;
+    std::vector<std::string> names, units;  ///< of the estimates
+    std::vector<SweepRow> rows;
+};
+
+struct SweepOutcome {
+    SweepTable table;
+    std::size_t runs = 0, already_done = 0, failed = 0;
+    bool stopped = false;
+};
+
+/// Runs what is not done yet in `folder`, which keeps one archive a run and the sweep's scene: given again after a stop, it goes on.
+/// Writes table.csv there.  Throws an input Error if the folder holds another sweep.
+SweepOutcome run_sweep(const io::Scene& scene, const std::filesystem::path& folder, bool quiet);
+
+/// For people.
+std::string table_text(const SweepTable& table);
+/// With a heading line; means and errors in columns of their own, an error that was refused left empty.
+std::string table_csv(const SweepTable& table);
+
+}  // namespace drover::run

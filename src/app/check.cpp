@@ -1,0 +1,32 @@
+// app/check.cpp: drover check SCENE.
+#include <cstdio>
+#include <memory>
+
+#include "command.hpp"
+#include "drover/run/sweep.hpp"
+
+namespace drover::app {
+
+void add_check(CLI::App& program, Action& action) {
+    struct Options : SceneOptions {
+        bool resolved = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command =
+        program.add_subcommand("check", "read a scene and see that this machine can run it; runs nothing");
+    add_scene_options(*command, *options);
+    add_output_options(*command, *options);
+    command->add_flag("--resolved", options->resolved, "print every key with its value, as TOML");
+    command->callback([options, &action] {
+        action = [options] {
+            const io::Scene scene = scene_of(*options);
+            run::check_needs(scene, {.overwrite = true, .quiet = true});
+            if (!scene.sweep.vary.empty()) run::plan_sweep(scene);
+            if (options->resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
+            else std::printf("%s: good\n", options->scene.c_str());
+            return run::exit_done;
+        };
+    });
+}
+
+}  // namespace drover::app

@@ -1,0 +1,37 @@
+// app/restart.cpp: drover restart ARCHIVE.
+#include <memory>
+
+#include "command.hpp"
+
+namespace drover::app {
+
+void add_restart(CLI::App& program, Action& action) {
+    struct Options {
+        std::string archive;
+        std::vector<std::string> overrides;
+        int threads = 0;
+        bool json = false, quiet = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command =
+        program.add_subcommand("restart", "go on with a run from its newest whole checkpoint, to the same bytes");
+    command->add_option("archive", options->archive, "the archive of the run, such as isotropic.h5")->required();
+    command->add_option("--set", options->overrides, "time.end=..., output.checkpoint_minutes=... or run.threads=...")
+        ->type_name("KEY=VALUE");
+    command
+        ->add_option("--threads", options->threads, "threads, in place of run.threads; the results are the same bytes")
+        ->check(CLI::PositiveNumber);
+    command->add_flag("--json", options->json, "results as JSON");
+    command->add_flag("-q,--quiet", options->quiet, "no log and no progress");
+    command->callback([options, &action] {
+        action = [options] {
+            std::vector<std::string> overrides = options->overrides;
+            if (options->threads > 0) overrides.push_back(text("run.threads={}", options->threads));
+            return print_outcome(run::restart_run(options->archive, overrides,
+                                                  {.overwrite = false, .quiet = options->quiet}),
+                                 options->json);
+        };
+    });
+}
+
+}  // namespace drover::app

@@ -1,0 +1,73 @@
+// app/schema.cpp: drover schema.
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "command.hpp"
+
+namespace drover::app {
+
+namespace {
+nlohmann::json value_json(const Value& value) {
+    return std::visit([](const auto& held) { return nlohmann::json(held); }, value);
+}
+
+nlohmann::json row_json(const Description& row) {
+    nlohmann::json result{{"name", row.name},
+                          {"type", type_text(row.standard)},
+                          {"default", value_json(row.standard)},
+                          {"sentence", row.sentence}};
+    if (!row.unit.empty()) result["unit"] = row.unit;
+    if (std::isfinite(row.range.least)) result[row.range.least_open ? "more_than" : "least"] = row.range.least;
+    if (std::isfinite(row.range.most)) result["most"] = row.range.most;
+    if (!row.choices.empty()) result["choices"] = row.choices;
+    return result;
+}
+
+void print(const std::vector<io::SectionDescription>& sections) {
+    std::printf("# Plain numbers are in mm, s and mg.\n");
+    for (const io::SectionDescription& section : sections) {
+        std::printf("\n[%s]  # %s\n", section.name.c_str(), section.sentence.c_str());
+        for (const Description& row : section.rows) {
+            std::string allowed = type_text(row.standard);
+            if (std::isfinite(row.range.least))
+                allowed += text(" {} {}", row.range.least_open ? ">" : ">=", row.range.least);
+            if (std::isfinite(row.range.most)) allowed += text(" <= {}", row.range.most);
+            if (!row.choices.empty()) allowed = joined(row.choices, " | ");
+            if (!row.unit.empty()) allowed += " [" + row.unit + "]";
+            std::printf("%s = %s  # %s\n    # %s\n", row.name.c_str(), toml_text(row.standard).c_str(), allowed.c_str(),
+                        row.sentence.c_str());
+        }
+    }
+}
+}  // namespace
+
+void add_schema(CLI::App& program, Action& action) {
+    struct Options {
+        bool json = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command =
+        program.add_subcommand("schema", "all that a scene may say: types, units, ranges, defaults, meaning");
+    command->add_flag("--json", options->json, "as JSON");
+    command->callback([options, &action] {
+        action = [options] {
+            const std::vector<io::SectionDescription> sections = io::scene_schema();
+            if (!options->json) {
+                print(sections);
+                return run::exit_done;
+            }
+            nlohmann::json result = nlohmann::json::array();
+            for (const io::SectionDescription& section : sections) {
+                nlohmann::json rows = nlohmann::json::array();
+                for (const Description& row : section.rows) rows.push_back(row_json(row));
+                result.push_back({{"name", section.name}, {"sentence", section.sentence}, {"rows", rows}});
+            }
+            std::puts(result.dump(2).c_str());
+            return run::exit_done;
+        };
+    });
+}
+
+}  // namespace drover::app

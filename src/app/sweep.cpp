@@ -1,0 +1,85 @@
+// app/sweep.cpp: drover sweep SCENE.
+#include "drover/run/sweep.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "command.hpp"
+#include "drover/base/log.hpp"
+
+namespace drover::app {
+
+namespace {
+nlohmann::json table_json(const run::SweepTable& table) {
+    nlohmann::json rows = nlohmann::json::array();
+    for (const run::SweepRow& row : table.rows) {
+        nlohmann::json entry{{"seeds", row.seeds}};
+        if (!row.point.branch.empty()) entry["branch"] = row.point.branch;
+        for (std::size_t k = 0; k < table.keys.size(); ++k) entry[table.keys[k]] = row.point.values[k];
+        for (std::size_t i = 0; i < row.estimates.size(); ++i) {
+            const measure::Estimate& estimate = row.estimates[i];
+            nlohmann::json result{{"mean", estimate.mean}, {"error", nullptr}, {"unit", table.units[i]}};
+            if (!std::isfinite(estimate.mean)) result["mean"] = nullptr;
+            if (estimate.error) result["error"] = *estimate.error;
+            else result["refusal"] = estimate.refusal;
+            entry[table.names[i]] = std::move(result);
+        }
+        rows.push_back(std::move(entry));
+    }
+    return rows;
+}
+}  // namespace
+
+void add_sweep(CLI::App& program, Action& action) {
+    struct Options : SceneOptions {
+        std::vector<std::string> vary;
+        std::string ramp;
+        int seeds = 0, workers = 0;
+        bool json = false, quiet = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command =
+        program.add_subcommand("sweep",
+                               "run a scene over parameters, seeds or a ramp, into one table; given again, it goes on");
+    add_scene_options(*command, *options);
+    command->add_option("-o,--output", options->output, "folder of the sweep; by default the scene's name with .sweep");
+    command
+        ->add_option("--vary", options->vary,
+                     "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"; may be repeated")
+        ->type_name("KEY=VALUES");
+    command->add_option("--seeds", options->seeds, "runs at each point")->check(CLI::PositiveNumber);
+    command->add_option("--ramp", options->ramp, "none, up or up-down: carry the state from point to point");
+    command->add_option("--workers", options->workers, "runs at a time")->check(CLI::PositiveNumber);
+    command->add_flag("--json", options->json, "the table as JSON");
+    command->add_flag("-q,--quiet", options->quiet, "no log");
+    command->callback([options, &action] {
+        action = [options] {
+            std::vector<std::string> overrides = options->overrides;
+            if (!options->vary.empty()) overrides.push_back("sweep.vary=" + toml_text(options->vary));
+            if (!options->ramp.empty()) overrides.push_back("sweep.ramp=" + options->ramp);
+            if (options->seeds > 0) overrides.push_back(text("sweep.seeds={}", options->seeds));
+            if (options->workers > 0) overrides.push_back(text("sweep.workers={}", options->workers));
+            const io::Scene scene = io::read_scene(options->scene, overrides);
+            const std::filesystem::path folder = options->output.empty()
+                                                     ? std::filesystem::path(options->scene).stem().concat(".sweep")
+                                                     : std::filesystem::path(options->output);
+            const run::SweepOutcome outcome = run::run_sweep(scene, folder, options->quiet);
+            if (options->json) std::puts(table_json(outcome.table).dump(2).c_str());
+            else std::fputs(run::table_text(outcome.table).c_str(), stdout);
+            if (!options->json) std::printf("\n%s: all observables\n", (folder / "table.csv").c_str());
+            if (outcome.stopped) {
+                log_information("stopped by a signal after checkpoints; the same command goes on");
+                return run::exit_stopped;
+            }
+            if (outcome.failed > 0) {
+                log_warning("{} jobs failed, see above; the same command tries them again", outcome.failed);
+                return run::exit_run_failed;
+            }
+            return run::exit_done;
+        };
+    });
+}
+
+}  // namespace drover::app

@@ -1,0 +1,42 @@
+// base/log.cpp: the log on standard error, by spdlog.
+#include "drover/base/log.hpp"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+
+namespace drover {
+
+namespace {
+spdlog::logger& logger() {
+    static const std::shared_ptr<spdlog::logger> shared = [] {
+        const bool plain = std::getenv("NO_COLOR") != nullptr;
+        auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>(plain ? spdlog::color_mode::never
+                                                                                : spdlog::color_mode::automatic);
+        auto made = std::make_shared<spdlog::logger>("drover", std::move(sink));
+        made->set_pattern("drover: %^%v%$");
+        made->flush_on(spdlog::level::trace);
+        return made;
+    }();
+    return *shared;
+}
+
+spdlog::level::level_enum level_of(LogLevel level) {
+    switch (level) {
+        case LogLevel::quiet: return spdlog::level::off;
+        case LogLevel::warning: return spdlog::level::warn;
+        case LogLevel::information: return spdlog::level::info;
+        case LogLevel::detail: return spdlog::level::debug;
+    }
+    return spdlog::level::info;
+}
+}  // namespace
+
+void set_log_level(LogLevel level) { logger().set_level(level_of(level)); }
+
+void log_line(LogLevel level, std::string_view line) {
+    logger().log(level_of(level), "{}{}", level == LogLevel::warning ? "warning: " : "", line);
+}
+
+}  // namespace drover

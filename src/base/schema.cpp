@@ -1,0 +1,122 @@
+// base/schema.cpp: values of a scene: their text, and how one is held against its description.
+#include "drover/base/schema.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace drover {
+
+namespace {
+template <class... Cases>
+struct Match : Cases... {
+    using Cases::operator()...;
+};
+
+std::string number_text(double value) {
+    if (std::isnan(value)) return "nan";
+    if (std::isinf(value)) return value < 0 ? "-inf" : "inf";
+    std::string result = text("{}", value);
+    if (result.find_first_of(".e") == std::string::npos) result += ".0";
+    return result;
+}
+
+std::string quoted(const std::string& word) {
+    std::string result = "\"";
+    for (const char letter : word) {
+        if (letter == '"' || letter == '\\') result += '\\';
+        if (letter == '\n') result += "\\n";
+        else if (letter == '\t') result += "\\t";
+        else if (static_cast<unsigned char>(letter) < 0x20) result += text("\\u{:04x}", static_cast<int>(letter));
+        else result += letter;
+    }
+    return result + '"';
+}
+
+template <class Items, class Write>
+std::string list_text(const Items& items, Write write) {
+    std::vector<std::string> texts;
+    for (const auto& item : items) texts.push_back(write(item));
+    return "[" + joined(texts) + "]";
+}
+
+std::string expected_text(const Description& row) {
+    if (!row.choices.empty()) return list_text(row.choices, quoted).insert(0, "one of ");
+    std::string result = type_text(row.standard);
+    const bool least = std::isfinite(row.range.least), most = std::isfinite(row.range.most);
+    if (least) result += text(" {} {}", row.range.least_open ? ">" : ">=", row.range.least);
+    if (most) result += text("{} <= {}", least ? " and" : "", row.range.most);
+    if (!row.unit.empty()) result += text(" [{}]", row.unit);
+    return result;
+}
+
+bool in_range(const Range& range, double value) {
+    return std::isfinite(value) && (range.least_open ? value > range.least : value >= range.least) &&
+           value <= range.most;
+}
+
+/// The value in the type of the default, where that loses nothing.
+Value converted(const Value& value, const Value& standard) {
+    if (std::holds_alternative<double>(standard))
+        if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+    // An empty list has no type of its own.
+    if (const auto* list = std::get_if<std::vector<double>>(&value); list && list->empty())
+        if (std::holds_alternative<std::vector<std::string>>(standard)) return std::vector<std::string>{};
+    return value;
+}
+}  // namespace
+
+std::string type_text(const Value& value) {
+    return std::visit(Match{[](bool) { return "true or false"; }, [](std::int64_t) { return "an integer"; },
+                            [](double) { return "a number"; }, [](const std::string&) { return "a text in quotes"; },
+                            [](const std::vector<double>&) { return "a list of numbers"; },
+                            [](const std::vector<std::string>&) { return "a list of texts"; }},
+                      value);
+}
+
+std::string toml_text(const Value& value) {
+    return std::visit(Match{[](bool held) -> std::string { return held ? "true" : "false"; },
+                            [](std::int64_t held) { return text("{}", held); },
+                            [](double held) { return number_text(held); },
+                            [](const std::string& held) { return quoted(held); },
+                            [](const std::vector<double>& held) { return list_text(held, number_text); },
+                            [](const std::vector<std::string>& held) { return list_text(held, quoted); }},
+                      value);
+}
+
+Value checked_value(const Description& row, const std::string& section, const PlacedValue& found) {
+    const std::string key = section + "." + row.name;
+    const Value value = converted(found.value, row.standard);
+    const auto refuse = [&] {
+        fail_input(found.where, "{} = {}; expected {}: {}", key, toml_text(found.value), expected_text(row),
+                   row.sentence);
+    };
+    if (value.index() != row.standard.index()) refuse();
+    if (const auto* number = std::get_if<double>(&value); number && !in_range(row.range, *number)) refuse();
+    if (const auto* whole = std::get_if<std::int64_t>(&value);
+        whole && !in_range(row.range, static_cast<double>(*whole)))
+        refuse();
+    if (const auto* list = std::get_if<std::vector<double>>(&value))
+        for (const double number : *list)
+            if (!in_range(row.range, number)) refuse();
+    if (const auto* word = std::get_if<std::string>(&value); word && !row.choices.empty())
+        if (std::find(row.choices.begin(), row.choices.end(), *word) == row.choices.end()) {
+            const std::string near = nearest_name(*word, row.choices);
+            fail_input(found.where, "{} = {}; expected {}{}", key, toml_text(value), expected_text(row),
+                       near.empty() ? "" : text("; did you mean \"{}\"?", near));
+        }
+    return value;
+}
+
+void refuse_unknown_keys(const PlacedTable& table, const std::string& section, const std::vector<Description>& rows) {
+    std::vector<std::string> names;
+    for (const Description& row : rows) names.push_back(row.name);
+    for (const auto& [key, value] : table.values) {
+        if (std::find(names.begin(), names.end(), key) != names.end()) continue;
+        const std::string near = nearest_name(key, names);
+        fail_input(value.where, "unknown key {}.{}; {}", section, key,
+                   near.empty() ? text("expected one of {}", joined(names))
+                                : text("did you mean {}.{}?", section, near));
+    }
+}
+
+}  // namespace drover

@@ -1,0 +1,81 @@
+// base/text.cpp: formatting by fmt, nearest names, sizes and times for people.
+#include "drover/base/text.hpp"
+
+#include <fmt/args.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace drover {
+
+std::string format_text(std::string_view pattern, std::span<const TextArgument> arguments) {
+    fmt::dynamic_format_arg_store<fmt::format_context> store;
+    for (const TextArgument& argument : arguments)
+        std::visit([&](const auto& value) { store.push_back(value); }, argument.held());
+    return fmt::vformat(fmt::string_view(pattern.data(), pattern.size()), store);
+}
+
+namespace {
+/// Letters added, left out, replaced, or swapped with their neighbour.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::vector<std::size_t>> edits(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+    for (std::size_t i = 0; i <= a.size(); ++i)
+        for (std::size_t j = 0; j <= b.size(); ++j) {
+            if (i == 0 || j == 0) {
+                edits[i][j] = i + j;
+                continue;
+            }
+            const std::size_t replaced = edits[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+            edits[i][j] = std::min({edits[i - 1][j] + 1, edits[i][j - 1] + 1, replaced});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                edits[i][j] = std::min(edits[i][j], edits[i - 2][j - 2] + 1);
+        }
+    return edits[a.size()][b.size()];
+}
+}  // namespace
+
+std::string nearest_name(std::string_view name, std::span<const std::string> known) {
+    std::string nearest;
+    std::size_t least = std::max<std::size_t>(1, name.size() / 3) + 1;
+    for (const std::string& candidate : known) {
+        const std::size_t distance = edit_distance(name, candidate);
+        if (distance < least) {
+            least = distance;
+            nearest = candidate;
+        }
+    }
+    return nearest;
+}
+
+std::string joined(std::span<const std::string> items, std::string_view separator) {
+    std::string result;
+    for (const std::string& item : items) {
+        if (!result.empty()) result += separator;
+        result += item;
+    }
+    return result;
+}
+
+std::string bytes_text(double bytes) {
+    static constexpr std::array units{"B", "kB", "MB", "GB", "TB", "PB"};
+    std::size_t unit = 0;
+    while (bytes >= 1000.0 && unit + 1 < units.size()) {
+        bytes /= 1000.0;
+        ++unit;
+    }
+    return unit == 0 ? text("{:.0f} B", bytes) : text("{:.3g} {}", bytes, units[unit]);
+}
+
+std::string duration_text(double seconds) {
+    if (!(seconds < 60.0)) {
+        if (!std::isfinite(seconds)) return "unknown time";
+        const double minutes = std::floor(seconds / 60.0);
+        if (minutes < 60.0) return text("{:.0f} min {:02.0f} s", minutes, std::floor(seconds - 60.0 * minutes));
+        const double hours = std::floor(minutes / 60.0);
+        return text("{:.0f} h {:02.0f} min", hours, minutes - 60.0 * hours);
+    }
+    return text("{:.3g} s", seconds);
+}
+
+}  // namespace drover

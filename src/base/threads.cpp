@@ -1,0 +1,108 @@
+// base/threads.cpp: a team of threads that takes chunks of a loop in turn.
+#include "drover/base/threads.hpp"
+
+#include <sched.h>
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "drover/base/error.hpp"
+
+namespace drover {
+
+struct Threads::Team {
+    std::mutex mutex;
+    std::condition_variable started, ended;
+    std::vector<std::thread> helpers;
+    std::uint64_t loop_number = 0;  // a helper works when this differs from the last it worked on
+    std::size_t working = 0;
+    bool leaving = false;
+
+    const std::function<void(std::size_t, std::size_t)>* body = nullptr;
+    std::size_t length = 0, chunk = 1;
+    std::atomic<std::size_t> next = 0;
+    std::exception_ptr failure;
+
+    void work() {
+        for (;;) {
+            const std::size_t begin = next.fetch_add(chunk);
+            if (begin >= length) return;
+            try {
+                (*body)(begin, std::min(begin + chunk, length));
+            } catch (...) {
+                const std::lock_guard lock(mutex);
+                if (!failure) failure = std::current_exception();
+                next.store(length);
+            }
+        }
+    }
+
+    void help() {
+        std::uint64_t done = 0;
+        for (;;) {
+            {
+                std::unique_lock lock(mutex);
+                started.wait(lock, [&] { return leaving || loop_number != done; });
+                if (leaving) return;
+                done = loop_number;
+            }
+            work();
+            const std::lock_guard lock(mutex);
+            if (--working == 0) ended.notify_one();
+        }
+    }
+};
+
+Threads::Threads(int count) : team_(std::make_unique<Team>()) {
+    require(count >= 1, {}, "threads = {}; expected at least 1", count);
+    for (int i = 1; i < count; ++i) team_->helpers.emplace_back([this] { team_->help(); });
+}
+
+Threads::~Threads() {
+    {
+        const std::lock_guard lock(team_->mutex);
+        team_->leaving = true;
+    }
+    team_->started.notify_all();
+    for (std::thread& helper : team_->helpers) helper.join();
+}
+
+int Threads::count() const { return static_cast<int>(team_->helpers.size()) + 1; }
+
+void Threads::for_chunks(std::size_t length, std::size_t chunk,
+                         const std::function<void(std::size_t, std::size_t)>& body) {
+    chunk = std::max<std::size_t>(chunk, 1);
+    if (team_->helpers.empty() || length <= chunk) {
+        for (std::size_t begin = 0; begin < length; begin += chunk) body(begin, std::min(begin + chunk, length));
+        return;
+    }
+    {
+        const std::lock_guard lock(team_->mutex);
+        team_->body = &body;
+        team_->length = length;
+        team_->chunk = chunk;
+        team_->next = 0;
+        team_->failure = nullptr;
+        team_->working = team_->helpers.size();
+        ++team_->loop_number;
+    }
+    team_->started.notify_all();
+    team_->work();
+    std::unique_lock lock(team_->mutex);
+    team_->ended.wait(lock, [&] { return team_->working == 0; });
+    if (team_->failure) std::rethrow_exception(team_->failure);
+}
+
+int usable_cores() {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    if (sched_getaffinity(0, sizeof(set), &set) != 0) return 1;
+    return std::max(1, CPU_COUNT(&set));
+}
+
+}  // namespace drover

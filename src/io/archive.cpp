@@ -1,0 +1,366 @@
+// io/archive.cpp: the writer of archives.
+#include "drover/io/archive.hpp"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <set>
+
+#include "io/archive_netcdf.hpp"
+#include "io/durable_journal.hpp"
+#include "io/hdf5_overlay.hpp"
+
+namespace drover::io {
+namespace {
+
+constexpr const char* conventions = "CF-1.8";
+
+struct OpenRecording {
+    GroupPlan plan;
+    GroupDatasets datasets;
+    std::size_t rows = 0;
+};
+
+std::filesystem::path unfinished(const std::filesystem::path& file) { return file.string() + ".partial"; }
+
+}  // namespace
+
+// Members are closed from the last to the first: datasets, file, lists, driver, then the pages they lie in.
+struct Archive::File {
+    File(Descriptor descriptor, const std::filesystem::path& path, const std::filesystem::path& name)
+        : errors{name.string(), Fault::run}, overlay(overlay_of(std::move(descriptor), path)) {}
+    ~File() {
+        const QuietErrors quiet;  // closing flushes into pages that are then dropped; nothing of it reaches the disk
+        recordings.clear();
+        file = {};
+    }
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+
+    Hdf5Errors errors;
+    Overlay overlay;
+    Handle driver, access, file;
+    std::vector<OpenRecording> recordings;
+};
+
+namespace {
+
+void check_all(const std::vector<Recording>& recordings, const std::vector<Attribute>& attributes,
+               const std::string& file) {
+    std::set<std::string> groups, names{"Conventions"};
+    for (const Recording& recording : recordings) {
+        require(recording.rows_per_chunk >= 1, {file}, "group {} has {} rows in a chunk; expected at least 1",
+                recording.group, recording.rows_per_chunk);
+        require(groups.insert(recording.group).second, {file},
+                "two recordings have the group {}; expected one for each", recording.group);
+        check(plan_of(recording), file);
+    }
+    for (const Recording& recording : recordings)
+        for (const Quantity& quantity : recording.quantities)
+            require(recording.group != "/" || !groups.contains("/" + quantity.name), {file},
+                    "/{} is a group and a dataset; expected another name for one of them", quantity.name);
+    for (const Attribute& attribute : attributes)
+        require(!attribute.first.empty() && names.insert(attribute.first).second, {file},
+                "the attribute \"{}\" is set twice; expected each name once", attribute.first);
+}
+
+void write_root_attributes(hid_t file, const std::vector<Attribute>& attributes, const Hdf5Errors& errors) {
+    const Handle root = errors.own(H5Gopen2(file, "/", H5P_DEFAULT), H5Gclose, "opening the root group");
+    write_attribute(root, {"Conventions", std::string(conventions)}, errors);
+    for (const Attribute& attribute : attributes) write_attribute(root, attribute, errors);
+}
+
+void remove_root_attributes(hid_t file, const Hdf5Errors& errors) {
+    H5O_info_t about;
+    errors.check(H5Oget_info2(file, &about, H5O_INFO_NUM_ATTRS), "counting attributes");
+    for (hsize_t i = 0; i < about.num_attrs; ++i)
+        errors.check(H5Adelete_by_idx(file, "/", H5_INDEX_NAME, H5_ITER_INC, 0, H5P_DEFAULT), "removing an attribute");
+}
+
+Handle writing_access(const Handle& driver, Overlay& overlay, const Hdf5Errors& errors) {
+    Handle access = file_access(driver, overlay, errors);
+    // 1.8 and no newer: netCDF's own choice, read by every HDF5 in use, and with room for attributes beyond 64 kB.
+    errors.check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18), "choosing the file format");
+    return access;
+}
+
+/// Groups in the root that are none of the recordings: results of the run as it was, wrong once rows are cut.
+std::vector<std::string> result_groups(hid_t file, const std::vector<OpenRecording>& recordings,
+                                       const Hdf5Errors& errors) {
+    std::vector<std::string> found;
+    H5G_info_t about;
+    errors.check(H5Gget_info(file, &about), "listing the root group");
+    for (hsize_t i = 0; i < about.nlinks; ++i) {
+        const auto name_into = [&](char* to, std::size_t size) {
+            return static_cast<std::size_t>(
+                errors.check(H5Lget_name_by_idx(file, "/", H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT),
+                             "listing the root group"));
+        };
+        std::string name(name_into(nullptr, 0), '\0');
+        name_into(name.data(), name.size() + 1);
+        H5O_info_t object;
+        errors.check(H5Oget_info_by_name2(file, name.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
+                     "looking at " + name);
+        const bool is_recording =
+            std::any_of(recordings.begin(), recordings.end(),
+                        [&](const OpenRecording& recording) { return recording.plan.group == "/" + name; });
+        if (object.type == H5O_TYPE_GROUP && !is_recording) found.push_back(name);
+    }
+    return found;
+}
+
+/// Sets the rows of every dataset of a recording; new ones hold zeros.
+void set_rows(const OpenRecording& recording, std::size_t rows, const Hdf5Errors& errors) {
+    const auto set = [&](hid_t dataset, const std::vector<std::size_t>& shape) {
+        std::vector<hsize_t> extent{rows};
+        extent.insert(extent.end(), shape.begin(), shape.end());
+        errors.check(H5Dset_extent(dataset, extent.data()), text("setting {} rows in {}", rows, recording.plan.group));
+    };
+    set(recording.datasets.time, {});
+    for (std::size_t i = 0; i < recording.plan.quantities.size(); ++i)
+        set(recording.datasets.quantities[i], shape_of(recording.plan, recording.plan.quantities[i]));
+}
+
+void write_row(hid_t dataset, std::size_t row, const std::vector<std::size_t>& shape, std::span<const double> values,
+               const Hdf5Errors& errors) {
+    constexpr const char* doing = "appending a row";
+    std::vector<hsize_t> start(shape.size() + 1, 0), count{1};
+    start[0] = row;
+    count.insert(count.end(), shape.begin(), shape.end());
+    const Handle space = errors.own(H5Dget_space(dataset), H5Sclose, doing);
+    errors.check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr), doing);
+    const hsize_t size = values.size();
+    const Handle memory = errors.own(H5Screate_simple(1, &size, nullptr), H5Sclose, doing);
+    errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()), doing);
+}
+
+[[noreturn]] void fail_taken(const std::filesystem::path& file) {
+    fail_input({file.string()},
+               "another process is writing this file; wait for it, or choose another file for this run");
+}
+
+/// The input Error for a file that cannot be made or opened.
+Error opening_failure(const std::filesystem::path& file, const std::system_error& cause) {
+    return Error(Fault::input, {file.string()},
+                 text("cannot be written: {}; expected a file in a folder that exists and may be written in",
+                      std::string(cause.what())));
+}
+
+/// The claim on the file that is about to be replaced, if there is one.
+Descriptor claim_old(const std::filesystem::path& file, bool overwrite) {
+    if (!std::filesystem::exists(std::filesystem::symlink_status(file))) return {};
+    require(std::filesystem::is_regular_file(file), {file.string()},
+            "is not a file; expected the name of a file to make");
+    require(overwrite, {file.string()}, "exists already; choose another name, or ask for it to be overwritten");
+    Descriptor old = open_file(file, O_RDWR);
+    if (!lock_for_writing(old)) fail_taken(file);
+    return old;
+}
+
+/// The new file under its unfinished name, claimed and empty.
+Descriptor claim_new(const std::filesystem::path& file, bool overwrite) {
+    const std::filesystem::path partial = unfinished(file);
+    Descriptor made = open_file(partial, O_RDWR | O_CREAT);
+    if (!lock_for_writing(made) || !is_at(made, partial)) fail_taken(file);
+    if (!overwrite && std::filesystem::exists(file)) {
+        remove_if_there(partial);
+        fail_taken(file);  // it was not there a moment ago
+    }
+    truncate_to(made, 0);
+    return made;
+}
+
+/// Unless told that it succeeded, removes the unfinished file again.
+struct Cleanup {
+    std::filesystem::path file;
+    bool is_needed = true;
+    ~Cleanup() {
+        std::error_code ignored;
+        if (is_needed) std::filesystem::remove(file, ignored);
+    }
+};
+
+std::string shape_text(const std::vector<std::size_t>& shape) {
+    std::vector<std::string> sizes;
+    for (const std::size_t size : shape) sizes.push_back(std::to_string(size));
+    return "(" + joined(sizes) + ")";
+}
+
+/// Throws an input Error unless the dataset has these sizes, rows apart, and at least `rows` rows.
+void check_recorded(const ArchiveReader& reader, const std::string& file, const std::string& dataset,
+                    std::vector<std::size_t> expected, std::size_t rows) {
+    require(reader.has(dataset), {file}, "has no {}; expected an archive of the same scene", dataset);
+    const std::vector<std::size_t> found = reader.shape(dataset);
+    expected.insert(expected.begin(), found.empty() ? rows : found[0]);
+    require(found == expected, {file}, "{} has the shape {}; expected {}: the archive of another scene", dataset,
+            shape_text(found), shape_text(expected));
+    require(found[0] >= rows, {file}, "{} has {} rows; expected at least the {} of the checkpoint", dataset, found[0],
+            rows);
+    if (rows > 0) reader.read_row(dataset, rows - 1);  // its chunk is the one that HDF5 will cut: it must be whole
+}
+
+void check_axis(const ArchiveReader& reader, const std::string& file, const std::string& group, const Axis& axis) {
+    const std::string path = path_in(group, axis.name);
+    require(reader.has(path), {file}, "has no {}; expected an archive of the same scene", path);
+    require(reader.read(path).values == axis.values, {file},
+            "{} has other coordinates than this scene; expected an archive of the same scene", path);
+}
+
+void check_same(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+                std::span<const std::size_t> rows) {
+    const ArchiveReader reader(file);
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+        const GroupPlan plan = plan_of(recordings[r]);
+        check_recorded(reader, file.string(), path_in(plan.group, "time"), {}, rows[r]);
+        for (const Axis& axis : plan.axes) check_axis(reader, file.string(), plan.group, axis);
+        for (const Quantity& quantity : plan.quantities)
+            check_recorded(reader, file.string(), path_in(plan.group, quantity.name), shape_of(plan, quantity),
+                           rows[r]);
+    }
+}
+
+void check_types_and_units(const OpenRecording& recording, const Hdf5Errors& errors) {
+    for (std::size_t i = 0; i < recording.plan.quantities.size(); ++i) {
+        const Quantity& quantity = recording.plan.quantities[i];
+        const hid_t dataset = recording.datasets.quantities[i];
+        const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, "looking at the type of " + quantity.name);
+        require(H5Tequal(type, H5T_IEEE_F64LE) > 0, {errors.file},
+                "{} does not hold float64 numbers; expected an archive that drover wrote",
+                path_in(recording.plan.group, quantity.name));
+        const std::string found = read_text_attribute(dataset, "units", errors);
+        require(found == quantity.unit, {errors.file}, "{} has the unit {}; expected {}: the archive of another scene",
+                path_in(recording.plan.group, quantity.name), found, quantity.unit);
+    }
+}
+
+}  // namespace
+
+Archive::Archive(std::unique_ptr<File> file) : file_(std::move(file)) {}
+Archive::Archive(Archive&&) noexcept = default;
+Archive& Archive::operator=(Archive&&) noexcept = default;
+Archive::~Archive() = default;
+
+Archive Archive::create(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+                        const std::vector<Attribute>& attributes, bool overwrite) try {
+    const QuietErrors quiet;
+    check_all(recordings, attributes, file.string());
+    const Descriptor old = claim_old(file, overwrite);
+    Descriptor made = claim_new(file, overwrite);
+    Cleanup cleanup{unfinished(file)};
+    auto archive = std::make_unique<File>(std::move(made), unfinished(file), file);
+    const Hdf5Errors& errors = archive->errors;
+    archive->driver = register_driver(errors);
+    archive->access = writing_access(archive->driver, archive->overlay, errors);
+    const std::string name = file.string();
+    archive->file = errors.own(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, file_creation(errors), archive->access), H5Fclose,
+                               "making the file");
+    write_root_attributes(archive->file, attributes, errors);
+    for (const Recording& recording : recordings) {
+        const GroupPlan plan = plan_of(recording);
+        archive->recordings.push_back({plan, make_group(archive->file, plan, errors), 0});
+    }
+    errors.check(H5Fflush(archive->file, H5F_SCOPE_GLOBAL), "flushing the file");
+    commit_overlay(archive->overlay);
+    // The journal of the file replaced must not be left to be applied to the new one.
+    if (old.is_open()) recover(old, file);
+    else remove_if_there(journal_of(file));
+    sync_folder_of(file);
+    rename_over(unfinished(file), file);
+    cleanup.is_needed = false;
+    archive->overlay.path = file;
+    sync_folder_of(file);
+    return Archive(std::move(archive));
+} catch (const std::system_error& cause) {
+    throw opening_failure(file, cause);
+}
+
+Archive Archive::resume(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+                        const std::vector<Attribute>& attributes, std::span<const std::size_t> rows) try {
+    const QuietErrors quiet;
+    check_all(recordings, attributes, file.string());
+    require(rows.size() == recordings.size(), {file.string()},
+            "{} row counts were given for {} recordings; expected one each", rows.size(), recordings.size());
+    if (!std::filesystem::is_regular_file(file)) ArchiveReader{file};  // which says what is wrong with it
+    Descriptor open = open_file(file, O_RDWR);
+    if (!lock_for_writing(open)) fail_taken(file);
+    recover(open, file);
+    check_same(file, recordings, rows);
+
+    auto archive = std::make_unique<File>(std::move(open), file, file);
+    const Hdf5Errors errors{file.string(), Fault::input};
+    archive->driver = register_driver(errors);
+    archive->access = writing_access(archive->driver, archive->overlay, errors);
+    archive->file = errors.own(H5Fopen(file.c_str(), H5F_ACC_RDWR, archive->access), H5Fclose, "opening the file");
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+        const GroupPlan plan = plan_of(recordings[r]);
+        archive->recordings.push_back({plan, open_group(archive->file, plan, errors), rows[r]});
+        check_types_and_units(archive->recordings.back(), errors);
+        set_rows(archive->recordings.back(), rows[r], errors);
+    }
+    for (const std::string& group : result_groups(archive->file, archive->recordings, errors))
+        errors.check(H5Ldelete(archive->file, group.c_str(), H5P_DEFAULT), "removing " + group);
+    remove_root_attributes(archive->file, errors);
+    write_root_attributes(archive->file, attributes, errors);
+    return Archive(std::move(archive));
+} catch (const std::system_error& cause) {
+    throw opening_failure(file, cause);
+}
+
+std::vector<std::size_t> Archive::rows() const {
+    std::vector<std::size_t> result;
+    for (const OpenRecording& recording : file_->recordings) result.push_back(recording.rows);
+    return result;
+}
+
+void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays) {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    require(recording < file_->recordings.size(), {errors.file}, "there is no recording {}; expected less than {}",
+            recording, file_->recordings.size());
+    OpenRecording& into = file_->recordings[recording];
+    const GroupPlan& plan = into.plan;
+    require(arrays.size() == plan.quantities.size(), {errors.file}, "a row of {} has {} arrays; expected {}",
+            plan.group, arrays.size(), plan.quantities.size());
+    for (std::size_t i = 0; i < arrays.size(); ++i)
+        require(arrays[i].size() == count_of(plan, plan.quantities[i]), {errors.file},
+                "a row of {} has {} numbers; expected {}", path_in(plan.group, plan.quantities[i].name),
+                arrays[i].size(), count_of(plan, plan.quantities[i]));
+    set_rows(into, into.rows + 1, errors);
+    write_row(into.datasets.time, into.rows, {}, {&time, 1}, errors);
+    for (std::size_t i = 0; i < arrays.size(); ++i)
+        write_row(into.datasets.quantities[i], into.rows, shape_of(plan, plan.quantities[i]), arrays[i], errors);
+    ++into.rows;
+}
+
+void Archive::replace(const ResultTable& table) {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    const GroupPlan plan = plan_of(table);
+    check(plan, errors.file);
+    require(table.values.size() == table.quantities.size(), {errors.file}, "{} has {} arrays; expected {}", table.group,
+            table.values.size(), table.quantities.size());
+    for (std::size_t i = 0; i < table.values.size(); ++i)
+        require(table.values[i].size() == count_of(plan, plan.quantities[i]), {errors.file},
+                "{} has {} numbers; expected {}", path_in(table.group, plan.quantities[i].name), table.values[i].size(),
+                count_of(plan, plan.quantities[i]));
+    for (const OpenRecording& recording : file_->recordings)
+        require(table.group != "/" && table.group != recording.plan.group, {errors.file},
+                "{} cannot be a table of results; expected a group of its own", table.group);
+    if (errors.check(H5Lexists(file_->file, table.group.c_str(), H5P_DEFAULT), "looking for " + table.group) > 0)
+        errors.check(H5Ldelete(file_->file, table.group.c_str(), H5P_DEFAULT), "removing " + table.group);
+    const GroupDatasets made = make_group(file_->file, plan, errors);
+    for (std::size_t i = 0; i < table.values.size(); ++i)
+        errors.check(H5Dwrite(made.quantities[i], H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                              table.values[i].data()),
+                     "writing results");
+}
+
+void Archive::commit() {
+    const QuietErrors quiet;
+    file_->errors.check(H5Fflush(file_->file, H5F_SCOPE_GLOBAL), "flushing the file");
+    commit_overlay(file_->overlay);
+}
+
+}  // namespace drover::io

@@ -1,0 +1,308 @@
+// io/archive_netcdf.cpp: dimension scales, CF attributes, chunks and filters.
+#include "io/archive_netcdf.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+namespace drover::io {
+namespace {
+
+constexpr unsigned deflate_level =
+    1;  // more gains next to nothing on the shuffled digits of noise, and takes twice the time
+constexpr std::size_t time_rows_per_chunk = 256;
+constexpr std::size_t chunk_bytes_most = std::numeric_limits<std::uint32_t>::max();  // HDF5 counts them in 32 bits
+constexpr unsigned in_order = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
+
+Handle text_type(std::size_t size, H5T_str_t padding, H5T_cset_t letters, const Hdf5Errors& errors) {
+    Handle type = errors.own(H5Tcopy(H5T_C_S1), H5Tclose, "making a text type");
+    errors.check(H5Tset_size(type, std::max<std::size_t>(size, 1)), "sizing a text type");
+    errors.check(H5Tset_strpad(type, padding), "padding a text type");
+    errors.check(H5Tset_cset(type, letters), "choosing the letters of a text type");
+    return type;
+}
+
+void write_raw(hid_t object, const char* name, hid_t type, hid_t space, const void* value, const Hdf5Errors& errors) {
+    const std::string doing = text("writing attribute {}", name);
+    const Handle attribute =
+        errors.own(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, doing);
+    errors.check(H5Awrite(attribute, type, value), doing);
+}
+
+void write_text(hid_t object, const char* name, const std::string& value, H5T_str_t padding, const Hdf5Errors& errors) {
+    const bool is_ascii =
+        std::all_of(value.begin(), value.end(), [](char c) { return static_cast<unsigned char>(c) < 128; });
+    const std::size_t size = value.size() + (padding == H5T_STR_NULLTERM ? 1 : 0);
+    const Handle type = text_type(size, padding, is_ascii ? H5T_CSET_ASCII : H5T_CSET_UTF8, errors);
+    const Handle space = errors.own(H5Screate(H5S_SCALAR), H5Sclose, "making a dataspace");
+    write_raw(object, name, type, space, value.c_str(), errors);
+}
+
+void write_description(hid_t dataset, const std::string& unit, const std::string& meaning, const Hdf5Errors& errors) {
+    write_text(dataset, "units", unit, H5T_STR_NULLPAD, errors);
+    write_text(dataset, "long_name", meaning, H5T_STR_NULLPAD, errors);
+}
+
+/// The two attributes by which a scale is known (HDF5 dimension scale specification, 3.1); null-terminated, it says.
+void mark_as_scale(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    write_text(dataset, "CLASS", "DIMENSION_SCALE", H5T_STR_NULLTERM, errors);
+    write_text(dataset, "NAME", name, H5T_STR_NULLTERM, errors);
+}
+
+/// An entry of REFERENCE_LIST: the dataset that uses a scale, and for which of its axes.
+struct ScaleUse {
+    hobj_ref_t dataset = 0;
+    int axis = 0;
+    int padding = 0;  // H5DS leaves a hole here; a written zero makes the file the same bytes each time
+};
+
+hobj_ref_t reference_to(hid_t group, const std::string& name, const Hdf5Errors& errors) {
+    hobj_ref_t reference{};
+    errors.check(H5Rcreate(&reference, group, name.c_str(), H5R_OBJECT, -1), text("referring to {}", name));
+    return reference;
+}
+
+void write_uses(hid_t scale, const std::vector<ScaleUse>& uses, const Hdf5Errors& errors) {
+    if (uses.empty()) return;
+    const Handle type = errors.own(H5Tcreate(H5T_COMPOUND, sizeof(ScaleUse)), H5Tclose, "making a type");
+    errors.check(H5Tinsert(type, "dataset", HOFFSET(ScaleUse, dataset), H5T_STD_REF_OBJ), "making a type");
+    errors.check(H5Tinsert(type, "dimension", HOFFSET(ScaleUse, axis), H5T_NATIVE_INT), "making a type");
+    const hsize_t count = uses.size();
+    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "making a dataspace");
+    write_raw(scale, "REFERENCE_LIST", type, space, uses.data(), errors);
+}
+
+void write_axes_of(hid_t dataset, std::vector<hobj_ref_t> scales, const Hdf5Errors& errors) {
+    if (scales.empty()) return;
+    std::vector<hvl_t> lists;
+    for (hobj_ref_t& scale : scales) lists.push_back({1, &scale});
+    const Handle type = errors.own(H5Tvlen_create(H5T_STD_REF_OBJ), H5Tclose, "making a type");
+    const hsize_t count = lists.size();
+    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "making a dataspace");
+    write_raw(dataset, "DIMENSION_LIST", type, space, lists.data(), errors);
+}
+
+/// Joins the quantities of a group to its scales, both ways.
+void join(hid_t group, const GroupPlan& plan, const Hdf5Errors& errors) {
+    std::vector<std::string> names;
+    if (plan.rows_per_chunk > 0) names.emplace_back("time");
+    for (const Axis& axis : plan.axes) names.push_back(axis.name);
+    std::vector<std::vector<ScaleUse>> uses(names.size());
+    for (const Quantity& quantity : plan.quantities) {
+        std::vector<std::string> axes = quantity.axes;
+        if (plan.rows_per_chunk > 0) axes.insert(axes.begin(), "time");
+        std::vector<hobj_ref_t> scales;
+        for (std::size_t i = 0; i < axes.size(); ++i) {
+            const auto scale = std::find(names.begin(), names.end(), axes[i]) - names.begin();
+            uses[static_cast<std::size_t>(scale)].push_back(
+                {.dataset = reference_to(group, quantity.name, errors), .axis = static_cast<int>(i)});
+            scales.push_back(reference_to(group, axes[i], errors));
+        }
+        const Handle dataset = errors.own(H5Dopen2(group, quantity.name.c_str(), H5P_DEFAULT), H5Dclose,
+                                          text("opening {}", quantity.name));
+        write_axes_of(dataset, scales, errors);
+    }
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const Handle scale =
+            errors.own(H5Dopen2(group, names[i].c_str(), H5P_DEFAULT), H5Dclose, text("opening {}", names[i]));
+        write_uses(scale, uses[i], errors);
+    }
+}
+
+/// The extent and the chunk of a dataset; time, when it has one, comes first and starts with no rows.
+struct Extent {
+    std::vector<hsize_t> now, most, chunk;
+};
+
+Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk) {
+    Extent extent;
+    if (rows_per_chunk > 0) extent = {{0}, {H5S_UNLIMITED}, {rows_per_chunk}};
+    for (const std::size_t size : shape)
+        for (std::vector<hsize_t>* sizes : {&extent.now, &extent.most, &extent.chunk}) sizes->push_back(size);
+    return extent;
+}
+
+/// A cache that holds a whole chunk, so that each is compressed once a commit and not once a row.
+Handle dataset_access(std::size_t chunk_bytes, const Hdf5Errors& errors) {
+    constexpr std::size_t least = 1 << 16, slots = 5;
+    Handle access = errors.own(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose, "making a dataset access list");
+    errors.check(H5Pset_chunk_cache(access, slots, std::max(least, chunk_bytes), 1.0), "sizing a chunk cache");
+    return access;
+}
+
+std::size_t bytes_of(const std::vector<hsize_t>& chunk) {
+    std::size_t bytes = sizeof(double);
+    for (const hsize_t size : chunk) bytes *= static_cast<std::size_t>(size);
+    return bytes;
+}
+
+Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, const Hdf5Errors& errors) {
+    const std::string doing = text("making dataset {}", name);
+    const Handle creation = errors.own(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, doing);
+    errors.check(H5Pset_obj_track_times(creation, false), doing);
+    errors.check(H5Pset_attr_creation_order(creation, in_order), doing);
+    const int rank = static_cast<int>(extent.now.size());
+    if (rank > 0) {
+        errors.check(H5Pset_chunk(creation, rank, extent.chunk.data()), doing);
+        errors.check(H5Pset_shuffle(creation), doing);
+        errors.check(H5Pset_deflate(creation, deflate_level), doing);
+        errors.check(H5Pset_fletcher32(creation), doing);
+    }
+    const hid_t made = rank > 0 ? H5Screate_simple(rank, extent.now.data(), extent.most.data()) : H5Screate(H5S_SCALAR);
+    const Handle space = errors.own(made, H5Sclose, doing);
+    const Handle access = dataset_access(bytes_of(extent.chunk), errors);
+    return errors.own(H5Dcreate2(group, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, access), H5Dclose,
+                      doing);
+}
+
+void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
+    const Handle dataset = make_dataset(group, axis.name, extent_of({axis.values.size()}, 0), errors);
+    errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.values.data()),
+                 text("writing axis {}", axis.name));
+    write_description(dataset, axis.unit, axis.meaning, errors);
+    if (axis.name == "x") write_text(dataset, "axis", "X", H5T_STR_NULLPAD, errors);
+    if (axis.name == "y") write_text(dataset, "axis", "Y", H5T_STR_NULLPAD, errors);
+    mark_as_scale(dataset, axis.name, errors);
+}
+
+/// A plain number of seconds: a unit "seconds since ..." or "seconds" would be made into dates or durations by xarray.
+Handle make_time(hid_t group, int rows_per_chunk, const Hdf5Errors& errors) {
+    const std::size_t rows = std::max(time_rows_per_chunk, static_cast<std::size_t>(rows_per_chunk));
+    Handle dataset = make_dataset(group, "time", extent_of({}, rows), errors);
+    write_description(dataset, "s", "time since the start of the run", errors);
+    write_text(dataset, "axis", "T", H5T_STR_NULLPAD, errors);
+    mark_as_scale(dataset, "time", errors);
+    return dataset;
+}
+
+Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf5Errors& errors) {
+    const std::string doing = text("{} group {}", is_new ? "making" : "opening", group);
+    if (!is_new || group == "/") return errors.own(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, doing);
+    const Handle creation = errors.own(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, doing);
+    errors.check(H5Pset_link_creation_order(creation, in_order), doing);
+    errors.check(H5Pset_attr_creation_order(creation, in_order), doing);
+    errors.check(H5Pset_obj_track_times(creation, false), doing);
+    return errors.own(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose, doing);
+}
+
+}  // namespace
+
+GroupPlan plan_of(const Recording& recording) {
+    return {recording.group, recording.axes, recording.quantities, recording.rows_per_chunk};
+}
+
+GroupPlan plan_of(const ResultTable& table) { return {table.group, table.axes, table.quantities, 0}; }
+
+std::string path_in(const std::string& group, const std::string& name) {
+    return group == "/" ? "/" + name : group + "/" + name;
+}
+
+void check(const GroupPlan& plan, const std::string& file) {
+    const Where where{file};
+    require(plan.group == "/" ||
+                (plan.group.size() > 1 && plan.group[0] == '/' && plan.group.find('/', 1) == std::string::npos),
+            where, "group \"{}\" is not a name like \"/observables\"; expected one slash, in front", plan.group);
+    std::set<std::string> names{"time"};
+    const auto add_name = [&](const std::string& name) {
+        require(!name.empty() && name.find('/') == std::string::npos && name != ".", where,
+                "\"{}\" in group {} cannot name a dataset; expected a word without slashes", name, plan.group);
+        require(names.insert(name).second, where, "group {} has two datasets named {}; expected each name once",
+                plan.group, name);
+    };
+    std::set<std::string> axes;
+    for (const Axis& axis : plan.axes) {
+        add_name(axis.name);
+        axes.insert(axis.name);
+        require(!axis.values.empty(), where, "axis {} has no values; expected at least one",
+                path_in(plan.group, axis.name));
+    }
+    for (const Quantity& quantity : plan.quantities) {
+        add_name(quantity.name);
+        for (const std::string& axis : quantity.axes)
+            require(axes.contains(axis), where, "{} has an axis {} that its group has not; expected one of: {}",
+                    path_in(plan.group, quantity.name), axis,
+                    joined(std::vector<std::string>(axes.begin(), axes.end())));
+        const std::size_t rows = static_cast<std::size_t>(std::max(plan.rows_per_chunk, 1));
+        require(count_of(plan, quantity) <= chunk_bytes_most / sizeof(double) / rows, where,
+                "{} rows of {} are more than the {} of a chunk; expected fewer rows in a chunk or a smaller grid", rows,
+                path_in(plan.group, quantity.name), bytes_text(static_cast<double>(chunk_bytes_most)));
+    }
+}
+
+std::vector<std::size_t> shape_of(const GroupPlan& plan, const Quantity& quantity) {
+    std::vector<std::size_t> shape;
+    for (const std::string& name : quantity.axes)
+        for (const Axis& axis : plan.axes)
+            if (axis.name == name) shape.push_back(axis.values.size());
+    return shape;
+}
+
+std::size_t count_of(const GroupPlan& plan, const Quantity& quantity) {
+    std::size_t count = 1;
+    for (const std::size_t size : shape_of(plan, quantity)) count *= size;
+    return count;
+}
+
+GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
+    const Handle group = group_handle(file, plan.group, true, errors);
+    GroupDatasets made;
+    const bool has_time = plan.rows_per_chunk > 0;
+    if (has_time) made.time = make_time(group, plan.rows_per_chunk, errors);
+    for (const Axis& axis : plan.axes) make_axis(group, axis, errors);
+    for (const Quantity& quantity : plan.quantities) {
+        const Extent extent = extent_of(shape_of(plan, quantity), static_cast<std::size_t>(plan.rows_per_chunk));
+        made.quantities.push_back(make_dataset(group, quantity.name, extent, errors));
+        write_description(made.quantities.back(), quantity.unit, quantity.meaning, errors);
+    }
+    join(group, plan, errors);
+    return made;
+}
+
+GroupDatasets open_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
+    const Handle group = group_handle(file, plan.group, false, errors);
+    const auto open = [&](const std::string& name, std::size_t chunk_bytes) {
+        const Handle access = dataset_access(chunk_bytes, errors);
+        return errors.own(H5Dopen2(group, name.c_str(), access), H5Dclose,
+                          text("opening {}", path_in(plan.group, name)));
+    };
+    GroupDatasets opened{open("time", 0), {}};
+    for (const Quantity& quantity : plan.quantities) {
+        const std::size_t rows = static_cast<std::size_t>(plan.rows_per_chunk);
+        opened.quantities.push_back(open(quantity.name, sizeof(double) * rows * count_of(plan, quantity)));
+    }
+    return opened;
+}
+
+Handle file_creation(const Hdf5Errors& errors) {
+    Handle creation = errors.own(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "making a file creation list");
+    errors.check(H5Pset_link_creation_order(creation, in_order), "tracking the order of links");
+    errors.check(H5Pset_attr_creation_order(creation, in_order), "tracking the order of attributes");
+    errors.check(H5Pset_obj_track_times(creation, false), "leaving out times");
+    return creation;
+}
+
+void write_attribute(hid_t object, const Attribute& attribute, const Hdf5Errors& errors) {
+    const char* name = attribute.first.c_str();
+    if (const auto* words = std::get_if<std::string>(&attribute.second))
+        return write_text(object, name, *words, H5T_STR_NULLPAD, errors);
+    const Handle space = errors.own(H5Screate(H5S_SCALAR), H5Sclose, "making a dataspace");
+    if (const auto* whole = std::get_if<std::int64_t>(&attribute.second))
+        write_raw(object, name, H5T_STD_I64LE, space, whole, errors);
+    else write_raw(object, name, H5T_IEEE_F64LE, space, &std::get<double>(attribute.second), errors);
+}
+
+std::string read_text_attribute(hid_t object, const std::string& name, const Hdf5Errors& errors) {
+    const std::string doing = text("reading attribute {}", name);
+    const Handle attribute = errors.own(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, doing);
+    const Handle type = errors.own(H5Aget_type(attribute), H5Tclose, doing);
+    const Handle space = errors.own(H5Aget_space(attribute), H5Sclose, doing);
+    if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1)
+        fail_input({errors.file}, "attribute {} is not a text of fixed length; expected an archive that drover wrote",
+                   name);
+    std::string value(H5Tget_size(type), '\0');
+    errors.check(H5Aread(attribute, type, value.data()), doing);
+    value.resize(value.find_last_not_of('\0') + 1);
+    return value;
+}
+
+}  // namespace drover::io

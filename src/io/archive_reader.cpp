@@ -1,0 +1,309 @@
+// io/archive_reader.cpp: the reader of archives, which trusts nothing that a file says of itself.
+#include <fcntl.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <limits>
+
+#include "drover/io/archive.hpp"
+#include "io/durable_journal.hpp"
+#include "io/hdf5_chunks.hpp"
+#include "io/hdf5_overlay.hpp"
+
+namespace drover::io {
+
+struct ArchiveReader::File {
+    File(Overlay opened, const std::filesystem::path& path)
+        : errors{path.string(), Fault::input}, overlay(std::move(opened)) {}
+    ~File() {
+        const QuietErrors quiet;
+        file = {};
+    }
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+
+    Hdf5Errors errors;
+    Overlay overlay;
+    Handle driver, access, file;
+};
+
+namespace {
+
+/// Deflate cannot make more than this many bytes of one (zlib's technical details).
+constexpr std::uint64_t inflation_most = 1032;
+
+/// Brings the file up to its journal, on the disk when that may be written and no writer is at work, else in memory.
+Overlay recovered_overlay(const std::filesystem::path& file) {
+    if (std::filesystem::exists(journal_of(file))) {
+        const Descriptor open = try_open(file, O_RDWR);
+        if (open.is_open() && lock_for_writing(open)) recover(open, file);
+    }
+    Overlay overlay = overlay_of(open_file(file, O_RDONLY), file);
+    if (const auto journal = read_journal(overlay.file, file)) {
+        for (const Patch& patch : journal->patches) write_overlay(overlay, patch.offset, patch.bytes);
+        overlay.length = journal->length;
+    }
+    return overlay;
+}
+
+/// Whether HDF5's signature stands where one may stand: at 0, 512, 1024, 2048, ...
+bool has_signature(const Overlay& overlay) {
+    constexpr std::array<unsigned char, 8> signature{0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
+    for (std::uint64_t offset = 0; offset < overlay.length; offset = std::max<std::uint64_t>(512, 2 * offset)) {
+        std::array<std::byte, 8> found{};
+        read_overlay(overlay, offset, found);
+        const auto same = [](unsigned char a, std::byte b) { return std::byte{a} == b; };
+        if (std::equal(signature.begin(), signature.end(), found.begin(), same)) return true;
+    }
+    return false;
+}
+
+void refuse_what_is_no_file(const std::filesystem::path& file) {
+    std::error_code error;
+    const auto status = std::filesystem::status(file, error);
+    require(std::filesystem::exists(status), {file.string()},
+            "does not exist or cannot be reached; expected an archive of drover");
+    require(!std::filesystem::is_directory(status), {file.string()}, "is a folder; expected an archive of drover");
+    require(std::filesystem::is_regular_file(status), {file.string()},
+            "is not a plain file; expected an archive of drover");
+}
+
+/// Whether each step of an absolute path is a hard link, and the last one leads to an object of this type.  No other
+/// kind of link is followed: an external one would open whatever file its author wished.
+bool leads_to(hid_t file, const std::string& path, H5O_type_t type, const Hdf5Errors& errors) {
+    if (path.size() < 2 || path[0] != '/') return false;
+    for (std::size_t slash = 0; slash != std::string::npos;) {
+        slash = path.find('/', slash + 1);
+        const std::string step = path.substr(0, slash);
+        H5L_info_t link;
+        if (H5Lexists(file, step.c_str(), H5P_DEFAULT) <= 0) return false;
+        errors.check(H5Lget_info(file, step.c_str(), &link, H5P_DEFAULT), text("looking at {}", step));
+        require(
+            link.type == H5L_TYPE_HARD, {errors.file},
+            "{} is a link to elsewhere (a soft or an external link); expected the data itself, links are not followed",
+            step);
+        H5O_info_t object;
+        errors.check(H5Oget_info_by_name2(file, step.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
+                     text("looking at {}", step));
+        if (object.type != (slash == std::string::npos ? type : H5O_TYPE_GROUP)) return false;
+    }
+    return true;
+}
+
+/// Filters that come with HDF5 itself and that drover writes; any other could load a plugin.
+void refuse_filters(hid_t creation, const std::string& name, const Hdf5Errors& errors) {
+    const int count = errors.check(H5Pget_nfilters(creation), text("looking at the filters of {}", name));
+    for (int i = 0; i < count; ++i) {
+        unsigned flags = 0;
+        std::size_t values = 0;
+        const H5Z_filter_t filter =
+            H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, nullptr);
+        require(filter == H5Z_FILTER_DEFLATE || filter == H5Z_FILTER_SHUFFLE || filter == H5Z_FILTER_FLETCHER32,
+                {errors.file}, "{} is stored with the HDF5 filter {}; expected deflate, shuffle or fletcher32, or none",
+                name, static_cast<int>(filter));
+    }
+}
+
+void refuse_storage(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    const Handle creation = errors.own(H5Dget_create_plist(dataset), H5Pclose, text("looking at {}", name));
+    const H5D_layout_t layout = H5Pget_layout(creation);
+    require(layout != H5D_VIRTUAL, {errors.file},
+            "{} is a virtual dataset, made of other files; expected the data itself", name);
+    require(layout == H5D_COMPACT || layout == H5D_CONTIGUOUS || layout == H5D_CHUNKED, {errors.file},
+            "{} is stored in an unknown way; expected compact, contiguous or chunked storage", name);
+    require(H5Pget_external_count(creation) == 0, {errors.file},
+            "{} keeps its data in another file; expected the data itself", name);
+    refuse_filters(creation, name, errors);
+    if (layout != H5D_CHUNKED) return;
+    std::array<hsize_t, H5S_MAX_RANK> sizes{};
+    const int rank = errors.check(H5Pget_chunk(creation, H5S_MAX_RANK, sizes.data()), text("looking at {}", name));
+    double bytes = sizeof(double);
+    for (int i = 0; i < rank; ++i) bytes *= static_cast<double>(sizes[static_cast<std::size_t>(i)]);
+    require(bytes <= static_cast<double>(memory_available()) / 2, {errors.file},
+            "{} has chunks of {}, more than half of the memory that is free; expected smaller ones", name,
+            bytes_text(bytes));
+}
+
+Handle open_dataset(hid_t file, const std::string& name, const Hdf5Errors& errors) {
+    require(leads_to(file, name, H5O_TYPE_DATASET, errors), {errors.file},
+            "has no dataset {}; expected an archive with one", name);
+    Handle dataset = errors.own(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, text("opening {}", name));
+    refuse_storage(dataset, name, errors);
+    return dataset;
+}
+
+std::vector<std::size_t> shape_of(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    const Handle space = errors.own(H5Dget_space(dataset), H5Sclose, text("looking at the shape of {}", name));
+    require(H5Sget_simple_extent_type(space) != H5S_NULL, {errors.file}, "{} is an empty dataspace; expected numbers",
+            name);
+    std::vector<hsize_t> sizes(static_cast<std::size_t>(
+        errors.check(H5Sget_simple_extent_ndims(space), text("looking at the rank of {}", name))));
+    errors.check(H5Sget_simple_extent_dims(space, sizes.data(), nullptr), text("looking at the shape of {}", name));
+    return {sizes.begin(), sizes.end()};
+}
+
+void refuse_other_types(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, text("looking at the type of {}", name));
+    require(H5Tequal(type, H5T_IEEE_F64LE) > 0 || H5Tequal(type, H5T_IEEE_F64BE) > 0, {errors.file},
+            "{} does not hold float64 numbers; expected an array of those", name);
+}
+
+/// Reads rows into an array of their size.
+void read_rows(hid_t dataset, const std::string& name, const ChunkedRows& rows, std::uint64_t file_bytes,
+               std::span<double> to, const Hdf5Errors& errors) {
+    if (to.empty()) return;
+    const std::string doing = text("reading {}", name);
+    const Handle creation = errors.own(H5Dget_create_plist(dataset), H5Pclose, doing);
+    if (H5Pget_layout(creation) == H5D_CHUNKED) return read_chunked(dataset, name, rows, file_bytes, to, errors);
+    const Handle space = errors.own(H5Dget_space(dataset), H5Sclose, doing);
+    const hsize_t stored = H5Dget_storage_size(dataset);  // 0: never written, which HDF5 reads as the fill value
+    const auto count = static_cast<hsize_t>(errors.check(H5Sget_simple_extent_npoints(space), doing));
+    require(stored == 0 || stored / sizeof(double) >= count, {errors.file},
+            "{} has {} bytes for {} numbers; expected 8 for each: it is damaged", name, stored, count);
+    std::vector<hsize_t> start(rows.shape.size(), 0), sizes(rows.shape.begin(), rows.shape.end());
+    if (!sizes.empty()) {
+        start[0] = rows.first;
+        sizes[0] = rows.count;
+        errors.check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, sizes.data(), nullptr), doing);
+    }
+    const hsize_t size = to.size();
+    const Handle memory = errors.own(H5Screate_simple(1, &size, nullptr), H5Sclose, doing);
+    errors.check(H5Dread(dataset, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, to.data()), doing);
+}
+
+/// How many numbers an array of this shape has, once it is certain that they can be in this file and in memory.
+std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t file_bytes, const std::string& name,
+                          const Hdf5Errors& errors) {
+    constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
+    const std::uint64_t memory = memory_available();
+    std::size_t count = 1;
+    for (const std::size_t size : shape) {
+        const bool fits = size == 0 || count <= most / size;
+        count = fits ? count * size : most;
+    }
+    if (std::find(shape.begin(), shape.end(), std::size_t{0}) != shape.end()) return 0;
+    const double bytes = static_cast<double>(count) * sizeof(double);
+    require(bytes <= static_cast<double>(file_bytes) * static_cast<double>(inflation_most), {errors.file},
+            "{} claims {} in a file of {}; expected no more than such a file can hold: it is damaged", name,
+            bytes_text(bytes), bytes_text(static_cast<double>(file_bytes)));
+    require(bytes <= static_cast<double>(memory) / 2, {errors.file},
+            "{} takes {}, more than half of the {} of memory that are free; read it row by row", name,
+            bytes_text(bytes), bytes_text(static_cast<double>(memory)));
+    return count;
+}
+
+/// A number or a text of fixed length; nothing for an attribute of any other kind.
+std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name, std::uint64_t file_bytes,
+                                        const Hdf5Errors& errors) {
+    const std::string doing = text("reading attribute {}", name);
+    const Handle type = errors.own(H5Aget_type(attribute), H5Tclose, doing);
+    const Handle space = errors.own(H5Aget_space(attribute), H5Sclose, doing);
+    if (H5Sget_simple_extent_npoints(space) != 1) return std::nullopt;
+    const H5T_class_t kind = H5Tget_class(type);
+    if (kind == H5T_INTEGER) {
+        std::int64_t value = 0;
+        errors.check(H5Aread(attribute, H5T_NATIVE_INT64, &value), doing);
+        return Attribute{name, value};
+    }
+    if (kind == H5T_FLOAT) {
+        double value = 0.0;
+        errors.check(H5Aread(attribute, H5T_NATIVE_DOUBLE, &value), doing);
+        return Attribute{name, value};
+    }
+    if (kind != H5T_STRING || H5Tis_variable_str(type) != 0) return std::nullopt;
+    const std::size_t size = H5Tget_size(type);
+    require(size <= file_bytes, {errors.file}, "attribute {} claims {}, more than the file has; it is damaged", name,
+            bytes_text(static_cast<double>(size)));
+    std::string value(size, '\0');
+    errors.check(H5Aread(attribute, type, value.data()), doing);
+    if (H5Tget_strpad(type) == H5T_STR_NULLTERM) value.resize(std::min(value.size(), value.find('\0')));
+    value.resize(value.find_last_not_of('\0') + 1);
+    return Attribute{name, value};
+}
+
+}  // namespace
+
+ArchiveReader::ArchiveReader(const std::filesystem::path& file) try {
+    const QuietErrors quiet;
+    refuse_what_is_no_file(file);
+    file_ = std::make_unique<File>(recovered_overlay(file), file);
+    const Hdf5Errors& errors = file_->errors;
+    require(has_signature(file_->overlay), {file.string()}, "is not an HDF5 file; expected an archive of drover");
+    file_->driver = register_driver(errors);
+    file_->access = file_access(file_->driver, file_->overlay, errors);
+    file_->file = errors.own(H5Fopen(file.c_str(), H5F_ACC_RDONLY, file_->access), H5Fclose, "opening the file");
+} catch (const std::system_error& cause) {
+    fail_input({file.string()}, "cannot be read: {}; expected an archive of drover that may be read",
+               std::string(cause.what()));
+}
+
+ArchiveReader::ArchiveReader(ArchiveReader&&) noexcept = default;
+ArchiveReader::~ArchiveReader() = default;
+
+std::vector<Attribute> ArchiveReader::attributes() const {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    H5O_info_t about;
+    errors.check(H5Oget_info2(file_->file, &about, H5O_INFO_NUM_ATTRS), "counting attributes");
+    std::vector<Attribute> found;
+    for (hsize_t i = 0; i < about.num_attrs; ++i) {
+        const Handle attribute =
+            errors.own(H5Aopen_by_idx(file_->file, "/", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT),
+                       H5Aclose, text("opening attribute {}", i));
+        std::string name(static_cast<std::size_t>(
+                             errors.check(H5Aget_name(attribute, 0, nullptr), "naming an attribute")),
+                         '\0');
+        errors.check(H5Aget_name(attribute, name.size() + 1, name.data()), "naming an attribute");
+        if (auto read = read_attribute(attribute, name, file_->overlay.length, errors))
+            found.push_back(std::move(*read));
+    }
+    return found;
+}
+
+std::string ArchiveReader::text_attribute(const std::string& name) const {
+    const std::vector<Attribute> all = attributes();
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Attribute& one) { return one.first == name; });
+    require(found != all.end(), {file_->errors.file}, "has no attribute {}; expected an archive of drover", name);
+    const auto* words = std::get_if<std::string>(&found->second);
+    require(words != nullptr, {file_->errors.file}, "attribute {} is a number; expected a text", name);
+    return *words;
+}
+
+bool ArchiveReader::has(const std::string& dataset) const {
+    const QuietErrors quiet;
+    return leads_to(file_->file, dataset, H5O_TYPE_DATASET, file_->errors);
+}
+
+std::vector<std::size_t> ArchiveReader::shape(const std::string& dataset) const {
+    const QuietErrors quiet;
+    return shape_of(open_dataset(file_->file, dataset, file_->errors), dataset, file_->errors);
+}
+
+Array ArchiveReader::read(const std::string& dataset) const {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    const Handle open = open_dataset(file_->file, dataset, errors);
+    refuse_other_types(open, dataset, errors);
+    Array array{.shape = shape_of(open, dataset, errors), .values = {}};
+    array.values.resize(checked_count(array.shape, file_->overlay.length, dataset, errors));
+    const std::size_t rows = array.shape.empty() ? 1 : array.shape[0];
+    read_rows(open, dataset, {array.shape, 0, rows}, file_->overlay.length, array.values, errors);
+    return array;
+}
+
+Array ArchiveReader::read_row(const std::string& dataset, std::size_t row) const {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    const Handle open = open_dataset(file_->file, dataset, errors);
+    refuse_other_types(open, dataset, errors);
+    const std::vector<std::size_t> shape = shape_of(open, dataset, errors);
+    require(!shape.empty(), {errors.file}, "{} is a single number; expected an array with rows", dataset);
+    require(row < shape[0], {errors.file}, "{} has {} rows; expected one numbered {}, counted from 0", dataset,
+            shape[0], row);
+    Array array{.shape = {shape.begin() + 1, shape.end()}, .values = {}};
+    array.values.resize(checked_count(array.shape, file_->overlay.length, dataset, errors));
+    read_rows(open, dataset, {shape, row, 1}, file_->overlay.length, array.values, errors);
+    return array;
+}
+
+}  // namespace drover::io

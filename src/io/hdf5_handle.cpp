@@ -1,0 +1,35 @@
+// io/hdf5_handle.cpp: HDF5's error stack as one clause.
+#include "io/hdf5_handle.hpp"
+
+#include <array>
+#include <cstdio>
+
+namespace drover::io {
+namespace {
+
+using Message = std::array<char, 256>;
+
+/// Keeps the first, innermost, entry.  HDF5 calls it: it must not throw.
+extern "C" herr_t keep_innermost(unsigned number, const H5E_error2_t* entry, void* message) noexcept {
+    auto& kept = *static_cast<Message*>(message);
+    if (number == 0 && entry->desc != nullptr) std::snprintf(kept.data(), kept.size(), "%s", entry->desc);
+    return 0;
+}
+
+}  // namespace
+
+std::string hdf5_complaint() {
+    Message message{};
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &message);
+    return message[0] == '\0' ? "no reason given" : message.data();
+}
+
+void Hdf5Errors::fail(std::string_view doing) const {
+    const std::string complaint = hdf5_complaint();
+    if (fault == Fault::input)
+        fail_input({file}, "{} failed (HDF5: {}); expected a whole archive: the file is damaged or not one of drover's",
+                   doing, complaint);
+    throw Error(fault, {file}, text("{} failed (HDF5: {})", doing, complaint));
+}
+
+}  // namespace drover::io

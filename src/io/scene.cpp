@@ -1,0 +1,182 @@
+// io/scene.cpp: TOML text to a Scene and back.
+#include "drover/io/scene.hpp"
+
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+namespace drover::io {
+
+namespace {
+using Tables = std::map<std::string, PlacedTable>;
+
+/// The sections of a scene, in the order in which they are written: visit(name, sentence, struct).
+template <class AnyScene, class Visit>
+void for_sections(AnyScene& scene, Visit visit) {
+    visit("uniform", "The uniform state that the model stands about.", scene.model.uniform);
+    visit("current", "Motion of rods along their order.", scene.model.current);
+    visit("relaxation", "Relaxation of the order.", scene.model.relaxation);
+    visit("elasticity", "Elasticity of the order.", scene.model.elasticity);
+    visit("pressure", "Pressure of the rods on the order.", scene.model.pressure);
+    visit("diffusion", "Diffusion of the rods.", scene.model.diffusion);
+    visit("noise", "Strengths of the noise.", scene.model.noise);
+    visit("grid", "The periodic cell and its grid.", scene.grid);
+    visit("time", "How time advances.", scene.time);
+    visit("initial", "The state at the start.", scene.initial);
+    visit("output", "What is written, and when.", scene.output);
+    visit("analysis", "How means are taken.", scene.analysis);
+    visit("run", "What does not change the physics, but the seed.", scene.run);
+    visit("sweep", "Many runs of this scene; for drover sweep alone.", scene.sweep);
+}
+
+Where where_of(const toml::source_region& source, const std::string& file) {
+    return {.file = file, .line = static_cast<int>(source.begin.line), .column = static_cast<int>(source.begin.column)};
+}
+
+Value list_value(const toml::array& array, const std::string& key, const Where& where) {
+    std::vector<double> numbers;
+    std::vector<std::string> texts;
+    for (const toml::node& item : array) {
+        if (const auto number = item.value<double>(); number && item.is_number()) numbers.push_back(*number);
+        else if (const auto word = item.value<std::string>()) texts.push_back(*word);
+        else
+            fail_input(where,
+                       "{} is a list with something else than numbers or texts in it; expected one kind of either",
+                       key);
+    }
+    require(numbers.empty() || texts.empty(), where, "{} is a list of both numbers and texts; expected one kind", key);
+    if (!texts.empty()) return texts;
+    return numbers;
+}
+
+Value value_of(const toml::node& node, const std::string& key, const Where& where) {
+    if (const auto* held = node.as_boolean()) return held->get();
+    if (const auto* held = node.as_integer()) return std::int64_t{held->get()};
+    if (const auto* held = node.as_floating_point()) return held->get();
+    if (const auto* held = node.as_string()) return held->get();
+    if (const auto* held = node.as_array()) return list_value(*held, key, where);
+    fail_input(where, "{} is a table or a date; expected a number, a text, true or false, or a list", key);
+}
+
+toml::table parsed(const std::string& text, const std::string& name) {
+    try {
+        return toml::parse(text, name);
+    } catch (const toml::parse_error& error) {
+        fail_input(where_of(error.source(), name), "not TOML: {}; expected lines such as [grid] and nx = 256",
+                   std::string(error.description()));
+    }
+}
+
+Tables tables_of(const toml::table& root, const std::string& file) {
+    Tables tables;
+    for (const auto& [name, node] : root) {
+        const std::string section(name.str());
+        const Where where = where_of(name.source(), file);
+        const toml::table* table = node.as_table();
+        require(table != nullptr, where, "{} stands outside a table; expected it below a line such as [grid]", section);
+        PlacedTable placed{.where = where, .values = {}};
+        for (const auto& [key, value] : *table) {
+            const Where place = where_of(key.source(), file);
+            const std::string word(key.str());
+            placed.values.emplace(word, PlacedValue{value_of(value, section + "." + word, place), place});
+        }
+        tables.emplace(section, std::move(placed));
+    }
+    return tables;
+}
+
+/// "section.key=value": the value as TOML, or as a text when it is not.
+void apply_override(const std::string& setting, Tables& tables) {
+    const Where where{.file = "--set " + setting};
+    const std::size_t equals = setting.find('='), dot = setting.find('.');
+    require(equals != std::string::npos && dot != std::string::npos && dot > 0 && dot + 1 < equals, where,
+            "expected section.key=value, such as grid.nx=128");
+    const auto trimmed = [](std::string word) {
+        word.erase(0, word.find_first_not_of(" \t"));
+        word.erase(word.find_last_not_of(" \t") + 1);
+        return word;
+    };
+    const std::string section = trimmed(setting.substr(0, dot)),
+                      key = trimmed(setting.substr(dot + 1, equals - dot - 1));
+    const std::string written = trimmed(setting.substr(equals + 1));
+    Value value = written;
+    try {
+        const toml::table table = toml::parse("value = " + written);
+        value = value_of(*table.get("value"), section + "." + key, where);
+    } catch (const toml::parse_error&) {
+        // A bare word: it stays a text.
+    }
+    PlacedTable& table = tables.try_emplace(section, PlacedTable{.where = where, .values = {}}).first->second;
+    table.values.insert_or_assign(key, PlacedValue{std::move(value), where});
+}
+
+Scene scene_of(const Tables& tables, const std::string& file) {
+    Scene scene;
+    scene.file = file;
+    std::vector<std::string> sections;
+    for_sections(scene, [&](const std::string& name, const char*, auto& part) {
+        sections.push_back(name);
+        const auto table = tables.find(name);
+        if (table == tables.end()) return;
+        read_table(table->second, name, part);
+        for (const auto& [key, value] : table->second.values) scene.places.emplace(name + "." + key, value.where);
+    });
+    for (const auto& [name, table] : tables) {
+        if (std::find(sections.begin(), sections.end(), name) != sections.end()) continue;
+        const std::string near = nearest_name(name, sections);
+        fail_input(table.where, "unknown table [{}]; {}", name,
+                   near.empty() ? text("expected one of {}", joined(sections)) : text("did you mean [{}]?", near));
+    }
+    check(scene);
+    return scene;
+}
+}  // namespace
+
+Where place_of(const Scene& scene, const std::string& key) {
+    const auto found = scene.places.find(key);
+    return found != scene.places.end() ? found->second : Where{.file = scene.file};
+}
+
+Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides) {
+    Tables tables = tables_of(parsed(toml, name), name);
+    for (const std::string& setting : overrides) apply_override(setting, tables);
+    return scene_of(tables, name);
+}
+
+Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
+    const Where where{.file = file.string()};
+    std::error_code problem;
+    require(std::filesystem::exists(file, problem), where,
+            "no such file; expected a scene, such as models/isotropic.toml");
+    require(std::filesystem::is_regular_file(file, problem), where, "not a file; expected a scene in TOML");
+    constexpr std::uintmax_t most = 1 << 20;
+    require(std::filesystem::file_size(file, problem) <= most, where, "larger than 1 MiB; expected a scene in TOML");
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream content;
+    if (stream) content << stream.rdbuf();
+    require(static_cast<bool>(stream), where, "cannot be read; check its permissions");
+    return parse_scene(content.str(), file.string(), overrides);
+}
+
+std::string resolved_text(const Scene& scene) {
+    std::string result;
+    for_sections(scene, [&](const std::string& name, const char*, const auto& part) {
+        if (!result.empty()) result += '\n';
+        result += "[" + name + "]\n";
+        for (const auto& [key, value] : values_of(part)) result += key + " = " + toml_text(value) + "\n";
+    });
+    return result;
+}
+
+std::vector<SectionDescription> scene_schema() {
+    std::vector<SectionDescription> sections;
+    const Scene standard;
+    for_sections(standard, [&](const std::string& name, const char* sentence, const auto& part) {
+        sections.push_back({name, sentence, descriptions<std::remove_cvref_t<decltype(part)>>()});
+    });
+    return sections;
+}
+
+}  // namespace drover::io

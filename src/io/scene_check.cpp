@@ -1,0 +1,145 @@
+// io/scene_check.cpp: the rows of the scene's own structs, and what its keys ask of each other.
+#include <cmath>
+
+#include "drover/io/scene.hpp"
+#include "drover/numerics/stepper_table.hpp"
+
+namespace drover::io {
+
+std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration) {
+    const double dt = scene.time.dt, steps = std::round(duration / dt);
+    constexpr double most = 1e15;
+    require(steps <= most, place_of(scene, key), "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}",
+            key, duration, steps, dt, most);
+    // Times are typed as decimals: a millionth of a step is a slip of rounding, more is not.
+    require(std::abs(steps * dt - duration) <= 1e-6 * dt + 1e-12 * duration, place_of(scene, key),
+            "{} = {} is not a whole number of steps of time.dt = {}; choose {} or {}", key, duration, dt,
+            std::floor(duration / dt) * dt, std::ceil(duration / dt) * dt);
+    return static_cast<std::int64_t>(steps);
+}
+
+void check(const Scene& scene) {
+    const PlaceOf place = [&](const std::string& key) { return place_of(scene, key); };
+    numerics::check(scene.grid, place);
+    physics::check(scene.initial, scene.model, scene.grid, place);
+    const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
+    require(steps >= 1, place("time.end"), "time.end = {} is less than one step of time.dt = {}; expected at least one",
+            scene.time.end, scene.time.dt);
+    for (const auto& [key, every] : {std::pair{"output.frame_every", scene.output.frame_every},
+                                     std::pair{"output.sample_every", scene.output.sample_every}})
+        require(every == 0.0 || whole_steps(scene, key, every) >= 1, place(key),
+                "{} = {} is less than one step of time.dt = {}; expected 0 or at least one step", key, every,
+                scene.time.dt);
+    require(scene.analysis.warm_up == -1.0 ||
+                (scene.analysis.warm_up >= 0.0 && scene.analysis.warm_up < scene.time.end),
+            place("analysis.warm_up"),
+            "analysis.warm_up = {}; expected -1 (found from the series) or less than time.end = {}",
+            scene.analysis.warm_up, scene.time.end);
+}
+
+}  // namespace drover::io
+
+namespace drover {
+
+using namespace io;
+
+template <>
+const std::vector<Row<TimeControl>>& schema<TimeControl>() {
+    static const std::vector<Row<TimeControl>> rows = [] {
+        std::vector<std::string> steppers;
+        for (const auto& table : numerics::stepper_tables()) steppers.push_back(table.name);
+        return std::vector<Row<TimeControl>>{
+            {.name = "dt",
+             .member = &TimeControl::dt,
+             .unit = "s",
+             .range = positive,
+             .sentence = "time step; linear terms and noise are exact at any, products of fields are not"},
+            {.name = "end",
+             .member = &TimeControl::end,
+             .unit = "s",
+             .range = positive,
+             .sentence = "time at the end of the run, a whole number of steps"},
+            {.name = "stepper",
+             .member = &TimeControl::stepper,
+             .choices = steppers,
+             .sentence = "method for what is not linear"}};
+    }();
+    return rows;
+}
+
+template <>
+const std::vector<Row<Output>>& schema<Output>() {
+    static const std::vector<Row<Output>> rows{
+        {.name = "file",
+         .member = &Output::file,
+         .sentence = "the archive (HDF5); empty: the scene's name with .h5, in the folder where drover runs"},
+        {.name = "frame_every",
+         .member = &Output::frame_every,
+         .unit = "s",
+         .range = not_negative,
+         .sentence = "time between frames of all fields, a whole number of steps; 0: the first and the last alone"},
+        {.name = "sample_every",
+         .member = &Output::sample_every,
+         .unit = "s",
+         .range = not_negative,
+         .sentence =
+             "time between samples of the observables, a whole number of steps; 0: the first and the last alone"},
+        {.name = "checkpoint_minutes",
+         .member = &Output::checkpoint_minutes,
+         .unit = "min",
+         .range = not_negative,
+         .sentence = "wall time between checkpoints"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<Analysis>>& schema<Analysis>() {
+    static const std::vector<Row<Analysis>> rows{
+        {.name = "warm_up",
+         .member = &Analysis::warm_up,
+         .unit = "s",
+         .range = {.least = -1.0},
+         .sentence = "time left out of means at the start; -1: found from the series"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<RunControl>>& schema<RunControl>() {
+    static const std::vector<Row<RunControl>> rows{
+        {.name = "seed",
+         .member = &RunControl::seed,
+         .range = {.least = 0, .most = 9.2e18},
+         .sentence = "of all random numbers; the same seed gives the same bytes"},
+        {.name = "threads",
+         .member = &RunControl::threads,
+         .range = {.least = 0, .most = 1024},
+         .sentence =
+             "0: as many as the process may use and the grid can feed; the results are the same bytes for any number"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
+    static const std::vector<Row<SweepPlan>> rows{
+        {.name = "vary",
+         .member = &SweepPlan::vary,
+         .sentence = "keys and their values, \"relaxation.rate = 0.5, 1, 2\" or, 11 even steps, \"relaxation.rate = "
+                     "0.5:2:11\"; "
+                     "several make a grid"},
+        {.name = "seeds",
+         .member = &SweepPlan::seeds,
+         .range = {.least = 1, .most = 1e6},
+         .sentence = "runs at each point, with the seeds run.seed, run.seed + 1, ..."},
+        {.name = "ramp",
+         .member = &SweepPlan::ramp,
+         .choices = {"none", "up", "up-down"},
+         .sentence =
+             "up: each point starts from the state at the end of the one before; up-down: and back again (hysteresis)"},
+        {.name = "workers",
+         .member = &SweepPlan::workers,
+         .range = {.least = 0, .most = 1024},
+         .sentence = "runs at a time; 0: the cores the process may use"}};
+    return rows;
+}
+
+}  // namespace drover

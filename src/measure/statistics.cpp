@@ -1,0 +1,299 @@
+// measure/statistics.cpp: autocorrelation time, warm-up, and the jackknife over blocks.
+#include "drover/measure/statistics.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "drover/base/error.hpp"
+
+namespace drover::measure {
+
+namespace {
+
+using Series = std::vector<std::span<const double>>;
+using Function = std::function<double(std::span<const double> means)>;
+
+constexpr double window_per_time = 5.0;
+constexpr std::size_t samples_per_batch = 5;
+constexpr std::size_t lags_at_once = 16;      // as many sums as registers hold
+constexpr std::size_t lags_one_by_one = 512;  // beyond, a Fourier transform of the series takes less time
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* no_number =
+    "error refused: the quantity is not a finite number for these means; expected means that "
+    "are not zero: look at the series it is made of";
+
+bool all_finite(std::span<const double> values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+}
+
+bool is_constant(std::span<const double> values) {
+    if (values.empty()) return true;
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    return *most - *least <= rounding_spread * std::max(std::abs(*least), std::abs(*most));
+}
+
+/// About the first value, so that the mean of a constant series is that constant to the last digit.
+double mean_of(std::span<const double> values) {
+    double sum = 0.0;
+    for (const double value : values) sum += value - values[0];
+    return values[0] + sum / static_cast<double>(values.size());
+}
+
+/// Fourier transform in place; the length is a power of two.
+void transform(std::vector<std::complex<double>>& data) {
+    const std::size_t n = data.size();
+    for (std::size_t i = 1, j = 0; i < n; ++i) {  // order of reversed bits
+        std::size_t bit = n >> 1;
+        for (; j & bit; bit >>= 1) j ^= bit;
+        j ^= bit;
+        if (i < j) std::swap(data[i], data[j]);
+    }
+    std::vector<std::complex<double>> roots(n / 2);
+    for (std::size_t k = 0; k < roots.size(); ++k)
+        roots[k] = std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
+    for (std::size_t half = 1; half < n; half *= 2)
+        for (std::size_t start = 0; start < n; start += 2 * half)
+            for (std::size_t k = 0; k < half; ++k) {
+                const std::complex<double> root = roots[k * (n / (2 * half))], b = data[start + half + k];
+                const std::complex<double> turned(root.real() * b.real() - root.imag() * b.imag(),
+                                                  root.real() * b.imag() + root.imag() * b.real());
+                data[start + half + k] = data[start + k] - turned;
+                data[start + k] += turned;
+            }
+}
+
+/// Sums over i of d_i d_(i+k), d the deviations from the mean, for the lags k = 0 .. n/2: by Fourier transform.
+std::vector<double> all_lagged_products(std::span<const double> deviations) {
+    const std::size_t n = deviations.size();
+    std::size_t length = 2;
+    while (length < n + n / 2 + 1) length *= 2;  // zeros after the end: no lag to n/2 wraps round
+    std::vector<std::complex<double>> work(deviations.begin(), deviations.end());
+    work.resize(length);
+    transform(work);
+    for (auto& value : work) value = std::norm(value);  // real and even: a forward transform brings it back
+    transform(work);
+    std::vector<double> products(n / 2 + 1);
+    for (std::size_t k = 0; k < products.size(); ++k) products[k] = work[k].real() / static_cast<double>(length);
+    return products;
+}
+
+/// Makes `products`, which holds the first lags, longer: a few more lags at a time, all at once when many are asked
+/// for.
+void extend_lagged_products(std::span<const double> deviations, std::vector<double>& products) {
+    const std::size_t n = deviations.size(), first = products.size(), lags = n / 2 + 1;
+    if (first >= lags_one_by_one) {
+        products = all_lagged_products(deviations);
+        return;
+    }
+    std::array<double, lags_at_once> sums{};
+    const std::size_t whole = n - std::min(n, first + lags_at_once);
+    for (std::size_t i = 0; i < whole; ++i)
+        for (std::size_t k = 0; k < lags_at_once; ++k) sums[k] += deviations[i] * deviations[i + first + k];
+    for (std::size_t i = whole; i < n; ++i)
+        for (std::size_t k = 0; i + first + k < n && k < lags_at_once; ++k)
+            sums[k] += deviations[i] * deviations[i + first + k];
+    for (std::size_t k = 0; k < lags_at_once && products.size() < lags; ++k) products.push_back(sums[k]);
+}
+
+/// A time rounded to three digits, up when it is asked for.
+std::string time_text(double time, bool up = false) {
+    if (!(time > 0.0)) return text("{} s", time);
+    const double unit = std::pow(10.0, std::floor(std::log10(time)) - 2.0);
+    const double steps = up ? std::ceil(time / unit - 1e-6) : std::round(time / unit);
+    return text("{} s", unit < 1.0 ? steps / std::round(1.0 / unit) : steps * std::round(unit));
+}
+
+/// Why no error can be given, "" if one can.  n: samples after warm-up; tau: in samples.
+std::string refusal_of(std::size_t n, double tau, double spacing, double warm_up) {
+    const double times_least = autocorrelation_times_per_block * static_cast<double>(blocks_least);
+    const auto samples_least = static_cast<std::size_t>(std::ceil(times_least / 2.0));
+    if (n < samples_least)
+        return text("error refused: {} after warm-up; at least {} are needed: run for {}",
+                    n == 1 ? std::string("one sample") : text("{} samples", n), samples_least,
+                    time_text(warm_up + static_cast<double>(samples_least) * spacing, true));
+    const double times = static_cast<double>(n) / tau;
+    if (times < times_least)
+        return text(
+            "error refused: the run has {:.3g} autocorrelation times ({}) after warm-up; blocks need {} each and "
+            "there must be at least {}: run for {}",
+            times, time_text(static_cast<double>(n) * spacing), autocorrelation_times_per_block, blocks_least,
+            time_text(warm_up + times_least * tau * spacing, true));
+    return "";
+}
+
+std::vector<double> means_of(const Series& series) {
+    std::vector<double> means;
+    for (const auto& values : series) means.push_back(mean_of(values));
+    return means;
+}
+
+/// The function of the means with each of the blocks left out in turn.  Series of blocks * length samples.
+std::vector<double> leave_one_out(const Series& series, std::size_t blocks, const Function& function) {
+    const std::size_t length = series[0].size() / blocks;
+    const std::vector<double> means = means_of(series);
+    std::vector<double> results, rest(series.size());
+    for (std::size_t b = 0; b < blocks; ++b) {
+        for (std::size_t s = 0; s < series.size(); ++s) {
+            const double block = mean_of(series[s].subspan(b * length, length));
+            rest[s] = means[s] + (means[s] - block) / static_cast<double>(blocks - 1);
+        }
+        results.push_back(function(rest));
+    }
+    return results;
+}
+
+/// Sets mean and error from blocks; the series are cut at the start to whole blocks.
+void add_jackknife(Series series, double tau, double spacing, const Function& function, Estimate& result) {
+    const auto most =
+        static_cast<std::size_t>(static_cast<double>(series[0].size()) / (autocorrelation_times_per_block * tau));
+    const std::size_t blocks = std::clamp(most, blocks_least, blocks_most);
+    const std::size_t length = series[0].size() / blocks, spare = series[0].size() % blocks;
+    for (auto& values : series) values = values.subspan(spare);
+    const auto count = static_cast<double>(blocks);
+
+    const double whole = function(means_of(series));
+    const std::vector<double> parts = leave_one_out(series, blocks, function);
+    if (!std::isfinite(whole) || !all_finite(parts)) {
+        result.refusal = no_number;
+        return;
+    }
+    const double mean_part = mean_of(parts);
+    double sum = 0.0;
+    for (const double part : parts) sum += (part - mean_part) * (part - mean_part);
+    // Exact for exponential correlations: length * variance of a block mean = 2 tau variance (1 - lost).
+    const double lost = (tau - 0.25 / tau) / static_cast<double>(length);
+    result.mean = whole - (count - 1.0) * (mean_part - whole);
+    result.error = std::sqrt((count - 1.0) / count * sum / (1.0 - lost));
+    result.samples = blocks * length;
+    result.warm_up += static_cast<double>(spare) * spacing;
+    result.blocks = blocks;
+}
+
+/// The body of every estimate.  The series are whole: the warm-up is cut here.
+Estimate estimate(Series series, double spacing, std::size_t skip, const Function& function) {
+    require(!series.empty(), {}, "no series to take a mean of; expected at least one");
+    require(spacing > 0.0 && std::isfinite(spacing), {}, "samples {} s apart; expected a positive time", spacing);
+    for (const auto& values : series)
+        require(values.size() == series[0].size(), {}, "series of {} and of {} samples; expected the same length",
+                series[0].size(), values.size());
+    const std::size_t skipped = std::min(skip, series[0].size());
+    Estimate result{.mean = not_a_number,
+                    .autocorrelation_time = not_a_number,
+                    .warm_up = static_cast<double>(skipped) * spacing,
+                    .samples = series[0].size() - skipped};
+    double tau = 0.5;
+    bool constant = true;
+    for (auto& values : series) {
+        values = values.subspan(skipped);
+        const auto bad = std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+        if (bad != values.end()) {
+            result.refusal =
+                text("error refused: sample {} of {} is {}; expected finite numbers: see where the run left them",
+                     static_cast<std::size_t>(bad - values.begin()) + skipped + 1, values.size() + skipped, *bad);
+            return result;
+        }
+        tau = std::max(tau, autocorrelation_time(values));
+        constant = constant && is_constant(values);
+    }
+    result.autocorrelation_time = tau * spacing;
+    if (result.samples > 0) result.mean = function(means_of(series));
+    if (result.samples > 0 && !std::isfinite(result.mean)) result.refusal = no_number;
+    else if (result.samples > 1 && constant) result.error = 0.0;
+    else result.refusal = refusal_of(result.samples, tau, spacing, result.warm_up);
+    if (result.refusal.empty() && !constant) add_jackknife(std::move(series), tau, spacing, function, result);
+    return result;
+}
+
+/// One series of the samples, made into several by functions of its values.
+Samples derived(const Samples& samples, std::size_t series,
+                const std::vector<std::function<double(double)>>& functions) {
+    Samples result{.series = {}, .spacing = samples.spacing, .skip = samples.skip};
+    for (const auto& function : functions) {
+        result.series.push_back(samples.series.at(series));
+        for (double& value : result.series.back()) value = function(value);
+    }
+    return result;
+}
+
+}  // namespace
+
+double autocorrelation_time(std::span<const double> values) {
+    if (!all_finite(values)) return not_a_number;
+    if (values.size() < 2 || is_constant(values)) return 0.5;
+    std::vector<double> deviations(values.begin(), values.end()), products;
+    const double mean = mean_of(values);
+    for (double& value : deviations) value -= mean;
+    extend_lagged_products(deviations, products);
+    const auto n = static_cast<double>(values.size());
+    double tau = 0.5;
+    std::size_t window = 0;
+    while (window < values.size() / 2 && static_cast<double>(window) < window_per_time * tau) {
+        ++window;
+        if (window == products.size()) extend_lagged_products(deviations, products);
+        tau += products[window] / products[0] * n / (n - static_cast<double>(window));
+    }
+    tau *= 1.0 + (2.0 * static_cast<double>(window) + 1.0) / n;
+    return std::max(tau, 0.5);
+}
+
+std::size_t warm_up_length(std::span<const double> values) {
+    const std::size_t batches = values.size() / samples_per_batch;
+    if (batches < 4 || !all_finite(values) || is_constant(values)) return 0;
+    std::size_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    double mean = 0.0, squares = 0.0, count = 0.0;  // of the batches from `cut` on
+    for (std::size_t cut = batches; cut-- > 0;) {
+        const double batch = mean_of(values.subspan(cut * samples_per_batch, samples_per_batch));
+        count += 1.0;
+        const double step = batch - mean;
+        mean += step / count;
+        squares += step * (batch - mean);
+        const double score = squares / (count * count);
+        if (2 * cut <= batches && score <= least) {
+            least = score;
+            best = cut;
+        }
+    }
+    return best * samples_per_batch;
+}
+
+Estimate estimate_mean(const Samples& samples, std::size_t series) {
+    return estimate({samples.series.at(series)}, samples.spacing, samples.skip, [](auto means) { return means[0]; });
+}
+
+Estimate estimate_function(const Samples& samples, const Function& function) {
+    return estimate(Series(samples.series.begin(), samples.series.end()), samples.spacing, samples.skip, function);
+}
+
+Estimate estimate_susceptibility(const Samples& samples, std::size_t series, double area) {
+    // About a value of the series: a variance does not change, and loses no digits where it is small.
+    const auto& values = samples.series.at(series);
+    const double origin = values.empty() ? 0.0 : values.back();
+    const Samples moments =
+        derived(samples, series,
+                {[=](double p) { return p - origin; }, [=](double p) { return (p - origin) * (p - origin); }});
+    return estimate_function(moments, [=](auto means) { return area * (means[1] - means[0] * means[0]); });
+}
+
+Estimate estimate_binder_cumulant(const Samples& samples, std::size_t series) {
+    const Samples moments =
+        derived(samples, series, {[](double p) { return p * p; }, [](double p) { return p * p * p * p; }});
+    return estimate_function(moments, [](auto means) { return 1.0 - means[1] / (3.0 * means[0] * means[0]); });
+}
+
+Estimate estimate_deviation(const Samples& samples, std::size_t series) {
+    return estimate({samples.series.at(series)}, samples.spacing, samples.skip,
+                    [](auto means) { return std::sqrt(means[0]); });
+}
+
+Estimate estimate_local_exponent(const Samples& samples, std::size_t small, std::size_t large, double ratio) {
+    return estimate({samples.series.at(small), samples.series.at(large)}, samples.spacing, samples.skip,
+                    [=](auto means) { return 0.5 * std::log(means[1] / means[0]) / std::log(ratio); });
+}
+
+}  // namespace drover::measure

@@ -1,0 +1,162 @@
+// measure/summary.cpp: time means of all observables of a run, and what follows from them.
+#include "drover/measure/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "drover/base/error.hpp"
+
+namespace drover::measure {
+
+namespace {
+
+std::optional<std::size_t> find_observable(const Recorded& recorded, const std::string& name) {
+    for (std::size_t i = 0; i < recorded.observables.size(); ++i)
+        if (recorded.observables[i].name == name) return i;
+    return std::nullopt;
+}
+
+std::size_t size_at(const Recorded& recorded, std::size_t observable) {
+    return size_of(recorded.observables[observable], recorded.setting);
+}
+
+/// The samples recorded.  Throws unless all series agree.
+std::size_t checked_samples(const Recorded& recorded) {
+    require(recorded.series.size() == recorded.observables.size(), {},
+            "{} recorded series for {} observables; expected one each", recorded.series.size(),
+            recorded.observables.size());
+    std::optional<std::size_t> samples;
+    for (std::size_t i = 0; i < recorded.series.size(); ++i) {
+        const std::size_t size = size_at(recorded, i), found = recorded.series[i].size();
+        if (size == 0) continue;  // a grid too small for any shell
+        if (!samples) samples = found / size;
+        require(found == *samples * size, {}, "{}: {} numbers recorded; expected {} samples of {} numbers each",
+                recorded.observables[i].name, found, *samples, size);
+    }
+    return samples.value_or(0);
+}
+
+/// Each of the numbers of an observable as a series of its own.
+Samples split(const Recorded& recorded, std::size_t observable, std::size_t skip) {
+    const std::size_t size = size_at(recorded, observable);
+    Samples result{.series = std::vector<std::vector<double>>(size), .spacing = recorded.spacing, .skip = skip};
+    for (std::size_t k = 0; k < size; ++k)
+        for (std::size_t i = k; i < recorded.series[observable].size(); i += size)
+            result.series[k].push_back(recorded.series[observable][i]);
+    return result;
+}
+
+/// Sum over all modes in shells, at each sample, of the observables named: the total power.
+std::vector<double> total_power(const Recorded& recorded, const std::vector<std::string>& names, std::size_t samples) {
+    const std::vector<double>& weight = recorded.setting.shells.weight;
+    std::vector<double> total(samples);
+    for (const std::string& name : names)
+        if (const auto i = find_observable(recorded, name))
+            for (std::size_t sample = 0; sample < samples; ++sample)
+                for (std::size_t n = 0; n < weight.size(); ++n)
+                    total[sample] += weight[n] * recorded.series[*i][sample * weight.size() + n];
+    return total;
+}
+
+std::size_t automatic_warm_up(const Recorded& recorded, std::size_t samples) {
+    std::size_t longest =
+        std::max(warm_up_length(total_power(recorded, {"structure_factor_rods"}, samples)),
+                 warm_up_length(total_power(recorded, {"structure_factor_order_along", "structure_factor_order_across"},
+                                            samples)));
+    if (const auto order = find_observable(recorded, "polar_order"))
+        longest = std::max(longest, warm_up_length(recorded.series[*order]));
+    return longest;
+}
+
+/// Sectors of small shells that hold no mode are told so, not blamed on the run.
+void name_empty_sectors(const Recorded& recorded, SummaryRow& row) {
+    if (row.axes != std::vector{ObservableAxis::sector, ObservableAxis::shell}) return;
+    const std::vector<double> ones(numerics::modes(recorded.setting.grid), 1.0);
+    const std::vector<double> present =
+        numerics::sector_means(recorded.setting.grid, recorded.setting.shells, recorded.setting.sectors, ones);
+    for (std::size_t k = 0; k < present.size(); ++k)
+        if (std::isnan(present[k])) row.estimates[k].refusal = "no mode lies in this sector of this shell";
+}
+
+void add_order(const Recorded& recorded, std::size_t skip, std::vector<SummaryRow>& rows) {
+    const auto order = find_observable(recorded, "polar_order");
+    if (!order) return;
+    const Samples samples = split(recorded, *order, skip);
+    rows.push_back({"polar_order_susceptibility",
+                    "mm2",
+                    "area (<P^2> - <P>^2), P the polar order of one time",
+                    {},
+                    {estimate_susceptibility(samples, 0, numerics::area(recorded.setting.grid))}});
+    rows.push_back({"polar_order_binder",
+                    "1",
+                    "Binder cumulant 1 - <P^4>/(3 <P^2>^2) of the polar order P",
+                    {},
+                    {estimate_binder_cumulant(samples, 0)}});
+}
+
+void add_boxes(const Recorded& recorded, std::size_t skip, std::vector<SummaryRow>& rows) {
+    const auto variance = find_observable(recorded, "rod_number_variance");
+    if (!variance) return;
+    const Samples samples = split(recorded, *variance, skip);
+    const std::vector<int>& boxes = recorded.setting.boxes;
+    SummaryRow number{"rod_number", "1", "mean number of rods in a box, N", {ObservableAxis::box}, {}};
+    SummaryRow deviation{"rod_number_deviation",
+                         "1",
+                         "DN, root of the time mean of the variance of the number of rods in a box",
+                         {ObservableAxis::box},
+                         {}};
+    SummaryRow exponent{
+        "rod_number_exponent",
+        "1",
+        "d ln DN/d ln N between a box and the next larger one; compare with linear theory of the same boxes: "
+        "the finite cell alone makes it fall",
+        {ObservableAxis::box},
+        {}};
+    for (std::size_t b = 0; b < boxes.size(); ++b) {
+        const double part =
+            static_cast<double>(boxes[b]) * boxes[b] / static_cast<double>(numerics::points(recorded.setting.grid));
+        number.estimates.push_back({.mean = recorded.rods * part, .error = 0.0});
+        deviation.estimates.push_back(estimate_deviation(samples, b));
+        if (b + 1 < boxes.size()) {
+            const double ratio = std::pow(static_cast<double>(boxes[b + 1]) / boxes[b], 2);
+            exponent.estimates.push_back(estimate_local_exponent(samples, b, b + 1, ratio));
+        } else {
+            exponent.estimates.push_back(
+                {.mean = std::numeric_limits<double>::quiet_NaN(), .refusal = "there is no larger box"});
+        }
+    }
+    rows.insert(rows.end(), {number, deviation, exponent});
+}
+
+}  // namespace
+
+Summary summarise(const Recorded& recorded) {
+    Summary summary{.samples = checked_samples(recorded), .warm_up = 0, .note = "", .rows = {}};
+    const std::size_t automatic = recorded.warm_up ? 0 : automatic_warm_up(recorded, summary.samples);
+    summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
+    if (automatic > 0 && 2 * automatic + 10 > summary.samples)  // the last cut tried, up to the length of a batch
+        summary.note = text(
+            "the warm-up may not have ended: the best cut found is the last one tried, half of {} samples; run "
+            "longer or set the warm-up",
+            summary.samples);
+    for (std::size_t i = 0; i < recorded.observables.size(); ++i) {
+        const Observable& observable = recorded.observables[i];
+        SummaryRow row{observable.name, observable.unit, "time mean: " + observable.formula, observable.axes, {}};
+        const Samples samples = split(recorded, i, summary.warm_up);
+        for (std::size_t k = 0; k < samples.series.size(); ++k) row.estimates.push_back(estimate_mean(samples, k));
+        name_empty_sectors(recorded, row);
+        summary.rows.push_back(std::move(row));
+    }
+    add_order(recorded, summary.warm_up, summary.rows);
+    add_boxes(recorded, summary.warm_up, summary.rows);
+    return summary;
+}
+
+const SummaryRow* find_row(const Summary& summary, const std::string& name) {
+    for (const SummaryRow& row : summary.rows)
+        if (row.name == name) return &row;
+    return nullptr;
+}
+
+}  // namespace drover::measure

@@ -1,0 +1,187 @@
+// numerics/block.cpp: functions of small matrices, computed in extended precision and rounded once.
+#include "drover/numerics/block.hpp"
+
+#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "drover/base/error.hpp"
+
+namespace drover::numerics {
+
+namespace {
+using Real = long double;  // 64 bits of mantissa on x86-64
+// Sizes are known at run time alone, room for the largest is on the stack: unrolled code for each size takes minutes to compile.
+using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, 0, block_most, block_most>;
+using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1, 0, block_most, 1>;
+
+Matrix extended(const Block& block) {
+    require(block.size >= 1 && block.size <= block_most, {}, "a block has {} rows; expected 1 to {}", block.size,
+            block_most);
+    Matrix result(block.size, block.size);
+    for (int i = 0; i < block.size; ++i)
+        for (int j = 0; j < block.size; ++j) result(i, j) = block(i, j);
+    return result;
+}
+
+Block rounded(const Matrix& matrix) {
+    Block result(static_cast<int>(matrix.rows()));
+    for (int i = 0; i < result.size; ++i)
+        for (int j = 0; j < result.size; ++j) result(i, j) = static_cast<double>(matrix(i, j));
+    return result;
+}
+
+/// Halvings that bring the row-sum norm of m dt to 1/2 or less, after which 24 terms of a Taylor series are exact to rounding.
+int halvings(const Matrix& m, Real dt) {
+    const Real norm = m.cwiseAbs().rowwise().sum().maxCoeff() * dt;
+    if (!std::isfinite(norm)) fail_run("a linear operator has entries that are not finite; check the coefficients");
+    return norm <= 0.5L ? 0 : static_cast<int>(std::ceil(std::log2(norm))) + 1;
+}
+constexpr int taylor_terms = 24;
+
+void refuse_overflow(const Matrix& result, double dt) {
+    const Real most = std::numeric_limits<double>::max();
+    if (result.allFinite() && result.cwiseAbs().maxCoeff() < most) return;
+    fail_run("a linear mode grows beyond the range of numbers in one step of dt = {}; choose a smaller dt", dt);
+}
+
+struct Exponential {
+    Matrix propagator;  // exp(z)
+    Matrix growth;      // exp(z) - 1, which keeps the digits of slow modes beside fast ones
+    Matrix phi1, phi2, phi3;
+};
+
+Matrix identity_like(const Matrix& m) { return Matrix::Identity(m.rows(), m.cols()); }
+
+/// phi functions of z, |z| <= 1/2: the series of the highest, the others by phi_k = z phi_{k+1} + 1/k!.
+Exponential short_exponential(const Matrix& z) {
+    const Matrix identity = identity_like(z);
+    Exponential e;
+    e.phi3 = identity;
+    for (int n = taylor_terms; n >= 1; --n) e.phi3 = (z * e.phi3 / Real(n + 3) + identity).eval();
+    e.phi3 /= 6.0L;
+    e.phi2 = z * e.phi3 + identity / 2.0L;
+    e.phi1 = z * e.phi2 + identity;
+    e.growth = z * e.phi1;
+    e.propagator = identity + e.growth;
+    return e;
+}
+
+/// exp(2z) - 1 = 2 growth + growth^2; once every mode has decayed, exp(z) is small and its square is the better way.
+void double_propagator(Exponential& e) {
+    if (e.propagator.cwiseAbs().maxCoeff() < 0.5L) {
+        e.propagator = (e.propagator * e.propagator).eval();
+        e.growth = e.propagator - identity_like(e.propagator);
+    } else {
+        e.growth = (2.0L * e.growth + e.growth * e.growth).eval();
+        e.propagator = identity_like(e.growth) + e.growth;
+    }
+}
+
+void double_interval(Exponential& e) {
+    e.phi3 = ((e.phi1 * e.phi2 + e.phi2 + 2.0L * e.phi3) / 8.0L).eval();
+    e.phi2 = ((e.phi1 * e.phi1 + 2.0L * e.phi2) / 4.0L).eval();
+    e.phi1 = (e.phi1 + e.growth * e.phi1 / 2.0L).eval();
+    double_propagator(e);
+}
+}  // namespace
+
+PhiFunctions phi_functions(const Block& m, double dt) {
+    const Matrix rates = extended(m);
+    const int doublings = halvings(rates, dt);
+    Exponential e = short_exponential(rates * std::ldexp(Real(dt), -doublings));
+    for (int i = 0; i < doublings; ++i) double_interval(e);
+    refuse_overflow(e.propagator, dt);
+    return {rounded(e.propagator), rounded(e.phi1), rounded(e.phi2), rounded(e.phi3)};
+}
+
+Block noise_covariance(const Block& m, const Block& q, double dt) {
+    const Matrix rates = extended(m);
+    const int doublings = halvings(rates, dt);
+    const Real interval = std::ldexp(Real(dt), -doublings);
+    // sum of interval^(n+1)/(n+1)! applied n times: c -> m c + c m^T, on q.
+    Matrix term = extended(q) * interval;
+    Matrix covariance = term;
+    for (int n = 1; n <= taylor_terms; ++n) {
+        term = ((rates * term + term * rates.transpose()) * (interval / Real(n + 1))).eval();
+        covariance += term;
+    }
+    Exponential e = short_exponential(rates * interval);
+    for (int i = 0; i < doublings; ++i) {
+        covariance += (e.propagator * covariance * e.propagator.transpose()).eval();
+        covariance = ((covariance + covariance.transpose()) / 2.0L).eval();
+        double_propagator(e);
+    }
+    refuse_overflow(covariance, dt);
+    return rounded(covariance);
+}
+
+std::vector<std::complex<double>> eigenvalues(const Block& m) {
+    const Eigen::MatrixXd in_double = extended(m).cast<double>();
+    const Eigen::VectorXcd rates = in_double.eigenvalues();
+    return {rates.begin(), rates.end()};
+}
+
+Block stationary_covariance(const Block& m, const Block& q) {
+    const Matrix rates = extended(m), noise = extended(q);
+    const int n = m.size;
+    double slowest = -std::numeric_limits<double>::infinity();
+    for (const std::complex<double> rate : eigenvalues(m)) slowest = std::max(slowest, rate.real());
+    if (!(slowest < 0.0))
+        fail_run("no stationary state: a linear mode grows at {:.4g} /s; expected every mode to decay", slowest);
+    // m s + s m^T + q = 0 as one linear system for the n x n entries of s.
+    using System = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+    System system = System::Zero(n * n, n * n);
+    Eigen::Matrix<Real, Eigen::Dynamic, 1> right(n * n);
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            for (int k = 0; k < n; ++k) {
+                system(i * n + j, k * n + j) += rates(i, k);
+                system(i * n + j, i * n + k) += rates(j, k);
+            }
+            right(i * n + j) = -noise(i, j);
+        }
+    const Eigen::Matrix<Real, Eigen::Dynamic, 1> solution = system.fullPivLu().solve(right);
+    Matrix covariance(n, n);
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) covariance(i, j) = (solution(i * n + j) + solution(j * n + i)) / 2.0L;
+    return rounded(covariance);
+}
+
+Block factor(const Block& c) {
+    const Matrix given = extended(c);
+    const int n = c.size;
+    // Entries are right to this, as parts of the deviations: less than it is rounding, not variance.
+    const Real rounding = 16.0L * n * std::numeric_limits<double>::epsilon();
+    Vector deviation(n);
+    for (int i = 0; i < n; ++i) {
+        if (!(c(i, i) >= 0.0) || !std::isfinite(c(i, i)))
+            fail_run("a noise covariance has the variance {}; expected a finite number >= 0", c(i, i));
+        deviation(i) = std::sqrt(given(i, i));
+    }
+    Matrix rest(n, n);
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            const Real scale = deviation(i) * deviation(j);
+            rest(i, j) = scale > 0.0L ? given(i, j) / scale : 0.0L;
+        }
+    Matrix f = Matrix::Zero(n, n);
+    for (int column = 0; column < n; ++column) {
+        int pivot = 0;
+        const Real variance = rest.diagonal().maxCoeff(&pivot);
+        if (variance <= rounding) break;
+        f.col(column) = rest.col(pivot) / std::sqrt(variance);
+        rest -= (f.col(column) * f.col(column).transpose()).eval();
+        rest.row(pivot).setZero();
+        rest.col(pivot).setZero();
+    }
+    if (rest.diagonal().minCoeff() < -1e-12L || rest.cwiseAbs().maxCoeff() > 1e-11L)
+        fail_run("a noise covariance is not positive: a direction has the relative variance {:.3g}; expected >= 0",
+                 static_cast<double>(rest.diagonal().minCoeff()));
+    const Matrix scaled = deviation.asDiagonal() * f;
+    return rounded(scaled);
+}
+
+}  // namespace drover::numerics

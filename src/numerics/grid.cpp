@@ -1,0 +1,55 @@
+// numerics/grid.cpp: wavevectors of the periodic grid and which modes are kept.
+#include "drover/numerics/grid.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+#include "drover/base/error.hpp"
+
+namespace drover::numerics {
+
+Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t row) {
+    constexpr double turn = 2.0 * std::numbers::pi;
+    return {.x = turn / grid.lx * static_cast<double>(column), .y = turn / grid.ly * mode_number_y(grid, row)};
+}
+
+bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row) {
+    return static_cast<int>(column) * (degree + 1) < grid.nx &&
+           std::abs(mode_number_y(grid, row)) * (degree + 1) < grid.ny;
+}
+
+void check(const Grid& grid, const PlaceOf& place) {
+    for (const auto& [name, count] : {std::pair{"nx", grid.nx}, std::pair{"ny", grid.ny}})
+        require(count >= 4 && count % 2 == 0, place(text("grid.{}", name)),
+                "grid.{} = {}; expected an even number >= 4", name, count);
+    for (const auto& [name, side] : {std::pair{"lx", grid.lx}, std::pair{"ly", grid.ly}})
+        require(std::isfinite(side) && side > 0.0, place(text("grid.{}", name)),
+                "grid.{} = {}; expected a positive length", name, side);
+}
+
+}  // namespace drover::numerics
+
+namespace drover {
+
+template <>
+const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>() {
+    using numerics::Grid;
+    constexpr Range size{.least = 4, .most = 65536};
+    static const std::vector<Row<Grid>> rows{
+        {.name = "nx", .member = &Grid::nx, .range = size, .sentence = "points along x, an even number"},
+        {.name = "ny", .member = &Grid::ny, .range = size, .sentence = "points along y, an even number"},
+        {.name = "lx",
+         .member = &Grid::lx,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "side of the periodic cell along x"},
+        {.name = "ly",
+         .member = &Grid::ly,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "side of the periodic cell along y"}};
+    return rows;
+}
+
+}  // namespace drover

@@ -1,0 +1,23 @@
+// numerics/mode_noise.hpp: Gaussian numbers with a given covariance for each mode of real fields.
+#pragma once
+#include <vector>
+
+#include "drover/base/random.hpp"
+#include "drover/base/threads.hpp"
+#include "isotropic.hpp"
+
+namespace drover::numerics {
+
+/// Adds to `to` for each kept mode a Gaussian number of covariance f f^T / area, with f from `factors`: for each
+/// distinct |q| the entries of its block along q, then of that across.  Real fields: a stored mode whose conjugate is stored too
+/// repeats the numbers of its partner.
+void add_mode_noise(const Grid& grid, const Layout& layout, const DistinctWavenumbers& wavenumbers,
+                    const std::vector<double>& factors, const RandomKey& key, Threads& threads, Spectra& to);
+
+/// Appends the entries of both blocks.
+void append_entries(const IsotropicBlocks& blocks, std::vector<double>& to);
+
+/// Chunks of modes for loops over threads.
+inline constexpr std::size_t mode_chunk = 1024;
+
+}  // namespace drover::numerics

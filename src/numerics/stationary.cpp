@@ -1,0 +1,50 @@
+// numerics/stationary.cpp: states drawn from the stationary law of a linear system.
+#include <algorithm>
+
+#include "drover/base/error.hpp"
+#include "drover/numerics/stepper.hpp"
+#include "mode_noise.hpp"
+
+namespace drover::numerics {
+
+namespace {
+/// The factor of the stationary covariance; variables that nothing changes (a conserved mean) keep none.
+Block stationary_factor(const Block& m, const Block& q) {
+    std::vector<int> moving;
+    for (int i = 0; i < m.size; ++i) {
+        bool moves = false;
+        for (int k = 0; k < m.size; ++k) moves = moves || m(i, k) != 0.0 || q(i, k) != 0.0;
+        if (moves) moving.push_back(i);
+    }
+    Block result(m.size);
+    if (moving.empty()) return result;
+    Block inner_m(static_cast<int>(moving.size())), inner_q(static_cast<int>(moving.size()));
+    for (int i = 0; i < inner_m.size; ++i)
+        for (int k = 0; k < inner_m.size; ++k) {
+            const int row = moving[static_cast<std::size_t>(i)], column = moving[static_cast<std::size_t>(k)];
+            inner_m(i, k) = m(row, column);
+            inner_q(i, k) = q(row, column);
+        }
+    const Block inner = factor(stationary_covariance(inner_m, inner_q));
+    for (int i = 0; i < inner.size; ++i)
+        for (int k = 0; k < inner.size; ++k)
+            result(moving[static_cast<std::size_t>(i)], moving[static_cast<std::size_t>(k)]) = inner(i, k);
+    return result;
+}
+}  // namespace
+
+void draw_stationary(const System& system, const RandomKey& key, Spectra& state) {
+    require(static_cast<bool>(system.noise), {}, "a stationary start needs noise; this system has none");
+    const DistinctWavenumbers wavenumbers = distinct_wavenumbers(system.grid, system.degree);
+    std::vector<double> factors;
+    for (const double q : wavenumbers.q) {
+        const IsotropicBlocks m = system.linear(q), covariance = system.noise(q);
+        append_entries({stationary_factor(m.along, covariance.along), stationary_factor(m.across, covariance.across)},
+                       factors);
+    }
+    std::fill(state.values.begin(), state.values.end(), Complex(0.0));
+    Threads one(1);
+    add_mode_noise(system.grid, system.layout, wavenumbers, factors, key, one, state);
+}
+
+}  // namespace drover::numerics

@@ -1,0 +1,251 @@
+// numerics/stepper.cpp: exponential Runge-Kutta steps with exact linear part and exact noise.
+#include "drover/numerics/stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "drover/base/error.hpp"
+#include "mode_noise.hpp"
+
+namespace drover::numerics {
+
+namespace {
+/// out = sum over inputs of matrix * input (+ noise): one stage, for every mode.
+struct Combination {
+    std::vector<int> inputs;       ///< 0: the old state; j + 1: the rate of stage j
+    std::vector<double> matrices;  ///< for each |q|, for each input: the entries along, then across
+    int noise = -1;                ///< which part of the noise the stage has in it; -1: none
+};
+
+Block combined(const std::vector<PhiTerm>& terms, const std::map<double, PhiFunctions>& phi, double dt) {
+    Block result(phi.begin()->second.phi0.size);
+    for (const PhiTerm& term : terms) {
+        const PhiFunctions& f = phi.at(term.at);
+        const Block& block = term.order == 1 ? f.phi1 : term.order == 2 ? f.phi2 : f.phi3;
+        for (std::size_t k = 0; k < block.values.size(); ++k) result.values[k] += dt * term.weight * block.values[k];
+    }
+    return result;
+}
+
+/// exp and phi functions at every fraction of the step that a table uses.
+std::map<double, PhiFunctions> phi_at_fractions(const StepperTable& table, const Block& m, double dt) {
+    std::map<double, PhiFunctions> result;
+    const auto add = [&](double at) {
+        if (!result.contains(at)) result.emplace(at, phi_functions(m, at * dt));
+    };
+    for (const StepperStage& stage : table.stages) {
+        add(stage.c);
+        for (const auto& terms : stage.terms)
+            for (const PhiTerm& term : terms) add(term.at);
+    }
+    return result;
+}
+
+/// Nothing but the exact propagator: all that a linear system needs of any table.
+const StepperTable& linear_table() {
+    static const StepperTable table{"linear", 1, "", {{1.0, {}}}};
+    return table;
+}
+
+/// The noise of one part of the step: the factor of its covariance, and the propagator that brings the noise before it along.
+struct NoisePart {
+    double end = 1.0;  ///< as a fraction of the step
+    std::vector<double> factors, propagators;
+};
+
+template <std::size_t N>
+void add_product(const double* matrix, const std::array<Complex, N>& in, std::array<Complex, N>& out) {
+    for (std::size_t i = 0; i < N; ++i)
+        for (std::size_t k = 0; k < N; ++k) out[i] += matrix[i * N + k] * in[k];
+}
+}  // namespace
+
+struct Stepper::Work {
+    System system;
+    const StepperTable* table;
+    double dt;
+    std::uint64_t seed;
+    Threads& threads;
+    DistinctWavenumbers wavenumbers;
+    std::vector<Combination> combinations;  // of each stage
+    std::vector<NoisePart> noise_parts;
+    std::vector<Spectra> rates, noises;
+    Spectra stage, next;
+
+    Work(const System& the_system, const StepperTable& the_table, double the_dt, std::uint64_t the_seed,
+         Threads& the_threads);
+    void prepare_stages();
+    void prepare_noise();
+    void draw_noise(std::uint64_t step_number);
+    void combine(const std::vector<int>& inputs, const std::vector<double>& matrices, const Spectra& old,
+                 const Spectra* noise, Spectra& out);
+    void mend_symmetry(Spectra& state) const;
+};
+
+Stepper::Work::Work(const System& the_system, const StepperTable& the_table, double the_dt, std::uint64_t the_seed,
+                    Threads& the_threads)
+    : system(the_system),
+      table(the_system.nonlinear ? &the_table : &linear_table()),
+      dt(the_dt),
+      seed(the_seed),
+      threads(the_threads),
+      wavenumbers(distinct_wavenumbers(the_system.grid, the_system.degree)) {
+    require(std::isfinite(dt) && dt > 0.0, {}, "dt = {}; expected a positive time", dt);
+    prepare_stages();
+    if (system.noise) prepare_noise();
+    const int count = components(system.layout);
+    if (system.nonlinear) {
+        rates.assign(table->stages.size(), Spectra(system.grid, count));
+        stage = Spectra(system.grid, count);
+    }
+    next = Spectra(system.grid, count);
+    noises.assign(noise_parts.size(), Spectra(system.grid, count));
+}
+
+void Stepper::Work::prepare_stages() {
+    for (const StepperStage& row : table->stages) {
+        Combination combination{.inputs = {0}, .matrices = {}};
+        for (std::size_t j = 0; j < row.terms.size(); ++j)
+            if (!row.terms[j].empty()) combination.inputs.push_back(static_cast<int>(j) + 1);
+        combinations.push_back(std::move(combination));
+    }
+    for (const double q : wavenumbers.q) {
+        const IsotropicBlocks rate_blocks = system.linear(q);
+        const auto along = phi_at_fractions(*table, rate_blocks.along, dt),
+                   across = phi_at_fractions(*table, rate_blocks.across, dt);
+        for (std::size_t s = 0; s < table->stages.size(); ++s) {
+            const StepperStage& row = table->stages[s];
+            for (const int input : combinations[s].inputs) {
+                IsotropicBlocks blocks{along.at(row.c).phi0, across.at(row.c).phi0};
+                if (input > 0) {
+                    const auto& terms = row.terms[static_cast<std::size_t>(input - 1)];
+                    blocks = {combined(terms, along, dt), combined(terms, across, dt)};
+                }
+                append_entries(blocks, combinations[s].matrices);
+            }
+        }
+    }
+}
+
+void Stepper::Work::prepare_noise() {
+    for (const StepperStage& row : table->stages)
+        if (noise_parts.empty() || row.c > noise_parts.back().end)
+            noise_parts.push_back({.end = row.c, .factors = {}, .propagators = {}});
+    for (std::size_t s = 0; s < table->stages.size(); ++s)
+        for (std::size_t k = 0; k < noise_parts.size(); ++k)
+            if (noise_parts[k].end == table->stages[s].c) combinations[s].noise = static_cast<int>(k);
+    for (const double q : wavenumbers.q) {
+        const IsotropicBlocks m = system.linear(q), covariance = system.noise(q);
+        double begin = 0.0;
+        for (NoisePart& part : noise_parts) {
+            const double length = (part.end - begin) * dt;
+            append_entries({factor(noise_covariance(m.along, covariance.along, length)),
+                            factor(noise_covariance(m.across, covariance.across, length))},
+                           part.factors);
+            append_entries({phi_functions(m.along, length).phi0, phi_functions(m.across, length).phi0},
+                           part.propagators);
+            begin = part.end;
+        }
+    }
+}
+
+void Stepper::Work::draw_noise(std::uint64_t step_number) {
+    for (std::size_t k = 0; k < noise_parts.size(); ++k) {
+        if (k == 0) std::fill(noises[k].values.begin(), noises[k].values.end(), Complex(0.0));
+        else combine({0}, noise_parts[k].propagators, noises[k - 1], nullptr, noises[k]);
+        const RandomKey key{.seed = seed,
+                            .stream = Stream::noise,
+                            .step = step_number,
+                            .substep = static_cast<std::uint32_t>(k)};
+        add_mode_noise(system.grid, system.layout, wavenumbers, noise_parts[k].factors, key, threads, noises[k]);
+    }
+}
+
+void Stepper::Work::combine(const std::vector<int>& inputs, const std::vector<double>& matrices, const Spectra& old,
+                            const Spectra* noise, Spectra& out) {
+    for_layout(system.layout, [&]<int Scalars, int Vectors>() {
+        constexpr std::size_t along = Scalars + Vectors, across = Vectors, entries = along * along + across * across;
+        const std::size_t width = columns(system.grid), stride = out.size;
+        threads.for_chunks(out.size, mode_chunk, [&](std::size_t begin, std::size_t end) {
+            for (int c = 0; c < components(system.layout); ++c)
+                for (std::size_t m = begin; m < end; ++m) out[c][m] = noise ? (*noise)[c][m] : Complex(0.0);
+            for (std::size_t m = begin; m < end; ++m) {
+                const std::int32_t index = wavenumbers.of_mode[m];
+                if (index < 0) continue;
+                const auto n = static_cast<std::size_t>(index);
+                const Direction d = direction(wavevector(system.grid, m % width, m / width), wavenumbers.inverse[n]);
+                const double* matrix = matrices.data() + n * inputs.size() * entries;
+                ModeParts<Scalars, Vectors> sum{};
+                for (const int input : inputs) {
+                    const Spectra& from = input == 0 ? old : rates[static_cast<std::size_t>(input - 1)];
+                    const auto parts = parts_of<Scalars, Vectors>(from.values.data(), stride, m, d);
+                    add_product(matrix, parts.along, sum.along);
+                    add_product(matrix + along * along, parts.across, sum.across);
+                    matrix += entries;
+                }
+                add_parts(sum, out.values.data(), stride, m, d);
+            }
+        });
+    });
+}
+
+/// Transforms back to real space do not see the part of column 0 that belongs to no real field: rounding puts some there, and a
+/// growing linear mode would amplify it for ever.
+void Stepper::Work::mend_symmetry(Spectra& state) const {
+    const std::size_t width = columns(system.grid), rows = static_cast<std::size_t>(system.grid.ny);
+    for (int c = 0; c < state.count(); ++c) {
+        const std::span<Complex> values = state[c];
+        values[0] = values[0].real();
+        for (std::size_t j = rows / 2 + 1; j < rows; ++j) values[j * width] = std::conj(values[(rows - j) * width]);
+    }
+}
+
+Stepper::Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads)
+    : work_(std::make_unique<Work>(system, table, dt, seed, threads)) {}
+Stepper::~Stepper() = default;
+Stepper::Stepper(Stepper&&) noexcept = default;
+
+double Stepper::dt() const { return work_->dt; }
+
+void Stepper::step(double t, std::uint64_t step_number, Spectra& state) {
+    Work& w = *work_;
+    w.draw_noise(step_number);
+    const std::size_t last = w.table->stages.size() - 1;
+    for (std::size_t s = 0; s <= last; ++s) {
+        const double c = s == 0 ? 0.0 : w.table->stages[s - 1].c;
+        if (w.system.nonlinear) w.system.nonlinear(t + c * w.dt, s == 0 ? state : w.stage, w.rates[s]);
+        const Combination& combination = w.combinations[s];
+        const Spectra* noise = combination.noise < 0 ? nullptr : &w.noises[static_cast<std::size_t>(combination.noise)];
+        w.combine(combination.inputs, combination.matrices, state, noise, s == last ? w.next : w.stage);
+    }
+    std::swap(state.values, w.next.values);
+    if (w.system.nonlinear) w.mend_symmetry(state);
+}
+
+double Stepper::bytes() const { return stepper_bytes(work_->system, *work_->table); }
+
+double stepper_bytes(const System& system, const StepperTable& table) {
+    const StepperTable& used = system.nonlinear ? table : linear_table();
+    const double spectra = static_cast<double>(modes(system.grid)) * components(system.layout) * sizeof(Complex);
+    std::vector<double> ends;
+    double matrices = 0.0;
+    for (const StepperStage& row : used.stages) {
+        matrices += 1.0 + static_cast<double>(std::count_if(row.terms.begin(), row.terms.end(),
+                                                            [](const auto& t) { return !t.empty(); }));
+        if (ends.empty() || row.c > ends.back()) ends.push_back(row.c);
+    }
+    double held = 1.0;
+    if (system.nonlinear) held += 1.0 + static_cast<double>(used.stages.size());
+    if (system.noise) {
+        held += static_cast<double>(ends.size());
+        matrices += 2.0 * static_cast<double>(ends.size());
+    }
+    const int along = system.layout.scalars + system.layout.vectors, across = system.layout.vectors;
+    // At most a quarter of the kept modes have a |q| of their own, an eighth on a square.
+    const double distinct = static_cast<double>(modes(system.grid)) / (system.grid.lx == system.grid.ly ? 4.0 : 2.0);
+    return spectra * held + distinct * matrices * (along * along + across * across) * sizeof(double) +
+           static_cast<double>(modes(system.grid)) * sizeof(std::int32_t);
+}
+
+}  // namespace drover::numerics

@@ -1,0 +1,157 @@
+"""drover/archive.py: a run read back from its archive: frames, observables, summary and the scene they came from."""
+import os
+import time
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import xarray
+
+from drover.error import DroverError
+from drover.stored import attributes_of, group_dataset
+
+FIELDS = ("rod_density", "polar_order_x", "polar_order_y")
+COMMIT_SECONDS = 2.0  # a commit of a run that is going on takes far less
+BROKEN = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeError)  # raised by h5py on damaged files
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run.  Arrays stay in the file until they are used; close() it, or open it by `with`.
+
+    Of a run that is going on this holds what was in the file when it was opened: open it again for more.
+    """
+
+    path: Path
+    frames: xarray.Dataset          # fields over (time, y, x)
+    observables: xarray.Dataset     # series over time
+    summary: xarray.Dataset | None  # means with errors and linear theory; None until the run has reached its end
+    scene: dict                     # every key with its value: scene["relaxation"]["rate"]
+    attributes: dict                # where it came from: version, commit, seed, host, ...
+    file: h5py.File
+
+    def close(self):
+        self.file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def open_run(path):
+    """The run in an archive, a file that `drover run` wrote.  Raises DroverError when it is none or is damaged."""
+    path = Path(path)
+    return settled(path, lambda: open_once(path))
+
+
+def loaded(array, path):
+    """An array of a run, in memory; raises DroverError where the file is damaged."""
+    try:
+        return array.load()
+    except BROKEN as error:
+        raise DroverError(damaged(path, f"{array.name} cannot be read", error)) from error
+
+
+def settled(path, action):
+    """What an action makes of a file, which is tried again when the file's own run has written to it meanwhile."""
+    deadline = time.monotonic() + COMMIT_SECONDS
+    while True:
+        before = state_of(path)
+        try:
+            return action()
+        except DroverError:
+            if state_of(path) == before or time.monotonic() > deadline:
+                raise
+
+
+def state_of(path):
+    try:
+        state = os.stat(path)
+    except OSError:
+        return None
+    return state.st_ino, state.st_size, state.st_mtime_ns
+
+
+def open_once(path):
+    refuse_what_is_no_file(path)
+    wait_for_journal(path)
+    try:
+        file = h5py.File(path, "r")
+    except BROKEN as error:
+        raise DroverError(not_hdf5(path, error)) from error
+    try:
+        return read(file, path)
+    except BROKEN as error:
+        file.close()
+        raise DroverError(damaged(path, "cannot be read", error)) from error
+    except DroverError:
+        file.close()
+        raise
+
+
+def read(file, path):
+    attributes = attributes_of(file)
+    if "drover_version" not in attributes or not isinstance(attributes.get("scene"), str):
+        raise DroverError(f"{path} is HDF5 but no archive of drover (its root has no attributes drover_version and "
+                          "scene); expected a file that drover run wrote")
+    try:
+        scene = tomllib.loads(attributes["scene"])
+    except tomllib.TOMLDecodeError as error:
+        raise DroverError(damaged(path, "its scene is not TOML", error)) from error
+    frames, observables = (group_dataset(file, group, path) for group in ("/", "/observables"))
+    summary = group_dataset(file, "/summary", path) if "summary" in file else None
+    for name in FIELDS:
+        if name not in frames or frames[name].dims != ("time", "y", "x"):
+            raise DroverError(f"{path} holds no field {name} over time, y and x; expected one in an archive of rods: it "
+                              "is of another version of drover, or damaged")
+    if 0 in frames.sizes.values():
+        raise DroverError(f"{path} holds no frame; its run ended before it began: run its scene again")
+    return Run(path, frames, observables, summary, scene, attributes, file)
+
+
+def refuse_what_is_no_file(path):
+    if path.is_dir():
+        raise DroverError(f"{path} is a folder; expected an archive, such as isotropic.h5")
+    if not path.exists():
+        raise DroverError(f"{path} does not exist; expected an archive: drover run SCENE writes one")
+    if not path.is_file():
+        raise DroverError(f"{path} is not a plain file; expected an archive, such as isotropic.h5")
+    if not os.access(path, os.R_OK):
+        raise DroverError(f"{path} may not be read; ask its owner for leave to read it")
+
+
+def wait_for_journal(path):
+    """While a journal stands beside an archive its last commit is not whole in the file."""
+    journal = path.with_name(path.name + ".journal")
+    deadline = time.monotonic() + COMMIT_SECONDS
+    while journal.exists():
+        if time.monotonic() > deadline:
+            raise DroverError(f"{path}: its run was cut off while it wrote (the journal {journal.name} stands beside "
+                              f"it); mend it first: drover info {path}")
+        time.sleep(0.01)
+
+
+def not_hdf5(path, error):
+    """What to say of a file that HDF5 cannot open."""
+    reason, size = one_line(error), path.stat().st_size if path.exists() else 0
+    if path.suffix == ".toml":
+        return f"{path} is a scene; expected an archive: drover run {path} writes one"
+    if size == 0:
+        return f"{path} is empty; expected an archive, such as isotropic.h5: make it again by drover run"
+    if "truncated" in reason:
+        return f"{path} is cut short: it has {size} bytes and should have more; copy it again, or run its scene again"
+    if "signature" in reason:
+        return f"{path} is not an HDF5 file; expected an archive, such as isotropic.h5, which drover run writes"
+    return damaged(path, "cannot be read as HDF5", error)
+
+
+def damaged(path, what, error):
+    return (f"{path}: {what} ({one_line(error)}); the file is damaged, or its run wrote to it just now: try again, "
+            "then take another copy of it")
+
+
+def one_line(error):
+    return " ".join(str(error).split())

@@ -1,0 +1,213 @@
+"""drover/panels.py: the panels of the picture of a run, each drawn on axes that it is given."""
+import numpy
+from matplotlib.colors import Normalize
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+from drover import results
+from drover.archive import loaded
+
+# Okabe and Ito's colours, told apart by colour-blind eyes and, with the markers, in grey.
+BLUE, VERMILLION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#606060"
+STRUCTURE_PARTS = (("rods", r"rods, $S_\sigma$", BLUE, "o"),
+                   ("order_along", r"order along $\mathbf{q}$", VERMILLION, "s"),
+                   ("order_across", r"order across $\mathbf{q}$", GREEN, "^"))
+PIXELS_MOST, ARROWS_MOST = 64, 16  # along the longer side of the cell, roughly
+SHELLS_A_DECADE = 12               # points of S(q) that are drawn
+STEPS = (1, 2, 2.5, 5, 10)           # of ticks
+COLOUR_PART = 0.99                 # of the pixels lie inside the range of colours
+
+
+def unit_text(unit):
+    """A UDUNITS text as mathtext: "mm-2" is mm^-2."""
+    words = []
+    for word in unit.split():
+        base = word.rstrip("-+0123456789")
+        words.append(f"{base}$^{{{word[len(base):]}}}$" if base and base != word else word)
+    return " ".join(words)
+
+
+def with_unit(label, array):
+    unit = array.attrs.get("units", "1")
+    return label if unit == "1" else f"{label} [{unit_text(unit)}]"
+
+
+def draw_map(axes, bar_axes, run, frame):
+    """Rod density of one frame with arrows of the polar order; returns the sides of the blocks of both."""
+    density = loaded(run.frames["rod_density"].isel(time=frame), run.path)
+    mean = float(density.mean())
+    density, pixel = block_means(density, PIXELS_MOST)
+    spread = float(numpy.quantile(abs(density - mean), COLOUR_PART))
+    if not spread > 1e-12 * abs(mean):
+        spread = 0.1 * abs(mean) or 1.0  # a uniform field: the middle colour
+    x, y = density["x"].values, density["y"].values
+    image = axes.imshow(density.values, origin="lower", cmap="RdBu_r", norm=Normalize(mean - spread, mean + spread),
+                        extent=(x[0] - pixel[0] / 2, x[-1] + pixel[0] / 2, y[0] - pixel[1] / 2, y[-1] + pixel[1] / 2),
+                        interpolation="nearest")
+    axes.set_xlabel(with_unit("$x$", density["x"]))
+    axes.set_ylabel(with_unit("$y$", density["y"]))
+    box, inches = axes.get_position(), axes.figure.get_size_inches()
+    axes.xaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.width * inches[0] / 0.5, 1, 8)), steps=STEPS))
+    axes.yaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.height * inches[1] / 0.4, 1, 8)), steps=STEPS))
+    bar = axes.figure.colorbar(image, cax=bar_axes, extend="both")
+    bar.locator = MaxNLocator(5, steps=STEPS)
+    bar.set_label(with_unit(r"rod density $\sigma$", density))
+    return pixel, draw_arrows(axes, run, frame)
+
+
+def draw_arrows(axes, run, frame):
+    """Means of the polar order over blocks, so that arrows show what is larger than a cell."""
+    (p_x, block), (p_y, _) = (block_means(loaded(run.frames[name].isel(time=frame), run.path), ARROWS_MOST)
+                              for name in ("polar_order_x", "polar_order_y"))
+    longest = float(numpy.hypot(p_x, p_y).max())
+    if not longest > 0.0:
+        return block
+    arrows = axes.quiver(p_x["x"], p_x["y"], p_x.values, p_y.values, color="black", pivot="mid", angles="xy",
+                         scale_units="xy", scale=longest / (0.95 * max(block)), units="inches", width=0.014,
+                         headwidth=4, headlength=4, headaxislength=3.5)
+    key = float(f"{longest:.0e}")
+    inches, box = axes.figure.get_size_inches(), axes.get_position()
+    axes.quiverkey(arrows, box.x1 * inches[0] - 0.35, box.y0 * inches[1] - 0.58, key, coordinates="inches",
+                   labelpos="W", label=rf"arrow: $|\mathbf{{p}}|={key:g}$ " + unit_text(p_x.attrs.get("units", "")))
+    return block
+
+
+def block_means(array, most):
+    """Means over blocks, about `most` of them along the longer side of the cell, and the sides of a block."""
+    steps = {axis: float(array[axis][1] - array[axis][0]) for axis in "xy"}
+    side = max(steps[axis] * array.sizes[axis] for axis in "xy") / most
+    cells = {axis: whole_part(array.sizes[axis], side / steps[axis]) for axis in "xy"}
+    means = array.coarsen(cells).mean(keep_attrs=True)
+    for axis in "xy":
+        means[axis].attrs.update(array[axis].attrs)
+    return means, tuple(cells[axis] * steps[axis] for axis in "xy")
+
+
+def whole_part(points, wish):
+    """The divisor of a number of points that is nearest to what is wished, as a ratio."""
+    divisors = [n for n in range(1, points + 1) if points % n == 0]
+    return min(divisors, key=lambda n: abs(numpy.log(n / wish)))
+
+
+def draw_result(axes, result, colour, marker, shown=slice(None)):
+    """Points with error bars, hollow without where the error was refused, and the theory as a line."""
+    x, mean, error = result.x[shown], result.mean[shown], result.error[shown]
+    sure = numpy.isfinite(error)
+    style = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 4.5, "zorder": 3}
+    axes.errorbar(x[sure], mean[sure], error[sure], capsize=2, elinewidth=1, **style)
+    axes.plot(x[~sure], mean[~sure], markerfacecolor="white", **style)
+    axes.plot(result.x, result.linear, color=colour, linewidth=1.2, zorder=2, marker="_" if len(result.x) == 1 else "")
+
+
+def key_of(label, colour=GREY, marker="", line="", fill=None):
+    return Line2D([], [], color=colour, marker=marker, linestyle=line, markersize=4.5, markerfacecolor=fill or colour,
+                  label=label)
+
+
+def keys_of(drawn):
+    """What lines and hollow points mean, where there are any."""
+    keys = [key_of("linear theory", line="-", colour="black")] if any(result.has_linear for result in drawn) else []
+    if not all(numpy.isfinite(result.error).all() for result in drawn):
+        keys.append(key_of("no error bar (see below)", marker="o", fill="white"))
+    return keys
+
+
+def log_axes(axes, x_alone=False):
+    axes.set_xscale("log")
+    if not x_alone:
+        axes.set_yscale("log")
+    for axis in (axes.xaxis,) if x_alone else (axes.xaxis, axes.yaxis):
+        axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=20))
+        axis.set_minor_formatter(NullFormatter())
+
+
+def say_instead(axes, sentence):
+    """A panel without data says why."""
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.text(0.5, 0.5, sentence, ha="center", va="center", transform=axes.transAxes, color=GREY)
+
+
+def is_drawable(result):
+    return result is not None and bool((result.mean > 0.0).any())
+
+
+def spread_shells(q):
+    """Numbers of shells that lie evenly on a logarithmic axis; the first ones all."""
+    if len(q) == 0:
+        return numpy.array([], dtype=int)
+    steps = numpy.unique(numpy.rint(SHELLS_A_DECADE * numpy.log10(q / q[0])), return_index=True)[1]
+    return numpy.unique(numpy.append(steps, len(q) - 1))
+
+
+def draw_structure(axes, run):
+    """Structure factors; returns those drawn."""
+    drawn, keys = [], []
+    for part, label, colour, marker in STRUCTURE_PARTS:
+        result = results.structure_factor(run, part)
+        if is_drawable(result):
+            draw_result(axes, result, colour, marker, spread_shells(result.x))
+            drawn.append(result)
+            keys.append(key_of(label, colour, marker))
+    if not drawn:
+        say_instead(axes, "no fluctuations:\nevery $S(q)$ is zero")
+        return drawn
+    log_axes(axes)
+    axes.set_xlabel(with_unit(r"wavenumber $q$", run.observables["wavenumber"]))
+    axes.set_ylabel(with_unit("structure factor $S(q)$", run.observables["structure_factor_rods"]))
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom * (bottom / top) ** 0.45, top)  # room for the legend
+    axes.legend(handles=keys + keys_of(drawn), loc="lower left")
+    return drawn
+
+
+def draw_numbers(upper, lower, run):
+    """Number fluctuations above, their local exponents below; returns what is drawn."""
+    numbers = results.number_fluctuations(run)
+    if not is_drawable(numbers):
+        for axes in (upper, lower):
+            say_instead(axes, "no fluctuations\nof the number of rods")
+        return []
+    draw_result(upper, numbers, BLUE, "o")
+    upper.plot(numbers.x, numpy.sqrt(numbers.x), color=GREY, linestyle=":")
+    log_axes(upper)
+    upper.set_ylabel(r"deviation $\Delta N$")
+    upper.tick_params(labelbottom=False)
+    bottom, top = upper.get_ylim()
+    upper.set_ylim(bottom * (bottom / top) ** 0.55, top)  # room for the legend
+    upper.legend(handles=number_keys(numbers), loc="lower right")
+    exponents = results.number_exponents(run, numbers)
+    draw_result(lower, exponents, BLUE, "o")
+    lower.axhline(0.5, color=GREY, linestyle=":")
+    log_axes(lower, x_alone=True)
+    lower.set_xlim(upper.get_xlim())
+    lower.set_xlabel("mean number $N$ of rods in a box")
+    lower.set_ylabel(r"d ln $\Delta N$ / d ln $N$")
+    return [numbers, exponents]
+
+
+def number_keys(numbers):
+    theory = [key_of("linear theory", BLUE, line="-")] if numbers.has_linear else []
+    return [key_of("this run", BLUE, "o"), *theory, key_of(r"independent rods, $\sqrt{N}$", line=":")]
+
+
+def draw_order(axes, run, columns):
+    """Polar order over time, the warm-up shaded, its mean as a line."""
+    order = loaded(run.observables["polar_order"], run.path)
+    times = order["time"].values
+    axes.plot(times, order.values, color=BLUE, linewidth=0.9)
+    if run.summary is not None:
+        warm_up, mean, error = (float(loaded(run.summary[name], run.path))
+                                for name in ("warm_up", "polar_order", "polar_order_error"))
+        if warm_up > 0.0:
+            axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, label="warm-up, left out of means")
+        sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", error refused"
+        axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
+                  label=f"mean {mean:.3g}{sign}")
+        axes.legend(loc="upper right", ncol=columns)
+    axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
+    axes.set_ylim(0.0, 1.35 * (float(order.max()) or 1.0))  # room for the legend
+    axes.xaxis.set_major_locator(MaxNLocator(5 * columns, steps=STEPS))
+    axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
+    axes.set_xlabel(with_unit("time $t$", order["time"]))
+    axes.set_ylabel(r"polar order $|\langle\mathbf{p}\rangle|/\langle\sigma\rangle$")

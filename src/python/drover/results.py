@@ -1,0 +1,67 @@
+"""drover/results.py: the numbers that figures show: means with errors beside linear theory, of ended runs or not."""
+from dataclasses import dataclass
+
+import numpy
+
+from drover.archive import loaded
+
+
+@dataclass(frozen=True)
+class Result:
+    """A mean at each x; error is not-a-number where it was refused, linear where the theory says nothing."""
+
+    x: numpy.ndarray
+    mean: numpy.ndarray
+    error: numpy.ndarray
+    linear: numpy.ndarray
+
+    @property
+    def has_linear(self):
+        return bool(numpy.isfinite(self.linear).any())
+
+
+def structure_factor(run, part):
+    """S(q) of "rods", "order_along" or "order_across" over |q|; None where the run did not measure it."""
+    name = f"structure_factor_{part}"
+    if name not in run.observables:
+        return None
+    q = loaded(run.observables["wavenumber"], run.path).values
+    if run.summary is not None:
+        return summarised(run, name, q)
+    return bare(q, loaded(run.observables[name], run.path).mean("time").values)
+
+
+def number_fluctuations(run):
+    """Deviation DN of the number of rods in a box over its mean N; None where the run did not measure it."""
+    if "rod_number_variance" not in run.observables:
+        return None
+    if run.summary is not None:
+        return summarised(run, "rod_number_deviation", loaded(run.summary["rod_number"], run.path).values)
+    variance = loaded(run.observables["rod_number_variance"], run.path).mean("time").values
+    x, side = run.frames["x"].values, run.observables["box_side"].values
+    cells = numpy.rint(side / (x[1] - x[0]))  # as many along y
+    rods = loaded(run.observables["rods_total"], run.path).mean().item()
+    return bare(rods * cells**2 / (run.frames.sizes["x"] * run.frames.sizes["y"]), numpy.sqrt(variance))
+
+
+def number_exponents(run, numbers):
+    """Local exponents d ln DN/d ln N, each between two boxes, over the geometric mean of their N."""
+    middle = numpy.sqrt(numbers.x[1:] * numbers.x[:-1])
+    if run.summary is not None:
+        whole = summarised(run, "rod_number_exponent", numbers.x)  # its last is not-a-number: no box is larger
+        return Result(middle, whole.mean[:-1], whole.error[:-1], whole.linear[:-1])
+    with numpy.errstate(divide="ignore", invalid="ignore"):
+        return bare(middle, numpy.diff(numpy.log(numbers.mean)) / numpy.diff(numpy.log(numbers.x)))
+
+
+def summarised(run, name, x):
+    def values(ending):
+        key = name + ending
+        return loaded(run.summary[key], run.path).values if key in run.summary else numpy.full(len(x), numpy.nan)
+
+    return Result(x, values(""), values("_error"), values("_linear"))
+
+
+def bare(x, mean):
+    nothing = numpy.full(len(x), numpy.nan)
+    return Result(x, mean, nothing, nothing)

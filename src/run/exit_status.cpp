@@ -1,0 +1,28 @@
+// run/exit_status.cpp: exceptions to exit statuses.
+#include "drover/run/exit_status.hpp"
+
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "drover/base/error.hpp"
+
+namespace drover::run {
+
+int status_of(const std::function<int()>& work) {
+    try {
+        return work();
+    } catch (const Error& error) {
+        std::fprintf(stderr, "error: %s\n", error.what());
+        return error.fault() == Fault::input ? exit_bad_input : exit_run_failed;
+    } catch (const std::bad_alloc&) {
+        std::fprintf(stderr,
+                     "error: there is not enough memory; choose a smaller grid, or see what else holds memory\n");
+        return exit_run_failed;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "error: %s; this is a fault of drover: please report it with the scene\n", error.what());
+        return exit_run_failed;
+    }
+}
+
+}  // namespace drover::run

@@ -1,0 +1,245 @@
+// run/field_simulation.cpp: fields, their stepper and their observables behind the loop's functions.
+#include "drover/run/field_simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "drover/measure/observables.hpp"
+#include "drover/numerics/stepper.hpp"
+#include "drover/numerics/transform.hpp"
+
+namespace drover::run {
+
+namespace {
+using numerics::Complex;
+
+/// All that the functions of one simulation share.
+struct World {
+    io::Scene scene;
+    physics::Form form;
+    numerics::System system;
+    numerics::Transform transform;
+    numerics::Stepper stepper;
+    numerics::Spectra state, healthy;  // healthy: at the last health check
+    numerics::Fields fields;
+    measure::Setting setting;
+    std::vector<measure::Observable> observables;
+    std::vector<std::vector<double>> measured;
+
+    World(const io::Scene& the_scene, Threads& threads);
+};
+
+/// The last or another frame of an archive as the state; names, unit cell and size of the grid must be the scene's.
+numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
+    const auto here = [&](const std::string& key) { return io::place_of(scene, key); };
+    const std::filesystem::path given = scene.initial.file,
+                                beside = std::filesystem::path(scene.file).parent_path() / given;
+    const io::ArchiveReader archive(given.is_relative() && std::filesystem::exists(beside) ? beside : given);
+    numerics::Fields frame(scene.grid, numerics::components(world.system.layout));
+    const std::vector<physics::Component> names = physics::component_names(world.form);
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        require(archive.has("/" + names[c].name), here("initial.file"),
+                "initial.file = \"{}\" has no field {}; expected an archive of "
+                "this model",
+                scene.initial.file, names[c].name);
+        const std::vector<std::size_t> shape = archive.shape("/" + names[c].name);
+        require(shape.size() == 3 && shape[1] == static_cast<std::size_t>(scene.grid.ny) &&
+                    shape[2] == static_cast<std::size_t>(scene.grid.nx),
+                here("initial.file"),
+                "initial.file = \"{}\" is not on this grid of {} by {} points; give a scene with its grid",
+                scene.initial.file, scene.grid.nx, scene.grid.ny);
+        const auto frames = static_cast<int>(shape[0]);
+        require(frames >= 1 && scene.initial.frame < frames, here("initial.frame"),
+                "initial.frame = {}; the archive has the frames 0 to {}", scene.initial.frame, frames - 1);
+        const int number = scene.initial.frame < 0 ? frames - 1 : scene.initial.frame;
+        const io::Array row = archive.read_row("/" + names[c].name, static_cast<std::size_t>(number));
+        std::copy(row.values.begin(), row.values.end(), frame[static_cast<int>(c)].begin());
+    }
+    numerics::Spectra state(scene.grid, frame.count());
+    world.transform.forward(frame, state);
+    return state;
+}
+
+World::World(const io::Scene& the_scene, Threads& threads)
+    : scene(the_scene),
+      form(physics::form(scene.model)),
+      system(physics::make_system(scene.model, scene.grid)),
+      transform(scene.grid, system.degree, threads),
+      stepper(system, numerics::stepper_table(scene.time.stepper), scene.time.dt,
+              static_cast<std::uint64_t>(scene.run.seed), threads),
+      fields(scene.grid, numerics::components(system.layout)),
+      setting(measure::make_setting(scene.grid, form, system.degree)),
+      observables(measure::observables(form)) {
+    state = scene.initial.kind == "file"
+                ? spectra_of_file(scene, *this)
+                : physics::initial_spectra(scene.initial, scene.model, system,
+                                           static_cast<std::uint64_t>(scene.run.seed), threads);
+    healthy = state;
+    for (const measure::Observable& observable : observables)
+        measured.emplace_back(measure::size_of(observable, setting));
+}
+
+std::vector<double> cell_centres(int count, double side) {
+    std::vector<double> result;
+    for (int i = 0; i < count; ++i) result.push_back(side / count * i);
+    return result;
+}
+
+io::Recording frame_recording(const World& world) {
+    const numerics::Grid& grid = world.scene.grid;
+    io::Recording recording{.group = "/",
+                            .axes = {{"y", "mm", "position along y", cell_centres(grid.ny, grid.ly)},
+                                     {"x", "mm", "position along x", cell_centres(grid.nx, grid.lx)}},
+                            .quantities = {},
+                            .rows_per_chunk = 1};
+    for (const physics::Component& component : physics::component_names(world.form))
+        recording.quantities.push_back({component.name, component.unit, component.meaning, {"y", "x"}});
+    return recording;
+}
+
+std::string axis_name(measure::ObservableAxis axis) {
+    switch (axis) {
+        case measure::ObservableAxis::shell: return "wavenumber";
+        case measure::ObservableAxis::sector: return "direction";
+        case measure::ObservableAxis::box: return "box_side";
+    }
+    return "";
+}
+}  // namespace
+
+std::vector<io::Axis> observable_axes(const measure::Setting& setting) {
+    std::vector<double> directions, sides;
+    for (int s = 0; s < setting.sectors.count; ++s) directions.push_back(180.0 / setting.sectors.count * s);
+    for (const int cells : setting.boxes) sides.push_back(setting.grid.lx / setting.grid.nx * cells);
+    return {{"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q},
+            {"direction", "degree", "angle of q from x, q and -q being one", directions},
+            {"box_side", "mm", "side of the box along x", sides}};
+}
+
+std::vector<std::string> axis_names(std::span<const measure::ObservableAxis> axes) {
+    std::vector<std::string> names;
+    for (const measure::ObservableAxis axis : axes) names.push_back(axis_name(axis));
+    return names;
+}
+
+int choose_threads(const io::Scene& scene) {
+    if (scene.run.threads > 0) return scene.run.threads;
+    // Below this much work a thread costs more to wake than it saves.
+    constexpr std::size_t points_per_thread = 16384;
+    const auto useful = static_cast<int>(std::min<std::size_t>(numerics::points(scene.grid) / points_per_thread, 64));
+    return std::clamp(useful, 1, usable_cores());
+}
+
+double field_simulation_bytes(const io::Scene& scene) {
+    const numerics::System system = physics::make_system(scene.model, scene.grid);
+    const double spectra = static_cast<double>(numerics::modes(scene.grid)) * sizeof(Complex);
+    const double reals = static_cast<double>(numerics::points(scene.grid)) * sizeof(double);
+    const int count = numerics::components(system.layout);
+    // state, the healthy one, a checkpoint's copy and its file; fields; the transform's scratch; shells, sectors and powers.
+    return numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
+           (4.0 * count + count) * spectra + count * reals + 3.0 * reals;
+}
+
+namespace {
+/// The non-finite mode of least wavenumber, and where the field was largest when it was last finite.
+[[noreturn]] void report_blow_up(World& world, std::int64_t step) {
+    const std::vector<physics::Component> names = physics::component_names(world.form);
+    const std::size_t width = numerics::columns(world.scene.grid);
+    std::size_t component = 0, mode = 0;
+    double least = INFINITY;
+    for (std::size_t c = 0; c < names.size(); ++c)
+        for (std::size_t m = 0; m < world.state.size; ++m) {
+            const Complex value = world.state[static_cast<int>(c)][m];
+            const numerics::Wavevector q = numerics::wavevector(world.scene.grid, m % width, m / width);
+            if ((std::isfinite(value.real()) && std::isfinite(value.imag())) || std::hypot(q.x, q.y) >= least) continue;
+            least = std::hypot(q.x, q.y);
+            component = c;
+            mode = m;
+        }
+    world.transform.backward(world.healthy, world.fields);
+    const std::span<const double> field = world.fields[static_cast<int>(component)];
+    const auto largest =
+        std::max_element(field.begin(), field.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+    const auto cell = static_cast<std::size_t>(largest - field.begin()),
+               nx = static_cast<std::size_t>(world.scene.grid.nx);
+    const physics::FastestGrowth growth = physics::fastest_growth(world.system);
+    fail_run(
+        "the run left the finite numbers at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its largest "
+        "value was {:.3g} "
+        "in cell ({}, {}) when last finite; likely cause: {}; the last checkpoint is good to restart from",
+        step, static_cast<double>(step) * world.scene.time.dt, names[component].name, mode % width,
+        numerics::mode_number_y(world.scene.grid, mode / width), world.scene.time.dt, *largest, cell % nx, cell / nx,
+        growth.rate > 0.0
+            ? text("a linear mode grows at {:.3g} /s (|q| = {:.3g} /mm) and this model has no term to stop it",
+                   growth.rate, growth.q)
+            : "the time step is too large for the nonlinear terms");
+}
+}  // namespace
+
+Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
+    const auto world = std::make_shared<World>(scene, threads);
+    Simulation simulation{.dt = scene.time.dt,
+                          .steps = io::whole_steps(scene, "time.end", scene.time.end),
+                          .recordings = {},
+                          .advance = {},
+                          .check_health = {},
+                          .save = {},
+                          .restore = {}};
+    simulation.threads = threads.count();
+    simulation.recordings.push_back(
+        {frame_recording(*world), io::whole_steps(scene, "output.frame_every", scene.output.frame_every), [world] {
+             world->transform.backward(world->state, world->fields);
+             std::vector<std::span<const double>> arrays;
+             for (int c = 0; c < world->fields.count(); ++c) arrays.push_back(std::as_const(world->fields)[c]);
+             return arrays;
+         }});
+    io::Recording samples{.group = "/observables",
+                          .axes = observable_axes(world->setting),
+                          .quantities = {},
+                          .rows_per_chunk = 64};
+    for (const measure::Observable& observable : world->observables)
+        samples.quantities.push_back(
+            {observable.name, observable.unit, observable.formula, axis_names(observable.axes)});
+    simulation.recordings.push_back(
+        {std::move(samples), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), [world] {
+             world->transform.backward(world->state, world->fields);
+             const measure::Moment moment{.setting = world->setting, .spectra = world->state, .fields = world->fields};
+             std::vector<std::span<const double>> arrays;
+             for (std::size_t o = 0; o < world->observables.size(); ++o) {
+                 world->observables[o].measure(moment, world->measured[o]);
+                 arrays.emplace_back(world->measured[o]);
+             }
+             return arrays;
+         }});
+    simulation.advance = [world](std::int64_t step) {
+        world->stepper.step(static_cast<double>(step) * world->scene.time.dt, static_cast<std::uint64_t>(step),
+                            world->state);
+    };
+    simulation.check_health = [world](std::int64_t step) {
+        Complex sum = 0.0;  // not finite as soon as one value is not
+        for (const Complex value : world->state.values) sum += value * 1e-200;
+        if (!std::isfinite(sum.real()) || !std::isfinite(sum.imag())) report_blow_up(*world, step);
+        std::copy(world->state.values.begin(), world->state.values.end(), world->healthy.values.begin());
+    };
+    simulation.save = [world] {
+        std::vector<double> values;
+        values.reserve(2 * world->state.values.size());
+        for (const Complex value : world->state.values) {
+            values.push_back(value.real());
+            values.push_back(value.imag());
+        }
+        return values;
+    };
+    simulation.restore = [world](std::span<const double> values) {
+        require(values.size() == 2 * world->state.values.size(), {},
+                "the checkpoint holds {} numbers; this scene's state has {}", values.size(),
+                2 * world->state.values.size());
+        for (std::size_t m = 0; m < world->state.values.size(); ++m)
+            world->state.values[m] = {values[2 * m], values[2 * m + 1]};
+        world->healthy = world->state;
+    };
+    return simulation;
+}
+
+}  // namespace drover::run

@@ -1,0 +1,88 @@
+// run/loop.cpp: the one loop.
+#include "drover/run/loop.hpp"
+
+#include <chrono>
+
+#include "drover/io/checkpoint.hpp"
+#include "drover/run/progress.hpp"
+#include "drover/run/signals.hpp"
+
+namespace drover::run {
+
+namespace {
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, io::Archive& archive) {
+    archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe());
+}
+
+/// Rows due at a step; true when one of them was a frame, which is committed at once so that no more than one can be lost.
+bool append_due(const Simulation& simulation, std::int64_t step, io::Archive& archive) {
+    bool frame = false;
+    for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
+        const ScheduledRecording& scheduled = simulation.recordings[r];
+        if (scheduled.every == 0 ? step != 0 : step % scheduled.every != 0) continue;
+        append_row(simulation, r, step, archive);
+        frame = frame || scheduled.recording.rows_per_chunk == 1;
+    }
+    return frame;
+}
+
+void save(const Simulation& simulation, std::int64_t step, io::Archive& archive, const LoopFiles& files) {
+    archive.commit();  // first: a checkpoint never counts rows that the archive has not
+    io::Checkpoint checkpoint{.scene = files.scene,
+                              .step = step,
+                              .time = static_cast<double>(step) * simulation.dt,
+                              .rows = {},
+                              .state = simulation.save()};
+    for (const std::size_t rows : archive.rows()) checkpoint.rows.push_back(rows);
+    io::write_checkpoint(files.archive, checkpoint);
+}
+
+/// The last step has a row in every recording.  It is written after the last checkpoint, which counts rows on the schedule
+/// alone: a run that is made longer has the same rows as one that was as long from the start.
+void append_last(const Simulation& simulation, std::int64_t step, io::Archive& archive) {
+    for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
+        const std::int64_t every = simulation.recordings[r].every;
+        if (every == 0 || step % every != 0) append_row(simulation, r, step, archive);
+    }
+    archive.commit();
+}
+}  // namespace
+
+LoopOutcome run_loop(Simulation& simulation, std::int64_t first, io::Archive& archive, const LoopFiles& files,
+                     bool quiet) {
+    const Clock::time_point start = Clock::now();
+    Clock::time_point last_commit = start, last_checkpoint = start;
+    constexpr double seconds_between_commits = 30.0;
+    Progress progress(first, simulation.steps, simulation.dt, quiet);
+    if (first == 0) {
+        append_due(simulation, 0, archive);
+        save(simulation, 0, archive, files);
+    }
+    std::int64_t step = first;
+    while (step < simulation.steps && stop_signal() == 0) {
+        simulation.advance(step);
+        ++step;
+        if (step % simulation.health_every == 0 || step == simulation.steps) simulation.check_health(step);
+        const bool frame = append_due(simulation, step, archive);
+        if (frame || seconds_since(last_commit) > seconds_between_commits) {
+            archive.commit();
+            last_commit = Clock::now();
+        }
+        if (seconds_since(last_checkpoint) > 60.0 * files.checkpoint_minutes && step < simulation.steps) {
+            simulation.check_health(step);
+            save(simulation, step, archive, files);
+            last_checkpoint = Clock::now();
+        }
+        progress.report(step);
+    }
+    if (step != first) simulation.check_health(step);
+    save(simulation, step, archive, files);
+    if (step == simulation.steps) append_last(simulation, step, archive);
+    return {.step = step, .signal = step < simulation.steps ? stop_signal() : 0, .wall_seconds = seconds_since(start)};
+}
+
+}  // namespace drover::run

@@ -1,0 +1,46 @@
+// run/provenance.cpp: versions, host and time.
+#include "drover/run/provenance.hpp"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <ctime>
+
+#include "drover/base/version.hpp"
+#include "drover/numerics/transform.hpp"
+
+namespace drover::run {
+
+namespace {
+std::string host_name() {
+    char name[256] = {};
+    return gethostname(name, sizeof(name) - 1) == 0 ? name : "unknown";
+}
+
+std::string utc_now() {
+    const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+    std::tm parts = {};
+    gmtime_r(&now, &parts);
+    char written[32] = {};
+    std::strftime(written, sizeof(written), "%Y-%m-%dT%H:%M:%SZ", &parts);
+    return written;
+}
+}  // namespace
+
+std::vector<io::Attribute> provenance(const io::Scene& scene, int threads) {
+    const Version built = version();
+    return {{"title", text("drover run of {}", std::filesystem::path(scene.file).filename().string())},
+            {"drover_version", built.version},
+            {"drover_commit", built.git_hash},
+            {"drover_commit_dirty", std::int64_t{built.dirty ? 1 : 0}},
+            {"library_versions",
+             text("{}; {}; GCC {}", numerics::transform_library(), io::archive_library(), __VERSION__)},
+            {"scene", io::resolved_text(scene)},
+            {"scene_file", std::filesystem::path(scene.file).filename().string()},
+            {"seed", scene.run.seed},
+            {"threads", std::int64_t{threads}},
+            {"host", host_name()},
+            {"start_time", utc_now()}};
+}
+
+}  // namespace drover::run

@@ -1,0 +1,143 @@
+// run/report.cpp: from an archive to results and their predictions.
+#include "drover/run/report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "drover/run/field_simulation.hpp"
+
+namespace drover::run {
+
+namespace {
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+/// Samples that stand on the schedule: the last one may not.
+std::size_t regular_samples(const std::vector<double>& times, double spacing) {
+    std::size_t count = 0;
+    while (count < times.size() && std::abs(times[count] - spacing * static_cast<double>(count)) < 1e-6 * spacing)
+        ++count;
+    return count;
+}
+
+std::vector<double> box_variances(const measure::Setting& setting, std::span<const double> structure_factor) {
+    std::vector<double> power(structure_factor.begin(), structure_factor.end());
+    for (double& value : power) value /= numerics::area(setting.grid);
+    std::vector<double> result;
+    for (const int cells : setting.boxes) result.push_back(numerics::box_variance(setting.grid, power, cells, cells));
+    return result;
+}
+
+void predict(Report& report) {
+    const numerics::System system = physics::make_system(report.scene.model, report.scene.grid);
+    if (!system.noise) {
+        report.no_prediction = "without noise the stationary state of the linear theory is uniform";
+        return;
+    }
+    const physics::FastestGrowth growth = physics::fastest_growth(system);
+    std::vector<physics::StructureFactor> modes;
+    try {
+        modes = physics::structure_factors(system, report.setting.form);
+    } catch (const Error& error) {
+        report.no_prediction = text("the linear theory has {} (fastest rate {:.3g} /s at |q| = {:.3g} /mm)",
+                                    error.what(), growth.rate, growth.q);
+        return;
+    }
+    std::vector<double> rods, along, across;
+    for (const physics::StructureFactor& mode : modes) {
+        rods.push_back(mode.rods);
+        along.push_back(mode.order_along);
+        across.push_back(mode.order_across);
+    }
+    const auto shells = [&](std::span<const double> values) {
+        return numerics::shell_means(report.setting.grid, report.setting.shells, values);
+    };
+    report.predictions.push_back({"structure_factor_rods", shells(rods)});
+    report.predictions.push_back({"structure_factor_order_along", shells(along)});
+    report.predictions.push_back({"structure_factor_order_across", shells(across)});
+    const std::vector<double> variances = box_variances(report.setting, rods);
+    Prediction deviation{"rod_number_deviation", {}}, exponent{"rod_number_exponent", {}};
+    const std::vector<int>& boxes = report.setting.boxes;
+    for (std::size_t b = 0; b < variances.size(); ++b) {
+        deviation.values.push_back(std::sqrt(variances[b]));
+        exponent.values.push_back(b + 1 < variances.size()
+                                      ? 0.5 * std::log(variances[b + 1] / variances[b]) /
+                                            (2.0 * std::log(static_cast<double>(boxes[b + 1]) / boxes[b]))
+                                      : not_a_number);
+    }
+    report.predictions.push_back({"rod_number_variance", variances});
+    report.predictions.push_back(std::move(deviation));
+    report.predictions.push_back(std::move(exponent));
+}
+}  // namespace
+
+Report make_report(const io::ArchiveReader& archive) {
+    Report report{.scene = io::parse_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file")),
+                  .setting = {},
+                  .summary = {},
+                  .predictions = {},
+                  .no_prediction = "",
+                  .time = 0.0};
+    const io::Scene& scene = report.scene;
+    const physics::Form form = physics::form(scene.model);
+    const numerics::System system = physics::make_system(scene.model, scene.grid);
+    report.setting = measure::make_setting(scene.grid, form, system.degree);
+    const std::vector<measure::Observable> observables = measure::observables(form);
+    const std::vector<double> times = archive.read("/observables/time").values;
+    report.time = times.empty() ? 0.0 : times.back();
+    const bool two_alone = scene.output.sample_every == 0.0;
+    const double spacing = two_alone ? scene.time.end : scene.output.sample_every;
+    const std::size_t samples = regular_samples(times, spacing);
+    std::vector<std::vector<double>> series;
+    for (const measure::Observable& observable : observables) {
+        series.push_back(archive.read("/observables/" + observable.name).values);
+        series.back().resize(samples * measure::size_of(observable, report.setting));
+    }
+    measure::Recorded recorded{.setting = report.setting,
+                               .observables = observables,
+                               .series = series,
+                               .spacing = spacing};
+    if (scene.analysis.warm_up >= 0.0)
+        recorded.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / spacing - 1e-9));
+    recorded.rods = scene.model.uniform.rod_density * numerics::area(scene.grid);
+    report.summary = measure::summarise(recorded);
+    predict(report);
+    return report;
+}
+
+const Prediction* find_prediction(const Report& report, const std::string& name) {
+    for (const Prediction& prediction : report.predictions)
+        if (prediction.name == name) return &prediction;
+    return nullptr;
+}
+
+io::ResultTable result_table(const Report& report) {
+    io::ResultTable table{.group = "/summary", .axes = observable_axes(report.setting), .quantities = {}, .values = {}};
+    for (const measure::SummaryRow& row : report.summary.rows) {
+        const std::vector<std::string> axes = axis_names(row.axes);
+        std::vector<double> means, errors, times;
+        for (const measure::Estimate& estimate : row.estimates) {
+            means.push_back(estimate.mean);
+            errors.push_back(estimate.error.value_or(not_a_number));
+            times.push_back(estimate.autocorrelation_time);
+        }
+        const auto add = [&](const std::string& ending, const std::string& unit, const std::string& meaning,
+                             std::vector<double> values) {
+            table.quantities.push_back({row.name + ending, unit, meaning, axes});
+            table.values.push_back(std::move(values));
+        };
+        add("", row.unit, row.formula, std::move(means));
+        add("_error", row.unit, "standard error of " + row.name + "; not-a-number where it was refused",
+            std::move(errors));
+        add("_autocorrelation_time", "s", "integrated autocorrelation time of " + row.name, std::move(times));
+        if (const Prediction* prediction = find_prediction(report, row.name))
+            add("_linear", row.unit, "linear theory of " + row.name + " on the same grid", prediction->values);
+    }
+    table.quantities.push_back({"warm_up", "s", "time left out of means at the start", {}});
+    table.values.push_back(
+        {static_cast<double>(report.summary.warm_up) *
+         (report.scene.output.sample_every == 0.0 ? report.scene.time.end : report.scene.output.sample_every)});
+    return table;
+}
+
+}  // namespace drover::run

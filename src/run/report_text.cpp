@@ -1,0 +1,102 @@
+// run/report_text.cpp: the results of a run as tables for people.
+#include <algorithm>
+#include <cmath>
+
+#include "drover/run/report.hpp"
+
+namespace drover::run {
+
+namespace {
+std::string cell(double value) { return std::isfinite(value) ? text("{:>11.5g}", value) : text("{:>11}", "-"); }
+
+std::string error_cell(const measure::Estimate& estimate) {
+    return estimate.error ? text("{:>9.2g}", *estimate.error) : text("{:>9}", "refused");
+}
+
+/// (measured - predicted) in standard errors.
+std::string deviation_cell(const measure::Estimate& estimate, double predicted) {
+    if (!estimate.error || !(*estimate.error > 0.0) || !std::isfinite(predicted)) return text("{:>7}", "-");
+    return text("{:>+7.1f}", (estimate.mean - predicted) / *estimate.error);
+}
+
+void add_scalars(const Report& report, std::string& out) {
+    out += text("{:<28} {:>8} {:>11} {:>9} {:>9}\n", "observable", "unit", "mean", "error", "tau [s]");
+    for (const measure::SummaryRow& row : report.summary.rows) {
+        if (!row.axes.empty()) continue;
+        const measure::Estimate& estimate = row.estimates.front();
+        out += text("{:<28} {:>8} {} {} {:>9.3g}\n", row.name, row.unit, cell(estimate.mean), error_cell(estimate),
+                    estimate.autocorrelation_time);
+    }
+}
+
+/// One measured array beside its prediction, at the places of `chosen`.
+void add_array(const Report& report, const std::string& name, const std::string& heading, std::span<const double> axis,
+               const std::vector<std::size_t>& chosen, std::string& out) {
+    const measure::SummaryRow* row = measure::find_row(report.summary, name);
+    if (row == nullptr) return;
+    const Prediction* prediction = find_prediction(report, name);
+    out += text("\n{} [{}]\n{:>11} {:>11} {:>9} {:>11} {:>7}\n", name, row->unit, heading, "measured", "error",
+                "linear", "sigmas");
+    for (const std::size_t i : chosen) {
+        const double predicted = prediction ? prediction->values[i] : NAN;
+        out += text("{} {} {} {} {}\n", cell(axis[i]), cell(row->estimates[i].mean), error_cell(row->estimates[i]),
+                    cell(predicted), deviation_cell(row->estimates[i], predicted));
+    }
+}
+
+void add_boxes(const Report& report, std::string& out) {
+    const measure::SummaryRow* number = measure::find_row(report.summary, "rod_number");
+    const measure::SummaryRow* deviation = measure::find_row(report.summary, "rod_number_deviation");
+    const measure::SummaryRow* exponent = measure::find_row(report.summary, "rod_number_exponent");
+    if (number == nullptr || deviation == nullptr || exponent == nullptr) return;
+    const Prediction* linear = find_prediction(report, "rod_number_deviation");
+    const Prediction* linear_exponent = find_prediction(report, "rod_number_exponent");
+    out += text("\nnumber fluctuations in square boxes: DN ~ N^exponent from each box to the next\n");
+    out += text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}\n", "side [mm]", "N", "DN", "error",
+                "linear", "sigmas", "exponent", "error", "linear");
+    for (std::size_t b = 0; b < number->estimates.size(); ++b) {
+        const double side = report.setting.grid.lx / report.setting.grid.nx * report.setting.boxes[b];
+        const double predicted = linear ? linear->values[b] : NAN;
+        out += text("{} {} {} {} {} {}", cell(side), cell(number->estimates[b].mean),
+                    cell(deviation->estimates[b].mean), error_cell(deviation->estimates[b]), cell(predicted),
+                    deviation_cell(deviation->estimates[b], predicted));
+        if (b + 1 < number->estimates.size())
+            out += text("   {:>9.4f} {} {}", exponent->estimates[b].mean, error_cell(exponent->estimates[b]),
+                        linear_exponent ? text("{:>9.4f}", linear_exponent->values[b]) : text("{:>9}", "-"));
+        out += '\n';
+    }
+}
+
+std::vector<std::size_t> spread(std::size_t count, std::size_t most) {
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < std::min(count, most); ++i) {
+        // Even on a logarithmic scale, each place once.
+        const double part = most <= 1 ? 0.0 : static_cast<double>(i) / static_cast<double>(std::min(count, most) - 1);
+        auto place = static_cast<std::size_t>(std::lround(std::pow(static_cast<double>(count), part))) - 1;
+        if (!chosen.empty()) place = std::max(place, chosen.back() + 1);
+        if (place < count) chosen.push_back(place);
+    }
+    return chosen;
+}
+}  // namespace
+
+std::string report_text(const Report& report) {
+    const measure::Summary& summary = report.summary;
+    std::string out = text("t = 0 to {:.6g} s, {} samples, the first {} left out as warm-up\n", report.time,
+                           summary.samples, summary.warm_up);
+    add_scalars(report, out);
+    const std::vector<std::size_t> shells = spread(report.setting.shells.q.size(), 12);
+    for (const char* name : {"structure_factor_rods", "structure_factor_order_along", "structure_factor_order_across"})
+        add_array(report, name, "|q| [1/mm]", report.setting.shells.q, shells, out);
+    add_boxes(report, out);
+    if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
+    if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
+    std::string refusal;
+    for (const measure::SummaryRow& row : summary.rows)
+        if (refusal.empty() && row.axes.empty() && !row.estimates.front().error)
+            refusal = row.name + ": " + row.estimates.front().refusal;
+    if (!refusal.empty()) out += "\nnote: " + refusal + "\n";
+    return out;
+}
+
+}  // namespace drover::run

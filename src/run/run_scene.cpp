@@ -1,0 +1,154 @@
+// run/run_scene.cpp: start and restart of one run.
+#include "drover/run/run_scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+
+#include "drover/base/log.hpp"
+#include "drover/io/checkpoint.hpp"
+#include "drover/run/field_simulation.hpp"
+#include "drover/run/provenance.hpp"
+#include "drover/run/report.hpp"
+
+namespace drover::run {
+
+namespace {
+double free_memory() {
+    std::ifstream meminfo("/proc/meminfo");
+    std::string word;
+    while (meminfo >> word)
+        if (double kilobytes = 0.0; word == "MemAvailable:" && meminfo >> kilobytes) return 1024.0 * kilobytes;
+    return 1e300;  // not told here: the allocation itself will tell
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+    return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
+/// Bytes of the archive of a scene, counted without making its world.
+double disk_bytes(const io::Scene& scene) {
+    const double frame = static_cast<double>(numerics::points(scene.grid)) * sizeof(double) *
+                         numerics::components(physics::layout(physics::form(scene.model)));
+    const double frames = scene.output.frame_every == 0.0 ? 2.0 : 1.0 + scene.time.end / scene.output.frame_every;
+    const double shells = 0.5 * std::min(scene.grid.nx, scene.grid.ny);
+    const double sample = sizeof(double) * (16.0 + shells * (4.0 + 2.0 * measure::direction_sectors) + 32.0);
+    const double samples = scene.output.sample_every == 0.0 ? 2.0 : 1.0 + scene.time.end / scene.output.sample_every;
+    return frame * frames + sample * samples;
+}
+
+std::vector<io::Recording> recordings_of(const Simulation& simulation) {
+    std::vector<io::Recording> recordings;
+    for (const ScheduledRecording& scheduled : simulation.recordings) recordings.push_back(scheduled.recording);
+    return recordings;
+}
+
+void tell_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first, const Needs& needs) {
+    log_information("{} by {} points, {} steps of dt = {} s from step {}, {} thread{}", scene.grid.nx, scene.grid.ny,
+                    simulation.steps, simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
+    log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
+                    bytes_text(archive_bytes(simulation)), bytes_text(needs.disk_free));
+    if (archive_bytes(simulation) > needs.disk_free)
+        log_warning(
+            "the archive may need {} and {} are free: the run will stop when the disk is full; write elsewhere or less "
+            "often",
+            bytes_text(archive_bytes(simulation)), bytes_text(needs.disk_free));
+}
+
+RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, double dt, io::Archive archive) {
+    if (loop.signal == 0) {
+        archive.replace(result_table(make_report(io::ArchiveReader(path))));
+        archive.commit();
+    }
+    std::error_code problem;
+    return {.loop = loop,
+            .archive = path,
+            .archive_megabytes = static_cast<double>(std::filesystem::file_size(path, problem)) / 1e6,
+            .checkpoint_time = static_cast<double>(loop.step) * dt};
+}
+
+/// What a restart may change.
+constexpr std::array changeable{"time.end", "output.checkpoint_minutes", "run.threads"};
+
+void refuse_other_changes(std::span<const std::string> overrides) {
+    for (const std::string& setting : overrides) {
+        const std::string key = setting.substr(0, setting.find('='));
+        require(std::find(changeable.begin(), changeable.end(), key) != changeable.end(), {.file = "--set " + setting},
+                "a restart goes on with the same scene and may change time.end, output.checkpoint_minutes and "
+                "run.threads alone; for "
+                "another scene start a new run with initial.kind = \"file\"");
+    }
+}
+}  // namespace
+
+std::filesystem::path archive_path(const io::Scene& scene) {
+    if (!scene.output.file.empty()) return scene.output.file;
+    return std::filesystem::path(scene.file).stem().concat(".h5");
+}
+
+Needs needs_of(const io::Scene& scene) {
+    std::error_code problem;
+    const std::filesystem::space_info space = std::filesystem::space(folder_of(archive_path(scene)), problem);
+    return {.memory_bytes = field_simulation_bytes(scene),
+            .disk_bytes = disk_bytes(scene),
+            .memory_free = free_memory(),
+            .disk_free = problem ? 0.0 : static_cast<double>(space.available)};
+}
+
+void check_needs(const io::Scene& scene, const RunOptions& options) {
+    const Needs needs = needs_of(scene);
+    require(needs.memory_bytes <= needs.memory_free, io::place_of(scene, "grid.nx"),
+            "a grid of {} by {} points needs {} of memory and {} are free; choose a smaller grid", scene.grid.nx,
+            scene.grid.ny, bytes_text(needs.memory_bytes), bytes_text(needs.memory_free));
+    const std::filesystem::path path = archive_path(scene), folder = folder_of(path);
+    const Where where = io::place_of(scene, "output.file");
+    std::error_code problem;
+    require(std::filesystem::is_directory(folder, problem), where,
+            "output.file = \"{}\": there is no folder \"{}\"; make it first", path.string(), folder.string());
+    require(!std::filesystem::is_directory(path, problem), where,
+            "output.file = \"{}\" is a folder; expected the name of a file", path.string());
+    require(options.overwrite || !std::filesystem::exists(path, problem), where,
+            "output.file = \"{}\" exists; go on with it by drover restart, choose another name, or give --overwrite",
+            path.string());
+}
+
+RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
+    check_needs(scene, options);
+    Threads threads(choose_threads(scene));
+    Simulation simulation = make_field_simulation(scene, threads);
+    const std::filesystem::path path = archive_path(scene);
+    if (!options.quiet) tell_start(scene, simulation, 0, needs_of(scene));
+    io::Archive archive =
+        io::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
+    io::remove_checkpoints(path);  // of an archive that was replaced
+    const LoopFiles files{.archive = path,
+                          .scene = io::resolved_text(scene),
+                          .checkpoint_minutes = scene.output.checkpoint_minutes};
+    const LoopOutcome loop = run_loop(simulation, 0, archive, files, options.quiet);
+    return finish(loop, path, simulation.dt, std::move(archive));
+}
+
+RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,
+                       const RunOptions& options) {
+    refuse_other_changes(overrides);
+    const io::Checkpoint checkpoint = io::read_newest_checkpoint(path);
+    io::Scene scene = io::parse_scene(checkpoint.scene, path.string() + " (its scene)", overrides);
+    scene.output.file = path.string();
+    Threads threads(choose_threads(scene));
+    Simulation simulation = make_field_simulation(scene, threads);
+    require(checkpoint.step <= simulation.steps, {.file = path.string()},
+            "the run has reached t = {} s, beyond time.end = {}; to go on, give a later end: --set time.end=...",
+            checkpoint.time, scene.time.end);
+    simulation.restore(checkpoint.state);
+    if (!options.quiet) tell_start(scene, simulation, checkpoint.step, needs_of(scene));
+    const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
+    io::Archive archive =
+        io::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);
+    const LoopFiles files{.archive = path,
+                          .scene = io::resolved_text(scene),
+                          .checkpoint_minutes = scene.output.checkpoint_minutes};
+    const LoopOutcome loop = run_loop(simulation, checkpoint.step, archive, files, options.quiet);
+    return finish(loop, path, simulation.dt, std::move(archive));
+}
+
+}  // namespace drover::run

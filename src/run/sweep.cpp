@@ -1,0 +1,213 @@
+// run/sweep.cpp: runs of a sweep on local workers, resumable, and their table.
+#include "drover/run/sweep.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "drover/base/log.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/io/checkpoint.hpp"
+#include "drover/run/exit_status.hpp"
+#include "drover/run/report.hpp"
+#include "drover/run/run_scene.hpp"
+#include "drover/run/worker_pool.hpp"
+
+namespace drover::run {
+
+namespace {
+namespace fs = std::filesystem;
+
+fs::path archive_of(const fs::path& folder, const SweepRun& run) { return folder / (run.name + ".h5"); }
+
+bool is_done(const fs::path& folder, const SweepRun& run) {
+    const fs::path path = archive_of(folder, run);
+    return fs::exists(path) && io::ArchiveReader(path).has("/summary/warm_up");
+}
+
+/// The scene of one run; on a ramp it starts from the last frame of the run before.
+io::Scene scene_of(const io::Scene& scene, const fs::path& folder, const SweepRun& run, const SweepRun* before) {
+    std::vector<std::string> overrides = run.overrides;
+    overrides.push_back("output.file=" + toml_text(archive_of(folder, run).string()));
+    if (scene.run.threads == 0) overrides.push_back("run.threads=1");
+    if (before != nullptr) {
+        overrides.push_back("initial.kind=file");
+        overrides.push_back("initial.file=" + toml_text(fs::absolute(archive_of(folder, *before)).string()));
+        overrides.push_back("initial.frame=-1");
+    }
+    return io::parse_scene(io::resolved_text(scene), scene.file, overrides);
+}
+
+int run_chain(const io::Scene& scene, const fs::path& folder, const std::vector<SweepRun>& chain) {
+    for (std::size_t i = 0; i < chain.size(); ++i) {
+        if (is_done(folder, chain[i])) continue;
+        const fs::path path = archive_of(folder, chain[i]);
+        const RunOptions options{.overwrite = true, .quiet = true};
+        const std::vector<fs::path> checkpoints = io::checkpoint_files(path);
+        const bool resumable = fs::exists(path) && std::any_of(checkpoints.begin(), checkpoints.end(),
+                                                               [](const fs::path& file) { return fs::exists(file); });
+        const RunOutcome outcome =
+            resumable ? restart_run(path, {}, options)
+                      : run_scene(scene_of(scene, folder, chain[i], i == 0 ? nullptr : &chain[i - 1]), options);
+        if (outcome.loop.signal != 0) return exit_stopped;
+    }
+    return exit_done;
+}
+
+/// The sweep's scene stands in its folder: what is given again must be the same, or its runs would be mixed with others.
+void claim_folder(const fs::path& folder, const std::string& scene) {
+    const fs::path file = folder / "sweep.toml";
+    if (fs::exists(file)) {
+        std::ifstream stream(file, std::ios::binary);
+        std::ostringstream found;
+        found << stream.rdbuf();
+        require(found.str() == scene, {.file = folder.string()},
+                "the folder holds the runs of another sweep (see sweep.toml there); name another folder with --output");
+        return;
+    }
+    std::error_code problem;
+    fs::create_directories(folder, problem);
+    require(!problem && fs::is_directory(folder), {.file = folder.string()}, "cannot make the folder of the sweep: {}",
+            problem.message());
+    require(fs::is_empty(folder), {.file = folder.string()},
+            "the folder is not empty and holds no sweep; name another with --output");
+    std::ofstream(file, std::ios::binary) << scene;
+}
+
+/// Mean over the seeds of a point.  The runs are independent: their errors add in squares; from eight seeds on the spread
+/// between them is the better error.
+measure::Estimate over_seeds(const std::vector<measure::Estimate>& runs) {
+    measure::Estimate result;
+    const double count = static_cast<double>(runs.size());
+    double squares = 0.0;
+    bool refused = runs.empty();
+    for (const measure::Estimate& run : runs) {
+        result.mean += run.mean / count;
+        result.autocorrelation_time += run.autocorrelation_time / count;
+        result.warm_up = std::max(result.warm_up, run.warm_up);
+        result.samples += run.samples;
+        if (run.error) squares += *run.error * *run.error;
+        refused = refused || !run.error;
+        if (!run.refusal.empty()) result.refusal = run.refusal;
+    }
+    if (runs.size() >= measure::blocks_least) {
+        squares = 0.0;
+        for (const measure::Estimate& run : runs) squares += (run.mean - result.mean) * (run.mean - result.mean);
+        result.error = std::sqrt(squares / (count * (count - 1.0)));
+        result.refusal.clear();
+    } else if (!refused) {
+        result.error = std::sqrt(squares) / count;
+    }
+    result.blocks = runs.size();
+    return result;
+}
+
+SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
+    SweepTable table{.keys = layout.keys, .names = {}, .units = {}, .rows = {}};
+    std::vector<std::vector<std::vector<measure::Estimate>>> found(layout.points.size());  // [point][observable][seed]
+    std::vector<int> seeds(layout.points.size(), 0);
+    for (const auto& chain : layout.chains)
+        for (const SweepRun& run : chain) {
+            if (!is_done(folder, run)) continue;
+            ++seeds[run.point];
+            const Report report = make_report(io::ArchiveReader(archive_of(folder, run)));
+            std::size_t column = 0;
+            for (const measure::SummaryRow& row : report.summary.rows) {
+                if (!row.axes.empty()) continue;
+                if (table.names.size() <= column) {
+                    table.names.push_back(row.name);
+                    table.units.push_back(row.unit);
+                }
+                if (found[run.point].size() <= column) found[run.point].emplace_back();
+                found[run.point][column++].push_back(row.estimates.front());
+            }
+        }
+    for (std::size_t point = 0; point < layout.points.size(); ++point) {
+        SweepRow row{.point = layout.points[point], .seeds = seeds[point], .estimates = {}};
+        for (const auto& runs : found[point]) row.estimates.push_back(over_seeds(runs));
+        table.rows.push_back(std::move(row));
+    }
+    return table;
+}
+}  // namespace
+
+SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quiet) {
+    const SweepLayout layout = plan_sweep(scene);
+    SweepOutcome outcome;
+    for (const auto& chain : layout.chains)
+        for (const SweepRun& run : chain) {
+            scene_of(scene, folder, run, nullptr);  // every value is refused or taken before anything runs
+            ++outcome.runs;
+        }
+    claim_folder(folder, io::resolved_text(scene));
+    for (const auto& chain : layout.chains)
+        outcome.already_done += static_cast<std::size_t>(
+            std::count_if(chain.begin(), chain.end(), [&](const SweepRun& run) { return is_done(folder, run); }));
+    const int workers = scene.sweep.workers > 0 ? scene.sweep.workers : usable_cores();
+    if (!quiet)
+        log_information("{} points, {} runs ({} done already), {} at a time, in {}", layout.points.size(), outcome.runs,
+                        outcome.already_done, workers, folder.string());
+    std::size_t ended = 0;
+    const PoolOutcome pool = run_jobs(
+        layout.chains.size(), workers, [&](std::size_t job) { return run_chain(scene, folder, layout.chains[job]); },
+        [&](std::size_t job, int status) {
+            ++ended;
+            if (!quiet)
+                log_information("{} of {} jobs ended: {}{}", ended, layout.chains.size(),
+                                layout.chains[job].back().name, status == 0 ? "" : text(" with status {}", status));
+        });
+    outcome.stopped = pool.stopped;
+    outcome.failed = pool.stopped ? 0 : pool.failed;
+    outcome.table = collect(layout, folder);
+    std::ofstream csv(folder / "table.csv", std::ios::binary);
+    csv << table_csv(outcome.table);
+    csv.close();
+    if (!csv) fail_run("{}: the table could not be written; is the disk full?", (folder / "table.csv").string());
+    return outcome;
+}
+
+std::string table_text(const SweepTable& table) {
+    // The columns a phase diagram is read from; table.csv has them all.
+    std::vector<std::size_t> chosen;
+    for (const char* name : {"polar_order", "polar_order_susceptibility", "polar_order_binder"})
+        for (std::size_t i = 0; i < table.names.size(); ++i)
+            if (table.names[i] == name) chosen.push_back(i);
+    std::string out;
+    for (const std::string& key : table.keys) out += text("{:>20} ", key);
+    out += text("{:>6} {:>5}", "branch", "seeds");
+    for (const std::size_t i : chosen) out += text(" {:>26} {:>9}", table.names[i], "error");
+    out += '\n';
+    for (const SweepRow& row : table.rows) {
+        for (const double value : row.point.values) out += text("{:>20.6g} ", value);
+        out += text("{:>6} {:>5}", row.point.branch.empty() ? "-" : row.point.branch, row.seeds);
+        for (const std::size_t i : chosen) {
+            if (i >= row.estimates.size()) out += text(" {:>26} {:>9}", "-", "-");
+            else
+                out += text(" {:>26.6g} {:>9}", row.estimates[i].mean,
+                            row.estimates[i].error ? text("{:.2g}", *row.estimates[i].error) : "refused");
+        }
+        out += '\n';
+    }
+    return out;
+}
+
+std::string table_csv(const SweepTable& table) {
+    std::string out;
+    for (const std::string& key : table.keys) out += key + ",";
+    out += "branch,seeds";
+    for (std::size_t i = 0; i < table.names.size(); ++i)
+        out += text(",{} [{}],{} error", table.names[i], table.units[i], table.names[i]);
+    out += '\n';
+    for (const SweepRow& row : table.rows) {
+        for (const double value : row.point.values) out += text("{},", value);
+        out += text("{},{}", row.point.branch, row.seeds);
+        for (const measure::Estimate& estimate : row.estimates)
+            out += text(",{},{}", estimate.mean, estimate.error ? text("{}", *estimate.error) : "");
+        out += '\n';
+    }
+    return out;
+}
+
+}  // namespace drover::run

@@ -1,0 +1,123 @@
+// run/sweep_plan.cpp: from the text of sweep.vary to runs.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+#include "drover/run/sweep.hpp"
+
+namespace drover::run {
+
+namespace {
+struct Varied {
+    std::string key;
+    std::vector<double> values;
+};
+
+std::string trimmed(std::string word) {
+    word.erase(0, word.find_first_not_of(" \t"));
+    word.erase(word.find_last_not_of(" \t") + 1);
+    return word;
+}
+
+double number_of(const std::string& word, const std::string& written, const Where& where) {
+    char* end = nullptr;
+    const double value = std::strtod(word.c_str(), &end);
+    require(!word.empty() && *end == '\0' && std::isfinite(value), where,
+            "sweep.vary has \"{}\" in \"{}\"; expected numbers, as in \"relaxation.rate = 0.5, 1, 2\" or "
+            "\"relaxation.rate = 0.5:2:11\"",
+            word, written);
+    return value;
+}
+
+std::vector<std::string> split(const std::string& words, char separator) {
+    std::vector<std::string> parts;
+    std::istringstream stream(words);
+    for (std::string part; std::getline(stream, part, separator);) parts.push_back(trimmed(part));
+    return parts;
+}
+
+Varied varied_of(const std::string& written, const Where& where) {
+    const std::size_t equals = written.find('=');
+    require(equals != std::string::npos && written.find('.') < equals, where,
+            "sweep.vary has \"{}\"; expected \"section.key = values\", as in \"relaxation.rate = 0.5, 1, 2\"", written);
+    Varied varied{.key = trimmed(written.substr(0, equals)), .values = {}};
+    const std::string values = trimmed(written.substr(equals + 1));
+    if (values.find(':') == std::string::npos) {
+        for (const std::string& word : split(values, ',')) varied.values.push_back(number_of(word, written, where));
+    } else {
+        const std::vector<std::string> parts = split(values, ':');
+        require(parts.size() == 3, where, "sweep.vary has \"{}\"; expected first:last:count", written);
+        const double first = number_of(parts[0], written, where), last = number_of(parts[1], written, where);
+        const double count = number_of(parts[2], written, where);
+        require(count >= 2.0 && count <= 1e6 && count == std::floor(count), where,
+                "sweep.vary has \"{}\"; expected a whole number of values, 2 to 1e6, after the second colon", written);
+        for (int i = 0; i < static_cast<int>(count); ++i)
+            varied.values.push_back(first + (last - first) * i / (count - 1.0));
+    }
+    require(!varied.values.empty(), where, "sweep.vary has \"{}\" without a value; expected at least one", written);
+    return varied;
+}
+
+std::vector<SweepPoint> grid_points(const std::vector<Varied>& varied) {
+    std::vector<SweepPoint> points{SweepPoint{}};
+    for (const Varied& one : varied) {
+        std::vector<SweepPoint> longer;
+        for (const SweepPoint& point : points)
+            for (const double value : one.values) {
+                longer.push_back(point);
+                longer.back().values.push_back(value);
+            }
+        points = std::move(longer);
+    }
+    return points;
+}
+
+std::vector<SweepPoint> ramp_points(const Varied& varied, bool down_again) {
+    std::vector<SweepPoint> points;
+    for (const double value : varied.values) points.push_back({.values = {value}, .branch = "up"});
+    if (down_again)
+        for (std::size_t i = varied.values.size() - 1; i-- > 0;)
+            points.push_back({.values = {varied.values[i]}, .branch = "down"});
+    return points;
+}
+
+SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& scene, int seed) {
+    SweepRun run{.name = text("point-{:04}-seed-{}", point, scene.run.seed + seed), .point = point, .overrides = {}};
+    for (std::size_t k = 0; k < layout.keys.size(); ++k)
+        run.overrides.push_back(text("{}={}", layout.keys[k], layout.points[point].values[k]));
+    run.overrides.push_back(text("run.seed={}", scene.run.seed + seed));
+    return run;
+}
+}  // namespace
+
+SweepLayout plan_sweep(const io::Scene& scene) {
+    const Where where = io::place_of(scene, "sweep.vary");
+    std::vector<Varied> varied;
+    SweepLayout layout;
+    for (const std::string& written : scene.sweep.vary) {
+        varied.push_back(varied_of(written, where));
+        require(std::find(layout.keys.begin(), layout.keys.end(), varied.back().key) == layout.keys.end(), where,
+                "sweep.vary names {} twice; expected each key once", varied.back().key);
+        layout.keys.push_back(varied.back().key);
+    }
+    require(!varied.empty() || scene.sweep.seeds > 1, where,
+            "nothing to sweep: give sweep.vary, as in --vary \"relaxation.rate = 0.5:2:4\", or sweep.seeds > 1");
+    const bool ramp = scene.sweep.ramp != "none";
+    require(!ramp || varied.size() == 1, where, "sweep.ramp = \"{}\" with {} varied keys; expected exactly one",
+            scene.sweep.ramp, varied.size());
+    layout.points = ramp ? ramp_points(varied.front(), scene.sweep.ramp == "up-down") : grid_points(varied);
+    for (int seed = 0; seed < scene.sweep.seeds; ++seed) {
+        std::vector<SweepRun> chain;
+        for (std::size_t point = 0; point < layout.points.size(); ++point) {
+            chain.push_back(run_at(layout, point, scene, seed));
+            if (ramp) continue;
+            layout.chains.push_back(std::move(chain));
+            chain.clear();
+        }
+        if (ramp) layout.chains.push_back(std::move(chain));
+    }
+    return layout;
+}
+
+}  // namespace drover::run

@@ -1,0 +1,119 @@
+"""tests/app/crash.py: a run that is killed again and again at random moments, and what must hold after each kill.
+
+What is checked at once after each kill -9, before any drover command touches the files:
+- h5py and xarray open the archive, if it exists, as it is.  Only where the kill fell between two writes of a commit, within some
+  microseconds, may that fail; then the journal that makes the file whole stands beside it, and the first drover command applies it.
+- Every frame in it has the bytes of the uninterrupted run.
+- Nothing is missing that is known to have been committed: the frames that a plain reader saw while the run went on, and those
+  that the newest checkpoint on the disk counts.  A checkpoint of step s is only written after the frames up to s; with a checkpoint
+  at each step (checkpoint_minutes = 0) the run was killed at step s or s + 1, so that at most one frame is lost.
+"""
+import random
+import time
+
+import h5py
+import xarray
+from support import assert_same_bytes, checkpoint_step, checkpoints, drover, end_group, frame_count, start, write_scene
+
+STEPS_PER_FRAME = 2
+FRAMES = 60
+BUSY = {"grid.nx": 24, "grid.ny": 32, "time.end": 0.1 * STEPS_PER_FRAME * FRAMES, "output.frame_every": 0.1 * STEPS_PER_FRAME,
+        "output.sample_every": 0.1, "output.checkpoint_minutes": 0.0005}
+FIELDS = ("rod_density", "polar_order_x", "polar_order_y")
+
+
+def make_whole(folder):
+    """The uninterrupted run that all others are compared with."""
+    drover(folder, "run", write_scene(folder, BUSY, name="whole.toml"), "--quiet")
+    assert frame_count(folder / "whole.h5") == FRAMES + 1
+    return folder / "whole.h5"
+
+
+def frames_seen(archive):
+    """Frames that a plain reader finds in an archive that may be in the middle of a commit; 0 when it cannot be read just now."""
+    try:
+        return frame_count(archive)
+    except (OSError, KeyError, RuntimeError):
+        return 0
+
+
+def kill_at(process, archive, frames, delay):
+    """Kills a run `delay` after it has some frames (0: after its start), looking all the while; gives the most frames seen."""
+    seen, deadline = 0, None if frames else time.monotonic() + delay
+    while process.poll() is None and (deadline is None or time.monotonic() < deadline):
+        seen = max(seen, frames_seen(archive)) if frames else 0
+        if deadline is None and seen >= frames:
+            deadline = time.monotonic() + delay
+    process.kill()
+    process.wait()
+    end_group(process)
+    return seen
+
+
+def check_frames(archive, whole, at_least):
+    """All frames are those of the uninterrupted run, and there are enough; for h5py and for xarray."""
+    with h5py.File(archive) as file, h5py.File(whole) as model:
+        count = len(file["time"])
+        assert at_least <= count <= FRAMES + 1
+        for name in ("time", *FIELDS):
+            assert file[name][()].tobytes() == model[name][:count].tobytes(), name
+        samples = len(file["observables/time"])
+        assert samples >= (count - 1) * STEPS_PER_FRAME + (count > 0)
+        assert file["observables/polar_order"][()].tobytes() == model["observables/polar_order"][:samples].tobytes()
+    with xarray.open_dataset(archive) as frames, xarray.open_dataset(archive, group="observables") as observed:
+        assert frames.sizes["time"] == count and frames["rod_density"].dims == ("time", "y", "x")
+        assert observed.sizes["time"] == samples
+    return count
+
+
+def newest_step(archive):
+    """The step of the newest checkpoint; None when there is none."""
+    steps = [checkpoint_step(file) for file in checkpoints(archive) if file.exists()]
+    return max(steps, default=None)
+
+
+def check_after_kill(folder, archive, whole, seen):
+    """What must hold at once.  Gives whether the kill fell between two writes of a commit."""
+    if not archive.exists():
+        assert seen == 0 and newest_step(archive) is None
+        return False
+    step = newest_step(archive)
+    committed = max(seen, 0 if step is None else step // STEPS_PER_FRAME + 1)
+    torn = archive.with_name(archive.name + ".journal").exists() and frames_seen(archive) == 0
+    if torn:
+        drover(folder, "info", archive)
+    count = check_frames(archive, whole, committed)
+    assert step is not None or count <= 1  # the first frame is followed by a checkpoint
+    return torn
+
+
+def go_on(folder, archive, name):
+    """The command that a person would give now."""
+    if newest_step(archive) is not None:
+        return ["restart", archive.name, "--quiet"]
+    return ["run", name, "--quiet", "--overwrite"]
+
+
+def kill_again_and_again(folder, whole, kills, seed, checkpoint_minutes):
+    """A run that is killed `kills` times and goes on each time, to the same bytes.  Gives how many kills met the run at work."""
+    dice = random.Random(seed)
+    name = write_scene(folder, {**BUSY, "output.checkpoint_minutes": checkpoint_minutes}, name="killed.toml")
+    archive = folder / "killed.h5"
+    met = torn = 0
+    for _ in range(kills):
+        already = frames_seen(archive)
+        # One in four early, in the start-up; the others after some more frames, and then anywhere within two or so.
+        ahead = 0 if dice.random() < 0.25 else dice.randint(1, max(1, FRAMES // kills))
+        process = start(folder, *go_on(folder, archive, name))
+        try:
+            seen = kill_at(process, archive, min(already + ahead, FRAMES) if ahead else 0, dice.uniform(0.0, 0.06))
+        finally:
+            end_group(process)
+        met += process.returncode == -9
+        torn += check_after_kill(folder, archive, whole, seen)
+    drover(folder, *go_on(folder, archive, name))
+    assert_same_bytes(whole, archive)
+    assert sorted(file.name for file in folder.glob("killed.h5*")) == [
+        "killed.h5", "killed.h5.checkpoint-a", "killed.h5.checkpoint-b"]
+    assert torn <= 1 + kills // 25
+    return met

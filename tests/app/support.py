@@ -1,0 +1,172 @@
+"""tests/app/support.py: what the tests of the program share: running it, small scenes, archives compared byte by byte."""
+import json
+import os
+import subprocess
+import time
+from pathlib import Path
+
+import h5py
+
+if not os.environ.get("DROVER"):
+    raise RuntimeError("DROVER is not set; expected the path of the program: DROVER=build/release/drover pytest tests/app")
+DROVER = str(Path(os.environ["DROVER"]).absolute())
+
+# A stochastic run of every linear term on a small grid: half a second and less.
+SMALL = {
+    "uniform.rod_density": 2.0,
+    "current.speed": 3.0,
+    "relaxation.rate": 0.5,
+    "elasticity.stiffness": 2.0,
+    "elasticity.splay": 0.5,
+    "pressure.strength": 1.5,
+    "diffusion.diffusivity": 0.2,
+    "noise.order": 0.05,
+    "noise.rods": 0.8,
+    "grid.nx": 16,
+    "grid.ny": 16,
+    "grid.lx": 16.0,
+    "grid.ly": 16.0,
+    "time.dt": 0.1,
+    "time.end": 40.0,
+    "initial.kind": "stationary",
+    "output.frame_every": 5.0,
+    "output.sample_every": 0.5,
+    "run.seed": 7,
+}
+
+
+def toml_value(value):
+    """A value as TOML writes it; JSON writes numbers, texts, lists and true or false in the same way."""
+    return json.dumps(value)
+
+
+def scene_text(keys):
+    """TOML of {"section.key": value}."""
+    sections = {}
+    for name, value in keys.items():
+        section, key = name.split(".")
+        sections.setdefault(section, []).append(f"{key} = {toml_value(value)}\n")
+    return "\n".join(f"[{section}]\n" + "".join(lines) for section, lines in sections.items())
+
+
+def write_scene(folder, changes=None, name="flock.toml", base=None):
+    """Writes the small scene, with some keys changed, and gives its name."""
+    keys = {**(SMALL if base is None else base), **(changes or {})}
+    (folder / name).write_text(scene_text(keys))
+    return name
+
+
+def environment(**more):
+    """The tests' own environment without what would change the program's output."""
+    kept = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "OMP_NUM_THREADS")}
+    return {**kept, **more}
+
+
+def drover(folder, *words, status=0, seconds=300, **options):
+    """Runs the program in a folder to its end; its exit status must be the one given (None: any)."""
+    options.setdefault("env", environment())
+    ended = subprocess.run([DROVER, *map(str, words)], cwd=folder, capture_output=True, text=True, errors="replace",
+                           stdin=subprocess.DEVNULL, timeout=seconds, check=False, **options)
+    assert status is None or ended.returncode == status, \
+        f"drover {' '.join(map(str, words))} ended with {ended.returncode}, not {status}:\n{ended.stderr}{ended.stdout}"
+    return ended
+
+
+def drover_json(folder, *words):
+    """What a command prints with --json."""
+    return json.loads(drover(folder, *words, "--json").stdout)
+
+
+def start(folder, *words, **options):
+    """Starts the program in a folder, in a process group of its own, and gives the running process."""
+    return subprocess.Popen([DROVER, *map(str, words)], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, env=environment(), start_new_session=True, **options)
+
+
+def wait_until(holds, what, seconds=120.0, process=None):
+    """Waits for something that the program does by itself; a process that ends before it is a failure."""
+    deadline = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < deadline, f"waited {seconds} s for {what}"
+        if process is not None and process.poll() is not None:
+            assert holds(), f"the program ended with {process.returncode} before {what}: {process.stderr.read()}"
+            return
+        time.sleep(0.002)
+
+
+def group_is_alive(group):
+    """Whether any process of a process group still runs; one that ended and was not waited for does not."""
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
+        except OSError:  # it ended a moment ago
+            continue
+        if int(its_group) == group and state not in "ZX":
+            return True
+    return False
+
+
+def end_group(process):
+    """Ends a process that `start` started with all its children, whatever a test left of it."""
+    if group_is_alive(process.pid):
+        os.killpg(process.pid, 9)
+    process.communicate()
+
+
+def contents(path):
+    """Every dataset of every group of an archive: name -> (type, shape, raw bytes)."""
+    found = {}
+
+    def take(name, item):
+        if isinstance(item, h5py.Dataset):
+            found[name] = (item.dtype.str, item.shape, item[()].tobytes())
+
+    with h5py.File(path, "r") as file:
+        file.visititems(take)
+    return found
+
+
+def assert_same_bytes(one, other):
+    """Both archives hold the same datasets, to the byte."""
+    a, b = contents(one), contents(other)
+    assert len(a) > 50 and "rod_density" in a and "observables/polar_order" in a and "summary/polar_order" in a, sorted(a)
+    assert sorted(a) == sorted(b)
+    assert [name for name in a if a[name] != b[name]] == []
+
+
+def attributes(path):
+    """The root attributes of an archive."""
+    with h5py.File(path, "r") as file:
+        return {name: value.decode() if isinstance(value, bytes) else value for name, value in file.attrs.items()}
+
+
+def frame_count(path):
+    """Frames of an archive."""
+    with h5py.File(path, "r") as file:
+        return len(file["time"])
+
+
+def checkpoints(archive):
+    """The two files that hold the checkpoints of an archive."""
+    return [Path(f"{archive}.checkpoint-{letter}") for letter in "ab"]
+
+
+def checkpoint_step(path):
+    """The step of a whole checkpoint file, from its head: magic (8), version (4), length (8), counter (8), step (8)."""
+    head = path.read_bytes()[:36]
+    assert head[:8] == b"drvchkp1", path
+    return int.from_bytes(head[28:36], "little")
+
+
+def damage(path, place=None):
+    """Flips one bit of a file, in its middle."""
+    content = bytearray(path.read_bytes())
+    place = len(content) // 2 if place is None else place
+    content[place] ^= 0x10
+    path.write_bytes(content)
+
+
+def tree(folder):
+    """Everything below a folder: relative name -> content, or None for a folder."""
+    return {str(path.relative_to(folder)): path.read_bytes() if path.is_file() and os.access(path, os.R_OK) else None
+            for path in sorted(Path(folder).rglob("*"))}

@@ -1,0 +1,298 @@
+"""tests/app/test_commands.py: what each command prints, where it prints it, and what a run that blows up leaves behind."""
+import json
+import math
+import os
+import pty
+import re
+import subprocess
+import tomllib
+
+import h5py
+import numpy as np
+import pytest
+from support import DROVER, SMALL, assert_same_bytes, checkpoints, drover, drover_json, environment, scene_text, write_scene
+
+COMMANDS = {
+    "run": ["scene", "--set", "--output", "--threads", "--overwrite", "--json", "--quiet"],
+    "restart": ["archive", "--set", "--threads", "--json", "--quiet"],
+    "sweep": ["scene", "--set", "--output", "--vary", "--seeds", "--ramp", "--workers", "--json", "--quiet"],
+    "check": ["scene", "--set", "--output", "--threads", "--resolved"],
+    "explain": ["scene", "--set", "--output", "--threads", "--json"],
+    "info": ["archive", "--scene", "--json"],
+    "schema": ["--json"],
+}
+BRIEF = {**SMALL, "time.end": 2.0, "output.frame_every": 1.0}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_names_every_option_of(command, tmp_path):
+    for word in ("--help", "-h"):
+        ended = drover(tmp_path, command, word)
+        assert ended.stderr == "" and "Usage: " in ended.stdout and f" {command} " in ended.stdout
+        assert [option for option in COMMANDS[command] if option not in ended.stdout] == []
+
+
+def test_help_and_version(tmp_path):
+    ended = drover(tmp_path, "--help")
+    assert ended.stderr == "" and [command for command in COMMANDS if f"\n  {command} " not in ended.stdout] == []
+    assert "Exit status: 0 done, 1 a run failed, 2 bad input, 3 stopped" in ended.stdout
+    assert re.fullmatch(r"drover \d+\.\d+\.\d+ \(.+\)\n", drover(tmp_path, "--version").stdout)
+
+
+def kept_wavevectors(nx, ny, lx, ly):
+    """q of every mode of a linear model: all but those of half the points of an axis, which have no sign."""
+    x = 2.0 * math.pi / lx * np.arange(-(nx // 2) + 1, nx // 2)
+    y = 2.0 * math.pi / ly * np.arange(-(ny // 2) + 1, ny // 2)
+    return np.hypot(*np.meshgrid(x, y)).ravel()
+
+
+def test_explain_of_a_scene_that_only_diffuses(tmp_path):
+    scene = {"relaxation.rate": 0.0, "diffusion.diffusivity": 0.3, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0, "grid.ly": 5.0,
+             "time.dt": 0.25, "time.end": 100.0}
+    scene["output.frame_every"], scene["output.sample_every"] = 10.0, 0.5
+    write_scene(tmp_path, scene, base={})
+    told = drover_json(tmp_path, "explain", "flock.toml")
+    fastest = 0.3 * kept_wavevectors(32, 16, 20.0, 5.0).max()**2
+    assert told["steps"] == 400
+    assert told["dt_times_fastest_rate"] == pytest.approx(0.25 * fastest, rel=1e-12)  # rounding of eigenvalues of 3 by 3 matrices
+    assert told["fastest_rate"] == pytest.approx(fastest, rel=1e-12)
+    assert told["growth_rate"] == pytest.approx(0.0, abs=1e-12)
+    assert [term["name"] for term in told["terms"]] == ["diffusion"] and "0.3" in told["terms"][0]["equation"]
+    assert [(field["name"], field["unit"]) for field in told["fields"]] == [
+        ("rod_density", "mm-2"), ("polar_order_x", "mm-2"), ("polar_order_y", "mm-2")]
+    assert told["transforms_per_right_hand_side"] == 0 and told["archive"] == "flock.h5"
+    assert 3 * 32 * 16 * 8 < told["memory_bytes"] < 1e7  # at least the fields themselves
+    text = drover(tmp_path, "explain", "flock.toml").stdout
+    assert "fields on 32 by 16 points, 20 by 5 mm" in text and "400 steps of dt = 0.25 s" in text
+    assert f"dt |s|max = {0.25 * fastest:.3g}" in text and "Cox & Matthews" in text
+    assert "-0 /s" not in text  # a mode at rest does not decay backwards
+
+
+def growth_of(keys):
+    """Fastest growth and its wavenumber, from the eigenvalues of the linear model written down here once more."""
+    get = {**{name: 0.0 for name in ("u", "a", "K", "K1", "B", "D")}, **keys}
+    best = (-math.inf, 0.0)
+    for q in np.unique(np.round(kept_wavevectors(32, 16, 20.0, 5.0), 12)):
+        along = [[-get["D"] * q * q, -get["u"] * q], [get["B"] * q, -get["a"] - (get["K"] + get["K1"]) * q * q]]
+        rates = [*np.linalg.eigvals(along).real, -get["a"] - get["K"] * q * q]
+        best = max(best, (max(rates), q))
+    return best
+
+
+@pytest.mark.parametrize("keys", [
+    {"a": -0.3, "K": 0.1},  # order that grows everywhere at once
+    {"a": 0.5, "u": 2.0, "B": -3.0, "K": 2.0, "K1": 1.0, "D": 0.4},  # rods that turn to crowded places: at a finite q
+])
+def test_explain_tells_which_mode_grows_and_how_fast(keys, tmp_path):
+    names = {"u": "current.speed", "a": "relaxation.rate", "K": "elasticity.stiffness", "K1": "elasticity.splay",
+             "B": "pressure.strength", "D": "diffusion.diffusivity"}
+    scene = {names[key]: value for key, value in keys.items()}
+    write_scene(tmp_path, {**scene, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0, "grid.ly": 5.0, "time.end": 10.0}, base={})
+    told = drover_json(tmp_path, "explain", "flock.toml")
+    rate, q = growth_of(keys)
+    assert rate > 0.1 and told["growth_rate"] == pytest.approx(rate, rel=1e-9)
+    assert told["growth_wavenumber"] == pytest.approx(q, rel=1e-9)
+    text = drover(tmp_path, "explain", "flock.toml").stdout
+    assert f"unstable: a mode grows at {rate:.4g} /s" in text and f"by e^{10 * rate:.3g}" in text
+
+
+@pytest.mark.parametrize("changes", [{}, {"grid.nx": 64, "grid.ny": 64, "time.end": 10.0}])
+def test_a_run_takes_no_more_disk_than_explain_tells(changes, tmp_path):
+    scene = write_scene(tmp_path, {**BRIEF, **changes})
+    told = drover_json(tmp_path, "explain", scene)
+    drover(tmp_path, "run", scene, "--quiet")
+    used = sum(file.stat().st_size for file in tmp_path.glob("flock.h5*"))
+    assert 0 < used <= told["disk_bytes"], told
+
+
+def test_check_of_a_good_scene(tmp_path):
+    write_scene(tmp_path, base=BRIEF)
+    ended = drover(tmp_path, "check", "flock.toml")
+    assert (ended.stdout, ended.stderr) == ("flock.toml: good\n", "") and os.listdir(tmp_path) == ["flock.toml"]
+
+
+@pytest.mark.parametrize("name", ["flock.h5", 'a "b" \\c\t.h5', "état é.h5", "x=1.h5"])
+def test_check_resolved_reads_back_as_the_same_scene(name, tmp_path):
+    write_scene(tmp_path, {"output.file": name, "sweep.vary": ["relaxation.rate = 1, 2", "noise.order = 0.1:0.3:3"],
+                           "run.seed": 2**62 + 1, "relaxation.rate": 0.1 + 0.2, "noise.order": 1e-300, "grid.lx": 5e20, "time.dt": 0.1})
+    resolved = drover(tmp_path, "check", "flock.toml", "--resolved").stdout
+    (tmp_path / "again.toml").write_text(resolved)
+    assert drover(tmp_path, "check", "again.toml", "--resolved").stdout == resolved
+    tables = tomllib.loads(resolved)
+    assert tables["output"]["file"] == name and tables["run"]["seed"] == 2**62 + 1 and tables["relaxation"]["rate"] == 0.1 + 0.2
+    assert tables["noise"]["order"] == 1e-300 and tables["grid"]["lx"] == 5e20 and len(tables["sweep"]["vary"]) == 2
+
+
+def test_settings_of_the_command_line_stand_in_place_of_the_scene(tmp_path):
+    write_scene(tmp_path, base=BRIEF)
+    words = ["--set", "grid.nx=32", "--set", "time.stepper = etdrk4", "--set", 'initial.kind="random"', "--set", "run.seed=5",
+             "--set", "run.seed=6", "-o", "other.h5", "--threads", "2"]
+    tables = tomllib.loads(drover(tmp_path, "check", "flock.toml", "--resolved", *words).stdout)
+    assert tables["grid"]["nx"] == 32 and tables["grid"]["ny"] == 16 and tables["time"]["stepper"] == "etdrk4"
+    assert tables["initial"]["kind"] == "random" and tables["run"] == {"seed": 6, "threads": 2}  # the last one counts
+    assert tables["output"]["file"] == "other.h5"
+
+
+def schema(folder):
+    """The rows of the schema by "section.key"."""
+    return {f"{section['name']}.{row['name']}": row for section in drover_json(folder, "schema") for row in section["rows"]}
+
+
+def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_json(tmp_path):
+    text = drover(tmp_path, "schema").stdout
+    (tmp_path / "schema.toml").write_text(text)
+    (tmp_path / "empty.toml").write_text("")
+    assert (drover(tmp_path, "check", "schema.toml", "--resolved").stdout
+            == drover(tmp_path, "check", "empty.toml", "--resolved").stdout)
+    rows = schema(tmp_path)
+    defaults = {f"{section}.{key}": value for section, keys in tomllib.loads(text).items() for key, value in keys.items()}
+    assert defaults == {key: row["default"] for key, row in rows.items()} and len(defaults) > 30
+    lines = text.splitlines()
+    for key, row in rows.items():
+        at = next(i for i, line in enumerate(lines) if line.startswith(key.split(".")[1] + " = ") and row["sentence"] in lines[i + 1])
+        assert f"[{row['unit']}]" in lines[at] if "unit" in row else "[" not in lines[at].split("#")[1]
+        assert all(choice in lines[at] for choice in row.get("choices", []))
+        assert len(row["sentence"]) > 10 and row["type"] in ("a number", "an integer", "a text in quotes", "a list of texts")
+
+
+def test_every_key_of_the_schema_is_taken_and_its_range_is_kept(tmp_path):
+    (tmp_path / "empty.toml").write_text("")
+    for key, row in schema(tmp_path).items():
+        written = json.dumps(row["default"])
+        drover(tmp_path, "check", "empty.toml", "--set", f"{key}={written}")
+        beyond = [row["least"] - 1] if "least" in row else [row["more_than"]] if "more_than" in row else []
+        beyond += [row["most"] * 2 + 1] if "most" in row else []
+        beyond += ["nan", "inf"] if row["type"] == "a number" else []
+        beyond += ['"a word like no other"'] if "choices" in row else []
+        for value in beyond:
+            value = int(value) if row["type"] == "an integer" else value
+            ended = drover(tmp_path, "check", "empty.toml", "--set", f"{key}={value}", status=2)
+            assert f"{key} = " in ended.stderr and "expected" in ended.stderr, ended.stderr
+
+
+def test_run_and_info_say_the_same(tmp_path):
+    write_scene(tmp_path, {**BRIEF, "time.end": 100.0})
+    ran = drover_json(tmp_path, "run", "flock.toml")
+    info = drover_json(tmp_path, "info", "flock.h5")
+    assert (ran.pop("archive"), ran.pop("steps")) == ("flock.h5", 1000) and ran.pop("wall_seconds") > 0.0
+    told = info.pop("attributes")
+    assert info == ran
+    assert told["seed"] == 7 and told["scene_file"] == "flock.toml" and "rod_density = 2.0" in told["scene"]
+    assert info["time"] == 100.0 and info["samples"] == 201 and info["results"]["polar_order"]["error"] > 0.0
+    # For people: the same tables, after where they came from.
+    text = drover(tmp_path, "info", "flock.h5", "--scene").stdout
+    again = drover(tmp_path, "run", "flock.toml", "--overwrite").stdout
+    assert again.rpartition("\n\n")[0].strip() in text and "\n[relaxation]\nrate = 0.5\n" in text
+    assert re.search(r"^polar_order +1 +\S+ +\S+ +\S+$", text, re.M) and "nan" not in text
+
+
+def test_results_go_to_stdout_and_the_log_to_stderr(tmp_path):
+    write_scene(tmp_path, base=BRIEF)
+    ended = drover(tmp_path, "run", "flock.toml")
+    assert all(line.startswith("drover: ") for line in ended.stderr.splitlines()) and "20 steps of dt = 0.1 s" in ended.stderr
+    assert "drover: " not in ended.stdout and ended.stdout.startswith("t = 0 to 2 s")
+    quiet = drover(tmp_path, "run", "flock.toml", "--overwrite", "--quiet")
+    assert quiet.stderr == "" and quiet.stdout.splitlines()[:-1] == ended.stdout.splitlines()[:-1]  # the last line has the time taken
+    json.loads(drover(tmp_path, "run", "flock.toml", "--overwrite", "--json").stdout)
+
+
+def test_results_that_cannot_be_written_are_a_failure(tmp_path):
+    write_scene(tmp_path, base=BRIEF)
+    for words in (["schema"], ["check", "flock.toml", "--resolved"], ["run", "flock.toml", "--quiet"]):
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            ended = subprocess.run([DROVER, *words], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, env=environment(), check=False)
+        assert ended.returncode == 1 and ended.stderr.startswith(b"error: "), words
+
+
+def on_a_terminal(folder, env, *words):
+    """Standard error of a command, when that is a terminal."""
+    ours, theirs = pty.openpty()
+    ended = subprocess.run([DROVER, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=theirs, env=env, check=False)
+    os.close(theirs)
+    written = b""
+    try:
+        while part := os.read(ours, 65536):
+            written += part
+    except OSError:  # how a terminal says that nobody is left at its other end
+        pass
+    os.close(ours)
+    assert ended.returncode == 0, written
+    return written.decode()
+
+
+def test_colour_only_on_a_terminal_and_not_with_no_color(tmp_path):
+    write_scene(tmp_path, base=BRIEF)
+    words = ["run", "flock.toml", "--overwrite"]
+    # On a terminal the line of progress is erased by an escape; what gives colour ends in m.
+    assert re.search("\x1b\\[[0-9;]*m", on_a_terminal(tmp_path, environment(TERM="xterm-256color"), *words))
+    assert not re.search("\x1b\\[[0-9;]*m", on_a_terminal(tmp_path, environment(TERM="xterm-256color", NO_COLOR="1"), *words))
+    assert "\x1b" not in drover(tmp_path, *words).stderr
+
+
+def test_overwriting_leaves_nothing_of_the_run_before(tmp_path):
+    write_scene(tmp_path, base=BRIEF)
+    drover(tmp_path, "run", "flock.toml", "--quiet", "--set", "time.end=8.0", "--set", "output.checkpoint_minutes=0")
+    drover(tmp_path, "run", "flock.toml", "--quiet", "--overwrite", "--set", "run.seed=9")
+    drover(tmp_path, "restart", "flock.h5", "--quiet", "--set", "time.end=4.0")
+    drover(tmp_path, "run", "flock.toml", "--quiet", "-o", "new.h5", "--set", "run.seed=9", "--set", "time.end=4.0")
+    assert_same_bytes(tmp_path / "new.h5", tmp_path / "flock.h5")
+
+
+def test_an_archive_goes_where_drover_runs_or_where_it_is_told(tmp_path):
+    (tmp_path / "scenes").mkdir()
+    write_scene(tmp_path / "scenes", base=BRIEF)
+    drover(tmp_path, "run", "scenes/flock.toml", "--quiet")
+    drover(tmp_path, "run", "scenes/flock.toml", "--quiet", "-o", "scenes/here.nc")
+    assert_same_bytes(tmp_path / "flock.h5", tmp_path / "scenes" / "here.nc")
+
+
+@pytest.mark.parametrize("frame", [-1, 0, 1])
+def test_a_start_from_an_archive_beside_the_scene_is_its_frame(frame, tmp_path):
+    (tmp_path / "scenes").mkdir()
+    write_scene(tmp_path / "scenes", base=BRIEF)
+    drover(tmp_path, "run", "scenes/flock.toml", "--quiet", "-o", "scenes/first.h5")
+    write_scene(tmp_path / "scenes", {**BRIEF, "initial.kind": "file", "initial.file": "first.h5", "initial.frame": frame}, "next.toml")
+    drover(tmp_path, "run", "scenes/next.toml", "--quiet")
+    with h5py.File(tmp_path / "scenes" / "first.h5") as first, h5py.File(tmp_path / "next.h5") as following:
+        for name in ("rod_density", "polar_order_x", "polar_order_y"):
+            # A transform there and back costs some roundings of numbers of order one.
+            assert np.abs(first[name][frame] - following[name][0]).max() < 1e-12
+
+
+GROWING = {"relaxation.rate": -50.0, "grid.nx": 16, "grid.ny": 16, "time.dt": 0.1, "time.end": 100.0, "initial.kind": "random",
+           "initial.amplitude": 0.1, "output.frame_every": 0.1, "output.sample_every": 0.1}
+
+
+def test_a_run_that_blows_up_stops_says_where_and_keeps_what_was_good(tmp_path):
+    (tmp_path / "flock.toml").write_text(scene_text(GROWING))
+    ended = drover(tmp_path, "run", "flock.toml", "--quiet", status=1)
+    assert len(ended.stderr.splitlines()) == 1 and ended.stderr.startswith("error: ") and ended.stdout == ""
+    told = re.search(r"at or before step (\d+) \(t = (\S+) s\): (\w+), mode \((-?\d+), (-?\d+)\), dt = 0.1; its largest value was (\S+) "
+                     r"in cell \((\d+), (\d+)\) when last finite; likely cause: (.*)", ended.stderr)
+    assert told, ended.stderr
+    with h5py.File(tmp_path / "flock.h5") as file:
+        order = np.hypot(file["polar_order_x"][()], file["polar_order_y"][()])
+        frames = len(file["time"])
+        for name in ("rod_density", "polar_order_x", "polar_order_y", "observables/polar_order_mean_x"):
+            assert np.isfinite(file[name][()]).all(), name
+    # Order grows by e^5 a step: it overflows at this step, or at the next since modes are smaller than cells.
+    first = math.ceil((math.log(np.finfo(float).max) - math.log(order[0].max())) / 5.0)
+    assert first - 1 <= int(told[1]) <= first + 1 + 10
+    assert float(told[2]) == pytest.approx(0.1 * int(told[1]), rel=1e-5)  # six digits are printed
+    # Each frame is committed as it is made: all before the overflow are there.
+    assert frames >= first - 1
+    assert told[3] in ("polar_order_x", "polar_order_y") and abs(float(told[6])) > 1e290
+    assert max(int(told[7]), int(told[8])) < 16
+    assert "grows at 50 /s" in told[9] and "checkpoint" in told[9]
+
+
+def test_the_last_checkpoint_before_a_blow_up_restarts(tmp_path):
+    (tmp_path / "flock.toml").write_text(scene_text({**GROWING, "output.checkpoint_minutes": 0.0}))
+    drover(tmp_path, "run", "flock.toml", "--quiet", status=1)
+    assert all(file.exists() for file in checkpoints(tmp_path / "flock.h5"))
+    # It fails again in the same words, unless it ends before.
+    again = drover(tmp_path, "restart", "flock.h5", "--quiet", status=1)
+    assert "left the finite numbers" in again.stderr
+    drover(tmp_path, "restart", "flock.h5", "--quiet", "--set", "time.end=14.2")
+    drover(tmp_path, "run", "flock.toml", "--quiet", "-o", "short.h5", "--set", "time.end=14.2")
+    assert_same_bytes(tmp_path / "short.h5", tmp_path / "flock.h5")

@@ -1,0 +1,401 @@
+"""tests/app/test_python.py: archives as Python users meet them: xarray, h5py, drover.open_run, drover.figure."""
+import itertools
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import netCDF4
+import numpy
+import pytest
+import xarray
+from matplotlib import image
+from matplotlib.quiver import QuiverKey
+from matplotlib.text import Text
+
+import drover
+from drover import figure, panels, results
+
+SCENE = """
+[uniform]
+rod_density = 0.5
+[current]
+speed = 1.0
+[relaxation]
+rate = 1.0
+[elasticity]
+stiffness = 0.5
+[pressure]
+strength = 0.5
+[diffusion]
+diffusivity = 0.2
+[noise]
+order = 0.1
+rods = 0.2
+[grid]
+nx = 32
+ny = 32
+lx = 32.0
+ly = 32.0
+[time]
+dt = 0.25
+end = 60.0
+[initial]
+kind = "stationary"
+[output]
+frame_every = 30.0
+sample_every = 0.5
+[run]
+seed = 5
+"""
+SHAPES = {  # of the grid and the cell: nx, ny, lx, ly
+    "square": (32, 32, 32, 32), "least": (4, 4, 8, 8), "tiny": (8, 8, 8, 8), "wide": (32, 8, 64, 8),
+    "tall": (8, 32, 12, 60), "strip": (64, 4, 128, 4), "oblong": (32, 16, 30, 20)}
+
+
+def shape_settings(name):
+    return [f"grid.{key}={value}" for key, value in zip(("nx", "ny", "lx", "ly"), SHAPES[name])]
+
+
+def command(folder, output, settings=()):
+    scene = folder / "rods.toml"
+    scene.write_text(SCENE)
+    assert os.environ.get("DROVER"), "expected the program's path in the environment variable DROVER"
+    overrides = [word for setting in settings for word in ("--set", setting)]
+    return [os.environ["DROVER"], "run", str(scene), "--quiet", "--output", str(output), *overrides]
+
+
+def run(folder, settings=(), name="rods.h5"):
+    """The archive of a run."""
+    done = subprocess.run(command(folder, folder / name, settings), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder / name
+
+
+@pytest.fixture(scope="module", name="archive")
+def the_archive_of_a_run(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("run"))
+
+
+@pytest.fixture(name="copy")
+def a_copy_that_a_test_may_spoil(archive, tmp_path):
+    return Path(shutil.copy(archive, tmp_path / "copy.h5"))
+
+
+@pytest.fixture(scope="module", name="unfinished")
+def a_run_stopped_by_a_signal(tmp_path_factory):
+    """Looked at while it is going on, then stopped: its archive, and the frames seen at that look."""
+    folder = tmp_path_factory.mktemp("unfinished")
+    path = folder / "rods.h5"
+    settings = ["time.end=1000000", "output.frame_every=1.0", "output.checkpoint_minutes=0"]
+    line = command(folder, path, settings)
+    with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+        frames = 0
+        while frames < 2 and process.poll() is None:  # no matter how long it takes
+            if path.exists():
+                with drover.open_run(path) as going_on:
+                    assert going_on.summary is None
+                    frames = going_on.frames.sizes["time"]
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        message = process.communicate()[1]
+    assert process.returncode == 3, message
+    return path, frames
+
+
+# --- other people's readers
+
+def test_xarray_opens_the_file_with_named_axes_units_and_times(archive):
+    with xarray.open_dataset(archive, engine="netcdf4") as frames:
+        assert set(frames.data_vars) == {"rod_density", "polar_order_x", "polar_order_y"}
+        for field in frames.data_vars.values():
+            assert field.dims == ("time", "y", "x") and field.shape == (3, 32, 32)
+            assert field.units == "mm-2" and field.long_name
+        assert frames.time.values.tolist() == [0.0, 30.0, 60.0]
+        assert frames.x.values.tolist() == frames.y.values.tolist() == list(range(32))
+        assert (frames.time.units, frames.x.units, frames.y.units) == ("s", "mm", "mm")
+        assert frames.attrs["Conventions"].startswith("CF-") and frames.attrs["seed"] == 5
+
+
+@pytest.mark.parametrize("group", ["observables", "summary"])
+def test_every_array_of_a_group_has_a_unit_a_meaning_and_named_axes(archive, group):
+    with xarray.open_dataset(archive, group=group, engine="netcdf4") as dataset:
+        for array in dataset.variables.values():
+            assert array.attrs["units"] and array.attrs["long_name"]
+            assert set(array.dims) <= {"time", "wavenumber", "direction", "box_side"}
+        if group == "observables":
+            assert numpy.array_equal(dataset.time, numpy.arange(121) * 0.5)  # halves: exact
+            assert dataset.structure_factor_rods.dims == ("time", "wavenumber")
+
+
+def test_h5py_finds_the_same_axes_as_dimension_scales(archive):
+    with h5py.File(archive) as file:
+        for name in ("rod_density", "polar_order_x", "polar_order_y"):
+            assert [dimension[0].name for dimension in file[name].dims] == ["/time", "/y", "/x"]
+            assert file[name].attrs["units"] == b"mm-2"
+        assert h5py.h5ds.is_scale(file["time"].id) and file["time"].attrs["axis"] == b"T"
+        assert [dimension[0].name for dimension in file["observables/rod_number_variance"].dims] == [
+            "/observables/time", "/observables/box_side"]
+
+
+def test_netcdf_finds_named_dimensions_of_which_time_alone_grows(archive):
+    with netCDF4.Dataset(archive) as file:
+        assert {name: (len(axis), axis.isunlimited()) for name, axis in file.dimensions.items()} == {
+            "time": (3, True), "y": (32, False), "x": (32, False)}
+
+
+def test_a_wave_along_x_varies_along_the_axis_named_x_alone(tmp_path):
+    settings = ["grid.nx=16", "initial.kind=mode", "initial.field=rod_density", "initial.amplitude=0.1",
+                "initial.mode_x=2"]
+    with drover.open_run(run(tmp_path, settings)) as wave:
+        density = wave.frames.rod_density.isel(time=0)
+    expected = 0.5 + 0.1 * numpy.cos(2 * numpy.pi * 2 * density.x / 32.0)
+    assert abs(density - expected).max() < 1e-14  # rounding of numbers of 0.6, after a transform there and back
+    assert density.dims == ("y", "x") and density.shape == (32, 16)
+
+
+# --- open_run
+
+def test_an_open_run_holds_frames_observables_summary_scene_and_origin(archive):
+    with drover.open_run(str(archive)) as opened:
+        assert opened.scene["relaxation"]["rate"] == 1.0 and opened.scene["grid"]["nx"] == 32
+        assert opened.attributes["seed"] == 5 and opened.attributes["scene_file"] == "rods.toml"
+        order = numpy.hypot(*(opened.frames[f"polar_order_{axis}"].mean(("y", "x")) for axis in "xy"))
+        order = order / opened.frames.rod_density.mean(("y", "x"))
+        recorded = opened.observables.polar_order.sel(time=opened.frames.time)
+        assert numpy.allclose(order, recorded, rtol=1e-9)  # the same means, summed in another order
+        assert opened.summary.rods_total == pytest.approx(0.5 * 32 * 32, rel=1e-12)  # conserved, to rounding
+
+
+def test_a_run_can_be_opened_again_after_the_file_has_grown(copy):
+    path = Path(shutil.copy(copy, copy.with_name("grown.h5")))
+    with drover.open_run(path) as first:
+        with h5py.File(copy, "r+") as file:
+            for name in ("time", "rod_density", "polar_order_x", "polar_order_y"):
+                file[name].resize(4, axis=0)
+                file[name][3] = 90.0
+        os.replace(copy, path)
+        with drover.open_run(path) as second:
+            assert (first.frames.sizes["time"], second.frames.sizes["time"]) == (3, 4)
+
+
+def test_a_stopped_run_opens_without_a_summary(unfinished):
+    path, frames_seen = unfinished
+    with drover.open_run(path) as opened:
+        assert opened.summary is None
+        assert opened.frames.sizes["time"] >= frames_seen >= 2
+        assert numpy.isfinite(opened.observables.polar_order).all()
+
+
+def spoil_attribute(path):
+    with h5py.File(path, "r+") as file:
+        file.attrs["scene"] = "[grid\n"
+
+
+def drop_field(path):
+    with h5py.File(path, "r+") as file:
+        del file["polar_order_y"]
+
+
+def link_elsewhere(path):
+    with h5py.File(path, "r+") as file:
+        del file["summary/polar_order"]
+        file["summary/polar_order"] = h5py.ExternalLink("/etc/elsewhere.h5", "/secret")
+
+
+def inflate(path):
+    with h5py.File(path, "r+") as file:
+        file["observables"].create_dataset("bomb", shape=(10**9,), chunks=(1000,), dtype="f8")
+
+
+def other_filter(path):
+    with h5py.File(path, "r+") as file:
+        file["observables"].create_dataset("odd", data=numpy.zeros(100), chunks=(100,), compression="lzf")
+
+
+def other_files(path):
+    with h5py.File(path, "r+") as file:
+        file["observables"].create_dataset("raw", shape=(4,), dtype="f8", external=[("/etc/hostname", 0, 32)])
+
+
+@pytest.mark.parametrize("spoil, sentence", [
+    (lambda path: path.unlink(), "does not exist; expected an archive"),
+    (lambda path: (path.unlink(), path.mkdir()), "is a folder; expected an archive"),
+    (lambda path: path.write_bytes(b""), "is empty"),
+    (lambda path: path.write_text("rods and beads\n" * 100), "is not an HDF5 file"),
+    (lambda path: path.write_bytes(path.read_bytes()[:-5000]), "is cut short"),
+    (lambda path: path.with_name("copy.h5.journal").touch(), "mend it first: drover info"),
+    (spoil_attribute, "its scene is not TOML"),
+    (drop_field, "holds no field polar_order_y"),
+    (link_elsewhere, "links are not followed"),
+    (inflate, "claims 8000000000 bytes"),
+    (other_filter, "HDF5 filter 32000"),
+    (other_files, "keeps its data in other files"),
+], ids=lambda value: value.replace(" ", "_") if isinstance(value, str) else "")
+def test_a_file_that_is_no_sound_archive_is_refused_with_a_sentence(copy, monkeypatch, spoil, sentence):
+    monkeypatch.setattr("drover.archive.COMMIT_SECONDS", 0.0)
+    spoil(copy)
+    with pytest.raises(drover.DroverError) as refused:
+        drover.open_run(copy)
+    assert str(refused.value).startswith(str(copy)) and sentence in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_hdf5_of_someone_else_and_a_scene_are_named_as_what_they_are(tmp_path):
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["a"] = [1.0]
+    with pytest.raises(drover.DroverError, match="is HDF5 but no archive of drover"):
+        drover.open_run(tmp_path / "other.h5")
+    (tmp_path / "rods.toml").write_text(SCENE)
+    with pytest.raises(drover.DroverError, match="is a scene; expected an archive: drover run"):
+        drover.open_run(tmp_path / "rods.toml")
+
+
+# --- the numbers of figures
+
+@pytest.mark.parametrize("shape", ["square", "oblong"])
+def test_an_unfinished_run_has_the_same_boxes_and_means_as_its_summary_would_say(tmp_path, shape):
+    path = run(tmp_path, [*shape_settings(shape), "analysis.warm_up=0.0"])
+    with drover.open_run(path) as opened:
+        whole = results.number_fluctuations(opened)
+        steps = results.number_exponents(opened, whole)
+        factors = results.structure_factor(opened, "order_along")
+    with h5py.File(path, "r+") as file:
+        del file["summary"]
+    with drover.open_run(path) as opened:
+        bare = results.number_fluctuations(opened)
+        # The summary takes away the bias of roots and logarithms, and leaves out up to an eighth of the samples, which
+        # fill no block: means differ by a fraction of their errors, which are some per cent.
+        assert numpy.allclose(bare.x, whole.x, rtol=1e-12) and numpy.allclose(bare.mean, whole.mean, rtol=0.05)
+        assert numpy.allclose(results.number_exponents(opened, bare).mean, steps.mean, atol=0.1)
+        assert numpy.allclose(results.structure_factor(opened, "order_along").mean, factors.mean, rtol=0.1)
+        assert not bare.has_linear and whole.has_linear
+
+
+def test_means_over_blocks_keep_the_mean_and_the_place():
+    x, y = numpy.arange(256) * 0.5, numpy.arange(12) * 1.0
+    array = xarray.DataArray(numpy.add.outer(y, 10.0 * x), dims=("y", "x"), coords={"x": x, "y": y})
+    means, block = panels.block_means(array, 64)
+    assert block == (2.0, 2.0) and means.shape == (6, 64)
+    assert float(means.mean()) == pytest.approx(float(array.mean()))
+    assert numpy.allclose(means, numpy.add.outer(means.y.values, 10.0 * means.x.values))  # a plane stays one
+
+
+@pytest.mark.parametrize("unit, text", [
+    ("mm-2", "mm$^{-2}$"), ("mm", "mm"), ("mm2 s-1", "mm$^{2}$ s$^{-1}$"), ("1", "1")])
+def test_units_are_written_as_people_write_them(unit, text):
+    assert panels.unit_text(unit) == text
+
+
+# --- figures
+
+def draw(path, *arguments):
+    """The picture that the command draws, [row, column, colour]."""
+    line = [sys.executable, "-m", "drover.figure", str(path), *map(str, arguments)]
+    done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=path.parent)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return image.imread(done.stdout.strip())
+
+
+def share_of(picture, colour):
+    wanted = numpy.array([int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5)])
+    return (abs(picture[:, :, :3] - wanted).max(axis=2) < 0.02).mean()
+
+
+def pieces(axes, renderer):
+    """What a panel takes of the paper: its frame, its axes with their labels, and its texts."""
+    texts = [child for child in axes.get_children() if isinstance(child, Text) and child.get_text()]
+    texts += [child.text for child in axes.get_children() if isinstance(child, QuiverKey)]
+    boxes = [axis.get_tightbbox(renderer) for axis in (axes.xaxis, axes.yaxis)]
+    boxes += [text.get_window_extent(renderer) for text in texts]
+    return [axes.get_window_extent(renderer), *(box for box in boxes if box is not None)]
+
+
+def overlaps(opened):
+    """What of a panel, the title or the caption runs into another one's, or over the edge of the picture."""
+    picture = figure.draw(opened)
+    picture.canvas.draw()
+    renderer = picture.canvas.get_renderer()
+    parts = [pieces(axes, renderer) for axes in picture.axes]
+    parts += [[text.get_window_extent(renderer)] for text in picture.texts]
+    beyond = [box for box in itertools.chain(*parts)
+              if box.x0 < 0 or box.y0 < 0 or box.x1 > picture.bbox.x1 or box.y1 > picture.bbox.y1]
+    pairs = (pair for these, those in itertools.combinations(parts, 2) for pair in itertools.product(these, those))
+    return beyond + [pair for pair in pairs if pair[0].overlaps(pair[1])]
+
+
+def test_the_command_writes_a_png_beside_the_archive_and_prints_its_name(copy):
+    picture = draw(copy)
+    assert copy.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+    assert picture.shape[0] > 1000 and picture.shape[1] > 1500
+    for colour in (panels.BLUE, panels.VERMILLION, panels.GREEN):  # the lines and points of the run are there
+        assert share_of(picture, colour) > 1e-4
+    assert 0.3 < share_of(picture, "#ffffff") < 0.95  # paper: neither blank nor blotted
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_cell_of_any_shape_is_drawn_without_overlaps(tmp_path, shape):
+    with drover.open_run(run(tmp_path, shape_settings(shape))) as opened:
+        assert overlaps(opened) == []
+
+
+def test_an_unfinished_run_is_drawn_and_says_so(unfinished):
+    picture = draw(unfinished[0])
+    assert share_of(picture, panels.BLUE) > 1e-4
+    with drover.open_run(unfinished[0]) as opened:
+        assert overlaps(opened) == []
+        assert any("has not reached its end" in text.get_text() for text in figure.draw(opened).texts)
+
+
+def test_refused_errors_are_said_and_drawn_hollow(copy):
+    with h5py.File(copy, "r+") as file:
+        file["summary/structure_factor_rods_error"][:2] = numpy.nan
+    with drover.open_run(copy) as opened:
+        picture = figure.draw(opened)
+        assert any("hollow" in text.get_text() for text in picture.texts)
+        hollow = [line for axes in picture.axes for line in axes.lines
+                  if line.get_color() == panels.BLUE and line.get_markerfacecolor() == "white"]
+        assert any(opened.summary.wavenumber.values[0] in line.get_xdata() for line in hollow)
+
+
+@pytest.mark.parametrize("settings, words", [
+    (["noise.order=0", "noise.rods=0", "initial.kind=uniform"], "no fluctuations"),
+    (["relaxation.rate=-0.05", "initial.kind=uniform", "time.end=10", "output.frame_every=5"],
+     "has no stationary state"),
+], ids=["without noise", "growing"])
+def test_a_run_without_linear_theory_is_drawn_and_says_so(tmp_path, settings, words):
+    with drover.open_run(run(tmp_path, settings)) as opened:
+        picture = figure.draw(opened)
+        texts = [*picture.texts, *(text for axes in picture.axes for text in axes.texts)]
+        assert any(words in text.get_text().replace("\n", " ") for text in texts)
+        assert overlaps(opened) == []
+
+
+def test_a_frame_can_be_chosen(copy):
+    assert not numpy.array_equal(draw(copy, "--output", copy.with_name("a.png"), "--frame", 0),
+                                 draw(copy, "--output", copy.with_name("b.png"), "--frame", 2))
+
+
+@pytest.mark.parametrize("arguments, sentence", [
+    (["missing.h5"], "missing.h5 does not exist"),
+    (["copy.h5", "--frame", "3"], "frame 3 is asked for; it has the frames 0 to 2"),
+    (["copy.h5", "--output", "nowhere/picture.png"], "cannot be written"),
+    (["copy.h5", "--output", "copy.h5"], 'the ending ".h5" is no picture'),
+    (["damaged.h5"], "cannot be read"),
+])
+def test_bad_input_is_refused_with_status_2_and_a_sentence_and_no_picture(copy, arguments, sentence):
+    with h5py.File(shutil.copy(copy, copy.with_name("damaged.h5"))) as file:
+        place = file["rod_density"].id.get_chunk_info(2)
+    with open(copy.with_name("damaged.h5"), "r+b") as file:  # its checksum no longer holds
+        file.seek(place.byte_offset + place.size // 2)
+        file.write(b"\x00\x01\x02\x03" * 16)
+    line = [sys.executable, "-m", "drover.figure", *arguments]
+    done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=copy.parent)
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.startswith("drover.figure: ") and sentence in done.stderr and done.stderr.count("\n") == 1
+    assert not list(copy.parent.glob("**/*.png"))

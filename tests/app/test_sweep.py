@@ -1,0 +1,179 @@
+"""tests/app/test_sweep.py: grids, seeds and ramps; what a sweep says, how it goes on, and the exact values of the linear model."""
+import csv
+import json
+import math
+
+import h5py
+import numpy as np
+import pytest
+from support import (assert_same_bytes, drover, drover_json, end_group, group_is_alive, start, wait_until, write_scene)
+
+BRIEF = {"time.end": 10.0, "output.frame_every": 5.0, "output.sample_every": 0.5}
+
+
+def table_of(folder):
+    """The rows of a sweep's table, as dictionaries by the heading."""
+    with open(folder / "table.csv", newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_grid_of_two_keys_and_seeds_runs_every_combination_once(tmp_path):
+    scene = write_scene(tmp_path, BRIEF)
+    drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5:2.5:3", "--vary", "noise.order = 0.01, 0.04", "--seeds", "2")
+    rows = table_of(tmp_path / "flock.sweep")
+    assert [(float(row["relaxation.rate"]), float(row["noise.order"])) for row in rows] == [
+        (rate, noise) for rate in (0.5, 1.5, 2.5) for noise in (0.01, 0.04)]
+    assert [(row["branch"], row["seeds"]) for row in rows] == [("", "2")] * 6
+    archives = sorted((tmp_path / "flock.sweep").glob("*.h5"))
+    assert [file.stem for file in archives] == [f"point-000{point}-seed-{seed}" for point in range(6) for seed in (7, 8)]
+    found = set()
+    for archive in archives:
+        text = drover(tmp_path, "info", archive, "--scene").stdout
+        keys = {line.split(" = ")[0]: line.split(" = ")[1] for line in text.splitlines() if " = " in line}
+        found.add((float(keys["rate"]), float(keys["order"]), int(keys["seed"])))
+    assert found == {(rate, noise, seed) for rate in (0.5, 1.5, 2.5) for noise in (0.01, 0.04) for seed in (7, 8)}
+
+
+def test_a_run_of_a_sweep_is_the_run_of_its_scene(tmp_path):
+    scene = write_scene(tmp_path, BRIEF)
+    drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5, 2", "--quiet")
+    drover(tmp_path, "run", scene, "--set", "relaxation.rate=2", "--quiet")
+    assert_same_bytes(tmp_path / "flock.h5", tmp_path / "flock.sweep" / "point-0001-seed-7.h5")
+
+
+def test_table_and_json_and_the_runs_say_the_same(tmp_path):
+    scene = write_scene(tmp_path, {**BRIEF, "time.end": 100.0})
+    words = ["sweep", scene, "--vary", "relaxation.rate = 1, 3", "--seeds", "2"]
+    rows = drover_json(tmp_path, *words)
+    table = table_of(tmp_path / "flock.sweep")
+    assert len(rows) == len(table) == 2
+    for number, (row, line) in enumerate(zip(rows, table)):
+        assert row["relaxation.rate"] == float(line["relaxation.rate"]) and row["seeds"] == int(line["seeds"]) == 2
+        infos = [drover_json(tmp_path, "info", tmp_path / "flock.sweep" / f"point-000{number}-seed-{seed}.h5")["results"] for seed in (7, 8)]
+        names = [name for name, value in row.items() if isinstance(value, dict)]
+        assert {"polar_order", "polar_order_susceptibility", "polar_order_binder", "rods_total"} <= set(names)
+        assert set(names) == {name for name, result in infos[0].items() if "mean" in result}
+        for name in names:
+            value, unit = row[name], row[name]["unit"]
+            assert value["mean"] == float(line[f"{name} [{unit}]"])
+            assert line[f"{name} error"] == ("" if value["error"] is None else line[f"{name} error"])
+            means, errors = ([info[name][part] for info in infos] for part in ("mean", "error"))
+            assert value["mean"] == pytest.approx(sum(means) / 2, rel=1e-12, abs=1e-300)
+            if None in errors:  # without an error of each there is none of the mean, and a reason
+                assert value["error"] is None and value["refusal"]
+            else:  # the runs are independent: errors add in squares
+                assert value["error"] == pytest.approx(math.hypot(*errors) / 2, rel=1e-12, abs=1e-300)
+                assert value["error"] == float(line[f"{name} error"])
+    text = drover(tmp_path, *words, "--quiet").stdout.splitlines()
+    assert text[0].split()[:4] == ["relaxation.rate", "branch", "seeds", "polar_order"] and "table.csv" in text[-1]
+    assert float(text[1].split()[3]) == pytest.approx(rows[0]["polar_order"]["mean"], rel=1e-5)  # six digits are printed
+
+
+def test_a_sweep_given_again_runs_nothing_and_says_the_same(tmp_path):
+    scene = write_scene(tmp_path, BRIEF)
+    words = ["sweep", scene, "--vary", "relaxation.rate = 1, 3", "--seeds", "2"]
+    first = drover(tmp_path, *words)
+    made = {file.name: file.stat().st_mtime_ns for file in (tmp_path / "flock.sweep").glob("*.h5*")}
+    again = drover(tmp_path, *words)
+    assert again.stdout == first.stdout and "4 runs (4 done already)" in again.stderr
+    assert made == {file.name: file.stat().st_mtime_ns for file in (tmp_path / "flock.sweep").glob("*.h5*")}
+
+
+def test_a_ramp_carries_the_state_up_and_down_again(tmp_path):
+    scene = write_scene(tmp_path, {**BRIEF, "grid.nx": 24, "grid.ly": 20.0})
+    drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5:1.5:3", "--ramp", "up-down", "--seeds", "2")
+    rows = table_of(tmp_path / "flock.sweep")
+    assert [(float(row["relaxation.rate"]), row["branch"]) for row in rows] == [
+        (0.5, "up"), (1.0, "up"), (1.5, "up"), (1.0, "down"), (0.5, "down")]
+    assert {row["seeds"] for row in rows} == {"2"}
+    for seed in (7, 8):
+        for point in range(1, 5):
+            with h5py.File(tmp_path / "flock.sweep" / f"point-000{point - 1}-seed-{seed}.h5") as before, \
+                    h5py.File(tmp_path / "flock.sweep" / f"point-000{point}-seed-{seed}.h5") as after:
+                for name in ("rod_density", "polar_order_x", "polar_order_y"):
+                    # A transform there and back costs some roundings of numbers of order one.
+                    assert np.abs(before[name][-1] - after[name][0]).max() < 1e-12, (seed, point, name)
+                    assert np.abs(before[name][0] - after[name][0]).max() > 1e-3  # and not from the same start again
+
+
+def test_the_points_of_a_ramp_draw_noise_of_their_own(tmp_path):
+    # With the same noise again, the difference of two runs of the linear model decays as exp(-a t), here to exp(-20): both branches
+    # would seem to agree, whatever the model does.
+    scene = write_scene(tmp_path, {**BRIEF, "time.end": 20.0})
+    drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 1, 2", "--ramp", "up-down", "--quiet")
+    with h5py.File(tmp_path / "flock.sweep" / "point-0000-seed-7.h5") as up, \
+            h5py.File(tmp_path / "flock.sweep" / "point-0002-seed-7.h5") as down:
+        assert np.abs(up["polar_order_x"][-1] - down["polar_order_x"][-1]).max() > 1e-3
+
+
+def test_a_run_that_fails_takes_no_other_with_it(tmp_path):
+    scene = write_scene(tmp_path, {**BRIEF, "initial.kind": "random", "initial.amplitude": 0.1})
+    ended = drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5, -200, 2", status=1)
+    assert "left the finite numbers" in ended.stderr and "1 jobs failed" in ended.stderr
+    rows = table_of(tmp_path / "flock.sweep")
+    assert [row["seeds"] for row in rows] == ["1", "0", "1"]
+    assert rows[0]["polar_order [1]"] and rows[2]["polar_order [1]"] and not rows[1].get("polar_order [1]")
+
+
+@pytest.mark.parametrize("ramp", ["none", "up"])
+def test_a_sweep_killed_goes_on_to_the_same_table(ramp, tmp_path):
+    scene = write_scene(tmp_path, {"time.end": 400.0, "output.frame_every": 20.0})
+    words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2", "--seeds", "2", "--workers", "2", "--ramp", ramp]
+    drover(tmp_path, *words, "--quiet", "-o", "whole")
+    process = start(tmp_path, *words, "--quiet", "-o", "parts")
+    try:
+        wait_until(lambda: len(list((tmp_path / "parts").glob("*.h5"))) >= 3, "a third run", process=process)
+        process.kill()
+        process.wait()
+        # The workers outlive it.  A sweep that is given meanwhile may find their archives claimed (status 1), or them done (0).
+        while True:
+            alive = group_is_alive(process.pid)
+            ended = drover(tmp_path, *words, "--quiet", "-o", "parts", status=None)
+            assert ended.returncode == 0 or (ended.returncode == 1 and "another process is writing this file" in ended.stderr), ended.stderr
+            if not alive:
+                break
+        assert ended.returncode == 0, ended.stderr
+    finally:
+        end_group(process)
+    assert (tmp_path / "parts" / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
+    for archive in (tmp_path / "whole").glob("*.h5"):
+        assert_same_bytes(archive, tmp_path / "parts" / archive.name)
+    assert sorted(file.name for file in (tmp_path / "parts").iterdir()) == sorted(file.name for file in (tmp_path / "whole").iterdir())
+
+
+def test_susceptibility_and_binder_cumulant_are_those_of_the_linear_model(tmp_path):
+    # Each component of <p> is an Ornstein-Uhlenbeck process of its own: Gaussian, with variance Delta/(2 a area).  So P = |<p>|/sigma
+    # has the law of Rayleigh, of which the moments are exact.
+    sigma, noise, side = 2.0, 0.05, 8.0
+    scene = write_scene(tmp_path, {
+        "uniform.rod_density": sigma, "noise.order": noise, "grid.lx": side, "grid.ly": side, "grid.nx": 8, "grid.ny": 8,
+        "time.dt": 0.5, "time.end": 6000.0, "output.frame_every": 0.0, "output.sample_every": 0.5, "analysis.warm_up": 0.0})
+    rows = drover_json(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2")
+    area = side * side
+    for row in rows:
+        second = 2.0 * noise / (2.0 * row["relaxation.rate"] * area) / sigma**2
+        exact = {"polar_order": math.sqrt(second * math.pi / 4.0),
+                 "polar_order_susceptibility": area * second * (1.0 - math.pi / 4.0),
+                 "polar_order_binder": 1.0 / 3.0,
+                 "polar_order_mean_x": 0.0, "polar_order_mean_y": 0.0, "rods_total": sigma * area}
+        for name, value in exact.items():
+            found = row[name]
+            assert found["error"] is not None, (name, found)
+            # Four standard errors: one run in 16000 lies outside, and the seed is fixed.  Rods are conserved to rounding.
+            assert abs(found["mean"] - value) <= 4.0 * found["error"] + 1e-12 * value, (name, found, value)
+        # The errors are small enough to tell a wrong factor: 5 % against factors of 2, of pi/4, or the Binder cumulant's 0 and 2/3.
+        for name, largest in (("polar_order", 0.02), ("polar_order_susceptibility", 0.06), ("polar_order_binder", 0.06)):
+            assert row[name]["error"] < largest * exact[name], (name, row[name])
+
+
+def test_what_a_stopped_sweep_prints_is_still_json(tmp_path):
+    scene = write_scene(tmp_path, {"time.end": 20000.0, "output.frame_every": 1000.0})
+    process = start(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 1, 2", "--json", "--workers", "1")
+    try:
+        wait_until(lambda: any((tmp_path / "flock.sweep").glob("*.checkpoint-a")), "a run at work", process=process)
+        process.terminate()
+        out, _ = process.communicate(timeout=10)
+    finally:
+        end_group(process)
+    assert process.returncode == 3
+    assert [row["seeds"] for row in json.loads(out)] == [0, 0]

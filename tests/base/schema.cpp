@@ -1,0 +1,86 @@
+// tests/base/schema.cpp: values against their descriptions, texts and errors.
+#include "drover/base/schema.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace drover {
+
+struct Sample {
+    bool loud = false;
+    int count = 3;
+    double rate = 0.5;
+    std::string kind = "soft";
+    std::vector<double> sizes;
+    std::vector<std::string> words;
+};
+
+template <>
+const std::vector<Row<Sample>>& schema<Sample>() {
+    static const std::vector<Row<Sample>> rows{
+        {.name = "loud", .member = &Sample::loud, .sentence = "whether"},
+        {.name = "count", .member = &Sample::count, .range = {.least = 1, .most = 9}, .sentence = "how many"},
+        {.name = "rate", .member = &Sample::rate, .unit = "1/s", .range = positive, .sentence = "how fast"},
+        {.name = "kind", .member = &Sample::kind, .choices = {"soft", "hard"}, .sentence = "which"},
+        {.name = "sizes", .member = &Sample::sizes, .range = not_negative, .sentence = "how large"},
+        {.name = "words", .member = &Sample::words, .sentence = "what"}};
+    return rows;
+}
+
+namespace {
+
+PlacedTable table(const std::string& key, const Value& value) {
+    return {{"a.toml", 1, 1}, {{key, {value, {"a.toml", 7, 2}}}}};
+}
+
+std::string error_of(const std::string& key, const Value& value) {
+    Sample sample;
+    try {
+        read_table(table(key, value), "sample", sample);
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), Fault::input);
+        return error.what();
+    }
+    return "";
+}
+
+TEST(Schema, fills_a_struct_and_keeps_the_defaults_of_keys_that_are_absent) {
+    Sample sample;
+    read_table(table("rate", 2.5), "sample", sample);
+    EXPECT_EQ(sample.rate, 2.5);
+    EXPECT_EQ(sample.count, 3);
+    read_table(table("rate", std::int64_t{4}), "sample", sample);
+    EXPECT_EQ(sample.rate, 4.0) << "an integer serves as a number";
+    read_table(table("words", std::vector<double>{}), "sample", sample);
+    EXPECT_TRUE(sample.words.empty()) << "an empty list has no type of its own";
+}
+
+TEST(Schema, says_where_what_was_found_what_was_expected_and_what_it_means) {
+    EXPECT_EQ(error_of("rate", -1.0), "a.toml:7:2: sample.rate = -1.0; expected a number > 0 [1/s]: how fast");
+    EXPECT_EQ(error_of("rate", std::string("fast")),
+              "a.toml:7:2: sample.rate = \"fast\"; expected a number > 0 [1/s]: how fast");
+    EXPECT_EQ(error_of("count", 2.5), "a.toml:7:2: sample.count = 2.5; expected an integer >= 1 and <= 9: how many");
+    EXPECT_EQ(error_of("count", std::int64_t{10}),
+              "a.toml:7:2: sample.count = 10; expected an integer >= 1 and <= 9: how many");
+    EXPECT_EQ(error_of("kind", std::string("sotf")),
+              "a.toml:7:2: sample.kind = \"sotf\"; expected one of [\"soft\", \"hard\"]; did you mean \"soft\"?");
+    EXPECT_EQ(error_of("cuont", std::int64_t{1}), "a.toml:7:2: unknown key sample.cuont; did you mean sample.count?");
+    EXPECT_EQ(error_of("zzzzzzzz", std::int64_t{1}),
+              "a.toml:7:2: unknown key sample.zzzzzzzz; expected one of loud, count, rate, kind, sizes, words");
+    EXPECT_NE(error_of("rate", NAN), "");
+    EXPECT_NE(error_of("rate", INFINITY), "");
+    EXPECT_NE(error_of("sizes", std::vector<double>{1.0, -1.0}), "");
+    EXPECT_NE(error_of("loud", std::int64_t{1}), "");
+}
+
+TEST(Schema, writes_values_that_read_back_as_the_same_numbers) {
+    for (const double value : {0.1, 1.0 / 3.0, 1e300, -2.5e-17, 3.0, 123456789.125})
+        EXPECT_EQ(std::stod(toml_text(value)), value);
+    EXPECT_EQ(toml_text(3.0), "3.0") << "a number stays a number, not an integer";
+    EXPECT_EQ(toml_text(std::string("a\"b\\c\nd")), "\"a\\\"b\\\\c\\nd\"");
+    EXPECT_EQ(toml_text(std::vector<std::string>{"x", "y"}), "[\"x\", \"y\"]");
+}
+
+}  // namespace
+}  // namespace drover

@@ -1,0 +1,71 @@
+#!/bin/bash
+# tests/house/bare-debian.sh: proves that a bare Debian 12, with git and make only, gets from a clone to the demo's figure and
+# through the tests.
+#
+#   tests/house/bare-debian.sh [BASE]
+#
+# Needs root.  BASE: a minimal Debian 12 tree (debootstrap --variant=minbase --include=git,make bookworm BASE) to copy;
+# without it one is made by debootstrap from $MIRROR (default http://deb.debian.org/debian).  Works on the last commit of this
+# checkout.  Everything happens in a temporary folder (about 3 GB) that is removed at the end; its packages come from the mirror.
+set -euo pipefail
+
+fail() {
+    echo "bare-debian: $*" >&2
+    exit 1
+}
+
+checkout=$(cd "$(dirname "$0")/../.." && pwd)
+base=${1:-}
+[ "$(id -u)" -eq 0 ] || fail "chroot and mount need root; run this by sudo."
+[ -n "$base" ] || command -v debootstrap >/dev/null || fail "no debootstrap here; apt-get install debootstrap, or give a BASE."
+git=(git -c "safe.directory=*")
+"${git[@]}" -C "$checkout" rev-parse --quiet --verify HEAD >/dev/null || fail "$checkout has no commit to clone."
+
+root=$(mktemp --directory --tmpdir drover-bare-debian.XXXXXX)
+clean_up() {
+    local folder
+    for folder in dev/shm dev/pts dev proc; do
+        mountpoint --quiet "$root/$folder" && umount "$root/$folder"
+    done
+    # Never through a mount that would not go: it may be the machine's own /dev.
+    rm --recursive --force --one-file-system "$root"
+}
+trap clean_up EXIT
+trap 'exit 3' INT TERM
+
+if [ -n "$base" ]; then
+    cp --archive "$base/." "$root"
+else
+    debootstrap --variant=minbase --include=git,make bookworm "$root" "${MIRROR:-http://deb.debian.org/debian}"
+fi
+chmod 755 "$root"
+cp --dereference /etc/resolv.conf "$root/etc/resolv.conf"
+mount -t proc proc "$root/proc"
+mount -t tmpfs -o mode=755,dev tmpfs "$root/dev"
+for device in "null 1 3" "zero 1 5" "full 1 7" "random 1 8" "urandom 1 9" "tty 5 0"; do
+    read -r name major minor <<<"$device"
+    mknod --mode=666 "$root/dev/$name" c "$major" "$minor"
+done
+ln --symbolic /proc/self/fd "$root/dev/fd"
+mkdir "$root/dev/pts" "$root/dev/shm"
+mount -t devpts devpts "$root/dev/pts"
+mount -t tmpfs -o mode=1777 tmpfs "$root/dev/shm"
+
+# A clone that belongs to another user than the one who builds, as on a shared disk.
+"${git[@]}" clone --quiet --no-hardlinks "$checkout" "$root/drover"
+chown --recursive 65534:65534 "$root/drover"
+
+inside() {
+    echo "=== $*"
+    local start=$SECONDS
+    chroot "$root" /usr/bin/env --ignore-environment PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
+        sh -c 'cd /drover && exec "$@"' sh "$@"
+    echo "=== $*: done in $((SECONDS - start)) s"
+}
+inside make demo
+inside make test
+figure=$(find "$root/drover/build/demo" -name '*.png' -size +10k)
+[ -n "$figure" ] || fail "make demo left no figure larger than 10 kB in build/demo."
+[ -z "$("${git[@]}" -C "$root/drover" status --porcelain)" ] ||
+    fail "building left files that git sees: $("${git[@]}" -C "$root/drover" status --porcelain)"
+echo "=== a bare Debian 12 reached ${figure#"$root/drover/"} and passed the tests in $SECONDS s"

@@ -1,0 +1,30 @@
+# check.cmake: installs a build folder below a temporary prefix, moves the prefix, and builds and runs the project beside this
+# file against it.  Given: BUILD, CONFIG, COMPILER, VERSION, PYTHON, PYTHON_DIR.
+set(work ${BUILD}/install-test)
+set(prefix "${work}/moved here")  # a blank in the path, and not the prefix it was installed to
+
+function(run what)
+  cmake_parse_arguments(PARSE_ARGV 1 run "" "" "COMMAND")
+  execute_process(COMMAND ${run_COMMAND} RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(failed)
+    message(FATAL_ERROR "${what} failed (${failed}); expected it to succeed.\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+file(REMOVE_RECURSE ${work})
+run("installing" COMMAND ${CMAKE_COMMAND} --install ${BUILD} --config "${CONFIG}" --prefix ${work}/first)
+file(RENAME ${work}/first ${prefix})
+run("configuring the consumer" COMMAND ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${work}/build -G Ninja
+    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${prefix} -D DROVER_VERSION=${VERSION})
+run("building the consumer" COMMAND ${CMAKE_COMMAND} --build ${work}/build)
+run("running the consumer" COMMAND ${work}/build/consumer)
+if(NOT output MATCHES "^drover ${VERSION} ")
+  message(FATAL_ERROR "the consumer said '${output}'; expected 'drover ${VERSION} ...'.")
+endif()
+run("running the installed program" COMMAND ${prefix}/bin/drover --help)
+if(EXISTS "${prefix}/${PYTHON_DIR}/drover")
+  run("importing the installed Python module" COMMAND ${CMAKE_COMMAND} -E env "PYTHONPATH=${prefix}/${PYTHON_DIR}"
+      PYTHONDONTWRITEBYTECODE=1 ${PYTHON} -c "import drover")
+endif()
+file(REMOVE_RECURSE ${work})

@@ -1,0 +1,300 @@
+// tests/numerics/block.cpp: functions of small matrices against 113-bit arithmetic and independent methods.
+#include "drover/numerics/block.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <complex>
+
+#include "drover/base/error.hpp"
+#include "numerics/extended.hpp"
+#include "numerics/rod_bead_operator.hpp"
+
+namespace drover::numerics {
+namespace {
+
+using test::Quad;
+using test::QuadMatrix;
+using test::RodBeadCoefficients;
+
+struct Mode {
+    std::complex<double> rate;
+    std::vector<std::complex<double>> vector;  // of unit length
+};
+
+std::vector<Mode> modes_of(const Block& block) {
+    using Extended = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+    Extended m(block.size, block.size);
+    for (int i = 0; i < block.size; ++i)
+        for (int j = 0; j < block.size; ++j) m(i, j) = block(i, j);
+    const Eigen::EigenSolver<Extended> solver(m);
+    std::vector<Mode> modes;
+    for (int k = 0; k < block.size; ++k) {
+        Mode mode;
+        mode.rate = static_cast<std::complex<double>>(solver.eigenvalues()(k));
+        for (int i = 0; i < block.size; ++i)
+            mode.vector.push_back(
+                static_cast<std::complex<double>>(solver.eigenvectors()(i, k) / solver.eigenvectors().col(k).norm()));
+        modes.push_back(mode);
+    }
+    return modes;
+}
+
+/// |(x - y) v| for a matrix in double and one in extended precision.
+double difference_on(const Block& x, const QuadMatrix& y, const std::vector<std::complex<double>>& v) {
+    double squares = 0.0;
+    for (int i = 0; i < x.size; ++i) {
+        Quad real = 0, imaginary = 0;
+        double applied_real = 0.0, applied_imaginary = 0.0;
+        for (int j = 0; j < x.size; ++j) {
+            const auto& part = v[static_cast<std::size_t>(j)];
+            real += y(i, j) * part.real();
+            imaginary += y(i, j) * part.imag();
+            applied_real += x(i, j) * part.real();
+            applied_imaginary += x(i, j) * part.imag();
+        }
+        squares += std::pow(static_cast<double>(real - applied_real), 2) +
+                   std::pow(static_cast<double>(imaginary - applied_imaginary), 2);
+    }
+    return std::sqrt(squares);
+}
+
+double largest_rate(const std::vector<Mode>& modes) {
+    double largest = 0.0;
+    for (const Mode& mode : modes) largest = std::max(largest, std::abs(mode.rate));
+    return largest;
+}
+
+// The size of the propagated vector, exp(Re s dt), is the scale of the error; for modes that decay to nothing in a step it is
+// the size of the vector itself, except for the slowest one, which is held to its own size.
+void expect_right_on_every_mode(const Block& block, double dt_rate, double q) {
+    const std::vector<Mode> modes = modes_of(block);
+    const double dt = dt_rate / largest_rate(modes);
+    const PhiFunctions phi = phi_functions(block, dt);
+    const QuadMatrix reference = test::exponential(QuadMatrix(block), dt);
+    const Mode* slowest = &modes.front();
+    for (const Mode& mode : modes) {
+        const double scale = std::max(1.0, std::exp(mode.rate.real() * dt));
+        EXPECT_LT(difference_on(phi.phi0, reference, mode.vector), 1e-11 * scale)
+            << "q = " << q << ", s = " << mode.rate << ", dt|s|max = " << dt_rate;
+        if (std::abs(mode.rate) < std::abs(slowest->rate)) slowest = &mode;
+    }
+    EXPECT_LT(difference_on(phi.phi0, reference, slowest->vector), 1e-11 * std::exp(slowest->rate.real() * dt))
+        << "slowest mode, q = " << q << ", s = " << slowest->rate << ", dt|s|max = " << dt_rate;
+}
+
+const RodBeadCoefficients decaying;               // a above lambda alpha/Gamma: no order
+const RodBeadCoefficients growing{.decay = 0.1};  // and below: order grows
+const RodBeadCoefficients stiff{.drag = 2000.0, .eta = 50.0};
+constexpr int wavenumbers = 20;
+double wavenumber(int i) { return 0.01 * std::pow(1000.0, i / (wavenumbers - 1.0)); }  // 0.01 to 10
+
+TEST(Propagator, is_right_to_1e_11_on_every_eigenvector_of_both_blocks_of_rods_and_beads) {
+    for (const RodBeadCoefficients& coefficients : {decaying, growing, stiff})
+        for (int i = 0; i < wavenumbers; ++i)
+            for (const double dt_rate : {0.01, 1.0, 100.0}) {
+                const double q = wavenumber(i);
+                const IsotropicBlocks m = test::rod_bead_operator(coefficients, q);
+                expect_right_on_every_mode(m.along, dt_rate, q);
+                expect_right_on_every_mode(m.across, dt_rate, q);
+            }
+}
+
+TEST(Propagator, grows_order_only_below_the_mean_field_threshold) {
+    // The test above is of both kinds: this says which is which.
+    const auto fastest = [](const RodBeadCoefficients& c) {
+        double rate = -INFINITY;
+        for (const Mode& mode : modes_of(test::rod_bead_operator(c, 0.01).across))
+            rate = std::max(rate, mode.rate.real());
+        return rate;
+    };
+    EXPECT_LT(fastest(decaying), 0.0);
+    EXPECT_GT(fastest(growing), 0.0);
+}
+
+// phi_k of the augmented matrix [[z, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]: its exponential holds phi_1 to phi_3
+// in its first row.  For a scalar z this is an independent way to all of them.
+TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_to_huge_arguments) {
+    for (const double z : {-1e9, -4e3, -100.0, -3.0, -0.4, -1e-3, -1e-9, 0.0, 1e-9, 0.3, 2.0, 30.0}) {
+        Block m(1);
+        m(0, 0) = z;
+        const PhiFunctions phi = phi_functions(m, 1.0);
+        QuadMatrix augmented(4);
+        augmented(0, 0) = z;
+        for (int i = 0; i < 3; ++i) augmented(i, i + 1) = 1;
+        const QuadMatrix e = test::exponential(augmented, 1);
+        const double found[] = {phi.phi0(0, 0), phi.phi1(0, 0), phi.phi2(0, 0), phi.phi3(0, 0)};
+        for (int k = 0; k < 4; ++k) {
+            const double expected = static_cast<double>(e(0, k));
+            // A rounding of the result, and what 30 squarings of the reference lose at z = -1e9.
+            EXPECT_NEAR(found[k], expected, 4e-16 * std::abs(expected) + 1e-300) << "phi_" << k << "(" << z << ")";
+        }
+    }
+}
+
+TEST(PhiFunctions, of_blocks_obey_their_recurrence) {
+    for (const double dt : {1e-4, 0.05, 3.0}) {
+        const Block m = test::rod_bead_operator(decaying, 0.7).along;
+        const PhiFunctions phi = phi_functions(m, dt);
+        const Block* chain[] = {&phi.phi0, &phi.phi1, &phi.phi2, &phi.phi3};
+        const double factorial[] = {1.0, 1.0, 2.0};
+        double norm = 0.0;
+        for (const double value : m.values) norm = std::max(norm, std::abs(value) * dt);
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 4; ++i)
+                for (int j = 0; j < 4; ++j) {
+                    double product = i == j ? 1.0 / factorial[k] : 0.0;
+                    for (int l = 0; l < 4; ++l) product += dt * m(i, l) * (*chain[k + 1])(l, j);
+                    // Rounded entries times entries of z.
+                    EXPECT_NEAR((*chain[k])(i, j), product, 1e-15 * (1.0 + 16.0 * norm)) << k << i << j << " dt " << dt;
+                }
+    }
+}
+
+TEST(PhiFunctions, refuse_a_mode_that_grows_past_the_numbers_in_one_step) {
+    Block m(2);
+    m(0, 0) = 1.0;
+    EXPECT_THROW(phi_functions(m, 1000.0), Error);
+    EXPECT_THROW(noise_covariance(m, m, 1000.0), Error);
+}
+
+/// Largest error of c in units of the deviations of the two variables.
+double scaled_error(const Block& c, const QuadMatrix& reference) {
+    double worst = 0.0;
+    for (int i = 0; i < c.size; ++i)
+        for (int j = 0; j < c.size; ++j) {
+            const long double scale =
+                std::sqrt(static_cast<long double>(reference(i, i)) * static_cast<long double>(reference(j, j)));
+            const auto error = static_cast<long double>(test::size(reference(i, j) - c(i, j)));
+            if (scale > 0.0L) worst = std::max(worst, static_cast<double>(error / scale));
+            else EXPECT_EQ(c(i, j), 0.0);
+        }
+    return worst;
+}
+
+Block multiplied_by_its_transpose(const Block& f) {
+    Block c(f.size);
+    for (int i = 0; i < f.size; ++i)
+        for (int j = 0; j < f.size; ++j)
+            for (int k = 0; k < f.size; ++k) c(i, j) += f(i, k) * f(j, k);
+    return c;
+}
+
+void expect_right_covariance(const Block& m, const Block& q, double dt, bool small, const std::string& what) {
+    const Block c = noise_covariance(m, q, dt);
+    const QuadMatrix reference = small ? test::covariance_by_quadrature(QuadMatrix(m), QuadMatrix(q), dt)
+                                       : test::covariance_by_difference(QuadMatrix(m), QuadMatrix(q), dt);
+    for (int i = 0; i < c.size; ++i)
+        for (int j = 0; j < c.size; ++j) ASSERT_TRUE(std::isfinite(c(i, j))) << what;
+    EXPECT_LT(scaled_error(c, reference), 1e-10) << what;
+    EXPECT_LT(scaled_error(multiplied_by_its_transpose(factor(c)), reference), 1e-10) << what << ", factor";
+}
+
+Block noise_on(int size, std::vector<int> variables) {
+    Block q(size);
+    for (const int i : variables) q(i, i) = 0.7 + 0.1 * i;
+    return q;
+}
+
+TEST(NoiseCovariance, of_rods_and_beads_is_right_to_1e_10_from_dt_s_max_1e_minus_6_to_1e12) {
+    for (const double q : {0.05, 0.8, 6.0})
+        for (double dt_rate = 1e-6; dt_rate < 2e12; dt_rate *= 10.0) {
+            const IsotropicBlocks m = test::rod_bead_operator(decaying, q);
+            for (const std::vector<int>& noisy :
+                 {std::vector<int>{3}, std::vector<int>{1, 3}, std::vector<int>{0, 1, 2, 3}}) {
+                const double dt = dt_rate / largest_rate(modes_of(m.along));
+                expect_right_covariance(m.along, noise_on(4, noisy), dt, dt_rate <= 1.0,
+                                        "along, q " + std::to_string(q) + ", dt|s|max " + std::to_string(dt_rate));
+            }
+            const double dt = dt_rate / largest_rate(modes_of(m.across));
+            expect_right_covariance(m.across, noise_on(2, {1}), dt, dt_rate <= 1.0,
+                                    "across, q " + std::to_string(q) + ", dt|s|max " + std::to_string(dt_rate));
+        }
+}
+
+TEST(NoiseCovariance, keeps_a_slow_mode_beside_one_faster_by_1e12) {
+    Block m(2);  // drag 1e12 on the velocity, order that lives a second
+    m(0, 0) = -1e12;
+    m(0, 1) = 3.0;
+    m(1, 0) = 0.5;
+    m(1, 1) = -1.0;
+    for (const double dt : {1e-12, 1e-6, 1e-3, 1.0, 10.0}) {
+        expect_right_covariance(m, noise_on(2, {1}), dt, false, "dt " + std::to_string(dt));
+        const QuadMatrix reference = test::exponential(QuadMatrix(m), dt);
+        EXPECT_NEAR(phi_functions(m, dt).phi0(1, 1), static_cast<double>(reference(1, 1)),
+                    1e-14 * static_cast<double>(reference(1, 1)));
+    }
+}
+
+TEST(NoiseCovariance, of_a_growing_mode_is_that_of_the_quadrature) {
+    const Block m = test::rod_bead_operator(growing, 0.05).across;
+    expect_right_covariance(m, noise_on(2, {1}), 0.06, true, "small step");
+    expect_right_covariance(m, noise_on(2, {1}), 40.0, false, "a growth by e^15");
+}
+
+TEST(NoiseCovariance, of_a_defective_operator_is_that_of_its_closed_form) {
+    Block m(2), q(2);  // da = -a + b, db = -b + noise: one eigenvector for both rates
+    m(0, 0) = m(1, 1) = -1.0;
+    m(0, 1) = 1.0;
+    q(1, 1) = 2.0;
+    for (const double t : {1e-3, 0.5, 4.0, 300.0}) {
+        const Block c = noise_covariance(m, q, t);
+        const double e = std::exp(-2.0 * t);
+        EXPECT_NEAR(c(1, 1), -std::expm1(-2.0 * t), 1e-14 * c(1, 1));
+        if (t > 0.1) {  // below, the closed forms cancel; the series of the integrals is tested above
+            EXPECT_NEAR(c(0, 1), 0.5 * (1.0 - e * (1.0 + 2.0 * t)), 1e-13);
+            EXPECT_NEAR(c(0, 0), 0.5 * (1.0 - e * (1.0 + 2.0 * t + 2.0 * t * t)), 1e-13);
+        }
+    }
+}
+
+TEST(NoiseCovariance, of_a_conserved_mean_and_of_no_noise_are_exact) {
+    const Block still(3);
+    Block q = noise_on(3, {0, 2});
+    const Block c = noise_covariance(still, q, 0.25);
+    for (int i = 0; i < 3; ++i) EXPECT_DOUBLE_EQ(c(i, i), 0.25 * q(i, i));
+    const Block none = noise_covariance(test::rod_bead_operator(decaying, 1.0).along, Block(4), 1.0);
+    for (const double value : none.values) EXPECT_EQ(value, 0.0);
+    for (const double value : factor(none).values) EXPECT_EQ(value, 0.0);
+}
+
+TEST(Factor, takes_covariances_of_lower_rank_and_of_wildly_different_units) {
+    // rank 2 in three variables, deviations 1e-12, 1, 1e9; correlations exact in binary
+    const double rows[3][2] = {{1e-12, 0.0}, {0.5, 0.25}, {1e9, -3e9}};
+    Block c(3);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) c(i, j) = rows[i][0] * rows[j][0] + rows[i][1] * rows[j][1];
+    EXPECT_LT(scaled_error(multiplied_by_its_transpose(factor(c)), QuadMatrix(c)), 1e-14);
+}
+
+TEST(Factor, refuses_what_is_not_a_covariance) {
+    Block negative(1);
+    negative(0, 0) = -1.0;
+    EXPECT_THROW(factor(negative), Error);
+    Block indefinite(2);
+    indefinite(0, 0) = indefinite(1, 1) = 1.0;
+    indefinite(0, 1) = indefinite(1, 0) = 1.001;
+    EXPECT_THROW(factor(indefinite), Error);
+}
+
+TEST(StationaryCovariance, is_that_of_the_transverse_closed_form) {
+    // S_pp = (Delta/2)(g^2 + g h - k)/[(g + h)(g h - k)]
+    const RodBeadCoefficients c;
+    for (const double q : {0.0, 0.3, 2.0}) {
+        const double g = (c.drag + c.eta * q * q) / c.rho0, h = c.decay + c.stiffness * q * q,
+                     k = c.weathercock * c.alpha / c.rho0;
+        const Block s = stationary_covariance(test::rod_bead_operator(c, q).across, noise_on(2, {1}));
+        const double expected = 0.5 * 0.8 * (g * g + g * h - k) / ((g + h) * (g * h - k));
+        EXPECT_NEAR(s(1, 1), expected, 1e-14 * expected);
+    }
+}
+
+TEST(StationaryCovariance, is_refused_where_a_mode_grows_or_stays) {
+    EXPECT_THROW(stationary_covariance(test::rod_bead_operator(growing, 0.05).across, noise_on(2, {1})), Error);
+    EXPECT_THROW(stationary_covariance(Block(1), noise_on(1, {0})), Error);
+}
+
+}  // namespace
+}  // namespace drover::numerics

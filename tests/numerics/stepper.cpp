@@ -1,0 +1,227 @@
+// tests/numerics/stepper.cpp: order of each method, exactness on linear systems, and independence of threads.
+#include "drover/numerics/stepper.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "drover/base/error.hpp"
+#include "drover/numerics/transform.hpp"
+#include "numerics/extended.hpp"
+#include "numerics/rod_bead_operator.hpp"
+
+namespace drover::numerics {
+namespace {
+
+// A small flock: sigma and p on 16 x 16 points, order that grows (a = -1) and saturates, currents u sigma p and self-advection,
+// a force that varies in time.
+constexpr Grid small_grid{16, 16, 6.0, 6.0};
+
+System small_flock(const Transform& transform) {
+    System system{.grid = small_grid,
+                  .layout = {.scalars = 1, .vectors = 1},
+                  .linear = {},
+                  .nonlinear = {},
+                  .noise = {},
+                  .degree = 3};
+    system.linear = [](double q) {
+        IsotropicBlocks m{Block(2), Block(1)};
+        m.along(0, 0) = -0.3 * q * q;
+        m.along(0, 1) = -q;
+        m.along(1, 0) = 0.5 * q;
+        m.along(1, 1) = 1.0 - 1.2 * q * q;
+        m.across(0, 0) = 1.0 - 0.8 * q * q;
+        return m;
+    };
+    system.nonlinear = [&transform](double t, const Spectra& state, Spectra& rate) {
+        const std::size_t width = columns(small_grid);
+        Fields fields(small_grid, 3), products(small_grid, 4);
+        transform.backward(state, fields);
+        for (std::size_t i = 0; i < fields.size; ++i) {
+            const double sigma = fields[0][i] - 1.0, px = fields[1][i], py = fields[2][i], size = px * px + py * py;
+            products[0][i] = 0.7 * sigma * px;
+            products[1][i] = 0.7 * sigma * py;
+            products[2][i] = -size * px + 0.2 * std::sin(3.0 * t) * sigma;
+            products[3][i] = -size * py;
+        }
+        Spectra hat(small_grid, 4);
+        transform.forward(products, hat);
+        for (std::size_t m = 0; m < hat.size; ++m) {
+            const Wavevector q = wavevector(small_grid, m % width, m / width);
+            rate[0][m] = -Complex(0.0, 1.0) * (q.x * hat[0][m] + q.y * hat[1][m]);
+            rate[1][m] = hat[2][m];
+            rate[2][m] = hat[3][m];
+        }
+    };
+    return system;
+}
+
+Spectra start(const Transform& transform) {
+    Fields fields(small_grid, 3);
+    for (int j = 0; j < 16; ++j)
+        for (int i = 0; i < 16; ++i) {
+            const double x = 2.0 * std::numbers::pi * i / 16.0, y = 2.0 * std::numbers::pi * j / 16.0;
+            const auto place = static_cast<std::size_t>(16 * j + i);
+            fields[0][place] = 1.0 + 0.3 * std::cos(x) * std::sin(y);
+            fields[1][place] = 0.6 + 0.2 * std::sin(x + y);
+            fields[2][place] = 0.3 * std::cos(y);
+        }
+    Spectra state(small_grid, 3);
+    transform.forward(fields, state);
+    return state;
+}
+
+Spectra after(const System& system, const StepperTable& table, int steps, double end, const Spectra& from,
+              Threads& threads, std::uint64_t seed = 1) {
+    Stepper stepper(system, table, end / steps, seed, threads);
+    Spectra state = from;
+    for (int n = 0; n < steps; ++n) stepper.step(end * n / steps, static_cast<std::uint64_t>(n), state);
+    return state;
+}
+
+double distance(const Spectra& a, const Spectra& b) {
+    double squares = 0.0;
+    for (std::size_t m = 0; m < a.values.size(); ++m) squares += std::norm(a.values[m] - b.values[m]);
+    return std::sqrt(squares);
+}
+
+TEST(Stepper, every_method_has_the_order_it_claims_over_four_halvings) {
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    const System system = small_flock(transform);
+    const Spectra from = start(transform);
+    constexpr double end = 1.0;
+    const Spectra exact = after(system, stepper_table("etdrk4-krogstad"), 2048, end, from, threads);
+    for (const StepperTable& table : stepper_tables()) {
+        const int coarsest = table.order >= 4 ? 8 : 32;
+        double before = distance(after(system, table, coarsest, end, from, threads), exact);
+        for (int halving = 1; halving <= 4; ++halving) {
+            const double error = distance(after(system, table, coarsest << halving, end, from, threads), exact);
+            // The order is approached from either side; a tenth is the margin that the order is owed.
+            EXPECT_GE(std::log2(before / error), table.order - 0.1)
+                << table.name << ", halving " << halving << ", error " << error;
+            before = error;
+        }
+        EXPECT_LT(before, table.order == 1 ? 1e-2 : table.order == 2 ? 1e-4 : 1e-8) << table.name;
+    }
+}
+
+TEST(Stepper, every_method_is_exact_for_a_constant_rate) {
+    // da/dt = L a + n with n constant in time: a(t) = exp(L t) a + t phi_1(L t) n for any step.
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    System system = small_flock(transform);
+    const Spectra from = start(transform);
+    system.nonlinear = [&from](double, const Spectra&, Spectra& rate) {
+        for (std::size_t m = 0; m < rate.values.size(); ++m) rate.values[m] = 0.1 * from.values[m];
+    };
+    const Spectra exact = after(system, stepper_table("exponential-euler"), 1, 2.0, from, threads);
+    for (const StepperTable& table : stepper_tables())
+        for (const int steps : {1, 3})
+            EXPECT_LT(distance(after(system, table, steps, 2.0, from, threads), exact), 1e-13) << table.name;
+}
+
+TEST(Stepper, takes_a_linear_system_in_one_step_or_many_to_the_same_state) {
+    Threads threads(1);
+    System system{
+        .grid = {12, 10, 5.0, 3.0}, .layout = {.scalars = 2, .vectors = 2}, .linear = {}, .nonlinear = {}, .noise = {}};
+    system.linear = [](double q) { return test::rod_bead_operator({}, q); };
+    Spectra from(system.grid, 6);
+    Threads one(1);
+    Fields fields(system.grid, 6);
+    fill_normal({.seed = 9, .stream = Stream::test}, 0, 1, fields.values);
+    Transform(system.grid, 1, one).forward(fields, from);
+    const StepperTable& table = stepper_table("etdrk2");
+    const Spectra once = after(system, table, 1, 1.5, from, threads),
+                  often = after(system, table, 300, 1.5, from, threads);
+    EXPECT_LT(distance(once, often), 1e-12 * distance(from, Spectra(system.grid, 6)));  // 300 roundings
+}
+
+// The Cartesian form of the operator, written anew from the equations: d/dt of every field at one wavevector.
+TEST(Stepper, turns_the_blocks_into_the_cartesian_equations_at_every_direction) {
+    Threads threads(1);
+    const test::RodBeadCoefficients c;
+    System system{
+        .grid = {8, 8, 3.0, 4.0}, .layout = {.scalars = 2, .vectors = 2}, .linear = {}, .nonlinear = {}, .noise = {}};
+    system.linear = [&c](double q) { return test::rod_bead_operator(c, q); };
+    const double dt = 1e-9;
+    Stepper stepper(system, stepper_table("exponential-euler"), dt, 1, threads);
+    Spectra from(system.grid, 6);
+    Fields fields(system.grid, 6);
+    fill_normal({.seed = 4, .stream = Stream::test}, 0, 1, fields.values);
+    Transform(system.grid, 1, threads).forward(fields, from);
+    Spectra to = from;
+    stepper.step(0.0, 0, to);
+    const std::size_t width = columns(system.grid);
+    const Complex i(0.0, 1.0);
+    for (std::size_t m = 0; m < from.size; ++m) {
+        if (!is_kept(system.grid, 1, m % width, m / width)) continue;
+        const Wavevector q = wavevector(system.grid, m % width, m / width);
+        const double q2 = q.x * q.x + q.y * q.y;
+        const Complex rho = from[0][m], sigma = from[1][m], vx = from[2][m], vy = from[3][m], px = from[4][m],
+                      py = from[5][m];
+        const Complex div_v = i * (q.x * vx + q.y * vy), div_p = i * (q.x * px + q.y * py);
+        const auto velocity = [&](Complex v, double k, Complex p) {
+            return (-c.drag * v - c.eta * q2 * v + c.zeta * i * k * div_v + c.alpha * p -
+                    i * k * (c.bead_pressure * rho + c.rod_pressure * sigma)) /
+                   c.rho0;
+        };
+        const auto order = [&](Complex p, double k, Complex v) {
+            return -c.decay * p + c.splay * i * k * div_p - c.stiffness * q2 * p + c.weathercock * v -
+                   i * k * (c.order_beads * rho + c.order_rods * sigma);
+        };
+        const Complex expected[] = {-c.rho0 * div_v,       -c.speed * div_p,   velocity(vx, q.x, px),
+                                    velocity(vy, q.y, py), order(px, q.x, vx), order(py, q.y, vy)};
+        for (int f = 0; f < 6; ++f)
+            // (a(dt) - a)/dt: half dt times a second derivative of order 1e4, and the rounding 1e-16/1e-9 of a.
+            EXPECT_NEAR(std::abs((to[f][m] - from[f][m]) / dt - expected[f]), 0.0, 1e-5)
+                << "field " << f << " mode " << m;
+    }
+}
+
+TEST(Stepper, gives_the_same_bytes_for_any_number_of_threads_with_noise) {
+    Threads one(1);
+    const Transform transform(small_grid, 3, one);
+    System system = small_flock(transform);
+    system.noise = [](double) {
+        IsotropicBlocks q{Block(2), Block(1)};
+        q.along(1, 1) = q.across(0, 0) = 0.01;
+        return q;
+    };
+    for (const char* name : {"exponential-euler", "etdrk2", "etdrk4"}) {
+        const Spectra expected = after(system, stepper_table(name), 5, 0.5, start(transform), one);
+        for (const int team : {2, 4}) {
+            Threads threads(team);
+            EXPECT_EQ(after(system, stepper_table(name), 5, 0.5, start(transform), threads).values, expected.values)
+                << name;
+        }
+        EXPECT_NE(after(system, stepper_table(name), 5, 0.5, start(transform), one, 2).values, expected.values) << name;
+    }
+}
+
+TEST(Stepper, keeps_fields_real_where_order_grows) {
+    // Column 0 holds q and -q: their parts that are not conjugate are invisible in real space and would grow as exp(t).
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    const Spectra state = after(small_flock(transform), stepper_table("etdrk2"), 800, 80.0, start(transform), threads);
+    const std::size_t width = columns(small_grid);
+    for (int c = 0; c < 3; ++c)
+        for (std::size_t j = 1; j < 8; ++j) EXPECT_EQ(state[c][j * width], std::conj(state[c][(16 - j) * width]));
+}
+
+TEST(StepperTables, have_a_citation_an_order_and_a_last_stage_at_the_end_of_the_step) {
+    for (const StepperTable& table : stepper_tables()) {
+        EXPECT_FALSE(table.citation.empty());
+        EXPECT_EQ(table.stages.back().c, 1.0);
+        double before = 0.0;
+        for (const StepperStage& stage : table.stages) {
+            EXPECT_GE(stage.c, before) << "noise is drawn in the order of the stages";
+            before = stage.c;
+        }
+    }
+    EXPECT_THROW(stepper_table("rk9"), Error);
+}
+
+}  // namespace
+}  // namespace drover::numerics

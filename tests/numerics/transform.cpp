@@ -1,0 +1,143 @@
+// tests/numerics/transform.cpp: transforms against their definition, and the cut of each axis by itself.
+#include "drover/numerics/transform.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "drover/base/random.hpp"
+
+namespace drover::numerics {
+namespace {
+
+Fields random_fields(const Grid& grid, int count) {
+    Fields fields(grid, count);
+    fill_normal({.seed = 5, .stream = Stream::test}, 0, 1, fields.values);
+    return fields;
+}
+
+/// a_q = mean of a(r) exp(-i q.r), summed as it is written.
+Complex coefficient(const Grid& grid, std::span<const double> values, int kx, int ky) {
+    Complex sum = 0.0;
+    for (int j = 0; j < grid.ny; ++j)
+        for (int i = 0; i < grid.nx; ++i) {
+            const double angle = -2.0 * std::numbers::pi * (double(kx) * i / grid.nx + double(ky) * j / grid.ny);
+            sum += values[static_cast<std::size_t>(j * grid.nx + i)] * std::polar(1.0, angle);
+        }
+    return sum / static_cast<double>(points(grid));
+}
+
+TEST(Transform, gives_the_coefficients_of_the_definition_on_any_even_grid) {
+    Threads threads(1);
+    for (const Grid grid : {Grid{4, 4, 1, 1}, Grid{6, 10, 2, 1}, Grid{16, 12, 1, 3}, Grid{20, 34, 1, 1}})
+        for (const int degree : {1, 2, 3}) {
+            const Fields fields = random_fields(grid, 2);
+            Spectra spectra(grid, 2);
+            Transform(grid, degree, threads).forward(fields, spectra);
+            for (int c = 0; c < 2; ++c)
+                for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
+                    for (std::size_t i = 0; i < columns(grid); ++i) {
+                        const Complex found = spectra[c][j * columns(grid) + i];
+                        const Complex expected =
+                            is_kept(grid, degree, i, j)
+                                ? coefficient(grid, fields[c], static_cast<int>(i), mode_number_y(grid, j))
+                                : Complex(0.0);
+                        // Rounding of a sum of at most 680 numbers of size 1, divided by as many.
+                        EXPECT_NEAR(std::abs(found - expected), 0.0, 1e-14)
+                            << grid.nx << "x" << grid.ny << " mode " << i << "," << j;
+                    }
+        }
+}
+
+TEST(Transform, backward_undoes_forward_for_fields_of_kept_modes) {
+    for (const int team : {1, 2, 3}) {
+        Threads threads(team);
+        const Grid grid{24, 18, 1, 1};
+        const Transform transform(grid, 2, threads);
+        Spectra spectra(grid, 3), again(grid, 3);
+        Fields fields(grid, 3);
+        transform.forward(random_fields(grid, 3), spectra);
+        transform.backward(spectra, fields);
+        transform.forward(fields, again);
+        for (std::size_t m = 0; m < spectra.values.size(); ++m)
+            EXPECT_NEAR(std::abs(again.values[m] - spectra.values[m]), 0.0, 1e-15);
+    }
+}
+
+TEST(Transform, takes_modes_that_are_not_kept_as_zero_and_leaves_its_input_alone) {
+    Threads threads(1);
+    const Grid grid{16, 16, 1, 1};
+    const Transform transform(grid, 2, threads);
+    Spectra spectra(grid, 1);
+    Fields fields(grid, 1);
+    // One mode beyond the cut on each axis, and the Nyquist mode; the cut is at |k| < 16/3.
+    for (const auto& [column, row] : {std::pair{6, 0}, std::pair{0, 6}, std::pair{8, 0}, std::pair{0, 8}}) {
+        spectra.values.assign(spectra.values.size(), Complex(0.0));
+        spectra[0][static_cast<std::size_t>(row) * columns(grid) + static_cast<std::size_t>(column)] = 1.0;
+        const Spectra before = spectra;
+        transform.backward(spectra, fields);
+        EXPECT_EQ(spectra.values, before.values);
+        for (const double value : fields.values) EXPECT_EQ(value, 0.0);
+        Spectra again(grid, 1);
+        transform.forward(fields, again);
+        for (const Complex value : again.values) EXPECT_EQ(std::abs(value), 0.0);
+    }
+}
+
+TEST(Transform, gives_the_same_bytes_for_any_number_of_threads) {
+    const Grid grid{36, 50, 1, 1};
+    const Fields fields = random_fields(grid, 4);
+    Threads one(1);
+    Spectra expected(grid, 4);
+    Fields back(grid, 4);
+    Transform(grid, 2, one).forward(fields, expected);
+    Transform(grid, 2, one).backward(expected, back);
+    for (const int team : {2, 3, 5}) {
+        Threads threads(team);
+        Spectra found(grid, 4);
+        Fields again(grid, 4);
+        Transform(grid, 2, threads).forward(fields, found);
+        Transform(grid, 2, threads).backward(found, again);
+        EXPECT_EQ(found.values, expected.values);
+        EXPECT_EQ(again.values, back.values);
+    }
+}
+
+// One mode near the cut on one axis, squared and cubed: the product on the grid must be the exact convolution in the kept modes.
+// For cos(k x)^2 = 1/2 + cos(2 k x)/2: with the modes |k| < N/3 kept, 2 k aliases to N - 2 k > N/3, which is cut.
+TEST(Transform, cuts_each_axis_so_that_a_product_of_its_degree_has_no_alias) {
+    Threads threads(1);
+    for (const int degree : {2, 3})
+        for (const bool along_x : {true, false}) {
+            const Grid grid = along_x ? Grid{32, 8, 1, 1} : Grid{8, 32, 1, 1};
+            const Transform transform(grid, degree, threads);
+            const int k = (32 - 1) / (degree + 1);  // the last kept mode
+            Fields fields(grid, 1);
+            for (int j = 0; j < grid.ny; ++j)
+                for (int i = 0; i < grid.nx; ++i)
+                    fields[0][static_cast<std::size_t>(j * grid.nx + i)] =
+                        std::pow(std::cos(2.0 * std::numbers::pi * k * (along_x ? i : j) / 32.0), degree);
+            Spectra spectra(grid, 1);
+            transform.forward(fields, spectra);
+            for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
+                for (std::size_t i = 0; i < columns(grid); ++i) {
+                    const int mode = along_x ? static_cast<int>(i) : mode_number_y(grid, j);
+                    const bool on_axis = along_x ? j == 0 : i == 0;
+                    double expected = 0.0;  // the kept part of cos^2 is 1/2, of cos^3 is 3/4 cos
+                    if (on_axis && degree == 2 && mode == 0) expected = 0.5;
+                    if (on_axis && degree == 3 && std::abs(mode) == k) expected = 3.0 / 8.0;
+                    EXPECT_NEAR(std::abs(spectra[0][j * columns(grid) + i] - expected), 0.0, 1e-15)
+                        << "degree " << degree << (along_x ? " x" : " y") << " mode " << mode;
+                }
+        }
+}
+
+TEST(Transform, refuses_a_grid_that_is_not_one) {
+    Threads threads(1);
+    for (const Grid grid : {Grid{2, 8, 1, 1}, Grid{7, 8, 1, 1}, Grid{8, 8, 0, 1}, Grid{8, 8, 1, -1}})
+        EXPECT_ANY_THROW(Transform(grid, 1, threads));
+}
+
+}  // namespace
+}  // namespace drover::numerics

@@ -1,0 +1,31 @@
+// tests/physics/form.cpp: the fields of a form and their names.
+#include "drover/physics/form.hpp"
+
+#include <gtest/gtest.h>
+
+namespace drover::physics {
+namespace {
+
+TEST(Form, rods_alone_have_one_scalar_and_one_vector_named_in_the_order_of_the_components) {
+    EXPECT_EQ(layout(rods_only), (numerics::Layout{.scalars = 1, .vectors = 1}));
+    const auto names = component_names(rods_only);
+    ASSERT_EQ(names.size(), 3u);
+    EXPECT_EQ(names[0].name, "rod_density");
+    EXPECT_EQ(names[1].name, "polar_order_x");
+    EXPECT_EQ(names[2].name, "polar_order_y");
+    for (const Component& component : names) {
+        EXPECT_EQ(component.unit, "mm-2");
+        EXPECT_FALSE(component.meaning.empty());
+    }
+}
+
+TEST(Form, a_field_that_is_absent_takes_no_place) {
+    const Form order_alone{.polar_order = 0};
+    EXPECT_EQ(layout(order_alone), (numerics::Layout{.scalars = 0, .vectors = 1}));
+    ASSERT_EQ(component_names(order_alone).size(), 2u);
+    EXPECT_EQ(component_names(order_alone)[0].name, "polar_order_x");
+    EXPECT_TRUE(component_names(Form{}).empty());
+}
+
+}  // namespace
+}  // namespace drover::physics

@@ -1,0 +1,129 @@
+// tests/physics/model.cpp: the linear theory of the rod model against closed forms.
+#include "drover/physics/model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drover/base/error.hpp"
+#include "drover/numerics/stepper.hpp"
+#include "drover/physics/initial_state.hpp"
+
+namespace drover::physics {
+namespace {
+
+constexpr numerics::Grid grid{32, 32, 20.0, 20.0};
+
+/// Independent rods: p = sigma P, B = u/2, Delta = Dr sigma, a = Dr: a Poisson gas, S = sigma at every q.
+Model independent_rods() {
+    const double speed = 2.0, diffusion = 0.5, density = 0.3;
+    return {.uniform = {.rod_density = density},
+            .current = {.speed = speed},
+            .relaxation = {.rate = diffusion},
+            .elasticity = {},
+            .pressure = {.strength = speed / 2.0},
+            .diffusion = {.diffusivity = 0.0},
+            .noise = {.order = diffusion * density, .rods = 0.0}};
+}
+
+TEST(StructureFactor, of_independent_rods_is_that_of_a_poisson_gas) {
+    // Delta/(2 a) = sigma/2 for each component of the order (rods of unit length), u/B times as much for the density.
+    const numerics::System system = make_system(independent_rods(), grid);
+    for (const double q : {0.01, 0.5, 4.0}) {
+        const StructureFactor s = structure_factor(system, rods_only, q);
+        EXPECT_NEAR(s.rods, 0.3, 1e-15);
+        EXPECT_NEAR(s.order_along, 0.15, 1e-15);
+        EXPECT_NEAR(s.order_across, 0.15, 1e-15);
+    }
+}
+
+TEST(StructureFactor, of_diffusing_rods_alone_is_their_shot_noise) {
+    Model model = independent_rods();
+    model.current.speed = model.pressure.strength = 0.0;
+    model.diffusion.diffusivity = 0.7;
+    model.noise.rods = 2.0 * 0.7 * 0.3;
+    EXPECT_NEAR(structure_factor(make_system(model, grid), rods_only, 1.3).rods, 0.3, 1e-15);
+}
+
+TEST(StructureFactor, of_the_order_across_q_is_delta_over_twice_the_rate) {
+    Model model = independent_rods();
+    model.elasticity = {.stiffness = 0.6, .splay = 5.0};
+    const double q = 0.8;
+    EXPECT_NEAR(structure_factor(make_system(model, grid), rods_only, q).order_across, 0.5 * 0.15 / (0.5 + 0.6 * q * q),
+                1e-15);
+}
+
+TEST(FastestGrowth, is_the_rate_of_the_mean_order_below_the_threshold) {
+    Model model = independent_rods();
+    model.relaxation.rate = -0.25;
+    model.elasticity.stiffness = 1.0;
+    const FastestGrowth growth = fastest_growth(make_system(model, grid));
+    EXPECT_DOUBLE_EQ(growth.rate, 0.25);
+    EXPECT_EQ(growth.q, 0.0);
+    model.relaxation.rate = 0.25;
+    EXPECT_LT(fastest_growth(make_system(model, grid)).rate, 0.0) << "the conserved mean density is not a growing mode";
+}
+
+TEST(FastestRate, of_rods_that_only_diffuse_is_that_of_the_last_kept_corner) {
+    Model model;
+    model.relaxation.rate = 0.0;
+    model.diffusion.diffusivity = 0.2;
+    const double corner = 2.0 * std::acos(-1.0) / 20.0 * 15.0;  // |k| < 16 on each axis
+    EXPECT_NEAR(fastest_rate(make_system(model, grid)), 0.2 * 2.0 * corner * corner, 1e-12);
+}
+
+TEST(ActiveTerms, are_those_with_a_coefficient) {
+    Model model;
+    model.relaxation.rate = 0.0;
+    EXPECT_TRUE(active_terms(model).empty());
+    model.elasticity.splay = 1.0;
+    ASSERT_EQ(active_terms(model).size(), 1u);
+    EXPECT_EQ(active_terms(model).front().equation, "d_t p: K1 grad(div p), K1 = 1 mm^2/s");
+}
+
+TEST(PlaneWave, of_the_order_moves_the_density_as_the_telegraph_equation_says) {
+    // With a = K = 0: d_tt sigma = u B lap sigma.  A standing wave: sigma ~ cos(w t), i p along q ~ (w/(u q)) sin(w t), w^2 = u B q^2.
+    Model model = independent_rods();
+    model.relaxation.rate = 0.0;
+    model.noise = {};
+    const numerics::System system = make_system(model, grid);
+    Threads threads(1);
+    numerics::Spectra state =
+        initial_spectra({.kind = "mode", .amplitude = 0.01, .field = "rod_density", .mode_x = 2, .mode_y = -1}, model,
+                        system, 1, threads);
+    const std::size_t mode = 31 * numerics::columns(grid) + 2;
+    ASSERT_DOUBLE_EQ(state[0][mode].real(), 0.005);
+    const double q = 2.0 * std::acos(-1.0) / 20.0 * std::sqrt(5.0), frequency = q * std::sqrt(2.0 * 1.0), t = 0.37;
+    numerics::Stepper(system, numerics::stepper_table("etdrk2"), t, 1, threads).step(0.0, 0, state);
+    EXPECT_NEAR(state[0][mode].real(), 0.005 * std::cos(frequency * t), 1e-16);
+    // d_t p = -B grad sigma: p along (2, -1)/sqrt 5 grows as -B i q sigma integrated.
+    const double along = -1.0 * q * 0.005 * std::sin(frequency * t) / frequency;
+    EXPECT_NEAR(state[1][mode].imag(), along * 2.0 / std::sqrt(5.0), 1e-16);
+    EXPECT_NEAR(state[2][mode].imag(), -along / std::sqrt(5.0), 1e-16);
+}
+
+TEST(InitialState, random_has_the_deviation_asked_and_the_exact_mean_density) {
+    const Model model = independent_rods();
+    const numerics::System system = make_system(model, grid);
+    Threads threads(1);
+    const numerics::Spectra state = initial_spectra({.kind = "random", .amplitude = 0.1}, model, system, 7, threads);
+    EXPECT_EQ(state[0][0], numerics::Complex(0.3));
+    double variance = 0.0;
+    for (std::size_t m = 1; m < state.size; ++m)
+        variance += (m % numerics::columns(grid) == 0 ? 1.0 : 2.0) * std::norm(state[1][m]);
+    // 961 kept modes of 1024 hold that part of the variance; its relative deviation is sqrt(2/961) = 0.046: four of them.
+    EXPECT_NEAR(variance, 0.01 * 961.0 / 1024.0, 0.01 * 0.19);
+}
+
+TEST(InitialState, refuses_what_the_model_and_the_grid_do_not_have) {
+    const Model model = independent_rods();
+    EXPECT_THROW(check({.kind = "mode", .field = "bead_density"}, model, grid), Error);
+    EXPECT_THROW(check({.kind = "mode", .mode_x = 16}, model, grid), Error);
+    EXPECT_NO_THROW(check({.kind = "mode", .mode_x = -15}, model, grid));
+    Model silent = model;
+    silent.noise = {};
+    EXPECT_THROW(check({.kind = "stationary"}, silent, grid), Error);
+}
+
+}  // namespace
+}  // namespace drover::physics
