@@ -21,7 +21,7 @@ setup:  ## installs the Debian packages that are missing
 	@$(SETUP)
 
 configure: setup
-	@cmake --preset release --log-level=WARNING
+	@cmake --preset release --log-level=WARNING >/dev/null
 
 build: configure  ## compiles everything, optimised, in build/release
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -30,7 +30,6 @@ demo: configure  ## runs a first simulation and draws it: build/demo
 	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program
 	@mkdir -p build/demo
 	$(BUILD)/drover run models/$(SCENE).toml --overwrite --output $(DEMO).h5
-	$(BUILD)/drover info $(DEMO).h5
 	PYTHONPATH=src/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) -m drover.figure $(DEMO).h5 --output $(DEMO).png
 	@test -s $(DEMO).h5 && test -s $(DEMO).png
 	@printf '\nThe run, for h5py, xarray or ParaView:  %s\nIts figure:                             %s\n' $(DEMO).h5 $(DEMO).png
@@ -42,7 +41,7 @@ test-slow: build  ## runs the slow tests
 	@ctest --test-dir $(BUILD) --label-regex slow --parallel $(JOBS) --output-on-failure --no-tests=error
 
 bench: setup  ## measures speed
-	@cmake --preset release --log-level=WARNING -D DROVER_BENCHMARKS=ON
+	@cmake --preset release --log-level=WARNING -D DROVER_BENCHMARKS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_bench
 	$(BUILD)/tests/drover_bench
 

@@ -20,7 +20,7 @@ void add_output_options(CLI::App& command, SceneOptions& options) {
     command.add_option("-o,--output", options.output, "the archive to write, in place of output.file");
     command
         .add_option("--threads", options.threads, "threads, in place of run.threads; the results are the same bytes")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(1, 1024));
 }
 
 io::Scene scene_of(const SceneOptions& options) {

@@ -70,6 +70,8 @@ void print(const io::Scene& scene, const Explanation& e) {
         std::printf(
             "  unstable: a mode grows at %.4g /s at |q| = %.3g /mm, by e^%.3g in this run, and no term stops it\n",
             e.growth.rate, e.growth.q, e.growth.rate * scene.time.end);
+    else if (e.growth.rate == 0.0)
+        std::printf("  neutral: a mode neither grows nor decays at |q| = %.3g /mm\n", e.growth.q);
     else std::printf("  stable: the slowest mode decays at %.4g /s at |q| = %.3g /mm\n", -e.growth.rate, e.growth.q);
     std::printf("memory %s (%s free), disk at most %s (%s free), %d thread%s\n",
                 bytes_text(e.needs.memory_bytes).c_str(), bytes_text(e.needs.memory_free).c_str(),

@@ -1,9 +1,41 @@
 // app/main.cpp: the program drover: its commands and exit statuses.
+#include <algorithm>
 #include <cstdio>
 
 #include "command.hpp"
 #include "drover/base/version.hpp"
 #include "drover/run/signals.hpp"
+
+namespace drover::app {
+namespace {
+
+/// A first word that is no command, said before CLI11 asks for one.
+void refuse_unknown_command(const CLI::App& program, const std::vector<std::string>& words) {
+    if (words.empty() || words.front().starts_with('-')) return;
+    std::vector<std::string> names;
+    for (const CLI::App* command : program.get_subcommands(nullptr)) names.push_back(command->get_name());
+    if (std::find(names.begin(), names.end(), words.front()) != names.end()) return;
+    const std::string near = nearest_name(words.front(), names);
+    fail_input({}, "unknown command {}; {}", words.front(),
+               near.empty() ? text("expected one of {}; see drover --help", joined(names))
+                            : text("did you mean {}?", near));
+}
+
+int act(CLI::App& program, int count, char** words, Action& action) {
+    refuse_unknown_command(program, std::vector<std::string>(words + 1, words + count));
+    try {
+        program.parse(count, words);
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return program.exit(error);
+        const auto chosen = program.get_subcommands();
+        fail_input({}, "{}; see drover {}--help", error.what(), chosen.empty() ? "" : chosen.front()->get_name() + " ");
+    }
+    run::catch_stop_signals();
+    return action();
+}
+
+}  // namespace
+}  // namespace drover::app
 
 int main(int count, char** words) {
     using namespace drover;
@@ -17,11 +49,10 @@ int main(int count, char** words) {
     for (const auto add : {app::add_run, app::add_restart, app::add_sweep, app::add_check, app::add_explain,
                            app::add_info, app::add_schema})
         add(program, action);
-    try {
-        program.parse(count, words);
-    } catch (const CLI::ParseError& error) {
-        return program.exit(error) == 0 ? run::exit_done : run::exit_bad_input;
-    }
-    run::catch_stop_signals();
-    return run::status_of(action);
+    return run::status_of([&] {
+        const int status = app::act(program, count, words, action);
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+            fail_run("the results could not be written to standard output; is it a full disk or a closed pipe?");
+        return status;
+    });
 }

@@ -20,7 +20,7 @@ void add_restart(CLI::App& program, Action& action) {
         ->type_name("KEY=VALUE");
     command
         ->add_option("--threads", options->threads, "threads, in place of run.threads; the results are the same bytes")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(1, 1024));
     command->add_flag("--json", options->json, "results as JSON");
     command->add_flag("-q,--quiet", options->quiet, "no log and no progress");
     command->callback([options, &action] {

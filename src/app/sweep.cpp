@@ -49,9 +49,9 @@ void add_sweep(CLI::App& program, Action& action) {
         ->add_option("--vary", options->vary,
                      "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"; may be repeated")
         ->type_name("KEY=VALUES");
-    command->add_option("--seeds", options->seeds, "runs at each point")->check(CLI::PositiveNumber);
+    command->add_option("--seeds", options->seeds, "runs at each point")->check(CLI::Range(1, 1000000));
     command->add_option("--ramp", options->ramp, "none, up or up-down: carry the state from point to point");
-    command->add_option("--workers", options->workers, "runs at a time")->check(CLI::PositiveNumber);
+    command->add_option("--workers", options->workers, "runs at a time")->check(CLI::Range(1, 1024));
     command->add_flag("--json", options->json, "the table as JSON");
     command->add_flag("-q,--quiet", options->quiet, "no log");
     command->callback([options, &action] {

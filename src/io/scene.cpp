@@ -104,6 +104,8 @@ void apply_override(const std::string& setting, Tables& tables) {
     Value value = written;
     try {
         const toml::table table = toml::parse("value = " + written);
+        require(table.size() == 1, where,
+                "more than one key; expected section.key=value, each with a --set of its own");
         value = value_of(*table.get("value"), section + "." + key, where);
     } catch (const toml::parse_error&) {
         // A bare word: it stays a text.

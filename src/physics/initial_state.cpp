@@ -48,12 +48,19 @@ void add_mode(const InitialState& initial, const Form& form, const numerics::Sys
 }  // namespace
 
 void check(const InitialState& initial, const Model& model, const numerics::Grid& grid, const PlaceOf& place) {
-    if (initial.kind == "stationary")
+    if (initial.kind == "stationary") {
         require(model.noise.order > 0.0, place("initial.kind"),
                 "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order "
-                "> 0, or "
-                "another start",
+                "> 0, "
+                "or another start",
                 model.noise.order);
+        const FastestGrowth growth = fastest_growth(make_system(model, grid));
+        require(growth.rate < 0.0, place("initial.kind"),
+                "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at "
+                "|q| = {:.3g} "
+                "/mm; expected every mode to decay: choose another start",
+                growth.rate, growth.q);
+    }
     if (initial.kind == "file")
         require(!initial.file.empty(), place("initial.kind"),
                 "initial.kind = \"file\" without initial.file; name the archive");
@@ -64,7 +71,7 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
             "initial.field = \"{}\"; expected one of {}", initial.field, joined(names));
     for (const auto& [name, number, size] :
          {std::tuple{"mode_x", initial.mode_x, grid.nx}, std::tuple{"mode_y", initial.mode_y, grid.ny}})
-        require(std::abs(number) < size / 2, place(text("initial.{}", name)),
+        require(std::abs(std::int64_t{number}) < size / 2, place(text("initial.{}", name)),
                 "initial.{} = {}; expected less than {} in size, half the points of that axis", name, number, size / 2);
 }
 

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <optional>
 
 #include "drover/measure/observables.hpp"
 #include "drover/numerics/stepper.hpp"
@@ -30,34 +32,55 @@ struct World {
     World(const io::Scene& the_scene, Threads& threads);
 };
 
-/// The last or another frame of an archive as the state; names, unit cell and size of the grid must be the scene's.
-numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
-    const auto here = [&](const std::string& key) { return io::place_of(scene, key); };
-    const std::filesystem::path given = scene.initial.file,
-                                beside = std::filesystem::path(scene.file).parent_path() / given;
-    const io::ArchiveReader archive(given.is_relative() && std::filesystem::exists(beside) ? beside : given);
-    numerics::Fields frame(scene.grid, numerics::components(world.system.layout));
-    const std::vector<physics::Component> names = physics::component_names(world.form);
+/// Where the values of a field stand along an axis.
+std::vector<double> cell_corners(int count, double side) {
+    std::vector<double> result;
+    for (int i = 0; i < count; ++i) result.push_back(side / count * i);
+    return result;
+}
+
+/// A frame of an archive as the state; fields, points and sides of the cell must be the scene's.
+numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& scene, const physics::Form& form) {
+    const Where here = io::place_of(scene, "initial.file");
+    const std::vector<physics::Component> names = physics::component_names(form);
+    numerics::Fields frame(scene.grid, static_cast<int>(names.size()));
     for (std::size_t c = 0; c < names.size(); ++c) {
-        require(archive.has("/" + names[c].name), here("initial.file"),
-                "initial.file = \"{}\" has no field {}; expected an archive of "
-                "this model",
+        const std::string dataset = "/" + names[c].name;
+        require(archive.has(dataset), here, "initial.file = \"{}\" has no field {}; expected an archive of this model",
                 scene.initial.file, names[c].name);
-        const std::vector<std::size_t> shape = archive.shape("/" + names[c].name);
+        const std::vector<std::size_t> shape = archive.shape(dataset);
         require(shape.size() == 3 && shape[1] == static_cast<std::size_t>(scene.grid.ny) &&
-                    shape[2] == static_cast<std::size_t>(scene.grid.nx),
-                here("initial.file"),
-                "initial.file = \"{}\" is not on this grid of {} by {} points; give a scene with its grid",
-                scene.initial.file, scene.grid.nx, scene.grid.ny);
+                    shape[2] == static_cast<std::size_t>(scene.grid.nx) &&
+                    archive.read("/x").values == cell_corners(scene.grid.nx, scene.grid.lx) &&
+                    archive.read("/y").values == cell_corners(scene.grid.ny, scene.grid.ly),
+                here, "initial.file = \"{}\" is of another grid or cell; expected {} by {} points on {} by {} mm",
+                scene.initial.file, scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
         const auto frames = static_cast<int>(shape[0]);
-        require(frames >= 1 && scene.initial.frame < frames, here("initial.frame"),
-                "initial.frame = {}; the archive has the frames 0 to {}", scene.initial.frame, frames - 1);
+        require(scene.initial.frame < frames && frames >= 1, io::place_of(scene, "initial.frame"),
+                "initial.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last",
+                scene.initial.frame, frames - 1);
         const int number = scene.initial.frame < 0 ? frames - 1 : scene.initial.frame;
-        const io::Array row = archive.read_row("/" + names[c].name, static_cast<std::size_t>(number));
+        const io::Array row = archive.read_row(dataset, static_cast<std::size_t>(number));
+        require(std::all_of(row.values.begin(), row.values.end(), [](double value) { return std::isfinite(value); }),
+                here,
+                "initial.file = \"{}\" has a {} that is not finite in frame {}; expected numbers: choose another frame",
+                scene.initial.file, names[c].name, number);
         std::copy(row.values.begin(), row.values.end(), frame[static_cast<int>(c)].begin());
     }
-    numerics::Spectra state(scene.grid, frame.count());
-    world.transform.forward(frame, state);
+    return frame;
+}
+
+numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
+    const std::filesystem::path given = scene.initial.file;
+    const std::filesystem::path beside = std::filesystem::path(scene.file).parent_path() / given;
+    numerics::Spectra state(scene.grid, numerics::components(world.system.layout));
+    std::optional<io::ArchiveReader> archive;
+    try {
+        archive.emplace(given.is_relative() && std::filesystem::exists(beside) ? beside : given);
+    } catch (const Error& error) {
+        fail_input(io::place_of(scene, "initial.file"), "initial.file: {}", error.what());
+    }
+    world.transform.forward(frame_of(*archive, scene, world.form), state);
     return state;
 }
 
@@ -80,17 +103,11 @@ World::World(const io::Scene& the_scene, Threads& threads)
         measured.emplace_back(measure::size_of(observable, setting));
 }
 
-std::vector<double> cell_centres(int count, double side) {
-    std::vector<double> result;
-    for (int i = 0; i < count; ++i) result.push_back(side / count * i);
-    return result;
-}
-
 io::Recording frame_recording(const World& world) {
     const numerics::Grid& grid = world.scene.grid;
     io::Recording recording{.group = "/",
-                            .axes = {{"y", "mm", "position along y", cell_centres(grid.ny, grid.ly)},
-                                     {"x", "mm", "position along x", cell_centres(grid.nx, grid.lx)}},
+                            .axes = {{"y", "mm", "position along y", cell_corners(grid.ny, grid.ly)},
+                                     {"x", "mm", "position along x", cell_corners(grid.nx, grid.lx)}},
                             .quantities = {},
                             .rows_per_chunk = 1};
     for (const physics::Component& component : physics::component_names(world.form))
@@ -142,6 +159,12 @@ double field_simulation_bytes(const io::Scene& scene) {
 }
 
 namespace {
+/// Finite, and so far from the largest number that a sum over all modes is finite too.  False for not-a-number.
+bool is_healthy(Complex value, std::size_t modes) {
+    const double most = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
+    return std::abs(value.real()) < most && std::abs(value.imag()) < most;
+}
+
 /// The non-finite mode of least wavenumber, and where the field was largest when it was last finite.
 [[noreturn]] void report_blow_up(World& world, std::int64_t step) {
     const std::vector<physics::Component> names = physics::component_names(world.form);
@@ -152,7 +175,7 @@ namespace {
         for (std::size_t m = 0; m < world.state.size; ++m) {
             const Complex value = world.state[static_cast<int>(c)][m];
             const numerics::Wavevector q = numerics::wavevector(world.scene.grid, m % width, m / width);
-            if ((std::isfinite(value.real()) && std::isfinite(value.imag())) || std::hypot(q.x, q.y) >= least) continue;
+            if (is_healthy(value, world.state.size) || std::hypot(q.x, q.y) >= least) continue;
             least = std::hypot(q.x, q.y);
             component = c;
             mode = m;
@@ -217,9 +240,8 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
                             world->state);
     };
     simulation.check_health = [world](std::int64_t step) {
-        Complex sum = 0.0;  // not finite as soon as one value is not
-        for (const Complex value : world->state.values) sum += value * 1e-200;
-        if (!std::isfinite(sum.real()) || !std::isfinite(sum.imag())) report_blow_up(*world, step);
+        for (const Complex value : world->state.values)
+            if (!is_healthy(value, world->state.size)) report_blow_up(*world, step);
         std::copy(world->state.values.begin(), world->state.values.end(), world->healthy.values.begin());
     };
     simulation.save = [world] {

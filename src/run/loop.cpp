@@ -1,6 +1,7 @@
 // run/loop.cpp: the one loop.
 #include "drover/run/loop.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #include "drover/io/checkpoint.hpp"
@@ -18,12 +19,16 @@ void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, 
     archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe());
 }
 
+bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {
+    return scheduled.every == 0 ? step == 0 : step % scheduled.every == 0;
+}
+
 /// Rows due at a step; true when one of them was a frame, which is committed at once so that no more than one can be lost.
 bool append_due(const Simulation& simulation, std::int64_t step, io::Archive& archive) {
     bool frame = false;
     for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
         const ScheduledRecording& scheduled = simulation.recordings[r];
-        if (scheduled.every == 0 ? step != 0 : step % scheduled.every != 0) continue;
+        if (!is_due(scheduled, step)) continue;
         append_row(simulation, r, step, archive);
         frame = frame || scheduled.recording.rows_per_chunk == 1;
     }
@@ -45,8 +50,7 @@ void save(const Simulation& simulation, std::int64_t step, io::Archive& archive,
 /// alone: a run that is made longer has the same rows as one that was as long from the start.
 void append_last(const Simulation& simulation, std::int64_t step, io::Archive& archive) {
     for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
-        const std::int64_t every = simulation.recordings[r].every;
-        if (every == 0 || step % every != 0) append_row(simulation, r, step, archive);
+        if (!is_due(simulation.recordings[r], step)) append_row(simulation, r, step, archive);
     }
     archive.commit();
 }
@@ -66,7 +70,10 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, io::Archive& ar
     while (step < simulation.steps && stop_signal() == 0) {
         simulation.advance(step);
         ++step;
-        if (step % simulation.health_every == 0 || step == simulation.steps) simulation.check_health(step);
+        const auto due_now = [&](const ScheduledRecording& scheduled) { return is_due(scheduled, step); };
+        if (step % simulation.health_every == 0 || step == simulation.steps ||
+            std::any_of(simulation.recordings.begin(), simulation.recordings.end(), due_now))
+            simulation.check_health(step);  // no row of a state that has left the finite numbers
         const bool frame = append_due(simulation, step, archive);
         if (frame || seconds_since(last_commit) > seconds_between_commits) {
             archive.commit();

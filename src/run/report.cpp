@@ -99,7 +99,9 @@ Report make_report(const io::ArchiveReader& archive) {
                                .spacing = spacing};
     if (scene.analysis.warm_up >= 0.0)
         recorded.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / spacing - 1e-9));
-    recorded.rods = scene.model.uniform.rod_density * numerics::area(scene.grid);
+    // What is conserved, from the run itself: a start from a file may have another mean than the scene's uniform state.
+    for (std::size_t o = 0; o < observables.size(); ++o)
+        if (observables[o].name == "rods_total" && !series[o].empty()) recorded.rods = series[o].front();
     report.summary = measure::summarise(recorded);
     predict(report);
     return report;

@@ -34,7 +34,16 @@ double disk_bytes(const io::Scene& scene) {
     const double shells = 0.5 * std::min(scene.grid.nx, scene.grid.ny);
     const double sample = sizeof(double) * (16.0 + shells * (4.0 + 2.0 * measure::direction_sectors) + 32.0);
     const double samples = scene.output.sample_every == 0.0 ? 2.0 : 1.0 + scene.time.end / scene.output.sample_every;
-    return frame * frames + sample * samples;
+    // What compression does not make smaller: the index of the chunks, attributes, a summary.
+    constexpr double per_file = 5e5, index_part = 0.1;
+    return per_file + (1.0 + index_part) * (frame * frames + sample * samples);
+}
+
+/// By the first eight bytes: nothing but an archive is to be replaced by one.
+bool is_hdf5(const std::filesystem::path& file) {
+    std::array<char, 8> start{};
+    std::ifstream(file, std::ios::binary).read(start.data(), start.size());
+    return start == std::array<char, 8>{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
 }
 
 std::vector<io::Recording> recordings_of(const Simulation& simulation) {
@@ -47,12 +56,12 @@ void tell_start(const io::Scene& scene, const Simulation& simulation, std::int64
     log_information("{} by {} points, {} steps of dt = {} s from step {}, {} thread{}", scene.grid.nx, scene.grid.ny,
                     simulation.steps, simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
-                    bytes_text(archive_bytes(simulation)), bytes_text(needs.disk_free));
-    if (archive_bytes(simulation) > needs.disk_free)
+                    bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
+    if (needs.disk_bytes > needs.disk_free)
         log_warning(
             "the archive may need {} and {} are free: the run will stop when the disk is full; write elsewhere or less "
             "often",
-            bytes_text(archive_bytes(simulation)), bytes_text(needs.disk_free));
+            bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
 }
 
 RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, double dt, io::Archive archive) {
@@ -107,6 +116,9 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
             "output.file = \"{}\": there is no folder \"{}\"; make it first", path.string(), folder.string());
     require(!std::filesystem::is_directory(path, problem), where,
             "output.file = \"{}\" is a folder; expected the name of a file", path.string());
+    require(!options.overwrite || !std::filesystem::exists(path, problem) || is_hdf5(path), where,
+            "output.file = \"{}\" exists and is no HDF5 file; --overwrite replaces archives alone: choose another name",
+            path.string());
     require(options.overwrite || !std::filesystem::exists(path, problem), where,
             "output.file = \"{}\" exists; go on with it by drover restart, choose another name, or give --overwrite",
             path.string());
@@ -117,9 +129,9 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
     Threads threads(choose_threads(scene));
     Simulation simulation = make_field_simulation(scene, threads);
     const std::filesystem::path path = archive_path(scene);
-    if (!options.quiet) tell_start(scene, simulation, 0, needs_of(scene));
     io::Archive archive =
         io::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
+    if (!options.quiet) tell_start(scene, simulation, 0, needs_of(scene));
     io::remove_checkpoints(path);  // of an archive that was replaced
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
@@ -140,10 +152,10 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
             "the run has reached t = {} s, beyond time.end = {}; to go on, give a later end: --set time.end=...",
             checkpoint.time, scene.time.end);
     simulation.restore(checkpoint.state);
-    if (!options.quiet) tell_start(scene, simulation, checkpoint.step, needs_of(scene));
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
     io::Archive archive =
         io::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);
+    if (!options.quiet) tell_start(scene, simulation, checkpoint.step, needs_of(scene));
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
                           .checkpoint_minutes = scene.output.checkpoint_minutes};

@@ -99,6 +99,11 @@ SweepLayout plan_sweep(const io::Scene& scene) {
         varied.push_back(varied_of(written, where));
         require(std::find(layout.keys.begin(), layout.keys.end(), varied.back().key) == layout.keys.end(), where,
                 "sweep.vary names {} twice; expected each key once", varied.back().key);
+        for (const char* own : {"run.", "output.", "sweep.", "initial.file"})
+            require(!varied.back().key.starts_with(own), where, "sweep.vary names {}; the sweep sets that itself: {}",
+                    varied.back().key,
+                    varied.back().key == "run.seed" ? "give sweep.seeds"
+                                                    : "choose a key of the model, the grid or the time");
         layout.keys.push_back(varied.back().key);
     }
     require(!varied.empty() || scene.sweep.seeds > 1, where,
@@ -106,6 +111,9 @@ SweepLayout plan_sweep(const io::Scene& scene) {
     const bool ramp = scene.sweep.ramp != "none";
     require(!ramp || varied.size() == 1, where, "sweep.ramp = \"{}\" with {} varied keys; expected exactly one",
             scene.sweep.ramp, varied.size());
+    require(!ramp || !varied.front().key.starts_with("grid."), where,
+            "sweep.ramp = \"{}\" of {}; a ramp carries the state on one grid: choose another key, or ramp = \"none\"",
+            scene.sweep.ramp, varied.front().key);
     layout.points = ramp ? ramp_points(varied.front(), scene.sweep.ramp == "up-down") : grid_points(varied);
     for (int seed = 0; seed < scene.sweep.seeds; ++seed) {
         std::vector<SweepRun> chain;

@@ -1,12 +1,15 @@
 """tests/app/crash.py: a run that is killed again and again at random moments, and what must hold after each kill.
 
 What is checked at once after each kill -9, before any drover command touches the files:
-- h5py and xarray open the archive, if it exists, as it is.  Only where the kill fell between two writes of a commit, within some
-  microseconds, may that fail; then the journal that makes the file whole stands beside it, and the first drover command applies it.
+- h5py and xarray read the archive, if it exists, as it is.  Only where the kill fell between the first and the last write
+  of a commit's overwriting, a tenth of a millisecond, are they let down (one kill in a hundred or so); then the journal
+  that makes the file whole stands beside it, and the first drover command, here `info`, applies it.
 - Every frame in it has the bytes of the uninterrupted run.
-- Nothing is missing that is known to have been committed: the frames that a plain reader saw while the run went on, and those
-  that the newest checkpoint on the disk counts.  A checkpoint of step s is only written after the frames up to s; with a checkpoint
-  at each step (checkpoint_minutes = 0) the run was killed at step s or s + 1, so that at most one frame is lost.
+- Nothing is missing that is known to have been committed: the frames that a plain reader saw while the run went on, and
+  those that the newest checkpoint on the disk counts.  A checkpoint of step s is only written after the frames up to s;
+  with a checkpoint at each step (checkpoint_minutes = 0) the run was killed at step s or s + 1, so that at most one
+  frame is lost.  That each frame is committed as it is made, also without checkpoints, is seen where a run blows up:
+  test_commands.py.
 """
 import random
 import time
@@ -17,7 +20,8 @@ from support import assert_same_bytes, checkpoint_step, checkpoints, drover, end
 
 STEPS_PER_FRAME = 2
 FRAMES = 60
-BUSY = {"grid.nx": 24, "grid.ny": 32, "time.end": 0.1 * STEPS_PER_FRAME * FRAMES, "output.frame_every": 0.1 * STEPS_PER_FRAME,
+BUSY = {"grid.nx": 24, "grid.ny": 32, "time.end": 0.1 * STEPS_PER_FRAME * FRAMES,
+        "output.frame_every": 0.1 * STEPS_PER_FRAME,
         "output.sample_every": 0.1, "output.checkpoint_minutes": 0.0005}
 FIELDS = ("rod_density", "polar_order_x", "polar_order_y")
 
@@ -30,7 +34,7 @@ def make_whole(folder):
 
 
 def frames_seen(archive):
-    """Frames that a plain reader finds in an archive that may be in the middle of a commit; 0 when it cannot be read just now."""
+    """Frames that a plain reader finds in an archive, maybe in the middle of a commit; 0: not readable just now."""
     try:
         return frame_count(archive)
     except (OSError, KeyError, RuntimeError):
@@ -38,7 +42,7 @@ def frames_seen(archive):
 
 
 def kill_at(process, archive, frames, delay):
-    """Kills a run `delay` after it has some frames (0: after its start), looking all the while; gives the most frames seen."""
+    """Kills a run `delay` after it has some frames (0: after its start); gives the most frames seen meanwhile."""
     seen, deadline = 0, None if frames else time.monotonic() + delay
     while process.poll() is None and (deadline is None or time.monotonic() < deadline):
         seen = max(seen, frames_seen(archive)) if frames else 0
@@ -79,10 +83,15 @@ def check_after_kill(folder, archive, whole, seen):
         return False
     step = newest_step(archive)
     committed = max(seen, 0 if step is None else step // STEPS_PER_FRAME + 1)
-    torn = archive.with_name(archive.name + ".journal").exists() and frames_seen(archive) == 0
-    if torn:
+    torn = False
+    try:
+        count = check_frames(archive, whole, committed)
+    except Exception:  # whatever a reader makes of a file that is half of one commit and half of the next
+        torn = archive.with_name(archive.name + ".journal").exists()
+        if not torn:
+            raise
         drover(folder, "info", archive)
-    count = check_frames(archive, whole, committed)
+        count = check_frames(archive, whole, committed)
     assert step is not None or count <= 1  # the first frame is followed by a checkpoint
     return torn
 
@@ -95,7 +104,7 @@ def go_on(folder, archive, name):
 
 
 def kill_again_and_again(folder, whole, kills, seed, checkpoint_minutes):
-    """A run that is killed `kills` times and goes on each time, to the same bytes.  Gives how many kills met the run at work."""
+    """A run that is killed `kills` times and ends with the same bytes.  Gives how many kills met it at work."""
     dice = random.Random(seed)
     name = write_scene(folder, {**BUSY, "output.checkpoint_minutes": checkpoint_minutes}, name="killed.toml")
     archive = folder / "killed.h5"
@@ -103,7 +112,7 @@ def kill_again_and_again(folder, whole, kills, seed, checkpoint_minutes):
     for _ in range(kills):
         already = frames_seen(archive)
         # One in four early, in the start-up; the others after some more frames, and then anywhere within two or so.
-        ahead = 0 if dice.random() < 0.25 else dice.randint(1, max(1, FRAMES // kills))
+        ahead = 0 if dice.random() < 0.25 else dice.randint(1, max(1, 3 * FRAMES // (2 * kills)))
         process = start(folder, *go_on(folder, archive, name))
         try:
             seen = kill_at(process, archive, min(already + ahead, FRAMES) if ahead else 0, dice.uniform(0.0, 0.06))
@@ -115,5 +124,5 @@ def kill_again_and_again(folder, whole, kills, seed, checkpoint_minutes):
     assert_same_bytes(whole, archive)
     assert sorted(file.name for file in folder.glob("killed.h5*")) == [
         "killed.h5", "killed.h5.checkpoint-a", "killed.h5.checkpoint-b"]
-    assert torn <= 1 + kills // 25
+    assert torn <= 2
     return met

@@ -1,4 +1,4 @@
-"""tests/app/support.py: what the tests of the program share: running it, small scenes, archives compared byte by byte."""
+"""tests/app/support.py: running the program, small scenes, archives compared byte by byte."""
 import json
 import os
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 
 if not os.environ.get("DROVER"):
-    raise RuntimeError("DROVER is not set; expected the path of the program: DROVER=build/release/drover pytest tests/app")
+    raise RuntimeError("DROVER is not set; expected the program, as in DROVER=build/release/drover pytest tests/app")
 DROVER = str(Path(os.environ["DROVER"]).absolute())
 
 # A stochastic run of every linear term on a small grid: half a second and less.
@@ -129,7 +129,7 @@ def contents(path):
 def assert_same_bytes(one, other):
     """Both archives hold the same datasets, to the byte."""
     a, b = contents(one), contents(other)
-    assert len(a) > 50 and "rod_density" in a and "observables/polar_order" in a and "summary/polar_order" in a, sorted(a)
+    assert len(a) > 50 and {"rod_density", "observables/polar_order", "summary/polar_order"} <= set(a), sorted(a)
     assert sorted(a) == sorted(b)
     assert [name for name in a if a[name] != b[name]] == []
 

@@ -1,4 +1,4 @@
-"""tests/app/test_commands.py: what each command prints, where it prints it, and what a run that blows up leaves behind."""
+"""tests/app/test_commands.py: what each command prints and where, and what a run that blows up leaves behind."""
 import json
 import math
 import os
@@ -10,7 +10,8 @@ import tomllib
 import h5py
 import numpy as np
 import pytest
-from support import DROVER, SMALL, assert_same_bytes, checkpoints, drover, drover_json, environment, scene_text, write_scene
+from support import (DROVER, SMALL, assert_same_bytes, checkpoints, drover, drover_json, environment, scene_text,
+                     write_scene)
 
 COMMANDS = {
     "run": ["scene", "--set", "--output", "--threads", "--overwrite", "--json", "--quiet"],
@@ -47,14 +48,16 @@ def kept_wavevectors(nx, ny, lx, ly):
 
 
 def test_explain_of_a_scene_that_only_diffuses(tmp_path):
-    scene = {"relaxation.rate": 0.0, "diffusion.diffusivity": 0.3, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0, "grid.ly": 5.0,
+    scene = {"relaxation.rate": 0.0, "diffusion.diffusivity": 0.3, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0,
+             "grid.ly": 5.0,
              "time.dt": 0.25, "time.end": 100.0}
     scene["output.frame_every"], scene["output.sample_every"] = 10.0, 0.5
     write_scene(tmp_path, scene, base={})
     told = drover_json(tmp_path, "explain", "flock.toml")
     fastest = 0.3 * kept_wavevectors(32, 16, 20.0, 5.0).max()**2
     assert told["steps"] == 400
-    assert told["dt_times_fastest_rate"] == pytest.approx(0.25 * fastest, rel=1e-12)  # rounding of eigenvalues of 3 by 3 matrices
+    assert told["dt_times_fastest_rate"] == pytest.approx(0.25 * fastest,
+                                                          rel=1e-12)  # rounding of eigenvalues of 3 by 3 matrices
     assert told["fastest_rate"] == pytest.approx(fastest, rel=1e-12)
     assert told["growth_rate"] == pytest.approx(0.0, abs=1e-12)
     assert [term["name"] for term in told["terms"]] == ["diffusion"] and "0.3" in told["terms"][0]["equation"]
@@ -87,7 +90,8 @@ def test_explain_tells_which_mode_grows_and_how_fast(keys, tmp_path):
     names = {"u": "current.speed", "a": "relaxation.rate", "K": "elasticity.stiffness", "K1": "elasticity.splay",
              "B": "pressure.strength", "D": "diffusion.diffusivity"}
     scene = {names[key]: value for key, value in keys.items()}
-    write_scene(tmp_path, {**scene, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0, "grid.ly": 5.0, "time.end": 10.0}, base={})
+    write_scene(tmp_path, {**scene, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0, "grid.ly": 5.0, "time.end": 10.0},
+                base={})
     told = drover_json(tmp_path, "explain", "flock.toml")
     rate, q = growth_of(keys)
     assert rate > 0.1 and told["growth_rate"] == pytest.approx(rate, rel=1e-9)
@@ -114,18 +118,21 @@ def test_check_of_a_good_scene(tmp_path):
 @pytest.mark.parametrize("name", ["flock.h5", 'a "b" \\c\t.h5', "état é.h5", "x=1.h5"])
 def test_check_resolved_reads_back_as_the_same_scene(name, tmp_path):
     write_scene(tmp_path, {"output.file": name, "sweep.vary": ["relaxation.rate = 1, 2", "noise.order = 0.1:0.3:3"],
-                           "run.seed": 2**62 + 1, "relaxation.rate": 0.1 + 0.2, "noise.order": 1e-300, "grid.lx": 5e20, "time.dt": 0.1})
+                           "run.seed": 2**62 + 1, "relaxation.rate": 0.1 + 0.2, "noise.order": 1e-300, "grid.lx": 5e20,
+                           "time.dt": 0.1})
     resolved = drover(tmp_path, "check", "flock.toml", "--resolved").stdout
     (tmp_path / "again.toml").write_text(resolved)
     assert drover(tmp_path, "check", "again.toml", "--resolved").stdout == resolved
     tables = tomllib.loads(resolved)
-    assert tables["output"]["file"] == name and tables["run"]["seed"] == 2**62 + 1 and tables["relaxation"]["rate"] == 0.1 + 0.2
-    assert tables["noise"]["order"] == 1e-300 and tables["grid"]["lx"] == 5e20 and len(tables["sweep"]["vary"]) == 2
+    assert tables["output"]["file"] == name and tables["run"]["seed"] == 2**62 + 1
+    assert tables["relaxation"]["rate"] == 0.1 + 0.2 and tables["noise"]["order"] == 1e-300
+    assert tables["grid"]["lx"] == 5e20 and len(tables["sweep"]["vary"]) == 2
 
 
 def test_settings_of_the_command_line_stand_in_place_of_the_scene(tmp_path):
     write_scene(tmp_path, base=BRIEF)
-    words = ["--set", "grid.nx=32", "--set", "time.stepper = etdrk4", "--set", 'initial.kind="random"', "--set", "run.seed=5",
+    words = ["--set", "grid.nx=32", "--set", "time.stepper = etdrk4", "--set", 'initial.kind="random"', "--set",
+             "run.seed=5",
              "--set", "run.seed=6", "-o", "other.h5", "--threads", "2"]
     tables = tomllib.loads(drover(tmp_path, "check", "flock.toml", "--resolved", *words).stdout)
     assert tables["grid"]["nx"] == 32 and tables["grid"]["ny"] == 16 and tables["time"]["stepper"] == "etdrk4"
@@ -135,7 +142,8 @@ def test_settings_of_the_command_line_stand_in_place_of_the_scene(tmp_path):
 
 def schema(folder):
     """The rows of the schema by "section.key"."""
-    return {f"{section['name']}.{row['name']}": row for section in drover_json(folder, "schema") for row in section["rows"]}
+    return {f"{section['name']}.{row['name']}": row for section in drover_json(folder,
+                                                                               "schema") for row in section["rows"]}
 
 
 def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_json(tmp_path):
@@ -145,14 +153,17 @@ def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_j
     assert (drover(tmp_path, "check", "schema.toml", "--resolved").stdout
             == drover(tmp_path, "check", "empty.toml", "--resolved").stdout)
     rows = schema(tmp_path)
-    defaults = {f"{section}.{key}": value for section, keys in tomllib.loads(text).items() for key, value in keys.items()}
+    defaults = {f"{section}.{key}": value for section, keys in tomllib.loads(text).items() for key,
+                value in keys.items()}
     assert defaults == {key: row["default"] for key, row in rows.items()} and len(defaults) > 30
     lines = text.splitlines()
     for key, row in rows.items():
-        at = next(i for i, line in enumerate(lines) if line.startswith(key.split(".")[1] + " = ") and row["sentence"] in lines[i + 1])
+        name = key.split(".")[1]
+        at = next(i for i in range(len(lines)) if lines[i].startswith(f"{name} = ") and row["sentence"] in lines[i + 1])
         assert f"[{row['unit']}]" in lines[at] if "unit" in row else "[" not in lines[at].split("#")[1]
         assert all(choice in lines[at] for choice in row.get("choices", []))
-        assert len(row["sentence"]) > 10 and row["type"] in ("a number", "an integer", "a text in quotes", "a list of texts")
+        assert len(row["sentence"]) > 10 and row["type"] in ("a number", "an integer", "a text in quotes",
+                                                             "a list of texts")
 
 
 def test_every_key_of_the_schema_is_taken_and_its_range_is_kept(tmp_path):
@@ -189,10 +200,12 @@ def test_run_and_info_say_the_same(tmp_path):
 def test_results_go_to_stdout_and_the_log_to_stderr(tmp_path):
     write_scene(tmp_path, base=BRIEF)
     ended = drover(tmp_path, "run", "flock.toml")
-    assert all(line.startswith("drover: ") for line in ended.stderr.splitlines()) and "20 steps of dt = 0.1 s" in ended.stderr
+    assert all(line.startswith("drover: ") for line in ended.stderr.splitlines())
+    assert "20 steps of dt = 0.1 s" in ended.stderr
     assert "drover: " not in ended.stdout and ended.stdout.startswith("t = 0 to 2 s")
     quiet = drover(tmp_path, "run", "flock.toml", "--overwrite", "--quiet")
-    assert quiet.stderr == "" and quiet.stdout.splitlines()[:-1] == ended.stdout.splitlines()[:-1]  # the last line has the time taken
+    assert quiet.stderr == ""
+    assert quiet.stdout.splitlines()[:-1] == ended.stdout.splitlines()[:-1]  # the last line has the time taken
     json.loads(drover(tmp_path, "run", "flock.toml", "--overwrite", "--json").stdout)
 
 
@@ -200,7 +213,8 @@ def test_results_that_cannot_be_written_are_a_failure(tmp_path):
     write_scene(tmp_path, base=BRIEF)
     for words in (["schema"], ["check", "flock.toml", "--resolved"], ["run", "flock.toml", "--quiet"]):
         with open("/dev/full", "w", encoding="utf-8") as full:
-            ended = subprocess.run([DROVER, *words], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, env=environment(), check=False)
+            ended = subprocess.run([DROVER, *words], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE,
+                                   env=environment(), check=False)
         assert ended.returncode == 1 and ended.stderr.startswith(b"error: "), words
 
 
@@ -225,7 +239,8 @@ def test_colour_only_on_a_terminal_and_not_with_no_color(tmp_path):
     words = ["run", "flock.toml", "--overwrite"]
     # On a terminal the line of progress is erased by an escape; what gives colour ends in m.
     assert re.search("\x1b\\[[0-9;]*m", on_a_terminal(tmp_path, environment(TERM="xterm-256color"), *words))
-    assert not re.search("\x1b\\[[0-9;]*m", on_a_terminal(tmp_path, environment(TERM="xterm-256color", NO_COLOR="1"), *words))
+    assert not re.search("\x1b\\[[0-9;]*m", on_a_terminal(tmp_path, environment(TERM="xterm-256color", NO_COLOR="1"),
+                                                          *words))
     assert "\x1b" not in drover(tmp_path, *words).stderr
 
 
@@ -251,7 +266,8 @@ def test_a_start_from_an_archive_beside_the_scene_is_its_frame(frame, tmp_path):
     (tmp_path / "scenes").mkdir()
     write_scene(tmp_path / "scenes", base=BRIEF)
     drover(tmp_path, "run", "scenes/flock.toml", "--quiet", "-o", "scenes/first.h5")
-    write_scene(tmp_path / "scenes", {**BRIEF, "initial.kind": "file", "initial.file": "first.h5", "initial.frame": frame}, "next.toml")
+    write_scene(tmp_path / "scenes", {**BRIEF, "initial.kind": "file", "initial.file": "first.h5",
+                                      "initial.frame": frame}, "next.toml")
     drover(tmp_path, "run", "scenes/next.toml", "--quiet")
     with h5py.File(tmp_path / "scenes" / "first.h5") as first, h5py.File(tmp_path / "next.h5") as following:
         for name in ("rod_density", "polar_order_x", "polar_order_y"):
@@ -259,16 +275,17 @@ def test_a_start_from_an_archive_beside_the_scene_is_its_frame(frame, tmp_path):
             assert np.abs(first[name][frame] - following[name][0]).max() < 1e-12
 
 
-GROWING = {"relaxation.rate": -50.0, "grid.nx": 16, "grid.ny": 16, "time.dt": 0.1, "time.end": 100.0, "initial.kind": "random",
-           "initial.amplitude": 0.1, "output.frame_every": 0.1, "output.sample_every": 0.1}
+GROWING = {"relaxation.rate": -50.0, "grid.nx": 16, "grid.ny": 16, "time.dt": 0.1, "time.end": 100.0,
+           "initial.kind": "random", "initial.amplitude": 0.1, "output.frame_every": 0.1, "output.sample_every": 0.1}
 
 
 def test_a_run_that_blows_up_stops_says_where_and_keeps_what_was_good(tmp_path):
     (tmp_path / "flock.toml").write_text(scene_text(GROWING))
     ended = drover(tmp_path, "run", "flock.toml", "--quiet", status=1)
     assert len(ended.stderr.splitlines()) == 1 and ended.stderr.startswith("error: ") and ended.stdout == ""
-    told = re.search(r"at or before step (\d+) \(t = (\S+) s\): (\w+), mode \((-?\d+), (-?\d+)\), dt = 0.1; its largest value was (\S+) "
-                     r"in cell \((\d+), (\d+)\) when last finite; likely cause: (.*)", ended.stderr)
+    told = re.search(r"at or before step (\d+) \(t = (\S+) s\): (\w+), mode \((-?\d+), (-?\d+)\), dt = 0.1; "
+                     r"its largest value was (\S+) in cell \((\d+), (\d+)\) when last finite; likely cause: (.*)",
+                     ended.stderr)
     assert told, ended.stderr
     with h5py.File(tmp_path / "flock.h5") as file:
         order = np.hypot(file["polar_order_x"][()], file["polar_order_y"][()])

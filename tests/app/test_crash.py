@@ -1,4 +1,4 @@
-"""tests/app/test_crash.py: kill -9, damaged checkpoints and full disks: what was written stays, and the run goes on to the same bytes."""
+"""tests/app/test_crash.py: after kill -9, a damaged checkpoint or a full disk the run goes on to the same bytes."""
 import contextlib
 import os
 import resource
@@ -7,7 +7,8 @@ import subprocess
 
 import pytest
 from crash import BUSY, FRAMES, check_frames, kill_again_and_again, kill_at, make_whole
-from support import (assert_same_bytes, checkpoint_step, checkpoints, damage, drover, end_group, start, tree, wait_until,
+from support import (assert_same_bytes, checkpoint_step, checkpoints, damage, drover, end_group, start, tree,
+                     wait_until,
                      write_scene)
 
 
@@ -66,7 +67,8 @@ def test_a_checkpoint_is_passed_over_that_has(name, tmp_path):
     newest, other = newest_and_other(tmp_path / "flock.h5")
     assert checkpoint_step(newest) == 200 and checkpoint_step(other) == 199
     DAMAGES[name](newest)
-    ended = drover(tmp_path, "restart", "flock.h5", "--set", "time.end=40.0", "--set", "output.checkpoint_minutes=5.0", "--quiet")
+    ended = drover(tmp_path, "restart", "flock.h5", "--set", "time.end=40.0", "--set", "output.checkpoint_minutes=5.0",
+                   "--quiet")
     warning = ended.stderr.splitlines()[0]
     assert "warning: " in warning and newest.name in warning and "of step 199, is taken" in warning, ended.stderr
     assert_same_bytes(tmp_path / "whole.h5", tmp_path / "flock.h5")
@@ -77,7 +79,8 @@ def small_disk(folder, kilobytes):
     """A file system in memory of some size, and a function that makes it larger."""
     if os.geteuid() != 0:
         pytest.skip("mounting a small disk needs root")
-    made = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "drover-test", folder], capture_output=True, text=True,
+    made = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "drover-test", folder],
+                          capture_output=True, text=True,
                           check=False)
     if made.returncode != 0:
         pytest.skip(f"no small disk can be mounted here: {made.stderr.strip()}")
@@ -106,11 +109,13 @@ def test_a_full_disk_keeps_what_was_written_and_lets_the_run_go_on(kilobytes, ch
     disk = tmp_path / "disk"
     disk.mkdir()
     with small_disk(disk, kilobytes) as grow:
-        scene = write_scene(tmp_path, {**BUSY, "output.checkpoint_minutes": checkpoint_minutes, "output.file": "disk/flock.h5"})
+        scene = write_scene(tmp_path, {**BUSY, "output.checkpoint_minutes": checkpoint_minutes,
+                                       "output.file": "disk/flock.h5"})
         assert_told_full(drover(tmp_path, "run", scene, "--quiet", status=1), "the disk is full")
         before = check_frames(disk / "flock.h5", whole, 1)
         assert before < FRAMES
-        again = drover(tmp_path, "restart", "disk/flock.h5", "--quiet", status=1)  # still full: the same sentence, nothing lost
+        again = drover(tmp_path, "restart", "disk/flock.h5", "--quiet",
+                       status=1)  # still full: the same sentence, nothing lost
         assert_told_full(again, "the disk is full")
         check_frames(disk / "flock.h5", whole, 1)
         grow(8000)

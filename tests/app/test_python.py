@@ -86,25 +86,36 @@ def a_copy_that_a_test_may_spoil(archive, tmp_path):
     return Path(shutil.copy(archive, tmp_path / "copy.h5"))
 
 
+def frames_of(path):
+    """How many there are by now; a run that is going on has no summary."""
+    if not path.exists():
+        return 0
+    with drover.open_run(path) as going_on:
+        assert going_on.summary is None
+        return going_on.frames.sizes["time"]
+
+
+def wait_for_frames(process, path, wanted):
+    while frames_of(path) < wanted and process.poll() is None:  # no matter how long it takes
+        time.sleep(0.01)
+
+
 @pytest.fixture(scope="module", name="unfinished")
 def a_run_stopped_by_a_signal(tmp_path_factory):
-    """Looked at while it is going on, then stopped: its archive, and the frames seen at that look."""
+    """Its archive, and what was read from it while the run went on, through a file opened some frames earlier."""
     folder = tmp_path_factory.mktemp("unfinished")
     path = folder / "rods.h5"
     settings = ["time.end=1000000", "output.frame_every=1.0", "output.checkpoint_minutes=0"]
     line = command(folder, path, settings)
     with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
-        frames = 0
-        while frames < 2 and process.poll() is None:  # no matter how long it takes
-            if path.exists():
-                with drover.open_run(path) as going_on:
-                    assert going_on.summary is None
-                    frames = going_on.frames.sizes["time"]
-            time.sleep(0.01)
+        wait_for_frames(process, path, 2)
+        with drover.open_run(path) as going_on:
+            wait_for_frames(process, path, going_on.frames.sizes["time"] + 3)
+            seen = going_on.frames.load(), going_on.observables.load()
         process.send_signal(signal.SIGINT)
         message = process.communicate()[1]
     assert process.returncode == 3, message
-    return path, frames
+    return path, seen
 
 
 # --- other people's readers
@@ -152,7 +163,7 @@ def test_a_wave_along_x_varies_along_the_axis_named_x_alone(tmp_path):
     settings = ["grid.nx=16", "initial.kind=mode", "initial.field=rod_density", "initial.amplitude=0.1",
                 "initial.mode_x=2"]
     with drover.open_run(run(tmp_path, settings)) as wave:
-        density = wave.frames.rod_density.isel(time=0)
+        density = wave.frames.rod_density.isel(time=0).load()
     expected = 0.5 + 0.1 * numpy.cos(2 * numpy.pi * 2 * density.x / 32.0)
     assert abs(density - expected).max() < 1e-14  # rounding of numbers of 0.6, after a transform there and back
     assert density.dims == ("y", "x") and density.shape == (32, 16)
@@ -184,11 +195,27 @@ def test_a_run_can_be_opened_again_after_the_file_has_grown(copy):
 
 
 def test_a_stopped_run_opens_without_a_summary(unfinished):
-    path, frames_seen = unfinished
-    with drover.open_run(path) as opened:
+    with drover.open_run(unfinished[0]) as opened:
         assert opened.summary is None
-        assert opened.frames.sizes["time"] >= frames_seen >= 2
         assert numpy.isfinite(opened.observables.polar_order).all()
+
+
+def test_what_is_read_while_a_run_goes_on_is_what_it_leaves(unfinished):
+    path, (frames, observables) = unfinished
+    with drover.open_run(path) as opened:
+        assert opened.frames.sizes["time"] >= frames.sizes["time"] + 3
+        assert opened.frames.isel(time=slice(0, frames.sizes["time"])).equals(frames)
+        assert opened.observables.isel(time=slice(0, observables.sizes["time"])).equals(observables)
+
+
+def test_arrays_are_read_when_they_are_used_and_not_from_a_closed_file(archive):
+    opened = drover.open_run(archive)
+    part = opened.frames.rod_density[1, ::-2, 3:5].values
+    with h5py.File(archive) as file:
+        assert numpy.array_equal(part, file["rod_density"][1][::-2, 3:5])
+    opened.close()
+    with pytest.raises(drover.DroverError, match="is closed and /polar_order_x was not read before"):
+        opened.frames.polar_order_x.load()
 
 
 def spoil_attribute(path):
@@ -237,7 +264,7 @@ def other_files(path):
     (other_files, "keeps its data in other files"),
 ], ids=lambda value: value.replace(" ", "_") if isinstance(value, str) else "")
 def test_a_file_that_is_no_sound_archive_is_refused_with_a_sentence(copy, monkeypatch, spoil, sentence):
-    monkeypatch.setattr("drover.archive.COMMIT_SECONDS", 0.0)
+    monkeypatch.setattr("drover.stored.COMMIT_SECONDS", 0.0)
     spoil(copy)
     with pytest.raises(drover.DroverError) as refused:
         drover.open_run(copy)

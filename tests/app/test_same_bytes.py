@@ -1,4 +1,4 @@
-"""tests/app/test_same_bytes.py: the same scene gives the same bytes: again, on more threads, and after a stop and a restart.
+"""tests/app/test_same_bytes.py: one scene gives the same bytes again, on more threads, and after a stop and a restart.
 
 Every dataset of every group is compared, byte by byte.
 """
@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from support import SMALL, assert_same_bytes, contents, drover, end_group, frame_count, start, wait_until, write_scene
+from support import assert_same_bytes, contents, drover, end_group, frame_count, start, wait_until, write_scene
 
 # Grids and cells: nx != ny either way, lx != ly either way, and one that is cut for several threads (64 x 64).
 GRIDS = {
@@ -88,7 +88,7 @@ def rows_at(path, group, times):
         all_times = file[group + "/time"][()]
         rows = [int(np.flatnonzero(np.abs(all_times - time) < 1e-9)[0]) for time in times]
         for name, item in file[group or "/"].items():
-            if isinstance(item, h5py.Dataset) and item.ndim >= 1 and item.shape[0] == len(all_times) and name not in "xy":
+            if isinstance(item, h5py.Dataset) and item.shape[:1] == (len(all_times),) and name not in ("x", "y"):
                 found[name] = item[()][rows].tobytes()
     return found
 
@@ -108,7 +108,8 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_others(tmp_path):
     assert_same_bytes(first, again)
     a, other = contents(first), contents(run(tmp_path, "other", **{"run.seed": 8}))
     # The number of rods is conserved, and times and axes are the scene's; all that fluctuates is another number.
-    for name in ("rod_density", "polar_order_x", "polar_order_y", "observables/polar_order", "observables/rod_number_variance",
+    for name in ("rod_density", "polar_order_x", "polar_order_y", "observables/polar_order",
+                 "observables/rod_number_variance",
                  "observables/structure_factor_rods", "summary/polar_order_susceptibility"):
         assert a[name] != other[name], name
     for name in ("time", "x", "y", "observables/time", "observables/wavenumber"):

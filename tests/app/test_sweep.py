@@ -1,4 +1,4 @@
-"""tests/app/test_sweep.py: grids, seeds and ramps; what a sweep says, how it goes on, and the exact values of the linear model."""
+"""tests/app/test_sweep.py: sweeps: grids, seeds, ramps, how they go on, and the exact values of the linear model."""
 import csv
 import json
 import math
@@ -19,13 +19,15 @@ def table_of(folder):
 
 def test_a_grid_of_two_keys_and_seeds_runs_every_combination_once(tmp_path):
     scene = write_scene(tmp_path, BRIEF)
-    drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5:2.5:3", "--vary", "noise.order = 0.01, 0.04", "--seeds", "2")
+    drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5:2.5:3", "--vary", "noise.order = 0.01, 0.04",
+           "--seeds", "2")
     rows = table_of(tmp_path / "flock.sweep")
     assert [(float(row["relaxation.rate"]), float(row["noise.order"])) for row in rows] == [
         (rate, noise) for rate in (0.5, 1.5, 2.5) for noise in (0.01, 0.04)]
     assert [(row["branch"], row["seeds"]) for row in rows] == [("", "2")] * 6
     archives = sorted((tmp_path / "flock.sweep").glob("*.h5"))
-    assert [file.stem for file in archives] == [f"point-000{point}-seed-{seed}" for point in range(6) for seed in (7, 8)]
+    assert [file.stem for file in archives] == [f"point-000{point}-seed-{seed}" for point in range(6) for seed in (7,
+                                                                                                                   8)]
     found = set()
     for archive in archives:
         text = drover(tmp_path, "info", archive, "--scene").stdout
@@ -49,7 +51,8 @@ def test_table_and_json_and_the_runs_say_the_same(tmp_path):
     assert len(rows) == len(table) == 2
     for number, (row, line) in enumerate(zip(rows, table)):
         assert row["relaxation.rate"] == float(line["relaxation.rate"]) and row["seeds"] == int(line["seeds"]) == 2
-        infos = [drover_json(tmp_path, "info", tmp_path / "flock.sweep" / f"point-000{number}-seed-{seed}.h5")["results"] for seed in (7, 8)]
+        archives = [tmp_path / "flock.sweep" / f"point-000{number}-seed-{seed}.h5" for seed in (7, 8)]
+        infos = [drover_json(tmp_path, "info", archive)["results"] for archive in archives]
         names = [name for name, value in row.items() if isinstance(value, dict)]
         assert {"polar_order", "polar_order_susceptibility", "polar_order_binder", "rods_total"} <= set(names)
         assert set(names) == {name for name, result in infos[0].items() if "mean" in result}
@@ -66,7 +69,8 @@ def test_table_and_json_and_the_runs_say_the_same(tmp_path):
                 assert value["error"] == float(line[f"{name} error"])
     text = drover(tmp_path, *words, "--quiet").stdout.splitlines()
     assert text[0].split()[:4] == ["relaxation.rate", "branch", "seeds", "polar_order"] and "table.csv" in text[-1]
-    assert float(text[1].split()[3]) == pytest.approx(rows[0]["polar_order"]["mean"], rel=1e-5)  # six digits are printed
+    assert float(text[1].split()[3]) == pytest.approx(rows[0]["polar_order"]["mean"],
+                                                      rel=1e-5)  # six digits are printed
 
 
 def test_a_sweep_given_again_runs_nothing_and_says_the_same(tmp_path):
@@ -97,8 +101,8 @@ def test_a_ramp_carries_the_state_up_and_down_again(tmp_path):
 
 
 def test_the_points_of_a_ramp_draw_noise_of_their_own(tmp_path):
-    # With the same noise again, the difference of two runs of the linear model decays as exp(-a t), here to exp(-20): both branches
-    # would seem to agree, whatever the model does.
+    # With the same noise again, the difference of two runs of the linear model decays as exp(-a t), here to exp(-20):
+    # both branches would seem to agree, whatever the model does.
     scene = write_scene(tmp_path, {**BRIEF, "time.end": 20.0})
     drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 1, 2", "--ramp", "up-down", "--quiet")
     with h5py.File(tmp_path / "flock.sweep" / "point-0000-seed-7.h5") as up, \
@@ -125,11 +129,12 @@ def test_a_sweep_killed_goes_on_to_the_same_table(ramp, tmp_path):
         wait_until(lambda: len(list((tmp_path / "parts").glob("*.h5"))) >= 3, "a third run", process=process)
         process.kill()
         process.wait()
-        # The workers outlive it.  A sweep that is given meanwhile may find their archives claimed (status 1), or them done (0).
+        # The workers outlive it.  A sweep given meanwhile may find their archives claimed (status 1) or done (0).
         while True:
             alive = group_is_alive(process.pid)
             ended = drover(tmp_path, *words, "--quiet", "-o", "parts", status=None)
-            assert ended.returncode == 0 or (ended.returncode == 1 and "another process is writing this file" in ended.stderr), ended.stderr
+            claimed = ended.returncode == 1 and "another process is writing this file" in ended.stderr
+            assert ended.returncode == 0 or claimed, ended.stderr
             if not alive:
                 break
         assert ended.returncode == 0, ended.stderr
@@ -138,16 +143,19 @@ def test_a_sweep_killed_goes_on_to_the_same_table(ramp, tmp_path):
     assert (tmp_path / "parts" / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
     for archive in (tmp_path / "whole").glob("*.h5"):
         assert_same_bytes(archive, tmp_path / "parts" / archive.name)
-    assert sorted(file.name for file in (tmp_path / "parts").iterdir()) == sorted(file.name for file in (tmp_path / "whole").iterdir())
+    names = [sorted(file.name for file in (tmp_path / folder).iterdir()) for folder in ("parts", "whole")]
+    assert names[0] == names[1]
 
 
 def test_susceptibility_and_binder_cumulant_are_those_of_the_linear_model(tmp_path):
-    # Each component of <p> is an Ornstein-Uhlenbeck process of its own: Gaussian, with variance Delta/(2 a area).  So P = |<p>|/sigma
-    # has the law of Rayleigh, of which the moments are exact.
+    # Each component of <p> is an Ornstein-Uhlenbeck process of its own: Gaussian, with variance Delta/(2 a area).
+    # So P = |<p>|/sigma has the law of Rayleigh, of which the moments are exact.
     sigma, noise, side = 2.0, 0.05, 8.0
     scene = write_scene(tmp_path, {
-        "uniform.rod_density": sigma, "noise.order": noise, "grid.lx": side, "grid.ly": side, "grid.nx": 8, "grid.ny": 8,
-        "time.dt": 0.5, "time.end": 6000.0, "output.frame_every": 0.0, "output.sample_every": 0.5, "analysis.warm_up": 0.0})
+        "uniform.rod_density": sigma, "noise.order": noise, "grid.lx": side, "grid.ly": side, "grid.nx": 8,
+        "grid.ny": 8,
+        "time.dt": 0.5, "time.end": 6000.0, "output.frame_every": 0.0, "output.sample_every": 0.5,
+        "analysis.warm_up": 0.0})
     rows = drover_json(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2")
     area = side * side
     for row in rows:
@@ -159,10 +167,11 @@ def test_susceptibility_and_binder_cumulant_are_those_of_the_linear_model(tmp_pa
         for name, value in exact.items():
             found = row[name]
             assert found["error"] is not None, (name, found)
-            # Four standard errors: one run in 16000 lies outside, and the seed is fixed.  Rods are conserved to rounding.
+            # Four standard errors: one run in 16000 lies outside, and the seed is fixed.  Rods: conserved to rounding.
             assert abs(found["mean"] - value) <= 4.0 * found["error"] + 1e-12 * value, (name, found, value)
-        # The errors are small enough to tell a wrong factor: 5 % against factors of 2, of pi/4, or the Binder cumulant's 0 and 2/3.
-        for name, largest in (("polar_order", 0.02), ("polar_order_susceptibility", 0.06), ("polar_order_binder", 0.06)):
+        # The errors are small enough to tell a wrong factor, of 2 or of pi/4, or a Binder cumulant of 0 or 2/3.
+        for name, largest in (("polar_order", 0.02), ("polar_order_susceptibility", 0.06),
+                              ("polar_order_binder", 0.06)):
             assert row[name]["error"] < largest * exact[name], (name, row[name])
 
 

@@ -1,12 +1,13 @@
 #!/bin/bash
-# tests/house/bare-debian.sh: proves that a bare Debian 12, with git and make only, gets from a clone to the demo's figure and
-# through the tests.
+# tests/house/bare-debian.sh: proves that a bare Debian 12, with git and make only, gets from a clone to the demo's
+# figure and through the tests.
 #
 #   tests/house/bare-debian.sh [BASE]
 #
 # Needs root.  BASE: a minimal Debian 12 tree (debootstrap --variant=minbase --include=git,make bookworm BASE) to copy;
-# without it one is made by debootstrap from $MIRROR (default http://deb.debian.org/debian).  Works on the last commit of this
-# checkout.  Everything happens in a temporary folder (about 3 GB) that is removed at the end; its packages come from the mirror.
+# without it one is made by debootstrap from $MIRROR (default http://deb.debian.org/debian).  Works on the last commit of
+# this checkout.  Everything happens in a temporary folder (about 3 GB) that is removed at the end; the packages come from
+# the mirror.
 set -euo pipefail
 
 fail() {

@@ -1,5 +1,5 @@
-# check.cmake: installs a build folder below a temporary prefix, moves the prefix, and builds and runs the project beside this
-# file against it.  Given: BUILD, CONFIG, COMPILER, VERSION, PYTHON, PYTHON_DIR.
+# check.cmake: installs a build folder below a temporary prefix, moves the prefix, and builds and runs the project
+# beside this file against it.  Given: BUILD, CONFIG, COMPILER, VERSION, PYTHON, PYTHON_DIR.
 set(work ${BUILD}/install-test)
 set(prefix "${work}/moved here")  # a blank in the path, and not the prefix it was installed to
 

@@ -1,4 +1,4 @@
-// tests/install/main.cpp: a user of the installed library: numbers, errors and version come from the library's own code.
+// tests/install/main.cpp: a user of the installed library: its numbers, its errors, its version.
 #include <cmath>
 #include <iostream>
 #include <numbers>

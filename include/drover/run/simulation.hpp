@@ -34,7 +34,4 @@ struct Simulation {
 /// one at the end that is off the schedule, are not on it.
 std::size_t scheduled_rows(const ScheduledRecording& recording, std::int64_t step);
 
-/// Bytes of all rows of a whole run, before compression.
-double archive_bytes(const Simulation& simulation);
-
 }  // namespace drover::run

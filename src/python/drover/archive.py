@@ -5,22 +5,19 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import xarray
 
 from drover.error import DroverError
-from drover.stored import attributes_of, group_dataset
+from drover.stored import BROKEN, COMMIT_SECONDS, Store, attributes_of, group_dataset, state_of
 
 FIELDS = ("rod_density", "polar_order_x", "polar_order_y")
-COMMIT_SECONDS = 2.0  # a commit of a run that is going on takes far less
-BROKEN = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeError)  # raised by h5py on damaged files
 
 
 @dataclass(frozen=True)
 class Run:
     """One run.  Arrays stay in the file until they are used; close() it, or open it by `with`.
 
-    Of a run that is going on this holds what was in the file when it was opened: open it again for more.
+    Of a run that is going on this holds the rows that were there when it was opened: open it again for more.
     """
 
     path: Path
@@ -29,10 +26,10 @@ class Run:
     summary: xarray.Dataset | None  # means with errors and linear theory; None until the run has reached its end
     scene: dict                     # every key with its value: scene["relaxation"]["rate"]
     attributes: dict                # where it came from: version, commit, seed, host, ...
-    file: h5py.File
+    store: Store
 
     def close(self):
-        self.file.close()
+        self.store.close()
 
     def __enter__(self):
         return self
@@ -67,33 +64,24 @@ def settled(path, action):
                 raise
 
 
-def state_of(path):
-    try:
-        state = os.stat(path)
-    except OSError:
-        return None
-    return state.st_ino, state.st_size, state.st_mtime_ns
-
-
 def open_once(path):
     refuse_what_is_no_file(path)
-    wait_for_journal(path)
     try:
-        file = h5py.File(path, "r")
+        store = Store(path)
     except BROKEN as error:
         raise DroverError(not_hdf5(path, error)) from error
     try:
-        return read(file, path)
+        return read(store, path)
     except BROKEN as error:
-        file.close()
+        store.close()
         raise DroverError(damaged(path, "cannot be read", error)) from error
     except DroverError:
-        file.close()
+        store.close()
         raise
 
 
-def read(file, path):
-    attributes = attributes_of(file)
+def read(store, path):
+    attributes = attributes_of(store.file)
     if "drover_version" not in attributes or not isinstance(attributes.get("scene"), str):
         raise DroverError(f"{path} is HDF5 but no archive of drover (its root has no attributes drover_version and "
                           "scene); expected a file that drover run wrote")
@@ -101,15 +89,15 @@ def read(file, path):
         scene = tomllib.loads(attributes["scene"])
     except tomllib.TOMLDecodeError as error:
         raise DroverError(damaged(path, "its scene is not TOML", error)) from error
-    frames, observables = (group_dataset(file, group, path) for group in ("/", "/observables"))
-    summary = group_dataset(file, "/summary", path) if "summary" in file else None
+    frames, observables = (group_dataset(store, group) for group in ("/", "/observables"))
+    summary = group_dataset(store, "/summary") if "summary" in store.file else None
     for name in FIELDS:
         if name not in frames or frames[name].dims != ("time", "y", "x"):
-            raise DroverError(f"{path} holds no field {name} over time, y and x; expected one in an archive of rods: it "
-                              "is of another version of drover, or damaged")
+            raise DroverError(f"{path} holds no field {name} over time, y and x; expected one in an archive of rods: "
+                              "it is of another version of drover, or damaged")
     if 0 in frames.sizes.values():
         raise DroverError(f"{path} holds no frame; its run ended before it began: run its scene again")
-    return Run(path, frames, observables, summary, scene, attributes, file)
+    return Run(path, frames, observables, summary, scene, attributes, store)
 
 
 def refuse_what_is_no_file(path):
@@ -121,17 +109,6 @@ def refuse_what_is_no_file(path):
         raise DroverError(f"{path} is not a plain file; expected an archive, such as isotropic.h5")
     if not os.access(path, os.R_OK):
         raise DroverError(f"{path} may not be read; ask its owner for leave to read it")
-
-
-def wait_for_journal(path):
-    """While a journal stands beside an archive its last commit is not whole in the file."""
-    journal = path.with_name(path.name + ".journal")
-    deadline = time.monotonic() + COMMIT_SECONDS
-    while journal.exists():
-        if time.monotonic() > deadline:
-            raise DroverError(f"{path}: its run was cut off while it wrote (the journal {journal.name} stands beside "
-                              f"it); mend it first: drover info {path}")
-        time.sleep(0.01)
 
 
 def not_hdf5(path, error):

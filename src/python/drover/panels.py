@@ -2,7 +2,7 @@
 import numpy
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
 from drover import results
 from drover.archive import loaded
@@ -50,7 +50,7 @@ def draw_map(axes, bar_axes, run, frame):
     axes.xaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.width * inches[0] / 0.5, 1, 8)), steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.height * inches[1] / 0.4, 1, 8)), steps=STEPS))
     bar = axes.figure.colorbar(image, cax=bar_axes, extend="both")
-    bar.locator = MaxNLocator(5, steps=STEPS)
+    bar.locator = MaxNLocator(7, steps=STEPS)
     bar.set_label(with_unit(r"rod density $\sigma$", density))
     return pixel, draw_arrows(axes, run, frame)
 
@@ -62,13 +62,15 @@ def draw_arrows(axes, run, frame):
     longest = float(numpy.hypot(p_x, p_y).max())
     if not longest > 0.0:
         return block
+    length, key = 0.95 * min(block) / longest, float(f"{longest:.0e}")
     arrows = axes.quiver(p_x["x"], p_x["y"], p_x.values, p_y.values, color="black", pivot="mid", angles="xy",
-                         scale_units="xy", scale=longest / (0.95 * max(block)), units="inches", width=0.014,
+                         scale_units="xy", scale=1.0 / length, units="inches", width=0.014,
                          headwidth=4, headlength=4, headaxislength=3.5)
-    key = float(f"{longest:.0e}")
     inches, box = axes.figure.get_size_inches(), axes.get_position()
-    axes.quiverkey(arrows, box.x1 * inches[0] - 0.35, box.y0 * inches[1] - 0.58, key, coordinates="inches",
-                   labelpos="W", label=rf"arrow: $|\mathbf{{p}}|={key:g}$ " + unit_text(p_x.attrs.get("units", "")))
+    inches_a_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
+    axes.quiverkey(arrows, box.x1 * inches[0] - key * length * inches_a_mm - 0.05, box.y0 * inches[1] - 0.58, key,
+                   coordinates="inches", labelpos="W",
+                   label=rf"arrow: $|\mathbf{{p}}|={key:g}$ " + unit_text(p_x.attrs.get("units", "")))
     return block
 
 
@@ -118,7 +120,20 @@ def log_axes(axes, x_alone=False):
         axes.set_yscale("log")
     for axis in (axes.xaxis,) if x_alone else (axes.xaxis, axes.yaxis):
         axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=20))
-        axis.set_minor_formatter(NullFormatter())
+        axis.set_minor_formatter(FuncFormatter(lambda value, _, axis=axis: minor_label(value, axis)))
+
+
+def minor_label(value, axis):
+    """2 and 5 of each decade, where an axis spans so little that powers of ten are too few."""
+    low, high = axis.get_view_interval()
+    return f"{value:g}" if high < 12.0 * low and f"{value:.3e}"[:5] in ("2.000", "5.000") else ""
+
+
+def make_room_below(axes, entries):
+    """Room for a legend of so many entries at the bottom of logarithmic axes."""
+    part = (0.25 + 0.19 * entries) / (axes.get_position().height * axes.figure.get_size_inches()[1])
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom * (bottom / top) ** (part / (1.0 - part)), top)
 
 
 def say_instead(axes, sentence):
@@ -155,9 +170,9 @@ def draw_structure(axes, run):
     log_axes(axes)
     axes.set_xlabel(with_unit(r"wavenumber $q$", run.observables["wavenumber"]))
     axes.set_ylabel(with_unit("structure factor $S(q)$", run.observables["structure_factor_rods"]))
-    bottom, top = axes.get_ylim()
-    axes.set_ylim(bottom * (bottom / top) ** 0.45, top)  # room for the legend
-    axes.legend(handles=keys + keys_of(drawn), loc="lower left")
+    keys += keys_of(drawn)
+    make_room_below(axes, len(keys))
+    axes.legend(handles=keys, loc="lower left")
     return drawn
 
 
@@ -172,10 +187,10 @@ def draw_numbers(upper, lower, run):
     upper.plot(numbers.x, numpy.sqrt(numbers.x), color=GREY, linestyle=":")
     log_axes(upper)
     upper.set_ylabel(r"deviation $\Delta N$")
-    upper.tick_params(labelbottom=False)
-    bottom, top = upper.get_ylim()
-    upper.set_ylim(bottom * (bottom / top) ** 0.55, top)  # room for the legend
-    upper.legend(handles=number_keys(numbers), loc="lower right")
+    upper.tick_params(which="both", labelbottom=False)
+    keys = number_keys(numbers)
+    make_room_below(upper, len(keys) - 1)  # the points rise: there is some already
+    upper.legend(handles=keys, loc="lower right")
     exponents = results.number_exponents(run, numbers)
     draw_result(lower, exponents, BLUE, "o")
     lower.axhline(0.5, color=GREY, linestyle=":")

@@ -1,8 +1,11 @@
 """drover/stored.py: groups of an HDF5 archive as xarray datasets, whose arrays stay in the file until they are used.
 
-A file from elsewhere is not trusted: no link may lead out of it, no filter may load a plugin, and no array may claim more
-than its bytes can hold.  (Metadata that are damaged just so still break HDF5 itself, and with it the process.)
+A file from elsewhere is not trusted: no link may lead out of it, no filter may load a plugin, and no array may claim
+more than its bytes can hold.  (Metadata that are damaged just so still break HDF5 itself, and with it the process.)
 """
+import os
+import time
+
 import h5py
 import numpy
 import xarray
@@ -11,25 +14,93 @@ from xarray.core import indexing
 
 from drover.error import DroverError
 
+COMMIT_SECONDS = 2.0    # a commit of a run that is going on takes far less
+BROKEN = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeError)  # raised by h5py on such files
 INFLATION_MOST = 1032   # deflate cannot make more bytes than this of one
 CHUNK_LEAST = 1 << 20   # bytes that a chunk may take however little it holds
 FILTERS = (h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32)
 NETCDF_NAMES = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST")  # of attributes that belong to the format
 
 
-class StoredArray(BackendArray):
-    """One dataset of a file, read where it is indexed."""
+class Store:
+    """An archive that is open for reading.  Its run may go on writing: rows that are there stay, but HDF5 remembers
+    where they were, so what cannot be read any more is read from the file opened anew."""
 
-    def __init__(self, dataset):
-        self.dataset, self.shape, self.dtype = dataset, dataset.shape, dataset.dtype
+    def __init__(self, path):
+        self.path, self.file, self.stream, self.state = path, None, None, None
+        self.open()
+
+    def open(self):
+        wait_for_journal(self.path)
+        self.state = state_of(self.path)
+        # By a stream of its own: HDF5 would share what it remembers with any other use of this file in the process.
+        self.stream = open(self.path, "rb")
+        try:
+            self.file = h5py.File(self.stream, "r")
+        except BaseException:
+            self.stream.close()
+            raise
+
+    def close(self):
+        if self.file is not None:
+            self.file.close()
+            self.stream.close()
+        self.file = None
+
+    def read(self, name, key):
+        if self.file is None:
+            raise DroverError(f"{self.path} is closed and {name} was not read before; open it again by drover.open_run")
+        deadline = time.monotonic() + COMMIT_SECONDS
+        while True:
+            try:
+                return self.file[name][key]
+            except BROKEN:
+                now = state_of(self.path)
+                if now == self.state or now is None or now[0] != self.state[0] or time.monotonic() > deadline:
+                    raise
+                self.close()
+                self.open()
+
+
+class StoredArray(BackendArray):
+    """One dataset of a store, read where it is indexed."""
+
+    def __init__(self, store, dataset):
+        self.store, self.name, self.shape, self.dtype = store, dataset.name, dataset.shape, dataset.dtype
 
     def __getitem__(self, key):
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR,
-                                                  self.dataset.__getitem__)
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR, self.read)
+
+    def read(self, key):
+        # The run may have appended since: an open end is the end that there was.
+        key = tuple(slice(*part.indices(size)) if isinstance(part, slice) else part
+                    for part, size in zip(key, self.shape))
+        return self.store.read(self.name, key)
 
 
-def group_dataset(file, group, path):
+def state_of(path):
+    """What changes when a file is written or replaced; None when it is gone.  Its first part is the file's number."""
+    try:
+        state = os.stat(path)
+    except OSError:
+        return None
+    return state.st_ino, state.st_size, state.st_mtime_ns
+
+
+def wait_for_journal(path):
+    """While a journal stands beside an archive its last commit is not whole in the file."""
+    journal = path.with_name(path.name + ".journal")
+    deadline = time.monotonic() + COMMIT_SECONDS
+    while journal.exists():
+        if time.monotonic() > deadline:
+            raise DroverError(f"{path}: its run was cut off while it wrote (the journal {journal.name} stands beside "
+                              f"it); mend it first: drover info {path}")
+        time.sleep(0.01)
+
+
+def group_dataset(store, group):
     """A group as a dataset; raises DroverError for what is not sound."""
+    file, path = store.file, store.path
     if not isinstance(file.get(group), h5py.Group):
         raise DroverError(f"{path} holds no group {group}; expected one in an archive of drover: the file is damaged, "
                           "or of another version")
@@ -41,7 +112,7 @@ def group_dataset(file, group, path):
         if dataset.shape != tuple(axes.get(axis) for axis in dims):
             raise DroverError(f"{path}: {dataset.name} has the shape {dataset.shape} over {dims}, of "
                               f"{tuple(axes.get(axis) for axis in dims)}; the file is damaged: take another copy of it")
-        data = dataset[()] if name in axes else indexing.LazilyIndexedArray(StoredArray(dataset))
+        data = dataset[()] if name in axes else indexing.LazilyIndexedArray(StoredArray(store, dataset))
         variables[name] = xarray.Variable(dims, data, attributes_of(dataset))
     return xarray.Dataset({name: variables[name] for name in names if name not in axes},
                           {name: variables[name] for name in axes})
