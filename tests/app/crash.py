@@ -1,7 +1,7 @@
 """tests/app/crash.py: a run that is killed again and again at random moments, and what must hold after each kill.
 
 What is checked at once after each kill -9, before any drover command touches the files:
-- h5py and xarray read the archive, if it exists, as it is.  Only where the kill fell between the first and the last write
+- h5py and xarray read the archive, if it exists, as it is.  Only where the kill fell between the first and last write
   of a commit's overwriting, a tenth of a millisecond, are they let down (one kill in a hundred or so); then the journal
   that makes the file whole stands beside it, and the first drover command, here `info`, applies it.
 - Every frame in it has the bytes of the uninterrupted run.

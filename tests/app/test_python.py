@@ -108,12 +108,14 @@ def a_run_stopped_by_a_signal(tmp_path_factory):
     settings = ["time.end=1000000", "output.frame_every=1.0", "output.checkpoint_minutes=0"]
     line = command(folder, path, settings)
     with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
-        wait_for_frames(process, path, 2)
-        with drover.open_run(path) as going_on:
-            wait_for_frames(process, path, going_on.frames.sizes["time"] + 3)
-            seen = going_on.frames.load(), going_on.observables.load()
-        process.send_signal(signal.SIGINT)
-        message = process.communicate()[1]
+        try:
+            wait_for_frames(process, path, 2)
+            with drover.open_run(path) as going_on:
+                wait_for_frames(process, path, going_on.frames.sizes["time"] + 3)
+                seen = going_on.frames.load(), going_on.observables.load()
+        finally:
+            process.send_signal(signal.SIGINT)
+            message = process.communicate()[1]
     assert process.returncode == 3, message
     return path, seen
 
