@@ -129,7 +129,8 @@ const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
         {.name = "seeds",
          .member = &SweepPlan::seeds,
          .range = {.least = 1, .most = 1e6},
-         .sentence = "runs at each point, with the seeds run.seed, run.seed + 1, ..."},
+         .sentence =
+             "runs at each point, with the seeds run.seed, run.seed + 1, ...; on a ramp each point has its own"},
         {.name = "ramp",
          .member = &SweepPlan::ramp,
          .choices = {"none", "up", "up-down"},

@@ -62,7 +62,8 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, io::Archive& ar
     Clock::time_point last_commit = start, last_checkpoint = start;
     constexpr double seconds_between_commits = 30.0;
     Progress progress(first, simulation.steps, simulation.dt, quiet);
-    if (first == 0) {
+    const std::vector<std::size_t> rows = archive.rows();
+    if (std::all_of(rows.begin(), rows.end(), [](std::size_t count) { return count == 0; })) {
         append_due(simulation, 0, archive);
         save(simulation, 0, archive, files);
     }

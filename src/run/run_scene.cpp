@@ -90,6 +90,11 @@ void refuse_other_changes(std::span<const std::string> overrides) {
 }
 }  // namespace
 
+bool has_checkpoint(const std::filesystem::path& archive) {
+    const std::vector<std::filesystem::path> files = io::checkpoint_files(archive);
+    return std::any_of(files.begin(), files.end(), [](const auto& file) { return std::filesystem::exists(file); });
+}
+
 std::filesystem::path archive_path(const io::Scene& scene) {
     if (!scene.output.file.empty()) return scene.output.file;
     return std::filesystem::path(scene.file).stem().concat(".h5");
@@ -136,7 +141,14 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
                           .checkpoint_minutes = scene.output.checkpoint_minutes};
-    const LoopOutcome loop = run_loop(simulation, 0, archive, files, options.quiet);
+    LoopOutcome loop;
+    try {
+        loop = run_loop(simulation, 0, archive, files, options.quiet);
+    } catch (...) {
+        if (!has_checkpoint(path))
+            std::filesystem::remove(path);  // it could not start: nothing to go on from, nothing left
+        throw;
+    }
     return finish(loop, path, simulation.dt, std::move(archive));
 }
 

@@ -9,7 +9,6 @@
 
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/io/checkpoint.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/report.hpp"
 #include "drover/run/run_scene.hpp"
@@ -45,9 +44,7 @@ int run_chain(const io::Scene& scene, const fs::path& folder, const std::vector<
         if (is_done(folder, chain[i])) continue;
         const fs::path path = archive_of(folder, chain[i]);
         const RunOptions options{.overwrite = true, .quiet = true};
-        const std::vector<fs::path> checkpoints = io::checkpoint_files(path);
-        const bool resumable = fs::exists(path) && std::any_of(checkpoints.begin(), checkpoints.end(),
-                                                               [](const fs::path& file) { return fs::exists(file); });
+        const bool resumable = fs::exists(path) && has_checkpoint(path);
         const RunOutcome outcome =
             resumable ? restart_run(path, {}, options)
                       : run_scene(scene_of(scene, folder, chain[i], i == 0 ? nullptr : &chain[i - 1]), options);

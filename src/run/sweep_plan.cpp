@@ -82,11 +82,13 @@ std::vector<SweepPoint> ramp_points(const Varied& varied, bool down_again) {
     return points;
 }
 
+/// On a ramp each point draws noise of its own: the same again would make both branches agree by itself.
 SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& scene, int seed) {
+    const std::int64_t step = scene.sweep.ramp == "none" ? 0 : static_cast<std::int64_t>(point) * scene.sweep.seeds;
     SweepRun run{.name = text("point-{:04}-seed-{}", point, scene.run.seed + seed), .point = point, .overrides = {}};
     for (std::size_t k = 0; k < layout.keys.size(); ++k)
         run.overrides.push_back(text("{}={}", layout.keys[k], layout.points[point].values[k]));
-    run.overrides.push_back(text("run.seed={}", scene.run.seed + seed));
+    run.overrides.push_back(text("run.seed={}", scene.run.seed + seed + step));
     return run;
 }
 }  // namespace

@@ -20,8 +20,8 @@ struct LoopOutcome {
     double wall_seconds = 0.0;  ///< of stepping, observing and writing
 };
 
-/// Runs a simulation that stands at `first` to its end.  At first = 0 the first rows and a first checkpoint are written, so that
-/// there is always one to restart from.  At the end or on a signal: rows committed, checkpoint written.
+/// Runs a simulation that stands at step `first` to its end.  Into an archive without rows the first ones and a checkpoint are
+/// written, so that there is always one to restart from.  At the end or on a signal: rows committed, checkpoint written.
 /// Throws run Errors (blow-up, full disk); what was committed stays.
 LoopOutcome run_loop(Simulation& simulation, std::int64_t first, io::Archive& archive, const LoopFiles& files,
                      bool quiet);

@@ -24,6 +24,9 @@ struct RunOutcome {
 /// Where a scene's archive goes.
 std::filesystem::path archive_path(const io::Scene& scene);
 
+/// Whether there is something to restart it from.
+bool has_checkpoint(const std::filesystem::path& archive);
+
 /// What a scene asks of a machine, before any of it is taken.
 struct Needs {
     double memory_bytes = 0.0;
