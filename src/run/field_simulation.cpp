@@ -140,6 +140,15 @@ std::vector<std::string> axis_names(std::span<const measure::ObservableAxis> axe
     return names;
 }
 
+namespace {
+/// As many samples as fall between two frames: a chunk that is filled when a frame is committed is written once, not again and again.
+int samples_per_chunk(const io::Scene& scene) {
+    constexpr double least = 8.0, most = 64.0;
+    if (scene.output.frame_every == 0.0 || scene.output.sample_every == 0.0) return static_cast<int>(most);
+    return static_cast<int>(std::clamp(std::round(scene.output.frame_every / scene.output.sample_every), least, most));
+}
+}  // namespace
+
 int choose_threads(const io::Scene& scene) {
     if (scene.run.threads > 0) return scene.run.threads;
     // Below this much work a thread costs more to wake than it saves.
@@ -220,7 +229,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
     io::Recording samples{.group = "/observables",
                           .axes = observable_axes(world->setting),
                           .quantities = {},
-                          .rows_per_chunk = 64};
+                          .rows_per_chunk = samples_per_chunk(scene)};
     for (const measure::Observable& observable : world->observables)
         samples.quantities.push_back(
             {observable.name, observable.unit, observable.formula, axis_names(observable.axes)});
