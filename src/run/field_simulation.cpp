@@ -209,6 +209,41 @@ bool is_healthy(Complex value, std::size_t modes) {
 }
 }  // namespace
 
+namespace {
+ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
+    const io::Scene& scene = world->scene;
+    const auto observe = [world] {
+        world->transform.backward(world->state, world->fields);
+        std::vector<std::span<const double>> arrays;
+        for (int c = 0; c < world->fields.count(); ++c) arrays.push_back(std::as_const(world->fields)[c]);
+        return arrays;
+    };
+    return {frame_recording(*world), io::whole_steps(scene, "output.frame_every", scene.output.frame_every), observe};
+}
+
+ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
+    const io::Scene& scene = world->scene;
+    io::Recording samples{.group = "/observables",
+                          .axes = observable_axes(world->setting),
+                          .quantities = {},
+                          .rows_per_chunk = samples_per_chunk(scene)};
+    for (const measure::Observable& observable : world->observables)
+        samples.quantities.push_back(
+            {observable.name, observable.unit, observable.formula, axis_names(observable.axes)});
+    const auto observe = [world] {
+        world->transform.backward(world->state, world->fields);
+        const measure::Moment moment{.setting = world->setting, .spectra = world->state, .fields = world->fields};
+        std::vector<std::span<const double>> arrays;
+        for (std::size_t o = 0; o < world->observables.size(); ++o) {
+            world->observables[o].measure(moment, world->measured[o]);
+            arrays.emplace_back(world->measured[o]);
+        }
+        return arrays;
+    };
+    return {std::move(samples), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), observe};
+}
+}  // namespace
+
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
     const auto world = std::make_shared<World>(scene, threads);
     Simulation simulation{.dt = scene.time.dt,
@@ -219,31 +254,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
                           .save = {},
                           .restore = {}};
     simulation.threads = threads.count();
-    simulation.recordings.push_back(
-        {frame_recording(*world), io::whole_steps(scene, "output.frame_every", scene.output.frame_every), [world] {
-             world->transform.backward(world->state, world->fields);
-             std::vector<std::span<const double>> arrays;
-             for (int c = 0; c < world->fields.count(); ++c) arrays.push_back(std::as_const(world->fields)[c]);
-             return arrays;
-         }});
-    io::Recording samples{.group = "/observables",
-                          .axes = observable_axes(world->setting),
-                          .quantities = {},
-                          .rows_per_chunk = samples_per_chunk(scene)};
-    for (const measure::Observable& observable : world->observables)
-        samples.quantities.push_back(
-            {observable.name, observable.unit, observable.formula, axis_names(observable.axes)});
-    simulation.recordings.push_back(
-        {std::move(samples), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), [world] {
-             world->transform.backward(world->state, world->fields);
-             const measure::Moment moment{.setting = world->setting, .spectra = world->state, .fields = world->fields};
-             std::vector<std::span<const double>> arrays;
-             for (std::size_t o = 0; o < world->observables.size(); ++o) {
-                 world->observables[o].measure(moment, world->measured[o]);
-                 arrays.emplace_back(world->measured[o]);
-             }
-             return arrays;
-         }});
+    simulation.recordings = {frames_of(world), samples_of(world)};
     simulation.advance = [world](std::int64_t step) {
         world->stepper.step(static_cast<double>(step) * world->scene.time.dt, static_cast<std::uint64_t>(step),
                             world->state);

@@ -5,7 +5,7 @@
 #   tests/house/bare-debian.sh [BASE]
 #
 # Needs root.  BASE: a minimal Debian 12 tree (debootstrap --variant=minbase --include=git,make bookworm BASE) to copy;
-# without it one is made by debootstrap from $MIRROR (default http://deb.debian.org/debian).  Works on the last commit of
+# without it one is made by debootstrap from its own mirror, or from $MIRROR.  Works on the last commit of
 # this checkout.  Everything happens in a temporary folder (about 3 GB) that is removed at the end; the packages come from
 # the mirror.
 set -euo pipefail
@@ -37,7 +37,7 @@ trap 'exit 3' INT TERM
 if [ -n "$base" ]; then
     cp --archive "$base/." "$root"
 else
-    debootstrap --variant=minbase --include=git,make bookworm "$root" "${MIRROR:-http://deb.debian.org/debian}"
+    debootstrap --variant=minbase --include=git,make bookworm "$root" ${MIRROR:+"$MIRROR"}
 fi
 chmod 755 "$root"
 cp --dereference /etc/resolv.conf "$root/etc/resolv.conf"
