@@ -24,9 +24,10 @@ struct Explanation {
 };
 
 Explanation explain(const io::Scene& scene) {
-    const numerics::System system = physics::make_system(scene.model, scene.grid);
+    const physics::Equations equations(scene.model);
+    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
     return {.fields = physics::component_names(physics::form(scene.model)),
-            .terms = physics::active_terms(scene.model),
+            .terms = physics::active_terms(equations),
             .growth = physics::fastest_growth(system),
             .fastest_rate = physics::fastest_rate(system),
             .steps = io::whole_steps(scene, "time.end", scene.time.end),

@@ -15,14 +15,26 @@ using Tables = std::map<std::string, PlacedTable>;
 /// The sections of a scene, in the order in which they are written: visit(name, sentence, struct).
 template <class AnyScene, class Visit>
 void for_sections(AnyScene& scene, Visit visit) {
-    visit("uniform", "The uniform state that the model stands about.", scene.model.uniform);
+    visit("fields", "The fields of the model; the polar order p is always one.", scene.model.fields);
+    visit("uniform", "The mean densities.", scene.model.uniform);
     visit("current", "Motion of rods along their order.", scene.model.current);
-    visit("relaxation", "Relaxation of the order.", scene.model.relaxation);
+    visit("inertia", "What the forces on the beads have to move.", scene.model.inertia);
+    visit("drag", "Friction of the beads with the plate.", scene.model.drag);
+    visit("viscosity", "Viscosity of the beads.", scene.model.viscosity);
+    visit("driving", "Rods driving beads.", scene.model.driving);
+    visit("compressibility", "Pressure on the beads.", scene.model.compressibility);
+    visit("relaxation", "Relaxation and saturation of the order.", scene.model.relaxation);
     visit("elasticity", "Elasticity of the order.", scene.model.elasticity);
-    visit("pressure", "Pressure of the rods on the order.", scene.model.pressure);
-    visit("diffusion", "Diffusion of the rods.", scene.model.diffusion);
+    visit("weathercock", "Beads turning rods.", scene.model.weathercock);
+    visit("advection", "Order carried by itself.", scene.model.advection);
+    visit("pressure", "Rods turning away from crowded places.", scene.model.pressure);
+    visit("diffusion", "Diffusion of the densities.", scene.model.diffusion);
     visit("noise", "Strengths of the noise.", scene.model.noise);
+    visit("force", "A force on the beads from outside.", scene.model.force);
+    visit("orienting_field", "A field that orients rods.", scene.model.orienting_field);
+    visit("table", "Coefficients measured on a mesh of densities.", scene.model.table);
     visit("grid", "The periodic cell and its grid.", scene.grid);
+    visit("dealiasing", "How products of fields are kept free of aliases.", scene.dealiasing);
     visit("time", "How time advances.", scene.time);
     visit("initial", "The state at the start.", scene.initial);
     visit("output", "What is written, and when.", scene.output);

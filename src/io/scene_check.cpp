@@ -21,7 +21,16 @@ std::int64_t whole_steps(const Scene& scene, const std::string& key, double dura
 void check(const Scene& scene) {
     const PlaceOf place = [&](const std::string& key) { return place_of(scene, key); };
     numerics::check(scene.grid, place);
-    physics::check(scene.initial, scene.model, scene.grid, place);
+    physics::check(scene.model, place);
+    physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, place);
+    const physics::Noise& noise = scene.model.noise;
+    require(scene.time.tolerance == 0.0 || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
+            place("time.tolerance"),
+            "time.tolerance = {} with noise: no embedded estimate tells the error of a noisy step; set it to 0, or the noise",
+            scene.time.tolerance);
+    require(scene.time.tolerance == 0.0 || !numerics::stepper_table(scene.time.stepper).error.empty(), place("time.tolerance"),
+            "time.tolerance = {} with the stepper \"{}\", which has no embedded estimate; choose etdrk2 or etdrk4",
+            scene.time.tolerance, scene.time.stepper);
     const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
     require(steps >= 1, place("time.end"), "time.end = {} is less than one step of time.dt = {}; expected at least one",
             scene.time.end, scene.time.dt);
@@ -62,7 +71,12 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
             {.name = "stepper",
              .member = &TimeControl::stepper,
              .choices = steppers,
-             .sentence = "method for what is not linear"}};
+             .sentence = "method for what is not linear"},
+            {.name = "tolerance",
+             .member = &TimeControl::tolerance,
+             .range = {.least = 0.0, .most = 0.1},
+             .sentence = "largest local error of a step beside the root mean square of its field: dt is then cut into as many equal "
+                         "steps as that takes (1, 2, 3, 4, 6, 8, ...); without noise alone; 0: steps of dt"}};
     }();
     return rows;
 }
@@ -88,7 +102,11 @@ const std::vector<Row<Output>>& schema<Output>() {
          .member = &Output::checkpoint_minutes,
          .unit = "min",
          .range = not_negative,
-         .sentence = "wall time between checkpoints"}};
+         .sentence = "wall time between checkpoints"},
+        {.name = "powers",
+         .member = &Output::powers,
+         .sentence = "samples hold the energy of the beads and of the order, and the power of each term on them; one right-hand side "
+                     "a term and sample"}};
     return rows;
 }
 

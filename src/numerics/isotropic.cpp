@@ -10,4 +10,9 @@ void refuse_layout(const Layout& layout) {
                layout.scalars, layout.vectors);
 }
 
+void append_entries(const IsotropicBlocks& blocks, std::vector<double>& to) {
+    for (const Block* block : {&blocks.along, &blocks.across})
+        to.insert(to.end(), block->values.begin(), block->values.begin() + block->size * block->size);
+}
+
 }  // namespace drover::numerics

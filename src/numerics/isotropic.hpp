@@ -2,6 +2,7 @@
 // along and across q.
 #pragma once
 #include <array>
+#include <vector>
 
 #include "drover/numerics/system.hpp"
 #include "drover/numerics/wavenumbers.hpp"
@@ -58,6 +59,16 @@ void add_parts(const ModeParts<Scalars, Vectors>& parts, Complex* values, std::s
         values[(Scalars + 2 * v + 1) * stride + m] += d.y * along + d.x * across;
     }
 }
+
+/// out += matrix * in, the matrix row by row.
+template <std::size_t N>
+void add_product(const double* matrix, const std::array<Complex, N>& in, std::array<Complex, N>& out) {
+    for (std::size_t i = 0; i < N; ++i)
+        for (std::size_t k = 0; k < N; ++k) out[i] += matrix[i * N + k] * in[k];
+}
+
+/// Appends the entries of both blocks.
+void append_entries(const IsotropicBlocks& blocks, std::vector<double>& to);
 
 [[noreturn]] void refuse_layout(const Layout& layout);
 

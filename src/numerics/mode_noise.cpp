@@ -34,13 +34,7 @@ void multiply(const double* matrix, const double* normal, double scale, const Dr
         out[i] = {scale * real, draw.real ? 0.0 : draw.conjugated ? -scale * imaginary : scale * imaginary};
     }
 }
-std::size_t rows_per_chunk(const Grid& grid) { return std::max<std::size_t>(1, mode_chunk / columns(grid)); }
 }  // namespace
-
-void append_entries(const IsotropicBlocks& blocks, std::vector<double>& to) {
-    for (const Block* block : {&blocks.along, &blocks.across})
-        to.insert(to.end(), block->values.begin(), block->values.begin() + block->size * block->size);
-}
 
 void add_mode_noise(const Grid& grid, const Layout& layout, const DistinctWavenumbers& wavenumbers,
                     const std::vector<double>& factors, const RandomKey& key, Threads& threads, Spectra& to) {

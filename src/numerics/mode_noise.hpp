@@ -1,5 +1,6 @@
 // numerics/mode_noise.hpp: Gaussian numbers with a given covariance for each mode of real fields.
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "drover/base/random.hpp"
@@ -14,10 +15,10 @@ namespace drover::numerics {
 void add_mode_noise(const Grid& grid, const Layout& layout, const DistinctWavenumbers& wavenumbers,
                     const std::vector<double>& factors, const RandomKey& key, Threads& threads, Spectra& to);
 
-/// Appends the entries of both blocks.
-void append_entries(const IsotropicBlocks& blocks, std::vector<double>& to);
-
-/// Chunks of modes for loops over threads.
-inline constexpr std::size_t mode_chunk = 1024;
+/// Rows of modes that one thread takes at a time.
+inline std::size_t rows_per_chunk(const Grid& grid) {
+    constexpr std::size_t modes_at_a_time = 1024;
+    return std::max<std::size_t>(1, modes_at_a_time / columns(grid));
+}
 
 }  // namespace drover::numerics

@@ -51,14 +51,9 @@ const StepperTable& linear_table() {
 /// The noise of one part of the step: the factor of its covariance, and the propagator that brings the noise before it along.
 struct NoisePart {
     double end = 1.0;  ///< as a fraction of the step
-    std::vector<double> factors, propagators;
+    std::vector<double> factors;
+    Combination propagator{.inputs = {0}, .matrices = {}};
 };
-
-template <std::size_t N>
-void add_product(const double* matrix, const std::array<Complex, N>& in, std::array<Complex, N>& out) {
-    for (std::size_t i = 0; i < N; ++i)
-        for (std::size_t k = 0; k < N; ++k) out[i] += matrix[i * N + k] * in[k];
-}
 }  // namespace
 
 struct Stepper::Work {
@@ -69,6 +64,7 @@ struct Stepper::Work {
     Threads& threads;
     DistinctWavenumbers wavenumbers;
     std::vector<Combination> combinations;  // of each stage
+    Combination estimate;                   // of the local error; without inputs: the table has none
     std::vector<NoisePart> noise_parts;
     std::vector<Spectra> rates, noises;
     Spectra stage, next;
@@ -78,8 +74,8 @@ struct Stepper::Work {
     void prepare_stages();
     void prepare_noise();
     void draw_noise(std::uint64_t step_number);
-    void combine(const std::vector<int>& inputs, const std::vector<double>& matrices, const Spectra& old,
-                 const Spectra* noise, Spectra& out);
+    void combine(const Combination& combination, const Spectra& old, const Spectra* noise, Spectra& out);
+    void take_stages(double t, std::uint64_t step_number, const Spectra& state);
     void mend_symmetry(Spectra& state) const;
 };
 
@@ -96,7 +92,7 @@ Stepper::Work::Work(const System& the_system, const StepperTable& the_table, dou
     if (system.noise) prepare_noise();
     const int count = components(system.layout);
     if (system.nonlinear) {
-        rates.assign(table->stages.size(), Spectra(system.grid, count));
+        rates.assign(std::max(table->stages.size(), table->error.size()), Spectra(system.grid, count));
         stage = Spectra(system.grid, count);
     }
     next = Spectra(system.grid, count);
@@ -104,34 +100,37 @@ Stepper::Work::Work(const System& the_system, const StepperTable& the_table, dou
 }
 
 void Stepper::Work::prepare_stages() {
-    for (const StepperStage& row : table->stages) {
-        Combination combination{.inputs = {0}, .matrices = {}};
-        for (std::size_t j = 0; j < row.terms.size(); ++j)
-            if (!row.terms[j].empty()) combination.inputs.push_back(static_cast<int>(j) + 1);
-        combinations.push_back(std::move(combination));
-    }
+    const auto inputs_of = [](const std::vector<std::vector<PhiTerm>>& terms, std::vector<int> inputs) {
+        for (std::size_t j = 0; j < terms.size(); ++j)
+            if (!terms[j].empty()) inputs.push_back(static_cast<int>(j) + 1);
+        return inputs;
+    };
+    for (const StepperStage& row : table->stages) combinations.push_back({.inputs = inputs_of(row.terms, {0}), .matrices = {}});
+    estimate.inputs = inputs_of(table->error, {});
     for (const double q : wavenumbers.q) {
         const IsotropicBlocks rate_blocks = system.linear(q);
         const auto along = phi_at_fractions(*table, rate_blocks.along, dt),
                    across = phi_at_fractions(*table, rate_blocks.across, dt);
+        const auto append = [&](const std::vector<PhiTerm>& terms, std::vector<double>& to) {
+            append_entries({combined(terms, along, dt), combined(terms, across, dt)}, to);
+        };
         for (std::size_t s = 0; s < table->stages.size(); ++s) {
             const StepperStage& row = table->stages[s];
             for (const int input : combinations[s].inputs) {
-                IsotropicBlocks blocks{along.at(row.c).phi0, across.at(row.c).phi0};
-                if (input > 0) {
-                    const auto& terms = row.terms[static_cast<std::size_t>(input - 1)];
-                    blocks = {combined(terms, along, dt), combined(terms, across, dt)};
-                }
-                append_entries(blocks, combinations[s].matrices);
+                if (input == 0)
+                    append_entries({along.at(row.c).phi0, across.at(row.c).phi0}, combinations[s].matrices);
+                else append(row.terms[static_cast<std::size_t>(input - 1)], combinations[s].matrices);
             }
         }
+        for (const int input : estimate.inputs)
+            append(table->error[static_cast<std::size_t>(input - 1)], estimate.matrices);
     }
 }
 
 void Stepper::Work::prepare_noise() {
     for (const StepperStage& row : table->stages)
         if (noise_parts.empty() || row.c > noise_parts.back().end)
-            noise_parts.push_back({.end = row.c, .factors = {}, .propagators = {}});
+            noise_parts.push_back({.end = row.c, .factors = {}});
     for (std::size_t s = 0; s < table->stages.size(); ++s)
         for (std::size_t k = 0; k < noise_parts.size(); ++k)
             if (noise_parts[k].end == table->stages[s].c) combinations[s].noise = static_cast<int>(k);
@@ -144,7 +143,7 @@ void Stepper::Work::prepare_noise() {
                             factor(noise_covariance(m.across, covariance.across, length))},
                            part.factors);
             append_entries({phi_functions(m.along, length).phi0, phi_functions(m.across, length).phi0},
-                           part.propagators);
+                           part.propagator.matrices);
             begin = part.end;
         }
     }
@@ -153,7 +152,7 @@ void Stepper::Work::prepare_noise() {
 void Stepper::Work::draw_noise(std::uint64_t step_number) {
     for (std::size_t k = 0; k < noise_parts.size(); ++k) {
         if (k == 0) std::fill(noises[k].values.begin(), noises[k].values.end(), Complex(0.0));
-        else combine({0}, noise_parts[k].propagators, noises[k - 1], nullptr, noises[k]);
+        else combine(noise_parts[k].propagator, noises[k - 1], nullptr, noises[k]);
         const RandomKey key{.seed = seed,
                             .stream = Stream::noise,
                             .step = step_number,
@@ -162,30 +161,31 @@ void Stepper::Work::draw_noise(std::uint64_t step_number) {
     }
 }
 
-void Stepper::Work::combine(const std::vector<int>& inputs, const std::vector<double>& matrices, const Spectra& old,
-                            const Spectra* noise, Spectra& out) {
+void Stepper::Work::combine(const Combination& combination, const Spectra& old, const Spectra* noise, Spectra& out) {
     for_layout(system.layout, [&]<int Scalars, int Vectors>() {
         constexpr std::size_t along = Scalars + Vectors, across = Vectors, entries = along * along + across * across;
         const std::size_t width = columns(system.grid), stride = out.size;
-        threads.for_chunks(out.size, mode_chunk, [&](std::size_t begin, std::size_t end) {
-            for (int c = 0; c < components(system.layout); ++c)
-                for (std::size_t m = begin; m < end; ++m) out[c][m] = noise ? (*noise)[c][m] : Complex(0.0);
-            for (std::size_t m = begin; m < end; ++m) {
-                const std::int32_t index = wavenumbers.of_mode[m];
-                if (index < 0) continue;
-                const auto n = static_cast<std::size_t>(index);
-                const Direction d = direction(wavevector(system.grid, m % width, m / width), wavenumbers.inverse[n]);
-                const double* matrix = matrices.data() + n * inputs.size() * entries;
-                ModeParts<Scalars, Vectors> sum{};
-                for (const int input : inputs) {
-                    const Spectra& from = input == 0 ? old : rates[static_cast<std::size_t>(input - 1)];
-                    const auto parts = parts_of<Scalars, Vectors>(from.values.data(), stride, m, d);
-                    add_product(matrix, parts.along, sum.along);
-                    add_product(matrix + along * along, parts.across, sum.across);
-                    matrix += entries;
+        threads.for_chunks(static_cast<std::size_t>(system.grid.ny), rows_per_chunk(system.grid), [&](std::size_t begin, std::size_t end) {
+            for (std::size_t row = begin; row < end; ++row)
+                for (std::size_t m = row * width; m < (row + 1) * width; ++m) {
+                    const std::int32_t index = wavenumbers.of_mode[m];
+                    if (index < 0) break;  // a row's kept modes are its first
+                    const auto n = static_cast<std::size_t>(index);
+                    const Direction d =
+                        direction(wavevector(system.grid, m - row * width, row), wavenumbers.inverse[n]);
+                    const double* matrix = combination.matrices.data() + n * combination.inputs.size() * entries;
+                    ModeParts<Scalars, Vectors> sum{};
+                    for (const int input : combination.inputs) {
+                        const Spectra& from = input == 0 ? old : rates[static_cast<std::size_t>(input - 1)];
+                        const auto parts = parts_of<Scalars, Vectors>(from.values.data(), stride, m, d);
+                        add_product(matrix, parts.along, sum.along);
+                        add_product(matrix + along * along, parts.across, sum.across);
+                        matrix += entries;
+                    }
+                    for (std::size_t c = 0; c < Scalars + 2 * Vectors; ++c)
+                        out.values[c * stride + m] = noise ? noise->values[c * stride + m] : Complex(0.0);
+                    add_parts(sum, out.values.data(), stride, m, d);
                 }
-                add_parts(sum, out.values.data(), stride, m, d);
-            }
         });
     });
 }
@@ -208,19 +208,35 @@ Stepper::Stepper(Stepper&&) noexcept = default;
 
 double Stepper::dt() const { return work_->dt; }
 
-void Stepper::step(double t, std::uint64_t step_number, Spectra& state) {
-    Work& w = *work_;
-    w.draw_noise(step_number);
-    const std::size_t last = w.table->stages.size() - 1;
+void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spectra& state) {
+    draw_noise(step_number);
+    const std::size_t last = table->stages.size() - 1;
     for (std::size_t s = 0; s <= last; ++s) {
-        const double c = s == 0 ? 0.0 : w.table->stages[s - 1].c;
-        if (w.system.nonlinear) w.system.nonlinear(t + c * w.dt, s == 0 ? state : w.stage, w.rates[s]);
-        const Combination& combination = w.combinations[s];
-        const Spectra* noise = combination.noise < 0 ? nullptr : &w.noises[static_cast<std::size_t>(combination.noise)];
-        w.combine(combination.inputs, combination.matrices, state, noise, s == last ? w.next : w.stage);
+        const double c = s == 0 ? 0.0 : table->stages[s - 1].c;
+        if (system.nonlinear) system.nonlinear(t + c * dt, s == 0 ? state : stage, rates[s]);
+        const Combination& combination = combinations[s];
+        const Spectra* noise = combination.noise < 0 ? nullptr : &noises[static_cast<std::size_t>(combination.noise)];
+        combine(combination, state, noise, s == last ? next : stage);
     }
-    std::swap(state.values, w.next.values);
-    if (w.system.nonlinear) w.mend_symmetry(state);
+    if (system.nonlinear) mend_symmetry(next);
+}
+
+void Stepper::step(double t, std::uint64_t step_number, Spectra& state) {
+    work_->take_stages(t, step_number, state);
+    std::swap(state.values, work_->next.values);
+}
+
+bool Stepper::estimates_error() const { return !work_->estimate.inputs.empty(); }
+
+void Stepper::attempt(double t, const Spectra& state, Spectra& next, Spectra& error) {
+    Work& w = *work_;
+    require(estimates_error() && !w.system.noise, {}, "stepper \"{}\" with {} noise has no estimate of its error",
+            w.table->name, w.system.noise ? "its" : "no");
+    w.take_stages(t, 0, state);
+    if (w.estimate.inputs.back() > static_cast<int>(w.table->stages.size()))
+        w.system.nonlinear(t + w.dt, w.next, w.rates.back());
+    w.combine(w.estimate, state, nullptr, error);
+    std::copy(w.next.values.begin(), w.next.values.end(), next.values.begin());
 }
 
 double Stepper::bytes() const { return stepper_bytes(work_->system, *work_->table); }
@@ -236,7 +252,9 @@ double stepper_bytes(const System& system, const StepperTable& table) {
         if (ends.empty() || row.c > ends.back()) ends.push_back(row.c);
     }
     double held = 1.0;
-    if (system.nonlinear) held += 1.0 + static_cast<double>(used.stages.size());
+    if (system.nonlinear) held += 1.0 + static_cast<double>(std::max(used.stages.size(), used.error.size()));
+    matrices += static_cast<double>(
+        std::count_if(used.error.begin(), used.error.end(), [](const auto& t) { return !t.empty(); }));
     if (system.noise) {
         held += static_cast<double>(ends.size());
         matrices += 2.0 * static_cast<double>(ends.size());

@@ -16,26 +16,37 @@ const std::vector<Terms> fourth_order_weights{{{1, 1}, {-3, 2}, {4, 3}},
                                               {{2, 2}, {-4, 3}},
                                               {{-1, 2}, {4, 3}}};
 
+// The new state less one whose last weight goes half-way to the rate at the new state: of order 4 and 3.
+const std::vector<Terms> fourth_order_error{{}, {}, {}, {{-0.6, 2}, {2.4, 3}}, {{0.6, 2}, {-2.4, 3}}};
+constexpr const char* fourth_order_error_citation =
+    "Balac & Mahe, Comput. Phys. Commun. 184, 1211 (2013), their embedded pair 4(3) with exponential weights";
+
 const std::vector<StepperTable> tables{
     {"exponential-euler", 1, "Hochbruck & Ostermann, Acta Numerica 19, 209 (2010), eq. (2.8)", {{1, {{{1, 1}}}}}},
     {"etdrk2",
      2,
      "Cox & Matthews, J. Comput. Phys. 176, 430 (2002), eqs. (20)-(22)",
-     {{1, {{{1, 1}}}}, {1, {{{1, 1}, {-1, 2}}, {{1, 2}}}}}},
+     {{1, {{{1, 1}}}}, {1, {{{1, 1}, {-1, 2}}, {{1, 2}}}}},
+     {{{-1, 2}}, {{1, 2}}},
+     "the same, eq. (20): exponential Euler is its first stage"},
     {"etdrk4",
      4,
      "Cox & Matthews, J. Comput. Phys. 176, 430 (2002), eqs. (26)-(29)",
      {{0.5, {{{0.5, 1, 0.5}}}},
       {0.5, {{}, {{0.5, 1, 0.5}}}},
       {1, {{{1, 1, 1}, {-1, 1, 0.5}}, {}, {{1, 1, 0.5}}}},  // phi_1(z/2)(exp(z/2) - 1)/2 = phi_1(z) - phi_1(z/2)
-      {1, fourth_order_weights}}},
+      {1, fourth_order_weights}},
+     fourth_order_error,
+     fourth_order_error_citation},
     {"etdrk4-krogstad",
      4,
      "Krogstad, J. Comput. Phys. 203, 72 (2005), eq. (51)",
      {{0.5, {{{0.5, 1, 0.5}}}},
       {0.5, {{{0.5, 1, 0.5}, {-1, 2, 0.5}}, {{1, 2, 0.5}}}},
       {1, {{{1, 1}, {-2, 2}}, {}, {{2, 2}}}},
-      {1, fourth_order_weights}}},
+      {1, fourth_order_weights}},
+     fourth_order_error,
+     fourth_order_error_citation},
 };
 }  // namespace
 

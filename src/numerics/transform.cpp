@@ -1,4 +1,4 @@
-// numerics/transform.cpp: real transforms in two dimensions, by FFTW along rows and along strips of columns.
+// numerics/transform.cpp: real transforms in two dimensions, by FFTW along rows (two real rows as one complex) and columns.
 #include "drover/numerics/transform.hpp"
 
 #include <fftw3.h>
@@ -12,8 +12,8 @@
 namespace drover::numerics {
 
 namespace {
-constexpr int strip_rows = 8;  // transformed by one call; a strip of 1024 columns is 128 kB, in the second-level cache
-constexpr int strip_columns = 8;  // 128 bytes of each row: two cache lines; a strip of 1024 rows is 128 kB
+constexpr std::size_t strip_columns = 8;     // 128 bytes of each row: two cache lines; a strip of 1024 rows is 128 kB
+constexpr std::size_t points_in_strip = 2048;  // of rows: fifteen arrays of it are in the second-level cache
 
 struct PlanDeleter {
     void operator()(fftw_plan plan) const { fftw_destroy_plan(plan); }
@@ -28,144 +28,204 @@ std::mutex& planner_mutex() {
     return mutex;
 }
 
-/// Room for a strip of columns, one for each thread: a column of a large grid by itself strides over more lines than a cache holds.
-Complex* strip_buffer(std::size_t rows) {
-    thread_local std::vector<Complex> buffer;
-    buffer.resize(std::max(buffer.size(), rows * strip_columns));
-    return buffer.data();
+/// Room that FFTW's vector instructions can use; every array in it starts on a cache line.
+template <class Number>
+class Aligned {
+public:
+    Number* room(std::size_t count) {
+        if (count > size_) {
+            values_.reset(static_cast<Number*>(fftw_malloc(count * sizeof(Number) + line)));
+            if (!values_) throw std::bad_alloc();
+            size_ = count;
+        }
+        const auto address = reinterpret_cast<std::uintptr_t>(values_.get());
+        return reinterpret_cast<Number*>((address + line - 1) / line * line);
+    }
+
+private:
+    static constexpr std::uintptr_t line = 64;
+    struct Free {
+        void operator()(void* values) const { fftw_free(values); }
+    };
+    std::unique_ptr<Number, Free> values_;
+    std::size_t size_ = 0;
+};
+
+/// What one thread works in.
+struct Workspace {
+    Aligned<Complex> columns, packed, transformed;
+    Aligned<double> points;
+    std::vector<const double*> in;
+    std::vector<double*> out;
+};
+Workspace& workspace() {
+    thread_local Workspace mine;
+    return mine;
 }
 
-/// Lines of one strip length, and of the shorter strip at the end if there is one.
+/// Transforms of `length` numbers: of a whole strip of them, and of the shorter strip at the end if there is one.
 struct StripPlans {
-    int length = 1;
+    std::size_t lines = 1, strip = 1;
     Plan whole, rest;
-    fftw_plan of(std::size_t begin, std::size_t end) const {
-        return static_cast<int>(end - begin) == length ? whole.get() : rest.get();
+    std::size_t count() const { return (lines + strip - 1) / strip; }
+    std::size_t begin(std::size_t number) const { return number * strip; }
+    std::size_t size(std::size_t number) const { return std::min(strip, lines - begin(number)); }
+    void execute(std::size_t number, Complex* from, Complex* to) const {
+        fftw_execute_dft(size(number) == strip ? whole.get() : rest.get(), raw(from), raw(to));
     }
 };
 
 template <class Make>
-StripPlans make_strips(int lines, int length, Make make) {
-    StripPlans plans{.length = std::min(length, lines), .whole = {}, .rest = {}};
-    plans.whole.reset(make(plans.length));
-    if (const int rest = lines % plans.length; rest != 0) plans.rest.reset(make(rest));
+StripPlans make_strips(std::size_t lines, std::size_t strip, Make make) {
+    StripPlans plans{.lines = lines, .strip = std::min(strip, lines), .whole = {}, .rest = {}};
+    plans.whole.reset(make(static_cast<int>(plans.strip)));
+    if (const std::size_t rest = lines % plans.strip; rest != 0) plans.rest.reset(make(static_cast<int>(rest)));
     return plans;
 }
 }  // namespace
 
 struct Transform::Plans {
     Grid grid;
-    int degree;
     Threads& threads;
-    int kept_columns = 0;
+    std::size_t nx, ny, width;       // points, and stored modes of a row
+    std::size_t kept = 0, pitch = 0;  // kept columns, and their room in scratch: whole cache lines
+    std::vector<std::size_t> kept_rows;
     StripPlans rows_forward, rows_backward, columns_forward, columns_backward;
-    std::vector<Complex> scratch;
-    std::vector<double> row_scale;  // 1 for rows of kept modes, else 0
+    Aligned<Complex> scratch_in, scratch_out;  // [array][row][kept column], between rows and columns
 
-    Plans(const Grid& the_grid, int the_degree, Threads& the_threads);
-    void forward_rows(const Fields& from, Spectra& to, int first, int count);
-    void forward_columns(Spectra& to, int first, int count);
-    void backward_columns(const Spectra& from, int first, int count);
-    void backward_rows(Fields& to, int first, int count);
+    Plans(const Grid& the_grid, int degree, Threads& the_threads);
+    void backward_columns(std::span<const Complex* const> from, Complex* scratch);
+    void forward_columns(const Complex* scratch, std::span<Complex* const> to);
+    void unpack_rows(const Complex* scratch, std::size_t strip, std::span<double* const> arrays);
+    void pack_rows(std::span<const double* const> arrays, std::size_t strip, Complex* scratch);
+    std::size_t scratch_size(std::size_t arrays) const { return arrays * ny * pitch; }
 
-    /// body(component, begin, end) for every strip of `lines` lines of `count` components.
+    /// body(array, strip) for every strip of columns of every array.
     template <class Body>
-    void for_strips(int count, int lines, int length, Body body) {
-        const auto total = static_cast<std::size_t>(lines), size = static_cast<std::size_t>(length);
-        const std::size_t strips = (total + size - 1) / size;
-        threads.for_chunks(strips * static_cast<std::size_t>(count), 1, [&](std::size_t task, std::size_t) {
-            const std::size_t begin = (task % strips) * size;
-            body(static_cast<int>(task / strips), begin, std::min(begin + size, total));
+    void for_columns(std::size_t arrays, const StripPlans& strips, Body body) {
+        threads.for_chunks(arrays * strips.count(), 1, [&](std::size_t task, std::size_t) {
+            body(task / strips.count(), task % strips.count());
         });
     }
 };
 
-Transform::Plans::Plans(const Grid& the_grid, int the_degree, Threads& the_threads)
-    : grid(the_grid), degree(the_degree), threads(the_threads) {
+Transform::Plans::Plans(const Grid& the_grid, int degree, Threads& the_threads)
+    : grid(the_grid), threads(the_threads) {
     check(grid);
     require(degree >= 1, {}, "transform: degree = {}; expected >= 1", degree);
-    for (std::size_t i = 0; i < columns(grid); ++i)
-        if (is_kept(grid, degree, i, 0)) kept_columns = static_cast<int>(i) + 1;
-    for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
-        row_scale.push_back(is_kept(grid, degree, 0, j) ? 1.0 : 0.0);
-    scratch.resize(modes(grid));
-    const int width = static_cast<int>(columns(grid));
-    Fields real(grid, 1);
+    nx = static_cast<std::size_t>(grid.nx);
+    ny = static_cast<std::size_t>(grid.ny);
+    width = columns(grid);
+    for (std::size_t i = 0; i < width; ++i)
+        if (is_kept(grid, degree, i, 0)) kept = i + 1;
+    for (std::size_t j = 0; j < ny; ++j)
+        if (is_kept(grid, degree, 0, j)) kept_rows.push_back(j);
+    pitch = (kept + 3) / 4 * 4;
+    const std::size_t rows = std::clamp<std::size_t>(points_in_strip / nx, 1, ny);
+    Aligned<Complex> from, to;
+    Complex *a = from.room(rows * nx), *b = to.room(rows * nx);
     const std::lock_guard lock(planner_mutex());
-    rows_forward = make_strips(grid.ny, strip_rows, [&](int n) {
-        return fftw_plan_many_dft_r2c(1, &grid.nx, n, real.values.data(), nullptr, 1, grid.nx, raw(scratch.data()),
-                                      nullptr, 1, width, FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
-    });
-    rows_backward = make_strips(grid.ny, strip_rows, [&](int n) {
-        return fftw_plan_many_dft_c2r(1, &grid.nx, n, raw(scratch.data()), nullptr, 1, width, real.values.data(),
-                                      nullptr, 1, grid.nx, FFTW_ESTIMATE | FFTW_DESTROY_INPUT);
-    });
-    // In place in a strip's own buffer, [ny][strip_columns].
-    std::vector<Complex> strip(static_cast<std::size_t>(grid.ny) * strip_columns);
+    const auto rows_plan = [&](int direction) {
+        return make_strips(ny, rows, [&, direction](int n) {
+            return fftw_plan_many_dft(1, &grid.nx, n, raw(a), nullptr, 1, grid.nx, raw(b), nullptr, 1, grid.nx, direction,
+                                      FFTW_ESTIMATE);
+        });
+    };
+    rows_forward = rows_plan(FFTW_FORWARD);
+    rows_backward = rows_plan(FFTW_BACKWARD);
+    // In place in a strip's own room, [ny][strip_columns]: a column by itself strides over more lines than a cache holds.
+    constexpr int stride = static_cast<int>(strip_columns);
+    Complex* strip = to.room(ny * strip_columns);
     const auto columns_plan = [&](int direction) {
-        return make_strips(kept_columns, strip_columns, [&, direction](int n) {
-            return fftw_plan_many_dft(1, &grid.ny, n, raw(strip.data()), nullptr, strip_columns, 1, raw(strip.data()),
-                                      nullptr, strip_columns, 1, direction, FFTW_ESTIMATE);
+        return make_strips(kept, strip_columns, [&, direction](int n) {
+            return fftw_plan_many_dft(1, &grid.ny, n, raw(strip), nullptr, stride, 1, raw(strip), nullptr, stride, 1,
+                                      direction, FFTW_ESTIMATE);
         });
     };
     columns_forward = columns_plan(FFTW_FORWARD);
     columns_backward = columns_plan(FFTW_BACKWARD);
 }
 
-void Transform::Plans::forward_rows(const Fields& from, Spectra& to, int first, int count) {
-    const std::size_t width = columns(grid), nx = static_cast<std::size_t>(grid.nx);
-    for_strips(count, grid.ny, rows_forward.length, [&](int c, std::size_t begin, std::size_t end) {
-        // PRESERVE_INPUT: FFTW's interface has no const, but the plan does not write its input.
-        auto* values = const_cast<double*>(from[first + c].data());
-        fftw_execute_dft_r2c(rows_forward.of(begin, end), values + begin * nx,
-                             raw(to[first + c].data() + begin * width));
+void Transform::Plans::backward_columns(std::span<const Complex* const> from, Complex* scratch) {
+    for_columns(from.size(), columns_backward, [&](std::size_t c, std::size_t number) {
+        const std::size_t first = columns_backward.begin(number), count = columns_backward.size(number);
+        Complex* strip = workspace().columns.room(ny * strip_columns);
+        std::fill_n(strip, ny * strip_columns, Complex(0.0));
+        for (const std::size_t j : kept_rows) std::copy_n(from[c] + j * width + first, count, strip + j * strip_columns);
+        columns_backward.execute(number, strip, strip);
+        Complex* out = scratch + c * ny * pitch + first;
+        for (std::size_t j = 0; j < ny; ++j) std::copy_n(strip + j * strip_columns, count, out + j * pitch);
     });
 }
 
-void Transform::Plans::forward_columns(Spectra& to, int first, int count) {
-    const std::size_t width = columns(grid), rows = static_cast<std::size_t>(grid.ny),
-                      kept = static_cast<std::size_t>(kept_columns);
+void Transform::Plans::forward_columns(const Complex* scratch, std::span<Complex* const> to) {
     const double scale = 1.0 / static_cast<double>(points(grid));
-    for_strips(count, kept_columns, columns_forward.length, [&](int c, std::size_t begin, std::size_t end) {
-        Complex* values = to[first + c].data() + begin;
-        Complex* strip = strip_buffer(rows);
-        const std::size_t length = end - begin;
-        for (std::size_t j = 0; j < rows; ++j) std::copy_n(values + j * width, length, strip + j * strip_columns);
-        fftw_execute_dft(columns_forward.of(begin, end), raw(strip), raw(strip));
-        for (std::size_t j = 0; j < rows; ++j)
-            for (std::size_t i = 0; i < length; ++i)
-                values[j * width + i] = row_scale[j] * scale * strip[j * strip_columns + i];
-    });
-    for (int c = 0; c < count; ++c)
-        for (std::size_t j = 0; j < rows; ++j)
-            std::fill_n(to[first + c].data() + j * width + kept, width - kept, Complex(0.0));
-}
-
-void Transform::Plans::backward_columns(const Spectra& from, int first, int count) {
-    const std::size_t width = columns(grid), rows = static_cast<std::size_t>(grid.ny), size = modes(grid);
-    for_strips(count, kept_columns, columns_backward.length, [&](int c, std::size_t begin, std::size_t end) {
-        const Complex* values = from[first + c].data() + begin;
-        Complex* out = scratch.data() + static_cast<std::size_t>(c) * size + begin;
-        Complex* strip = strip_buffer(rows);
-        const std::size_t length = end - begin;
-        for (std::size_t j = 0; j < rows; ++j)
-            for (std::size_t i = 0; i < length; ++i)
-                strip[j * strip_columns + i] = row_scale[j] == 0.0 ? Complex(0.0) : values[j * width + i];
-        fftw_execute_dft(columns_backward.of(begin, end), raw(strip), raw(strip));
-        for (std::size_t j = 0; j < rows; ++j) std::copy_n(strip + j * strip_columns, length, out + j * width);
+    for_columns(to.size(), columns_forward, [&](std::size_t c, std::size_t number) {
+        const std::size_t first = columns_forward.begin(number), count = columns_forward.size(number);
+        Complex* strip = workspace().columns.room(ny * strip_columns);
+        const Complex* in = scratch + c * ny * pitch + first;
+        for (std::size_t j = 0; j < ny; ++j) std::copy_n(in + j * pitch, count, strip + j * strip_columns);
+        columns_forward.execute(number, strip, strip);
+        for (const std::size_t j : kept_rows)
+            for (std::size_t i = 0; i < count; ++i) to[c][j * width + first + i] = scale * strip[j * strip_columns + i];
     });
 }
 
-void Transform::Plans::backward_rows(Fields& to, int first, int count) {
-    const std::size_t width = columns(grid), nx = static_cast<std::size_t>(grid.nx), size = modes(grid);
-    const std::size_t kept = static_cast<std::size_t>(kept_columns);
-    for_strips(count, grid.ny, rows_backward.length, [&](int c, std::size_t begin, std::size_t end) {
-        Complex* values = scratch.data() + static_cast<std::size_t>(c) * size;
-        for (std::size_t j = begin; j < end; ++j)
-            std::fill(values + j * width + kept, values + (j + 1) * width, Complex(0.0));
-        fftw_execute_dft_c2r(rows_backward.of(begin, end), raw(values + begin * width),
-                             to[first + c].data() + begin * nx);
-    });
+/// Two real arrays a, b are the parts of the complex one whose modes are A_k + i B_k, and at -k conj(A_k) + i conj(B_k).
+void Transform::Plans::unpack_rows(const Complex* scratch, std::size_t strip, std::span<double* const> arrays) {
+    const std::size_t first = rows_backward.begin(strip), count = rows_backward.size(strip);
+    Complex *packed = workspace().packed.room(rows_backward.strip * nx),
+            *values = workspace().transformed.room(rows_backward.strip * nx);
+    for (std::size_t c = 0; c < arrays.size(); c += 2) {
+        const bool is_pair = c + 1 < arrays.size();
+        for (std::size_t j = 0; j < count; ++j) {
+            const Complex* a = scratch + (c * ny + first + j) * pitch;
+            const Complex* b = a + ny * pitch;
+            Complex* z = packed + j * nx;
+            std::fill(z + kept, z + nx - kept + 1, Complex(0.0));
+            if (is_pair) {
+                z[0] = {a[0].real(), b[0].real()};
+                for (std::size_t k = 1; k < kept; ++k) {
+                    z[k] = {a[k].real() - b[k].imag(), a[k].imag() + b[k].real()};
+                    z[nx - k] = {a[k].real() + b[k].imag(), b[k].real() - a[k].imag()};
+                }
+            } else {
+                z[0] = a[0].real();
+                for (std::size_t k = 1; k < kept; ++k) {
+                    z[k] = a[k];
+                    z[nx - k] = std::conj(a[k]);
+                }
+            }
+        }
+        rows_backward.execute(strip, packed, values);
+        for (std::size_t i = 0; i < count * nx; ++i) arrays[c][i] = values[i].real();
+        if (!is_pair) continue;
+        for (std::size_t i = 0; i < count * nx; ++i) arrays[c + 1][i] = values[i].imag();
+    }
+}
+
+void Transform::Plans::pack_rows(std::span<const double* const> arrays, std::size_t strip, Complex* scratch) {
+    const std::size_t first = rows_forward.begin(strip), count = rows_forward.size(strip);
+    Complex *values = workspace().packed.room(rows_forward.strip * nx),
+            *z_rows = workspace().transformed.room(rows_forward.strip * nx);
+    for (std::size_t c = 0; c < arrays.size(); c += 2) {
+        const bool is_pair = c + 1 < arrays.size();
+        const double* second = is_pair ? arrays[c + 1] : nullptr;
+        for (std::size_t i = 0; i < count * nx; ++i) values[i] = {arrays[c][i], second ? second[i] : 0.0};
+        rows_forward.execute(strip, values, z_rows);
+        for (std::size_t j = 0; j < count; ++j) {
+            Complex* a = scratch + (c * ny + first + j) * pitch;
+            const Complex* z = z_rows + j * nx;
+            a[0] = z[0].real();
+            for (std::size_t k = 1; k < kept; ++k)
+                a[k] = {0.5 * (z[k].real() + z[nx - k].real()), 0.5 * (z[k].imag() - z[nx - k].imag())};
+            if (!is_pair) continue;
+            Complex* b = a + ny * pitch;
+            b[0] = z[0].imag();
+            for (std::size_t k = 1; k < kept; ++k)
+                b[k] = {0.5 * (z[k].imag() + z[nx - k].imag()), 0.5 * (z[nx - k].real() - z[k].real())};
+        }
+    }
 }
 
 Transform::Transform(const Grid& grid, int degree, Threads& threads)
@@ -174,22 +234,70 @@ Transform::~Transform() = default;
 
 const Grid& Transform::grid() const { return plans_->grid; }
 
-// One thread takes a component at a time, which stays in its cache; several take the strips of all components.
 void Transform::forward(const Fields& from, Spectra& to) const {
-    const int together = plans_->threads.count() == 1 ? 1 : from.count();
-    for (int c = 0; c < from.count(); c += together) {
-        plans_->forward_rows(from, to, c, together);
-        plans_->forward_columns(to, c, together);
+    Plans& p = *plans_;
+    // Two at a time, which stay in the cache.
+    for (int c = 0; c < from.count(); c += 2) {
+        const int count = std::min(2, from.count() - c);
+        Complex* scratch = p.scratch_out.room(p.scratch_size(2));
+        std::vector<const double*> arrays;
+        std::vector<Complex*> spectra;
+        for (int i = c; i < c + count; ++i) {
+            arrays.push_back(from[i].data());
+            spectra.push_back(to[i].data());
+            std::fill(to[i].begin(), to[i].end(), Complex(0.0));
+        }
+        p.threads.for_chunks(p.rows_forward.count(), 1, [&](std::size_t strip, std::size_t) {
+            std::vector<const double*> rows;
+            for (const double* array : arrays) rows.push_back(array + p.rows_forward.begin(strip) * p.nx);
+            p.pack_rows(rows, strip, scratch);
+        });
+        p.forward_columns(scratch, spectra);
     }
 }
 
 void Transform::backward(const Spectra& from, Fields& to) const {
-    const int together = plans_->threads.count() == 1 ? 1 : from.count();
-    plans_->scratch.resize(std::max(plans_->scratch.size(), static_cast<std::size_t>(together) * modes(plans_->grid)));
-    for (int c = 0; c < from.count(); c += together) {
-        plans_->backward_columns(from, c, together);
-        plans_->backward_rows(to, c, together);
+    Plans& p = *plans_;
+    for (int c = 0; c < from.count(); c += 2) {
+        const int count = std::min(2, from.count() - c);
+        Complex* scratch = p.scratch_in.room(p.scratch_size(2));
+        std::vector<const Complex*> spectra;
+        std::vector<double*> arrays;
+        for (int i = c; i < c + count; ++i) {
+            spectra.push_back(from[i].data());
+            arrays.push_back(to[i].data());
+        }
+        p.backward_columns(spectra, scratch);
+        p.threads.for_chunks(p.rows_backward.count(), 1, [&](std::size_t strip, std::size_t) {
+            std::vector<double*> rows;
+            for (double* array : arrays) rows.push_back(array + p.rows_backward.begin(strip) * p.nx);
+            p.unpack_rows(scratch, strip, rows);
+        });
     }
+}
+
+void Transform::products(std::span<const Complex* const> from, std::span<Complex* const> to,
+                         const std::function<void(const Strip&)>& work) const {
+    Plans& p = *plans_;
+    Complex *in = p.scratch_in.room(p.scratch_size(from.size())), *out = p.scratch_out.room(p.scratch_size(to.size()));
+    p.backward_columns(from, in);
+    p.threads.for_chunks(p.rows_backward.count(), 1, [&](std::size_t strip, std::size_t) {
+        Workspace& mine = workspace();
+        const std::size_t room = p.rows_backward.strip * p.nx;
+        double* points = mine.points.room((from.size() + to.size()) * room);
+        mine.out.clear();
+        for (std::size_t c = 0; c < from.size() + to.size(); ++c) mine.out.push_back(points + c * room);
+        mine.in.assign(mine.out.begin(), mine.out.end());
+        const std::span<double* const> arrays(mine.out);
+        p.unpack_rows(in, strip, arrays.first(from.size()));
+        const std::span<const double* const> read(mine.in);
+        work({.first = p.rows_backward.begin(strip) * p.nx,
+              .size = p.rows_backward.size(strip) * p.nx,
+              .in = read.first(from.size()),
+              .out = arrays.last(to.size())});
+        p.pack_rows(read.last(to.size()), strip, out);
+    });
+    p.forward_columns(out, to);
 }
 
 std::string transform_library() { return fftw_version; }

@@ -3,21 +3,72 @@
 
 namespace drover::physics {
 
+Form make_form(const FieldChoice& fields, bool order_is_density) {
+    Form form;
+    int next = 0;
+    if (fields.bead_density) form.bead_density = next++;
+    if (fields.rod_density) form.rod_density = next++;
+    if (fields.bead_velocity == "slaved") form.velocity = Velocity::slaved;
+    if (fields.bead_velocity == "dynamic") {
+        form.velocity = Velocity::dynamic;
+        form.bead_velocity = next;
+        next += 2;
+    }
+    form.polar_order = next;
+    form.order_is_density = order_is_density;
+    return form;
+}
+
 numerics::Layout layout(const Form& form) {
-    return {.scalars = form.rod_density >= 0 ? 1 : 0, .vectors = form.polar_order >= 0 ? 1 : 0};
+    return {.scalars = (form.bead_density >= 0 ? 1 : 0) + (form.rod_density >= 0 ? 1 : 0),
+            .vectors = (form.bead_velocity >= 0 ? 1 : 0) + (form.polar_order >= 0 ? 1 : 0)};
+}
+
+std::string form_name(const Form& form) {
+    const bool beads = form.bead_density >= 0, rods = form.rod_density >= 0;
+    if (beads && form.velocity == Velocity::dynamic) return rods ? "two-component" : "dilute";
+    if (beads && rods && form.velocity == Velocity::slaved) return "overdamped";
+    if (!beads && form.velocity == Velocity::absent) return rods ? "rods only" : "polar";
+    const char* velocity = form.velocity == Velocity::dynamic ? ", dynamic bead velocity"
+                           : form.velocity == Velocity::slaved ? ", slaved bead velocity"
+                                                               : "";
+    return text("polar order{}{}{}", beads ? ", bead density" : "", rods ? ", rod density" : "", velocity);
 }
 
 std::vector<Component> component_names(const Form& form) {
     std::vector<Component> names(static_cast<std::size_t>(numerics::components(layout(form))));
-    if (form.rod_density >= 0)
-        names[static_cast<std::size_t>(form.rod_density)] = {"rod_density", "mm-2", "rods per area, sigma"};
+    const auto put = [&](int at, Component component) { names[static_cast<std::size_t>(at)] = std::move(component); };
+    if (form.bead_density >= 0) put(form.bead_density, {"bead_density", "mm-2", "beads per area, rho"});
+    if (form.rod_density >= 0) put(form.rod_density, {"rod_density", "mm-2", "rods per area, sigma"});
+    if (form.bead_velocity >= 0) {
+        put(form.bead_velocity, {"bead_velocity_x", "mm s-1", "velocity of the beads along x, v_x"});
+        put(form.bead_velocity + 1, {"bead_velocity_y", "mm s-1", "velocity of the beads along y, v_y"});
+    }
     if (form.polar_order >= 0) {
-        const auto x = static_cast<std::size_t>(form.polar_order);
-        names[x] = {"polar_order_x", "mm-2", "polar order density along x, p_x: rod density times mean orientation"};
-        names[x + 1] = {"polar_order_y", "mm-2",
-                        "polar order density along y, p_y: rod density times mean orientation"};
+        const std::string unit = form.order_is_density ? "mm-2" : "1", density = form.order_is_density ? " density" : "",
+                          meaning = form.order_is_density ? ": rod density times mean orientation"
+                                                          : ": mean orientation of the rods";
+        put(form.polar_order, {"polar_order_x", unit, "polar order" + density + " along x, p_x" + meaning});
+        put(form.polar_order + 1, {"polar_order_y", unit, "polar order" + density + " along y, p_y" + meaning});
     }
     return names;
 }
 
 }  // namespace drover::physics
+
+namespace drover {
+
+template <>
+const std::vector<Row<physics::FieldChoice>>& schema<physics::FieldChoice>() {
+    using physics::FieldChoice;
+    static const std::vector<Row<FieldChoice>> rows{
+        {.name = "bead_density", .member = &FieldChoice::bead_density, .sentence = "rho, the density of the beads, is a field"},
+        {.name = "rod_density", .member = &FieldChoice::rod_density, .sentence = "sigma, the density of the rods, is a field"},
+        {.name = "bead_velocity",
+         .member = &FieldChoice::bead_velocity,
+         .choices = {"dynamic", "slaved", "absent"},
+         .sentence = "v: dynamic: with its inertia; slaved: in balance with its forces at every moment"}};
+    return rows;
+}
+
+}  // namespace drover

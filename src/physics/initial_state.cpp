@@ -1,10 +1,13 @@
 // physics/initial_state.cpp: uniform, perturbed and stationary starts.
 #include "drover/physics/initial_state.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <complex>
 #include <cstdlib>
 #include <tuple>
 
+#include "drover/base/formula.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
 
@@ -45,45 +48,102 @@ void add_mode(const InitialState& initial, const Form& form, const numerics::Sys
     state[c][row * width + column] += half;
     if (column == 0) state[c][(rows - row) % rows * width] += std::conj(half);
 }
+
+/// The formula of a component, with its key; "" when it is not given.
+std::pair<const char*, const std::string*> formula_of(const InitialState& initial, const std::string& component) {
+    for (const auto& [name, key, written] :
+         {std::tuple{"bead_density", "initial.bead_density", &initial.bead_density},
+          std::tuple{"rod_density", "initial.rod_density", &initial.rod_density},
+          std::tuple{"bead_velocity_x", "initial.bead_velocity_x", &initial.bead_velocity_x},
+          std::tuple{"bead_velocity_y", "initial.bead_velocity_y", &initial.bead_velocity_y},
+          std::tuple{"polar_order_x", "initial.polar_order_x", &initial.polar_order_x},
+          std::tuple{"polar_order_y", "initial.polar_order_y", &initial.polar_order_y}})
+        if (component == name) return {key, written};
+    static const std::string none;
+    return {"", &none};
+}
+
+void set_formulas(const InitialState& initial, const Form& form, const numerics::System& system, Threads& threads,
+                  numerics::Spectra& state) {
+    const numerics::Grid& grid = system.grid;
+    const std::vector<Component> components = component_names(form);
+    numerics::Fields cells(grid, state.count());
+    numerics::Spectra made(grid, state.count());
+    for (int c = 0; c < state.count(); ++c) {
+        const auto [key, written] = formula_of(initial, components[static_cast<std::size_t>(c)].name);
+        if (written->empty()) continue;
+        const Formula formula(*written, {});
+        std::size_t cell = 0;
+        for (int j = 0; j < grid.ny; ++j)
+            for (int i = 0; i < grid.nx; ++i) {
+                const double value = formula(grid.lx / grid.nx * i, grid.ly / grid.ny * j);
+                require(std::isfinite(value), {}, "{} = \"{}\" is {} in cell ({}, {}); expected a number everywhere", key, *written,
+                        value, i, j);
+                cells[c][cell++] = value;
+            }
+    }
+    numerics::Transform(grid, system.degree, threads).forward(cells, made);
+    for (int c = 0; c < state.count(); ++c)
+        if (!formula_of(initial, components[static_cast<std::size_t>(c)].name).second->empty())
+            std::copy(made[c].begin(), made[c].end(), state[c].begin());
+}
 }  // namespace
 
-void check(const InitialState& initial, const Model& model, const numerics::Grid& grid, const PlaceOf& place) {
-    if (initial.kind == "stationary") {
-        require(model.noise.order > 0.0, place("initial.kind"),
-                "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order "
-                "> 0, "
-                "or another start",
-                model.noise.order);
-        const FastestGrowth growth = fastest_growth(make_system(model, grid));
-        require(growth.rate < 0.0, place("initial.kind"),
-                "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at "
-                "|q| = {:.3g} "
-                "/mm; expected every mode to decay: choose another start",
-                growth.rate, growth.q);
-    }
+namespace {
+void check_stationary(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing, const PlaceOf& place) {
+    require(model.noise.order > 0.0, place("initial.kind"),
+            "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order > 0, or another "
+            "start",
+            model.noise.order);
+    const FastestGrowth growth = fastest_growth(linear_system(model, grid, dealiasing));
+    require(growth.rate < 0.0, place("initial.kind"),
+            "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| = {:.3g} "
+            "/mm; expected every mode to decay: choose another start",
+            growth.rate, growth.q);
+}
+}  // namespace
+
+void check(const InitialState& initial, const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
+           const PlaceOf& place) {
+    if (initial.kind == "stationary") check_stationary(model, grid, dealiasing, place);
     if (initial.kind == "file")
         require(!initial.file.empty(), place("initial.kind"),
                 "initial.kind = \"file\" without initial.file; name the archive");
-    if (initial.kind != "mode") return;
     std::vector<std::string> names;
     for (const Component& component : component_names(form(model))) names.push_back(component.name);
+    for (const char* component :
+         {"bead_density", "rod_density", "bead_velocity_x", "bead_velocity_y", "polar_order_x", "polar_order_y"}) {
+        const auto [key, written] = formula_of(initial, component);
+        if (written->empty()) continue;
+        require(initial.kind == "formula", place(key), "{} is given with initial.kind = \"{}\"; expected \"formula\"", key,
+                initial.kind);
+        require(std::find(names.begin(), names.end(), component) != names.end(), place(key),
+                "{} is given, but the model has no such field; expected one of {}", key, joined(names));
+        static_cast<void>(Formula(*written, place(key)));
+    }
+    if (initial.kind != "mode") return;
     require(component_of(initial.field, form(model)) >= 0, place("initial.field"),
             "initial.field = \"{}\"; expected one of {}", initial.field, joined(names));
+    const int parts = kept_degree(Equations(model), dealiasing) + 1;
     for (const auto& [name, number, size] :
          {std::tuple{"mode_x", initial.mode_x, grid.nx}, std::tuple{"mode_y", initial.mode_y, grid.ny}})
-        require(std::abs(std::int64_t{number}) < size / 2, place(text("initial.{}", name)),
-                "initial.{} = {}; expected less than {} in size, half the points of that axis", name, number, size / 2);
+        require(std::abs(std::int64_t{number}) * parts < size, place(text("initial.{}", name)),
+                "initial.{} = {}; expected less than {:.4g} in size: the modes that the grid keeps are those below 1/{} of the points of "
+                "that axis",
+                name, number, static_cast<double>(size) / parts, parts);
 }
 
 numerics::Spectra initial_spectra(const InitialState& initial, const Model& model, const numerics::System& system,
                                   std::uint64_t seed, Threads& threads) {
-    check(initial, model, system.grid);
     const Form fields = form(model);
     numerics::Spectra state(system.grid, numerics::components(system.layout));
     if (initial.kind == "stationary")
         numerics::draw_stationary(system, {.seed = seed, .stream = Stream::stationary_state}, state);
-    state[fields.rod_density][0] += model.uniform.rod_density;
-    if (initial.kind == "random") add_random(initial, system, seed, threads, state);
+    if (fields.bead_density >= 0) state[fields.bead_density][0] += model.uniform.bead_density;
+    if (fields.rod_density >= 0) state[fields.rod_density][0] += model.uniform.rod_density;
+    if (initial.kind == "formula") set_formulas(initial, fields, system, threads, state);
+    if (initial.kind == "random" || (initial.kind == "formula" && initial.amplitude > 0.0))
+        add_random(initial, system, seed, threads, state);
     if (initial.kind == "mode") add_mode(initial, fields, system, state);
     return state;
 }
@@ -98,15 +158,15 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
     static const std::vector<Row<InitialState>> rows{
         {.name = "kind",
          .member = &InitialState::kind,
-         .choices = {"uniform", "random", "mode", "stationary", "file"},
+         .choices = {"uniform", "random", "mode", "stationary", "formula", "file"},
          .sentence =
              "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary law of the linear "
-             "theory; file: a frame of an archive"},
+             "theory; formula: fields as formulas in x and y; file: a frame of an archive"},
         {.name = "amplitude",
          .member = &InitialState::amplitude,
          .unit = "unit of the field",
          .range = not_negative,
-         .sentence = "random: standard deviation in each cell; mode: amplitude of the cosine"},
+         .sentence = "random: standard deviation in each cell (formula: the same, added to it); mode: amplitude of the cosine"},
         {.name = "field", .member = &InitialState::field, .sentence = "mode: the field that is perturbed"},
         {.name = "mode_x", .member = &InitialState::mode_x, .sentence = "mode: wavelengths in the cell along x"},
         {.name = "mode_y", .member = &InitialState::mode_y, .sentence = "mode: wavelengths in the cell along y"},
@@ -114,6 +174,15 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
          .member = &InitialState::phase,
          .unit = "rad",
          .sentence = "mode: phase of the cosine at the origin"},
+        {.name = "bead_density",
+         .member = &InitialState::bead_density,
+         .unit = "1/mm^2",
+         .sentence = "formula: rho, such as \"2 + 0.1 * exp(-((x - 8)^2 + (y - 8)^2) / 4)\", x and y in mm; empty: uniform"},
+        {.name = "rod_density", .member = &InitialState::rod_density, .unit = "1/mm^2", .sentence = "formula: sigma"},
+        {.name = "bead_velocity_x", .member = &InitialState::bead_velocity_x, .unit = "mm/s", .sentence = "formula: v_x"},
+        {.name = "bead_velocity_y", .member = &InitialState::bead_velocity_y, .unit = "mm/s", .sentence = "formula: v_y"},
+        {.name = "polar_order_x", .member = &InitialState::polar_order_x, .unit = "[p]", .sentence = "formula: p_x"},
+        {.name = "polar_order_y", .member = &InitialState::polar_order_y, .unit = "[p]", .sentence = "formula: p_y"},
         {.name = "file", .member = &InitialState::file, .sentence = "file: the archive, sought beside the scene"},
         {.name = "frame",
          .member = &InitialState::frame,

@@ -1,104 +1,154 @@
-// physics/model.cpp: the System of a model and its linear theory.
+// physics/model.cpp: compiling and checking a model.
 #include "drover/physics/model.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
-#include "drover/numerics/wavenumbers.hpp"
+#include "drover/physics/term.hpp"
 
 namespace drover::physics {
 
-Form form(const Model&) { return rods_only; }
-
-namespace {
-numerics::IsotropicBlocks zero_blocks(const Form& form) {
-    const numerics::Layout fields = layout(form);
-    return {numerics::Block(fields.scalars + fields.vectors), numerics::Block(fields.vectors)};
-}
-}  // namespace
-
-numerics::System make_system(const Model& model, const numerics::Grid& grid) {
-    const Form fields = form(model);
-    numerics::System system{.grid = grid, .layout = layout(fields), .linear = {}, .nonlinear = {}, .noise = {}};
-    system.linear = [model, fields](double q) {
-        numerics::IsotropicBlocks rates = zero_blocks(fields);
-        add_linearisation(model.current, fields, q, rates);
-        add_linearisation(model.relaxation, fields, q, rates);
-        add_linearisation(model.elasticity, fields, q, rates);
-        add_linearisation(model.pressure, fields, q, rates);
-        add_linearisation(model.diffusion, fields, q, rates);
-        return rates;
-    };
-    if (model.noise.order != 0.0 || model.noise.rods != 0.0)
-        system.noise = [noise = model.noise, fields](double q) {
-            numerics::IsotropicBlocks covariance = zero_blocks(fields);
-            add_covariance(noise, fields, q, covariance);
-            return covariance;
-        };
-    return system;
-}
-
-std::vector<ActiveTerm> active_terms(const Model& model) {
-    std::vector<ActiveTerm> terms;
-    const auto add = [&](double coefficient, const char* name, const char* equation) {
-        if (coefficient != 0.0) terms.push_back({name, text(equation, coefficient)});
-    };
-    add(model.current.speed, "current", "d_t sigma: -u div p, u = {} mm/s");
-    add(model.diffusion.diffusivity, "diffusion", "d_t sigma: D lap sigma, D = {} mm^2/s");
-    add(model.relaxation.rate, "relaxation", "d_t p: -a p, a = {} 1/s");
-    add(model.elasticity.stiffness, "elasticity", "d_t p: K3 lap p, K3 = {} mm^2/s");
-    add(model.elasticity.splay, "elasticity", "d_t p: K1 grad(div p), K1 = {} mm^2/s");
-    add(model.pressure.strength, "pressure", "d_t p: -B grad sigma, B = {} mm/s");
-    add(model.noise.order, "noise", "d_t p: white noise, Delta = {} 1/(mm^2 s)");
-    add(model.noise.rods, "noise", "d_t sigma: conserved noise, strength {} 1/s");
-    return terms;
+Form form(const Model& model) {
+    return make_form(model.fields, model.fields.rod_density && model.current.kind == "order");
 }
 
 namespace {
-/// Calls see(q, s) for the rates of both blocks at every |q| of the kept modes.
-template <class See>
-void for_rates(const numerics::System& system, See see) {
-    for (const double q : numerics::distinct_wavenumbers(system.grid, system.degree).q) {
-        const numerics::IsotropicBlocks blocks = system.linear(q);
-        for (const auto* block : {&blocks.along, &blocks.across})
-            for (const numerics::Complex s : numerics::eigenvalues(*block)) see(q, s);
+using Key = std::string;
+
+/// A coefficient that may depend on the densities, with the scene's names for it.
+struct Varying {
+    Key number, terms, table;
+    double constant;
+    const std::vector<std::string>* monomials;
+    const std::vector<double>* nodes;
+};
+
+Coefficient compiled(const Varying& written, const TableData& table, const PlaceOf& place) {
+    if (!written.nodes->empty()) {
+        require(written.monomials->empty(), place(written.terms), "{} and table.{} are both given; expected one of them",
+                written.terms, written.table);
+        const auto axis = [](const std::vector<double>& nodes) { return nodes.empty() ? std::vector<double>{0.0} : nodes; };
+        try {
+            return Coefficient(std::make_shared<CoefficientTable>(axis(table.bead_density), axis(table.rod_density),
+                                                                  *written.nodes,
+                                                                  table.outside == "hold" ? Outside::hold : Outside::refuse));
+        } catch (const Error& error) {
+            fail_input(place("table." + written.table), "table.{}: {}", written.table, error.what());
+        }
+    }
+    std::vector<Monomial> monomials;
+    for (const std::string& monomial : *written.monomials)
+        monomials.push_back(read_monomial(monomial, place(written.terms)));
+    return {written.constant, std::move(monomials)};
+}
+
+struct Coefficients {
+    Coefficient relaxation, saturation, drag, driving, weathercock;
+};
+
+Coefficients compile(const Model& m, const PlaceOf& place) {
+    const auto make = [&](const Varying& written) { return compiled(written, m.table, place); };
+    return {.relaxation = make({"relaxation.rate", "relaxation.rate_terms", "relaxation_rate", m.relaxation.rate,
+                                &m.relaxation.rate_terms, &m.table.relaxation_rate}),
+            .saturation = make({"relaxation.saturation", "relaxation.saturation_terms", "relaxation_saturation",
+                                m.relaxation.saturation, &m.relaxation.saturation_terms, &m.table.relaxation_saturation}),
+            .drag = make({"drag.coefficient", "drag.coefficient_terms", "drag_coefficient", m.drag.coefficient,
+                          &m.drag.coefficient_terms, &m.table.drag_coefficient}),
+            .driving = make({"driving.strength", "driving.strength_terms", "driving_strength", m.driving.strength,
+                             &m.driving.strength_terms, &m.table.driving_strength}),
+            .weathercock = make({"weathercock.strength", "weathercock.strength_terms", "weathercock_strength",
+                                 m.weathercock.strength, &m.weathercock.strength_terms, &m.table.weathercock_strength})};
+}
+
+/// A coefficient of a field that is not there is a slip of the scene, not a wish.
+void check_fields(const Model& m, const Coefficients& c, const PlaceOf& place) {
+    const bool beads = m.fields.bead_density, rods = m.fields.rod_density, velocity = m.fields.bead_velocity != "absent",
+               dynamic = m.fields.bead_velocity == "dynamic";
+    const auto needs = [&](bool given, bool has, const char* key, const char* field) {
+        require(!given || has, place(key), "{} is given, but fields.{} leaves its field out; set it to 0 or give the field",
+                key, field);
+    };
+    needs(m.compressibility.beads != 0.0, beads && velocity, "compressibility.beads", beads ? "bead_velocity" : "bead_density");
+    needs(m.compressibility.rods != 0.0, rods && velocity, "compressibility.rods", rods ? "bead_velocity" : "rod_density");
+    needs(m.pressure.beads != 0.0, beads, "pressure.beads", "bead_density");
+    needs(m.pressure.rods != 0.0, rods, "pressure.rods", "rod_density");
+    needs(m.diffusion.beads != 0.0, beads, "diffusion.beads", "bead_density");
+    needs(m.diffusion.rods != 0.0, rods, "diffusion.rods", "rod_density");
+    needs(m.noise.beads != 0.0, beads, "noise.beads", "bead_density");
+    needs(m.noise.rods != 0.0, rods, "noise.rods", "rod_density");
+    needs(m.current.speed != 0.0, rods, "current.speed", "rod_density");
+    needs(c.drag.is_active(), velocity, "drag.coefficient", "bead_velocity");
+    needs(c.driving.is_active(), velocity, "driving.strength", "bead_velocity");
+    needs(c.weathercock.is_active(), velocity, "weathercock.strength", "bead_velocity");
+    needs(m.viscosity.shear != 0.0, velocity, "viscosity.shear", "bead_velocity");
+    needs(m.viscosity.bulk != 0.0, velocity, "viscosity.bulk", "bead_velocity");
+    needs(m.force.kind != "none", velocity, "force.kind", "bead_velocity");
+    needs(m.inertia.advection, dynamic, "inertia.advection", "bead_velocity");
+    for (const auto& [key, coefficient] :
+         {std::pair{"relaxation.rate", &c.relaxation}, std::pair{"relaxation.saturation", &c.saturation},
+          std::pair{"drag.coefficient", &c.drag}, std::pair{"driving.strength", &c.driving},
+          std::pair{"weathercock.strength", &c.weathercock}}) {
+        require(beads || !coefficient->depends_on_beads(), place(text("{}_terms", key)),
+                "{} depends on the bead density, which fields.bead_density leaves out; give the field", key);
+        require(rods || !coefficient->depends_on_rods(), place(text("{}_terms", key)),
+                "{} depends on the rod density, which fields.rod_density leaves out; give the field", key);
     }
 }
+
+void check_slaved(const Model& m, const Coefficients& c, const PlaceOf& place) {
+    const bool viscous = m.viscosity.shear != 0.0 || m.viscosity.bulk != 0.0;
+    require(!viscous || (!c.drag.varies() && !c.driving.varies()),
+            place(c.drag.varies() ? "drag.coefficient_terms" : "driving.strength_terms"),
+            "a slaved velocity is exact for a drag and a driving that depend on the densities, or for viscosity, not for both; set "
+            "viscosity.shear and viscosity.bulk to 0, or give fields.bead_velocity = \"dynamic\"");
+    const double drag = c.drag.at(m.uniform.bead_density, m.uniform.rod_density).value;
+    require(drag > 0.0, place("drag.coefficient"),
+            "drag.coefficient is {} in the uniform state, and a slaved velocity has nothing else to hold it back at q = 0; expected > 0",
+            drag);
+}
 }  // namespace
 
-FastestGrowth fastest_growth(const numerics::System& system) {
-    FastestGrowth result{.rate = -std::numeric_limits<double>::infinity()};
-    for_rates(system, [&](double q, numerics::Complex s) {
-        const bool conserved = q == 0.0 && s == 0.0;
-        if (!conserved && s.real() > result.rate) result = {.rate = s.real(), .q = q};
-    });
-    return result;
+void check(const Model& model, const PlaceOf& place) {
+    const Coefficients c = compile(model, place);
+    check_fields(model, c, place);
+    if (model.fields.bead_velocity == "slaved") check_slaved(model, c, place);
+    require(!model.fields.bead_density || model.fields.bead_velocity != "absent" || model.diffusion.beads != 0.0 ||
+                model.noise.beads != 0.0,
+            place("fields.bead_density"),
+            "fields.bead_density = true with fields.bead_velocity = \"absent\": nothing moves the beads; give a velocity, or leave them "
+            "out");
+    for (const auto& [name, coefficient] :
+         {std::pair{"relaxation.rate", &c.relaxation}, std::pair{"relaxation.saturation", &c.saturation},
+          std::pair{"drag.coefficient", &c.drag}, std::pair{"driving.strength", &c.driving},
+          std::pair{"weathercock.strength", &c.weathercock}})
+        require(std::isfinite(coefficient->at(model.uniform.bead_density, model.uniform.rod_density).value),
+                place("uniform.rod_density"),
+                "{}: the uniform densities {} (beads) and {} (rods) lie outside its table of {}; expected them inside, or "
+                "table.outside = \"hold\"",
+                name, model.uniform.bead_density, model.uniform.rod_density,
+                coefficient->table() ? coefficient->table()->range_text() : "");
 }
 
-double fastest_rate(const numerics::System& system) {
-    double result = 0.0;
-    for_rates(system, [&](double, numerics::Complex s) { result = std::max(result, std::abs(s)); });
-    return result;
+Equations::Equations(const Model& the_model) : model(the_model), form(physics::form(the_model)) {
+    check(model);
+    Coefficients c = compile(model, nowhere);
+    relaxation = std::move(c.relaxation);
+    saturation = std::move(c.saturation);
+    drag = std::move(c.drag);
+    driving = std::move(c.driving);
+    weathercock = std::move(c.weathercock);
+    for (const Term& term : terms())
+        if (term.is_active(*this)) active.push_back(&term);
 }
 
-StructureFactor structure_factor(const numerics::System& system, const Form& form, double q) {
-    const numerics::IsotropicBlocks rates = system.linear(q), noise = system.noise(q);
-    const numerics::Block along = numerics::stationary_covariance(rates.along, noise.along);
-    const numerics::Block across = numerics::stationary_covariance(rates.across, noise.across);
-    const int order = layout(form).scalars;
-    return {.rods = along(form.rod_density, form.rod_density),
-            .order_along = along(order, order),
-            .order_across = across(0, 0)};
-}
-
-std::vector<StructureFactor> structure_factors(const numerics::System& system, const Form& form) {
-    const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(system.grid, system.degree);
-    std::vector<StructureFactor> of_q(wavenumbers.q.size());
-    for (std::size_t n = 1; n < of_q.size(); ++n) of_q[n] = structure_factor(system, form, wavenumbers.q[n]);
-    std::vector<StructureFactor> result;
-    result.reserve(wavenumbers.of_mode.size());
-    for (const std::int32_t n : wavenumbers.of_mode)
-        result.push_back(n < 0 ? StructureFactor{} : of_q[static_cast<std::size_t>(n)]);
+std::vector<ActiveTerm> active_terms(const Equations& equations) {
+    std::vector<ActiveTerm> result;
+    for (const Term* term : equations.active) result.push_back({term->name, term->equation(equations)});
+    const Noise& noise = equations.model.noise;
+    if (noise.beads != 0.0) result.push_back({"noise.beads", text("d_t rho: conserved noise, strength {} 1/s", noise.beads)});
+    if (noise.rods != 0.0) result.push_back({"noise.rods", text("d_t sigma: conserved noise, strength {} 1/s", noise.rods)});
+    if (noise.order != 0.0)
+        result.push_back({"noise.order", text("d_t p: white noise, Delta = {} [p]^2 mm^2/s", noise.order)});
     return result;
 }
 
@@ -113,7 +163,12 @@ const std::vector<Row<physics::UniformState>>& schema<physics::UniformState>() {
          .member = &physics::UniformState::rod_density,
          .unit = "1/mm^2",
          .range = positive,
-         .sentence = "sigma: mean density of the rods, which the equations conserve"}};
+         .sentence = "sigma: mean density of the rods, which the equations conserve"},
+        {.name = "bead_density",
+         .member = &physics::UniformState::bead_density,
+         .unit = "1/mm^2",
+         .range = positive,
+         .sentence = "rho: mean density of the beads, which the equations conserve"}};
     return rows;
 }
 

@@ -8,8 +8,9 @@
 #include <optional>
 
 #include "drover/measure/observables.hpp"
-#include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
+#include "drover/physics/energy.hpp"
+#include "drover/run/field_evolution.hpp"
 
 namespace drover::run {
 
@@ -20,16 +21,20 @@ using numerics::Complex;
 struct World {
     io::Scene scene;
     physics::Form form;
-    numerics::System system;
+    FieldEvolution evolution;
     numerics::Transform transform;
-    numerics::Stepper stepper;
     numerics::Spectra state, healthy;  // healthy: at the last health check
     numerics::Fields fields;
+    numerics::Fields slaved;     // the velocity of the beads, of a slaved form
+    numerics::Spectra velocity;  // the same as modes, of every form that has one
+    std::optional<physics::EnergyMeter> energy;
+    double time = 0.0;
     measure::Setting setting;
     std::vector<measure::Observable> observables;
     std::vector<std::vector<double>> measured;
 
     World(const io::Scene& the_scene, Threads& threads);
+    void bring_to_grid();
 };
 
 /// Where the values of a field stand along an axis.
@@ -73,7 +78,7 @@ numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& sce
 numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
     const std::filesystem::path given = scene.initial.file;
     const std::filesystem::path beside = std::filesystem::path(scene.file).parent_path() / given;
-    numerics::Spectra state(scene.grid, numerics::components(world.system.layout));
+    numerics::Spectra state(scene.grid, numerics::components(world.evolution.system().layout));
     std::optional<io::ArchiveReader> archive;
     try {
         archive.emplace(given.is_relative() && std::filesystem::exists(beside) ? beside : given);
@@ -87,20 +92,36 @@ numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
 World::World(const io::Scene& the_scene, Threads& threads)
     : scene(the_scene),
       form(physics::form(scene.model)),
-      system(physics::make_system(scene.model, scene.grid)),
-      transform(scene.grid, system.degree, threads),
-      stepper(system, numerics::stepper_table(scene.time.stepper), scene.time.dt,
-              static_cast<std::uint64_t>(scene.run.seed), threads),
-      fields(scene.grid, numerics::components(system.layout)),
-      setting(measure::make_setting(scene.grid, form, system.degree)),
-      observables(measure::observables(form)) {
+      evolution(scene, threads),
+      transform(scene.grid, evolution.system().degree, threads),
+      fields(scene.grid, numerics::components(evolution.system().layout)) {
+    const numerics::System& system = evolution.system();
+    if (scene.output.powers) energy.emplace(evolution.equations(), scene.grid, scene.dealiasing, threads);
+    setting = measure::make_setting(scene.grid, form, system.degree,
+                                    energy ? energy->terms() : std::vector<std::string>{});
+    observables = measure::observables(form, scene.output.powers);
     state = scene.initial.kind == "file"
                 ? spectra_of_file(scene, *this)
                 : physics::initial_spectra(scene.initial, scene.model, system,
                                            static_cast<std::uint64_t>(scene.run.seed), threads);
     healthy = state;
+    evolution.start(state);
     for (const measure::Observable& observable : observables)
         measured.emplace_back(measure::size_of(observable, setting));
+}
+
+/// The state on the grid, and the velocity of the beads where the form has one.
+void World::bring_to_grid() {
+    transform.backward(state, fields);
+    if (form.velocity == physics::Velocity::absent) return;
+    if (velocity.size == 0) velocity = numerics::Spectra(scene.grid, 2);
+    if (form.velocity == physics::Velocity::slaved) {
+        slaved = physics::slaved_velocity(evolution.equations(), evolution.system(), time, state, transform);
+        transform.forward(slaved, velocity);
+        return;
+    }
+    for (int axis = 0; axis < 2; ++axis)
+        std::copy(state[form.bead_velocity + axis].begin(), state[form.bead_velocity + axis].end(), velocity[axis].begin());
 }
 
 io::Recording frame_recording(const World& world) {
@@ -112,6 +133,12 @@ io::Recording frame_recording(const World& world) {
                             .rows_per_chunk = 1};
     for (const physics::Component& component : physics::component_names(world.form))
         recording.quantities.push_back({component.name, component.unit, component.meaning, {"y", "x"}});
+    if (world.form.velocity == physics::Velocity::slaved)
+        for (const char* axis : {"x", "y"})
+            recording.quantities.push_back({text("bead_velocity_{}", axis),
+                                            "mm s-1",
+                                            text("velocity of the beads along {}, in balance with the forces on them", axis),
+                                            {"y", "x"}});
     return recording;
 }
 
@@ -120,6 +147,8 @@ std::string axis_name(measure::ObservableAxis axis) {
         case measure::ObservableAxis::shell: return "wavenumber";
         case measure::ObservableAxis::sector: return "direction";
         case measure::ObservableAxis::box: return "box_side";
+        case measure::ObservableAxis::separation: return "separation";
+        case measure::ObservableAxis::term: return "term";
     }
     return "";
 }
@@ -129,9 +158,16 @@ std::vector<io::Axis> observable_axes(const measure::Setting& setting) {
     std::vector<double> directions, sides;
     for (int s = 0; s < setting.sectors.count; ++s) directions.push_back(180.0 / setting.sectors.count * s);
     for (const int cells : setting.boxes) sides.push_back(setting.grid.lx / setting.grid.nx * cells);
-    return {{"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q},
-            {"direction", "degree", "angle of q from x, q and -q being one", directions},
-            {"box_side", "mm", "side of the box along x", sides}};
+    std::vector<io::Axis> axes{{"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q},
+                               {"direction", "degree", "angle of q from x, q and -q being one", directions},
+                               {"box_side", "mm", "side of the box along x", sides},
+                               {"separation", "mm", "mean distance in the bin", setting.separations}};
+    if (!setting.terms.empty()) {
+        std::vector<double> numbers;
+        for (std::size_t i = 0; i < setting.terms.size(); ++i) numbers.push_back(static_cast<double>(i));
+        axes.push_back({"term", "1", "number of the term: 0, 1, ... for " + joined(setting.terms), numbers});
+    }
+    return axes;
 }
 
 std::vector<std::string> axis_names(std::span<const measure::ObservableAxis> axes) {
@@ -158,12 +194,17 @@ int choose_threads(const io::Scene& scene) {
 }
 
 double field_simulation_bytes(const io::Scene& scene) {
-    const numerics::System system = physics::make_system(scene.model, scene.grid);
+    const physics::Equations equations(scene.model);
+    numerics::System system =
+        physics::linear_system(equations, scene.grid, physics::reference(scene.model.uniform), scene.dealiasing);
+    if (physics::is_nonlinear(equations)) system.nonlinear = [](double, const auto&, auto&) {};
     const double spectra = static_cast<double>(numerics::modes(scene.grid)) * sizeof(Complex);
     const double reals = static_cast<double>(numerics::points(scene.grid)) * sizeof(double);
     const int count = numerics::components(system.layout);
     // state, the healthy one, a checkpoint's copy and its file; fields; the transform's scratch; shells, sectors and powers.
-    return numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
+    const double rungs = scene.time.tolerance > 0.0 ? 4.0 : 1.0;
+    return rungs * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
+                    physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
            (4.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
 
@@ -195,7 +236,7 @@ bool is_healthy(Complex value, std::size_t modes) {
         std::max_element(field.begin(), field.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
     const auto cell = static_cast<std::size_t>(largest - field.begin()),
                nx = static_cast<std::size_t>(world.scene.grid.nx);
-    const physics::FastestGrowth growth = physics::fastest_growth(world.system);
+    const physics::FastestGrowth growth = physics::fastest_growth(world.evolution.system());
     fail_run(
         "the run left the finite numbers at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its largest "
         "value was {:.3g} "
@@ -203,8 +244,10 @@ bool is_healthy(Complex value, std::size_t modes) {
         step, static_cast<double>(step) * world.scene.time.dt, names[component].name, mode % width,
         numerics::mode_number_y(world.scene.grid, mode / width), world.scene.time.dt, *largest, cell % nx, cell / nx,
         growth.rate > 0.0
-            ? text("a linear mode grows at {:.3g} /s (|q| = {:.3g} /mm) and this model has no term to stop it",
-                   growth.rate, growth.q)
+            ? text("a linear mode grows at {:.3g} /s (|q| = {:.3g} /mm) and {}", growth.rate, growth.q,
+                   world.evolution.equations().saturation.is_active()
+                       ? "relaxation.saturation does not stop it; or the time step is too large for the nonlinear terms"
+                       : "this model has no term to stop it (relaxation.saturation = 0)")
             : "the time step is too large for the nonlinear terms");
 }
 }  // namespace
@@ -213,9 +256,10 @@ namespace {
 ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
     const io::Scene& scene = world->scene;
     const auto observe = [world] {
-        world->transform.backward(world->state, world->fields);
+        world->bring_to_grid();
         std::vector<std::span<const double>> arrays;
-        for (int c = 0; c < world->fields.count(); ++c) arrays.push_back(std::as_const(world->fields)[c]);
+        for (const numerics::Fields* fields : {&std::as_const(world->fields), &std::as_const(world->slaved)})
+            for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
         return arrays;
     };
     return {frame_recording(*world), io::whole_steps(scene, "output.frame_every", scene.output.frame_every), observe};
@@ -231,8 +275,12 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
         samples.quantities.push_back(
             {observable.name, observable.unit, observable.formula, axis_names(observable.axes)});
     const auto observe = [world] {
-        world->transform.backward(world->state, world->fields);
-        const measure::Moment moment{.setting = world->setting, .spectra = world->state, .fields = world->fields};
+        world->bring_to_grid();
+        measure::Moment moment{.setting = world->setting,
+                               .spectra = world->state,
+                               .fields = world->fields,
+                               .velocity = world->velocity.size > 0 ? &world->velocity : nullptr};
+        if (world->energy) moment.energy = world->energy->measure(world->time, world->state);
         std::vector<std::span<const double>> arrays;
         for (std::size_t o = 0; o < world->observables.size(); ++o) {
             world->observables[o].measure(moment, world->measured[o]);
@@ -256,8 +304,8 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
     simulation.threads = threads.count();
     simulation.recordings = {frames_of(world), samples_of(world)};
     simulation.advance = [world](std::int64_t step) {
-        world->stepper.step(static_cast<double>(step) * world->scene.time.dt, static_cast<std::uint64_t>(step),
-                            world->state);
+        world->evolution.advance(step, world->state);
+        world->time = static_cast<double>(step + 1) * world->scene.time.dt;
     };
     simulation.check_health = [world](std::int64_t step) {
         for (const Complex value : world->state.values)
@@ -265,8 +313,9 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
         std::copy(world->state.values.begin(), world->state.values.end(), world->healthy.values.begin());
     };
     simulation.save = [world] {
-        std::vector<double> values;
-        values.reserve(2 * world->state.values.size());
+        std::vector<double> values = world->evolution.save();
+        values.push_back(world->time);
+        values.reserve(values.size() + 2 * world->state.values.size());
         for (const Complex value : world->state.values) {
             values.push_back(value.real());
             values.push_back(value.imag());
@@ -274,11 +323,14 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
         return values;
     };
     simulation.restore = [world](std::span<const double> values) {
-        require(values.size() == 2 * world->state.values.size(), {},
+        constexpr std::size_t before = FieldEvolution::saved_numbers + 1;
+        require(values.size() == before + 2 * world->state.values.size(), {},
                 "the checkpoint holds {} numbers; this scene's state has {}", values.size(),
-                2 * world->state.values.size());
+                before + 2 * world->state.values.size());
+        world->evolution.restore(values.first(FieldEvolution::saved_numbers));
+        world->time = values[before - 1];
         for (std::size_t m = 0; m < world->state.values.size(); ++m)
-            world->state.values[m] = {values[2 * m], values[2 * m + 1]};
+            world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};
         world->healthy = world->state;
     };
     return simulation;

@@ -29,7 +29,8 @@ std::vector<double> box_variances(const measure::Setting& setting, std::span<con
 }
 
 void predict(Report& report) {
-    const numerics::System system = physics::make_system(report.scene.model, report.scene.grid);
+    const numerics::System system =
+        physics::linear_system(report.scene.model, report.scene.grid, report.scene.dealiasing);
     if (!system.noise) {
         report.no_prediction = "without noise the stationary state of the linear theory is uniform";
         return;
@@ -80,9 +81,15 @@ Report make_report(const io::ArchiveReader& archive) {
                   .time = 0.0};
     const io::Scene& scene = report.scene;
     const physics::Form form = physics::form(scene.model);
-    const numerics::System system = physics::make_system(scene.model, scene.grid);
-    report.setting = measure::make_setting(scene.grid, form, system.degree);
-    const std::vector<measure::Observable> observables = measure::observables(form);
+    const physics::Equations equations(scene.model);
+    const int degree = physics::kept_degree(equations, scene.dealiasing);
+    std::vector<std::string> terms;
+    if (scene.output.powers) {
+        Threads one(1);
+        terms = physics::EnergyMeter(equations, scene.grid, scene.dealiasing, one).terms();
+    }
+    report.setting = measure::make_setting(scene.grid, form, degree, terms);
+    const std::vector<measure::Observable> observables = measure::observables(form, scene.output.powers);
     const std::vector<double> times = archive.read("/observables/time").values;
     report.time = times.empty() ? 0.0 : times.back();
     const bool two_alone = scene.output.sample_every == 0.0;

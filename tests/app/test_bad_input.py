@@ -104,7 +104,7 @@ SCENES = {
         "[initial]\nkind = \"stationary\"\n", ["bad.toml:2:1", "stationary", "noise.order = 0",
                                                "give noise.order > 0"]),
     "a stationary start of a model without a stationary state": (
-        "[relaxation]\nrate = -1\n[noise]\norder = 1\n[diffusion]\ndiffusivity = 1\n[initial]\nkind = \"stationary\"\n",
+        "[relaxation]\nrate = -1\n[noise]\norder = 1\n[diffusion]\nrods = 1\n[initial]\nkind = \"stationary\"\n",
         ["bad.toml:8:1", "stationary", "grows"]),
     "a start from no file": ("[initial]\nkind = \"file\"\n", ["bad.toml:2:1", "initial.file", "name the archive"]),
     "a start from a missing file": (

@@ -48,7 +48,7 @@ def kept_wavevectors(nx, ny, lx, ly):
 
 
 def test_explain_of_a_scene_that_only_diffuses(tmp_path):
-    scene = {"relaxation.rate": 0.0, "diffusion.diffusivity": 0.3, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0,
+    scene = {"relaxation.rate": 0.0, "diffusion.rods": 0.3, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0,
              "grid.ly": 5.0,
              "time.dt": 0.25, "time.end": 100.0}
     scene["output.frame_every"], scene["output.sample_every"] = 10.0, 0.5
@@ -88,7 +88,7 @@ def growth_of(keys):
 ])
 def test_explain_tells_which_mode_grows_and_how_fast(keys, tmp_path):
     names = {"u": "current.speed", "a": "relaxation.rate", "K": "elasticity.stiffness", "K1": "elasticity.splay",
-             "B": "pressure.strength", "D": "diffusion.diffusivity"}
+             "B": "pressure.rods", "D": "diffusion.rods"}
     scene = {names[key]: value for key, value in keys.items()}
     write_scene(tmp_path, {**scene, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0, "grid.ly": 5.0, "time.end": 10.0},
                 base={})

@@ -30,9 +30,9 @@ rate = 1.0
 [elasticity]
 stiffness = 0.5
 [pressure]
-strength = 0.5
+rods = 0.5
 [diffusion]
-diffusivity = 0.2
+rods = 0.2
 [noise]
 order = 0.1
 rods = 0.2

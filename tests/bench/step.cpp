@@ -3,7 +3,7 @@
 
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/model.hpp"
+#include "drover/physics/linear_theory.hpp"
 
 namespace drover {
 namespace {
@@ -12,8 +12,8 @@ const physics::Model model{.uniform = {.rod_density = 0.02},
                            .current = {.speed = 3.6},
                            .relaxation = {.rate = 0.2},
                            .elasticity = {.stiffness = 2.0},
-                           .pressure = {.strength = 1.8},
-                           .diffusion = {.diffusivity = 0.2},
+                           .pressure = {.rods = 1.8},
+                           .diffusion = {.rods = 0.2},
                            .noise = {.order = 0.008, .rods = 0.008}};
 
 numerics::Grid grid_of(const benchmark::State& state) {
@@ -23,7 +23,7 @@ numerics::Grid grid_of(const benchmark::State& state) {
 
 void noisy_step(benchmark::State& state) {
     Threads threads(static_cast<int>(state.range(1)));
-    const numerics::System system = physics::make_system(model, grid_of(state));
+    const numerics::System system = physics::linear_system(model, grid_of(state));
     numerics::Stepper stepper(system, numerics::stepper_table("etdrk2"), 0.25, 1, threads);
     numerics::Spectra fields(system.grid, 3);
     std::uint64_t step = 0;
@@ -32,7 +32,7 @@ void noisy_step(benchmark::State& state) {
 
 void step_without_noise(benchmark::State& state) {
     Threads threads(static_cast<int>(state.range(1)));
-    numerics::System system = physics::make_system(model, grid_of(state));
+    numerics::System system = physics::linear_system(model, grid_of(state));
     system.noise = {};
     numerics::Stepper stepper(system, numerics::stepper_table("etdrk2"), 0.25, 1, threads);
     numerics::Spectra fields(system.grid, 3);

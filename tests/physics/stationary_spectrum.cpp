@@ -8,7 +8,7 @@
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/numerics/wavenumbers.hpp"
-#include "drover/physics/model.hpp"
+#include "drover/physics/linear_theory.hpp"
 
 namespace drover::physics {
 namespace {
@@ -19,8 +19,8 @@ const Model model{.uniform = {.rod_density = 1.0},
                   .current = {.speed = 1.5},
                   .relaxation = {.rate = 0.4},
                   .elasticity = {.stiffness = 0.7, .splay = 0.3},
-                  .pressure = {.strength = 0.8},
-                  .diffusion = {.diffusivity = 0.05},
+                  .pressure = {.rods = 0.8},
+                  .diffusion = {.rods = 0.05},
                   .noise = {.order = 0.3, .rods = 0.1}};
 constexpr numerics::Grid grid{16, 12, 9.0, 7.0};
 
@@ -172,7 +172,7 @@ Tally sampled(const numerics::System& system, MakeStepper make_stepper) {
 
 TEST(StationarySpectrum, of_the_noisy_linear_model_is_the_lyapunov_solution_at_any_step) {
     Threads threads(1);
-    const numerics::System system = make_system(model, grid);
+    const numerics::System system = linear_system(model, grid);
     for (const double dt_rate : {0.1, 1.0, 10.0}) {
         const double dt = dt_rate / fastest_rate(system);
         const Verdict found = verdict(sampled(system, [&] {
@@ -191,7 +191,7 @@ TEST(StationarySpectrum, of_noise_frozen_over_the_step_fails_the_same_test) {
     Threads threads(1);
     Model plain = model;
     plain.noise.rods = 0.0;
-    const numerics::System exact = make_system(plain, grid);
+    const numerics::System exact = linear_system(plain, grid);
     const numerics::Transform transform(grid, 1, threads);
     for (const double dt_rate : {1.0, 10.0}) {
         const double dt = dt_rate / fastest_rate(exact);

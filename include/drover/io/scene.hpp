@@ -19,6 +19,7 @@ struct TimeControl {
     double dt = 0.01;                ///< step [s]
     double end = 1.0;                ///< [s]
     std::string stepper = "etdrk2";  ///< a row of numerics::stepper_tables()
+    double tolerance = 0.0;          ///< error of a step beside the size of its field, adaptive; 0: steps of dt
 };
 
 /// What is written and when.
@@ -27,6 +28,7 @@ struct Output {
     double frame_every = 1.0;         ///< time between frames [s]; 0: the first and the last alone
     double sample_every = 0.1;        ///< time between samples of the observables [s]
     double checkpoint_minutes = 5.0;  ///< wall time between checkpoints
+    bool powers = false;              ///< the energy of each sample, and the power of each term
 };
 
 /// How means are taken.
@@ -53,6 +55,7 @@ struct Scene {
     std::map<std::string, Where> places;  ///< of the keys that were given: "time.dt"
     physics::Model model;
     numerics::Grid grid;
+    physics::Dealiasing dealiasing;
     TimeControl time;
     physics::InitialState initial;
     Output output;

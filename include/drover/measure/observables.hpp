@@ -1,12 +1,14 @@
 // measure/observables.hpp: what is measured on fields, each as one row: name, unit, axes, formula, function.
 #pragma once
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "drover/numerics/field.hpp"
 #include "drover/numerics/shells.hpp"
+#include "drover/physics/energy.hpp"
 #include "drover/physics/form.hpp"
 
 namespace drover::measure {
@@ -20,27 +22,36 @@ struct Setting {
     numerics::Shells shells;
     numerics::Sectors sectors;
     std::vector<int> boxes;  ///< box sides, in cells: a box has as many cells along x as along y
+    int degree = 1;          ///< of the products: which modes are kept
+    std::vector<double> separations;                  ///< mean distance in each bin of the pair correlation [mm]
+    std::vector<int> separation_bin;                  ///< of each grid point as a displacement, -1 for none
+    std::vector<std::string> terms;                   ///< whose powers are measured
 };
-Setting make_setting(const numerics::Grid& grid, const physics::Form& form, int degree);
+Setting make_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
+                     std::vector<std::string> power_terms = {});
 
 /// |a_q|^2 of each stored mode [mm-4].  Along: the part of p along q; across: the part along q turned by +90 degrees;
 /// at q = 0 along is x, across is y.  Empty for fields that the form has not.
 struct ModePowers {
-    std::vector<double> rods, order_along, order_across;
-    std::vector<double> cross;  ///< Re(sigma_q^* i p_along,q): even in q, zero on average where sigma is conserved
+    std::vector<double> rods, beads, order_along, order_across, velocity_along, velocity_across;
+    std::vector<double> cross;       ///< Re(sigma_q^* i p_along,q): even in q, zero on average where sigma is conserved
+    std::vector<double> beads_rods;  ///< Re(rho_q^* sigma_q)
 };
-ModePowers mode_powers(const Setting& setting, const numerics::Spectra& spectra);
+ModePowers mode_powers(const Setting& setting, const numerics::Spectra& spectra,
+                       const numerics::Spectra* velocity = nullptr);
 
 /// One moment of a run.  The powers are computed when it is made, once for all observables.
 struct Moment {
     const Setting& setting;
     const numerics::Spectra& spectra;
     const numerics::Fields& fields;
-    ModePowers powers = mode_powers(setting, spectra);
+    const numerics::Spectra* velocity = nullptr;       ///< of the beads, two components; null when the form has none
+    std::optional<physics::EnergyBudget> energy = {};  ///< when it is measured
+    ModePowers powers = mode_powers(setting, spectra, velocity);
 };
 
 /// An axis of an observable.
-enum class ObservableAxis { shell, sector, box };
+enum class ObservableAxis { shell, sector, box, separation, term };
 
 struct Observable {
     std::string name;
@@ -50,8 +61,8 @@ struct Observable {
     std::function<void(const Moment& moment, std::span<double> out)> measure;  ///< out: size_of() numbers
 };
 
-/// The rows that a form can measure.
-std::vector<Observable> observables(const physics::Form& form);
+/// The rows that a form can measure; with `energies`, those of the energy budget too.
+std::vector<Observable> observables(const physics::Form& form, bool energies = false);
 
 /// Numbers on an axis in a setting.
 std::size_t size_of(ObservableAxis axis, const Setting& setting);

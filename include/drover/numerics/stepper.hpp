@@ -18,8 +18,15 @@ public:
     ~Stepper();
     Stepper(Stepper&&) noexcept;
 
-    /// From a(t) to a(t + dt) in place.  The noise is a function of (seed, step number, mode) alone.
+    /// From a(t) to a(t + dt) in place.  Modes that are not kept must be zero.  The noise is a function of (seed, step number, mode) alone.
     void step(double t, std::uint64_t step_number, Spectra& state);
+
+    /// Whether the method has an embedded one that tells the error of a step.
+    bool estimates_error() const;
+
+    /// A step of a system without noise that may still be refused: next = a(t + dt), error = an estimate of its local error.
+    /// Throws an input Error for a method without an estimate.
+    void attempt(double t, const Spectra& state, Spectra& next, Spectra& error);
 
     double dt() const;
     double bytes() const;  ///< memory held, stages included

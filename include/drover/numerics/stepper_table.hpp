@@ -26,6 +26,10 @@ struct StepperTable {
     int order = 1;  ///< of the error without noise
     std::string citation;
     std::vector<StepperStage> stages;  ///< stages[0]: the second; the first is the old state itself
+    /// The embedded estimate of the local error, dt sum_j (sum of error[j]) N_j: one list for each stage, and one more for the
+    /// rate at the new state if it needs it.  Empty: none.
+    std::vector<std::vector<PhiTerm>> error = {};
+    std::string error_citation = {};
 };
 
 /// All methods known.

@@ -1,61 +1,80 @@
-// physics/model.hpp: a model: its uniform state and its terms, and the System that it hands to a stepper.
+// physics/model.hpp: a model as a scene says it, and the same made ready: fields placed, coefficients compiled, terms chosen.
 #pragma once
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
+#include "drover/physics/coefficient.hpp"
+#include "drover/physics/form.hpp"
 #include "drover/physics/terms.hpp"
 
 namespace drover::physics {
 
-/// The uniform state about which a model stands.
+/// The mean densities of a scene, which the equations conserve.
 struct UniformState {
-    double rod_density = 1.0;  ///< mean sigma [1/mm^2] > 0
+    double rod_density = 1.0;   ///< mean sigma [1/mm^2] > 0
+    double bead_density = 1.0;  ///< mean rho [1/mm^2] > 0
 };
 
-/// Rods alone, linear about the isotropic state.
 struct Model {
+    FieldChoice fields;
     UniformState uniform;
     RodCurrent current;
+    Inertia inertia;
+    Drag drag;
+    Viscosity viscosity;
+    Driving driving;
+    Compressibility compressibility;
     Relaxation relaxation;
     Elasticity elasticity;
-    RodPressure pressure;
-    RodDiffusion diffusion;
+    Weathercock weathercock;
+    SelfAdvection advection;
+    Pressure pressure;
+    Diffusion diffusion;
     Noise noise;
+    BodyForce force;
+    OrientingField orienting_field;
+    TableData table;
 };
 
 Form form(const Model& model);
 
-/// L, N and Q of the model; terms whose coefficients are zero have no part in it.
-numerics::System make_system(const Model& model, const numerics::Grid& grid);
+/// Throws an input Error, at its place, for coefficients that cannot be: of fields that the model does not have, a polynomial that
+/// is none, a table that does not fit, a velocity that nothing holds back.
+void check(const Model& model, const PlaceOf& place = nowhere);
+
+struct Term;
+
+/// A model made ready for use.
+struct Equations {
+    explicit Equations(const Model& model);  ///< throws as check()
+
+    Model model;
+    Form form;
+    Coefficient relaxation, saturation, drag, driving, weathercock;
+    std::vector<const Term*> active;  ///< those with a part in the model
+};
+
+/// The uniform state about which the exact linear part is taken: its densities, the beads at rest, no order.
+struct Reference {
+    double bead_density = 1.0, rod_density = 1.0;
+};
+inline Reference reference(const UniformState& uniform) {
+    return {.bead_density = uniform.bead_density, .rod_density = uniform.rod_density};
+}
+
+/// A uniform state.
+struct UniformPoint {
+    double bead_density = 1.0, rod_density = 1.0;
+    Eigen::Vector2d velocity = Eigen::Vector2d::Zero(), order = Eigen::Vector2d::Zero();
+};
 
 /// A term that has a part in a model, for people.
 struct ActiveTerm {
     std::string name;      ///< its table in the scene
-    std::string equation;  ///< "d_t p = ... - 0.5 p"
+    std::string equation;  ///< "d_t p: -a p, a = 0.5 1/s"
 };
-std::vector<ActiveTerm> active_terms(const Model& model);
-
-/// The largest growth rate of the linear model over the modes of a grid [1/s], conserved means left out, and the |q| where it
-/// is [1/mm].
-struct FastestGrowth {
-    double rate = 0.0, q = 0.0;
-};
-FastestGrowth fastest_growth(const numerics::System& system);
-
-/// The largest |s| of the linear model over the kept modes [1/s]: what dt is held against.
-double fastest_rate(const numerics::System& system);
-
-/// Stationary structure factors of the linear model at |q| [1/mm], in 1/mm^2.  Source: m S + S m^T + Q = 0 for each block.
-struct StructureFactor {
-    double rods = 0.0;          ///< of sigma
-    double order_along = 0.0;   ///< of the part of p along q
-    double order_across = 0.0;  ///< of the part of p across q
-};
-StructureFactor structure_factor(const numerics::System& system, const Form& form, double q);
-
-/// The same for each stored mode of the system's grid; zero at q = 0 and where a mode is not kept.  Throws a run Error where
-/// a mode grows.
-std::vector<StructureFactor> structure_factors(const numerics::System& system, const Form& form);
+std::vector<ActiveTerm> active_terms(const Equations& equations);
 
 }  // namespace drover::physics
 

@@ -1,0 +1,25 @@
+// numerics/linear_operator.hpp: the linear part of a System applied to a state.
+#pragma once
+#include <vector>
+
+#include "drover/numerics/system.hpp"
+#include "drover/numerics/wavenumbers.hpp"
+
+namespace drover::numerics {
+
+/// L of a system; its blocks are computed once, at construction.
+class LinearOperator {
+public:
+    explicit LinearOperator(const System& system);
+
+    /// rate += L state, on the kept modes.
+    void add(const Spectra& state, Spectra& rate) const;
+
+private:
+    Grid grid_;
+    Layout layout_;
+    DistinctWavenumbers wavenumbers_;
+    std::vector<double> matrices_;  // for each |q|: the entries along, then across
+};
+
+}  // namespace drover::numerics

@@ -1,0 +1,54 @@
+// physics/coefficient.hpp: a coefficient of the equations: a constant, a polynomial in the densities, or a table.
+#pragma once
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drover/base/error.hpp"
+#include "drover/physics/coefficient_table.hpp"
+
+namespace drover::physics {
+
+/// factor * rho^beads * sigma^rods.
+struct Monomial {
+    double factor = 0.0;
+    int beads = 0, rods = 0;
+};
+
+/// "-0.5 rho sigma^2" as a Monomial.  Throws an input Error at `where` with what it expected.
+Monomial read_monomial(const std::string& written, const Where& where);
+
+/// A coefficient as a function of the bead density rho and the rod density sigma: constant + monomials, or a table.
+class Coefficient {
+public:
+    Coefficient(double constant = 0.0) : constant_(constant) {}
+    Coefficient(double constant, std::vector<Monomial> monomials);
+    explicit Coefficient(std::shared_ptr<const CoefficientTable> table) : table_(std::move(table)) {}
+
+    Dependence at(double bead_density, double rod_density) const;
+
+    /// Not zero everywhere, as far as its numbers tell.
+    bool is_active() const { return constant_ != 0.0 || !monomials_.empty() || table_ != nullptr; }
+    bool depends_on_beads() const;
+    bool depends_on_rods() const;
+    bool varies() const { return depends_on_beads() || depends_on_rods(); }
+    /// Of the polynomial; a table counts as 1, though it has no finite degree.
+    int degree() const;
+
+    /// out = the values at some points, less `reference`; a density that the coefficient does not depend on may be null.  Where a
+    /// table refuses, not-a-number.
+    void evaluate(const double* bead_density, const double* rod_density, double reference, std::span<double> out) const;
+
+    /// "0.5 - 0.1 rho sigma^2", or "from a table": for people.
+    std::string text_of() const;
+
+    const CoefficientTable* table() const { return table_.get(); }
+
+private:
+    double constant_ = 0.0;
+    std::vector<Monomial> monomials_;
+    std::shared_ptr<const CoefficientTable> table_;
+};
+
+}  // namespace drover::physics

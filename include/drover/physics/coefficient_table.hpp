@@ -1,0 +1,47 @@
+// physics/coefficient_table.hpp: measured coefficients as smooth functions of the two densities.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace drover::physics {
+
+/// A number and its slopes in the bead density rho and the rod density sigma.
+struct Dependence {
+    double value = 0.0;
+    double by_beads = 0.0;  ///< d/d rho
+    double by_rods = 0.0;   ///< d/d sigma
+};
+
+/// What happens to a density outside the table.
+enum class Outside {
+    refuse,  ///< not-a-number: the caller stops and says so
+    hold     ///< the value at the edge, with slope zero beyond it
+};
+
+/// Values on a rectangular mesh of densities, joined by bicubic patches: value and slopes are continuous.  On the nodes the slopes are
+/// those of cubic splines through the values (natural ends) along each axis, taken by GSL.  An axis of one node: no dependence on
+/// that density; of two: straight lines.
+class CoefficientTable {
+public:
+    /// values: [bead][rod], rods fastest.  Throws an input Error unless the axes ascend and the numbers are finite and as
+    /// many as the nodes.
+    CoefficientTable(std::vector<double> bead_densities, std::vector<double> rod_densities, std::vector<double> values,
+                     Outside outside);
+
+    Dependence at(double bead_density, double rod_density) const;
+    bool depends_on_beads() const { return beads_.size() > 1; }
+    bool depends_on_rods() const { return rods_.size() > 1; }
+
+    /// "bead density 0.2 to 0.7, rod density 0.05 to 0.11": for messages.
+    std::string range_text() const;
+
+private:
+    struct Node {
+        double value = 0.0, by_beads = 0.0, by_rods = 0.0, by_both = 0.0;
+    };
+    std::vector<double> beads_, rods_;
+    std::vector<Node> nodes_;  // [bead][rod]
+    Outside outside_;
+};
+
+}  // namespace drover::physics

@@ -1,0 +1,54 @@
+// physics/right_hand_side.hpp: all of a model that its exact linear part leaves over, as the N of a System.
+#pragma once
+#include <memory>
+
+#include "drover/base/threads.hpp"
+#include "drover/numerics/transform.hpp"
+#include "drover/physics/linear_theory.hpp"
+
+namespace drover::physics {
+
+/// Smallest and largest densities on the grid; infinite where the form has no such field or nothing read it.
+struct Extremes {
+    double bead_least, bead_most, rod_least, rod_most;
+};
+
+/// What one evaluation costs.
+struct TransformCount {
+    int back = 0, forth = 0;  ///< real fields brought to the grid, and from it
+};
+
+/// N(t, a): the right-hand side of the equations less its linear part about a reference.
+class RightHandSide {
+public:
+    /// `linear`: the linear part about the same reference, on its grid.
+    RightHandSide(const Equations& equations, const numerics::System& linear, const Reference& reference, Threads& threads);
+    ~RightHandSide();
+
+    /// Writes the kept modes of `rate`; the others must be zero already.  Throws a run Error where the beads of a dynamic
+    /// velocity leave a vacuum, which their inertia divides by, or a density leaves a coefficient's table.
+    void operator()(double t, const numerics::Spectra& state, numerics::Spectra& rate);
+
+    /// Of the last evaluation.
+    Extremes extremes() const;
+
+private:
+    struct Work;
+    std::unique_ptr<Work> work_;
+};
+
+/// Transforms of one evaluation; none when every active term is linear.
+TransformCount transform_count(const Equations& equations);
+
+/// Whether N has any part at all.
+bool is_nonlinear(const Equations& equations);
+
+/// Memory that a RightHandSide will hold [bytes].
+double right_hand_side_bytes(const Equations& equations, const numerics::Grid& grid, int degree);
+
+/// The velocity of the beads of a slaved form on the grid, two components, in balance with the forces at every point.
+/// `linear`: the linear part about the scene's uniform densities.
+numerics::Fields slaved_velocity(const Equations& equations, const numerics::System& linear, double t,
+                                 const numerics::Spectra& state, const numerics::Transform& transform);
+
+}  // namespace drover::physics

@@ -1,0 +1,128 @@
+// physics/coefficient_table.cpp: bicubic Hermite patches over a mesh of densities.
+#include "drover/physics/coefficient_table.hpp"
+
+#include <gsl/gsl_interp.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "drover/base/error.hpp"
+
+namespace drover::physics {
+
+namespace {
+void check_axis(const std::string& name, const std::vector<double>& axis) {
+    require(!axis.empty(), {}, "table.{} is empty; expected at least one density", name);
+    for (std::size_t i = 0; i < axis.size(); ++i)
+        require(std::isfinite(axis[i]) && (i == 0 || axis[i] > axis[i - 1]), {},
+                "table.{}: number {} is {}; expected finite densities that ascend", name, i + 1, axis[i]);
+}
+
+/// Slopes at the nodes of the smooth curve through them.
+std::vector<double> node_slopes(const std::vector<double>& x, const std::vector<double>& y) {
+    if (x.size() == 1) return {0.0};
+    const gsl_interp_type* kind = x.size() == 2 ? gsl_interp_linear : gsl_interp_cspline;
+    const std::unique_ptr<gsl_interp, void (*)(gsl_interp*)> curve(gsl_interp_alloc(kind, x.size()), gsl_interp_free);
+    gsl_interp_init(curve.get(), x.data(), y.data(), x.size());
+    std::vector<double> slopes;
+    for (const double place : x) slopes.push_back(gsl_interp_eval_deriv(curve.get(), x.data(), y.data(), place, nullptr));
+    return slopes;
+}
+
+/// The cell of an axis that holds a place, the place within it, and the cell's length (0 for an axis of one node).
+struct Cell {
+    std::size_t first = 0;
+    double part = 0.0, length = 0.0;
+    bool inside = true;
+};
+
+Cell cell_of(const std::vector<double>& axis, double place) {
+    if (axis.size() == 1) return {};
+    const bool inside = place >= axis.front() && place <= axis.back();
+    const double held = std::clamp(place, axis.front(), axis.back());
+    const auto above = std::upper_bound(axis.begin() + 1, axis.end() - 1, held);
+    const auto first = static_cast<std::size_t>(above - axis.begin()) - 1;
+    const double length = axis[first + 1] - axis[first];
+    return {.first = first, .part = (held - axis[first]) / length, .length = length, .inside = inside};
+}
+
+/// Weights of (value, slope) at both ends of a cell, for the value and for the slope at the place.
+struct Hermite {
+    std::array<double, 2> value, slope, value_rate, slope_rate;
+};
+
+Hermite hermite(const Cell& cell) {
+    const double s = cell.part, h = cell.length;
+    if (h == 0.0) return {.value = {1, 0}, .slope = {0, 0}, .value_rate = {0, 0}, .slope_rate = {0, 0}};
+    const double rise = s * s * (3.0 - 2.0 * s), rise_rate = 6.0 * s * (1.0 - s) / h;
+    return {.value = {1.0 - rise, rise},
+            .slope = {h * s * (1.0 - s) * (1.0 - s), -h * s * s * (1.0 - s)},
+            .value_rate = {-rise_rate, rise_rate},
+            .slope_rate = {(1.0 - s) * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)}};
+}
+}  // namespace
+
+CoefficientTable::CoefficientTable(std::vector<double> bead_densities, std::vector<double> rod_densities,
+                                   std::vector<double> values, Outside outside)
+    : beads_(std::move(bead_densities)), rods_(std::move(rod_densities)), outside_(outside) {
+    check_axis("bead_density", beads_);
+    check_axis("rod_density", rods_);
+    const std::size_t rows = beads_.size(), width = rods_.size();
+    require(values.size() == rows * width, {}, "a table of {} by {} densities has {} values; expected {}", rows, width,
+            values.size(), rows * width);
+    for (const double value : values) require(std::isfinite(value), {}, "a table holds {}; expected numbers", value);
+    nodes_.resize(values.size());
+    const auto along_rods = [&](std::size_t i, auto get, auto set) {
+        std::vector<double> y;
+        for (std::size_t k = 0; k < width; ++k) y.push_back(get(i * width + k));
+        const std::vector<double> slopes = node_slopes(rods_, y);
+        for (std::size_t k = 0; k < width; ++k) set(nodes_[i * width + k], slopes[k]);
+    };
+    for (std::size_t k = 0; k < width; ++k) {
+        std::vector<double> y;
+        for (std::size_t i = 0; i < rows; ++i) y.push_back(values[i * width + k]);
+        const std::vector<double> slopes = node_slopes(beads_, y);
+        for (std::size_t i = 0; i < rows; ++i)
+            nodes_[i * width + k] = {.value = y[i], .by_beads = slopes[i]};
+    }
+    for (std::size_t i = 0; i < rows; ++i) {
+        along_rods(i, [&](std::size_t n) { return nodes_[n].value; }, [](Node& node, double slope) { node.by_rods = slope; });
+        along_rods(i, [&](std::size_t n) { return nodes_[n].by_beads; }, [](Node& node, double slope) { node.by_both = slope; });
+    }
+}
+
+Dependence CoefficientTable::at(double bead_density, double rod_density) const {
+    const Cell bead = cell_of(beads_, bead_density), rod = cell_of(rods_, rod_density);
+    if ((!bead.inside || !rod.inside) && outside_ == Outside::refuse) {
+        constexpr double none = std::numeric_limits<double>::quiet_NaN();
+        return {none, none, none};
+    }
+    const Hermite b = hermite(bead), r = hermite(rod);
+    Dependence sum;
+    for (std::size_t i = 0; i < (bead.length == 0.0 ? 1u : 2u); ++i)
+        for (std::size_t k = 0; k < (rod.length == 0.0 ? 1u : 2u); ++k) {
+            const Node& node = nodes_[(bead.first + i) * rods_.size() + rod.first + k];
+            const double along_value = node.value * r.value[k] + node.by_rods * r.slope[k],
+                         along_slope = node.by_beads * r.value[k] + node.by_both * r.slope[k];
+            sum.value += b.value[i] * along_value + b.slope[i] * along_slope;
+            sum.by_beads += b.value_rate[i] * along_value + b.slope_rate[i] * along_slope;
+            sum.by_rods += b.value[i] * (node.value * r.value_rate[k] + node.by_rods * r.slope_rate[k]) +
+                           b.slope[i] * (node.by_beads * r.value_rate[k] + node.by_both * r.slope_rate[k]);
+        }
+    if (!bead.inside) sum.by_beads = 0.0;
+    if (!rod.inside) sum.by_rods = 0.0;
+    return sum;
+}
+
+std::string CoefficientTable::range_text() const {
+    std::string range;
+    for (const auto& [name, axis] : {std::pair{"bead", &beads_}, std::pair{"rod", &rods_}})
+        if (axis->size() > 1)
+            range += text("{}{} density {} to {}", range.empty() ? "" : ", ", name, axis->front(), axis->back());
+    return range;
+}
+
+}  // namespace drover::physics

@@ -1,0 +1,164 @@
+// physics/linear_theory.cpp: isotropic blocks of a model, and its rates and structure factors.
+#include "drover/physics/linear_theory.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <memory>
+
+#include "drover/numerics/wavenumbers.hpp"
+#include "drover/physics/term.hpp"
+
+namespace drover::physics {
+
+namespace {
+/// Places of a form's fields in its blocks: with q along x, the parts along q are the x components.
+struct BlockPlaces {
+    std::vector<int> along, across;
+};
+BlockPlaces block_places(const Form& form) {
+    BlockPlaces places;
+    if (form.bead_density >= 0) places.along.push_back(at_beads);
+    if (form.rod_density >= 0) places.along.push_back(at_rods);
+    if (form.bead_velocity >= 0) {
+        places.along.push_back(at_velocity_x);
+        places.across.push_back(at_velocity_y);
+    }
+    places.along.push_back(at_order_x);
+    places.across.push_back(at_order_y);
+    return places;
+}
+
+/// Rows and columns of a symbol for q along x, vectors times i: real for an isotropic state.
+numerics::Block block_of(const Symbol& symbol, const std::vector<int>& places) {
+    numerics::Block block(static_cast<int>(places.size()));
+    const auto turn = [](int place) { return place >= at_velocity_x ? std::complex<double>(0.0, 1.0) : 1.0; };
+    for (int i = 0; i < block.size; ++i)
+        for (int k = 0; k < block.size; ++k) {
+            const int row = places[static_cast<std::size_t>(i)], column = places[static_cast<std::size_t>(k)];
+            block(i, k) = (turn(row) * symbol(row, column) / turn(column)).real();
+        }
+    return block;
+}
+
+numerics::IsotropicBlocks noise_blocks(const Noise& noise, const BlockPlaces& places, double q) {
+    const auto fill = [&](const std::vector<int>& rows) {
+        numerics::Block block(static_cast<int>(rows.size()));
+        for (int i = 0; i < block.size; ++i) {
+            const int place = rows[static_cast<std::size_t>(i)];
+            block(i, i) = place >= at_order_x   ? noise.order
+                          : place == at_rods  ? noise.rods * q * q
+                          : place == at_beads ? noise.beads * q * q
+                                              : 0.0;
+        }
+        return block;
+    };
+    return {fill(places.along), fill(places.across)};
+}
+}  // namespace
+
+int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
+    int most = 1;
+    for (const Term* term : equations.active)
+        if (term->cost) most = std::max(most, term->cost(equations).degree);
+    // 1/rho has no finite degree: its products count as quadratic, and outputs tell the tail of the spectrum.
+    if (equations.form.velocity == Velocity::dynamic && equations.form.bead_density >= 0) most = std::max(most, 2);
+    if (most == 1 || dealiasing.rule == "exact") return most;
+    return dealiasing.rule == "two-thirds" ? 2 : 1;
+}
+
+numerics::System linear_system(const Equations& equations, const numerics::Grid& grid, const Reference& reference,
+                               const Dealiasing& dealiasing) {
+    numerics::System system{.grid = grid,
+                            .layout = layout(equations.form),
+                            .linear = {},
+                            .nonlinear = {},
+                            .noise = {},
+                            .degree = kept_degree(equations, dealiasing)};
+    const auto shared = std::make_shared<const Equations>(equations);
+    const BlockPlaces places = block_places(equations.form);
+    const UniformPoint about{.bead_density = reference.bead_density, .rod_density = reference.rod_density};
+    system.linear = [shared, places, about](double q) {
+        const Symbol symbol = linear_symbol(*shared, about, {.x = q, .y = 0.0});
+        return numerics::IsotropicBlocks{block_of(symbol, places.along), block_of(symbol, places.across)};
+    };
+    const Noise& noise = equations.model.noise;
+    if (noise.order != 0.0 || noise.rods != 0.0 || noise.beads != 0.0)
+        system.noise = [noise, places](double q) { return noise_blocks(noise, places, q); };
+    return system;
+}
+
+numerics::System linear_system(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing) {
+    return linear_system(Equations(model), grid, reference(model.uniform), dealiasing);
+}
+
+namespace {
+/// Calls see(q, s) for the rates of both blocks at every |q| of the kept modes.
+template <class See>
+void for_rates(const numerics::System& system, See see) {
+    for (const double q : numerics::distinct_wavenumbers(system.grid, system.degree).q) {
+        const numerics::IsotropicBlocks blocks = system.linear(q);
+        for (const auto* block : {&blocks.along, &blocks.across})
+            for (const numerics::Complex s : numerics::eigenvalues(*block)) see(q, s);
+    }
+}
+}  // namespace
+
+FastestGrowth fastest_growth(const numerics::System& system) {
+    FastestGrowth result{.rate = -std::numeric_limits<double>::infinity()};
+    for_rates(system, [&](double q, numerics::Complex s) {
+        const bool conserved = q == 0.0 && s == 0.0;
+        if (!conserved && s.real() > result.rate) result = {.rate = s.real(), .q = q};
+    });
+    return result;
+}
+
+double fastest_rate(const numerics::System& system) {
+    double result = 0.0;
+    for_rates(system, [&](double, numerics::Complex s) { result = std::max(result, std::abs(s)); });
+    return result;
+}
+
+StructureFactor structure_factor(const numerics::System& system, const Form& form, double q) {
+    const numerics::IsotropicBlocks rates = system.linear(q), noise = system.noise(q);
+    const numerics::Block along = numerics::stationary_covariance(rates.along, noise.along);
+    const numerics::Block across = numerics::stationary_covariance(rates.across, noise.across);
+    const int order = along.size - 1, velocity = order - 1;
+    StructureFactor result{.order_along = along(order, order), .order_across = across(across.size - 1, across.size - 1)};
+    if (form.rod_density >= 0) result.rods = along(form.rod_density, form.rod_density);
+    if (form.bead_density >= 0) result.beads = along(form.bead_density, form.bead_density);
+    if (form.rod_density >= 0 && form.bead_density >= 0) result.beads_rods = along(form.bead_density, form.rod_density);
+    if (form.bead_velocity >= 0) {
+        result.velocity_along = along(velocity, velocity);
+        result.velocity_across = across(0, 0);
+    }
+    return result;
+}
+
+std::vector<StructureFactor> structure_factors(const numerics::System& system, const Form& form) {
+    const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(system.grid, system.degree);
+    std::vector<StructureFactor> of_q(wavenumbers.q.size());
+    for (std::size_t n = 1; n < of_q.size(); ++n) of_q[n] = structure_factor(system, form, wavenumbers.q[n]);
+    std::vector<StructureFactor> result;
+    result.reserve(wavenumbers.of_mode.size());
+    for (const std::int32_t n : wavenumbers.of_mode)
+        result.push_back(n < 0 ? StructureFactor{} : of_q[static_cast<std::size_t>(n)]);
+    return result;
+}
+
+}  // namespace drover::physics
+
+namespace drover {
+
+template <>
+const std::vector<Row<physics::Dealiasing>>& schema<physics::Dealiasing>() {
+    static const std::vector<Row<physics::Dealiasing>> rows{
+        {.name = "rule",
+         .member = &physics::Dealiasing::rule,
+         .choices = {"exact", "two-thirds", "none"},
+         .sentence = "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; two-thirds: "
+                     "|k| < N/3 whatever it is; none: |k| < N/2; outputs tell the tail of the spectrum"}};
+    return rows;
+}
+
+}  // namespace drover

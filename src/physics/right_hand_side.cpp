@@ -1,0 +1,482 @@
+// physics/right_hand_side.cpp: fields to the grid, every active term at its points, and back.
+#include "drover/physics/right_hand_side.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <Eigen/LU>
+#include <numbers>
+
+#include "drover/numerics/transform.hpp"
+#include "drover/numerics/wavenumbers.hpp"
+#include "drover/physics/term.hpp"
+
+namespace drover::physics {
+
+namespace {
+using numerics::Complex;
+using numerics::Spectra;
+using numerics::Wavevector;
+constexpr std::size_t points_in_cache = 256;  // of some twenty arrays: the first-level cache
+
+Complex times_i(Complex a) { return {-a.imag(), a.real()}; }
+
+/// Places of what is brought to the grid and from it, -1 when it is not; a vector has two.
+struct Arrays {
+    int beads = -1, rods = -1, velocity = -1, order = -1, force = -1, velocity_curl = -1, order_curl = -1, back = 0;
+    int bead_flux = -1, rod_flux = -1, velocity_rate = -1, order_rate = -1, velocity_head = -1, order_head = -1, forth = 0;
+};
+
+/// The mass that forces move depends on the density: m rho d_t v.
+bool mass_varies(const Equations& e) { return e.form.velocity == Velocity::dynamic && e.form.bead_density >= 0; }
+bool slaved_varies(const Equations& e) {
+    return e.form.velocity == Velocity::slaved && (e.drag.varies() || e.driving.varies());
+}
+bool has_force(const Equations& e) {
+    return std::any_of(e.active.begin(), e.active.end(), [](const Term* term) { return is_force_on_beads(*term); });
+}
+
+Arrays arrays_of(const Equations& e) {
+    unsigned reads = 0, writes = 0;
+    for (const Term* term : e.active)
+        if (term->cost) {
+            const Action action = term->cost(e);
+            reads |= action.reads;
+            writes |= action.writes;
+        }
+    const bool divides = mass_varies(e) && has_force(e);
+    if (divides) {
+        reads |= reads_beads;
+        writes |= writes_velocity;
+    }
+    if (writes & writes_force) writes |= writes_velocity;
+    if (slaved_varies(e) && (reads & reads_velocity)) {
+        reads |= reads_order;
+        for (const Coefficient* c : {&e.drag, &e.driving})
+            reads |= (c->depends_on_beads() ? unsigned{reads_beads} : 0u) | (c->depends_on_rods() ? unsigned{reads_rods} : 0u);
+    }
+    Arrays a;
+    const auto place = [](bool wanted, int width, int& next, int& at) {
+        if (!wanted) return;
+        at = next;
+        next += width;
+    };
+    // Vectors first: two arrays are transformed as one.
+    place(reads & reads_velocity, 2, a.back, a.velocity);
+    place(reads & reads_order, 2, a.back, a.order);
+    place(divides, 2, a.back, a.force);
+    place(reads & reads_beads, 1, a.back, a.beads);
+    place(reads & reads_rods, 1, a.back, a.rods);
+    place(reads & reads_velocity_curl, 1, a.back, a.velocity_curl);
+    place(reads & reads_order_curl, 1, a.back, a.order_curl);
+    place(writes & writes_bead_flux, 2, a.forth, a.bead_flux);
+    place(writes & writes_rod_flux, 2, a.forth, a.rod_flux);
+    place(writes & writes_velocity, 2, a.forth, a.velocity_rate);
+    place(writes & writes_order, 2, a.forth, a.order_rate);
+    place(writes & writes_velocity_head, 1, a.forth, a.velocity_head);
+    place(writes & writes_order_head, 1, a.forth, a.order_head);
+    return a;
+}
+
+/// Rows of the linear operator that give the force on the beads (dynamic) or their velocity (slaved): along q from both densities
+/// and the parts of v and p along q; across q from those across.
+struct VelocityRow {
+    std::array<double, 4> along{};
+    std::array<double, 2> across{};
+};
+
+VelocityRow velocity_row(const Equations& e, const Reference& ref, double q) {
+    const UniformPoint about{.bead_density = ref.bead_density, .rod_density = ref.rod_density};
+    Symbol m = force_symbol(e, about, {.x = q, .y = 0.0});
+    if (e.form.velocity == Velocity::slaved) {
+        // Zero where nothing holds the beads back: there is no such term then.
+        for (const int row : {at_velocity_x, at_velocity_y}) {
+            const Complex held = -m(row, row);
+            if (held != 0.0) m.row(row) /= held;
+            m(row, row) = 0.0;
+        }
+    }
+    // Times i for the vectors: i F = a rho + b sigma + c (i v) + d (i p).
+    return {.along = {-m(at_velocity_x, at_beads).imag(), -m(at_velocity_x, at_rods).imag(),
+                      m(at_velocity_x, at_velocity_x).real(), m(at_velocity_x, at_order_x).real()},
+            .across = {m(at_velocity_y, at_velocity_y).real(), m(at_velocity_y, at_order_y).real()}};
+}
+
+/// The force from outside on one mode, divided by nothing.
+struct ForceMode {
+    Complex x = 0.0, y = 0.0;
+};
+ForceMode force_mode(const BodyForce& force, const numerics::Grid& grid, double t, const Wavevector& q) {
+    if (force.kind == "uniform") return q.x == 0.0 && q.y == 0.0 ? ForceMode{force.x, force.y} : ForceMode{};
+    const double x = force.at_x + force.velocity_x * t, y = force.at_y + force.velocity_y * t;
+    const double spread = std::exp(-0.5 * force.width * force.width * (q.x * q.x + q.y * q.y)) / numerics::area(grid);
+    const Complex phase = spread * std::polar(1.0, -(q.x * x + q.y * y));
+    return {force.x * phase, force.y * phase};
+}
+}  // namespace
+
+struct RightHandSide::Work {
+    Equations e;
+    Reference ref;
+    numerics::Grid grid;
+    int degree;
+    Threads& threads;
+    Arrays arrays;
+    numerics::Transform transform;
+    numerics::DistinctWavenumbers wavenumbers;
+    std::vector<VelocityRow> velocity_rows;  // of each |q|
+    bool forced;                             // by the term "force"
+    Spectra made;                            // force or slaved velocity (2), curls, then what comes back
+    double drag_ref, driving_ref;
+    std::mutex mutex;
+    Extremes extremes{};
+
+    Work(const Equations& equations, const numerics::System& linear, const Reference& reference, Threads& the_threads);
+    void prepare(double t, const Spectra& state);
+    void at_points(const numerics::Strip& strip);
+    void assemble(double t, const Spectra& state, Spectra& rate);
+    std::vector<const Complex*> sources(const Spectra& state) const;
+    void note_extremes(const numerics::Strip& strip);
+    void check_densities() const;
+
+    // Places in `made`.
+    int made_velocity() const { return 0; }
+    int made_curls() const { return 2; }
+    int made_rates() const { return 4; }
+    const Complex* of_state(const Spectra& state, int component) const {
+        return component < 0 ? nullptr : state[component].data();
+    }
+    /// body(mode, |q| index, q) for every kept mode, on any thread.
+    template <class Body>
+    void for_modes(Body body) {
+        const std::size_t width = numerics::columns(grid);
+        threads.for_chunks(static_cast<std::size_t>(grid.ny), 8, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t j = begin; j < end; ++j)
+                for (std::size_t i = 0; i < width; ++i) {
+                    const std::int32_t n = wavenumbers.of_mode[j * width + i];
+                    if (n < 0) break;  // a row's kept modes are its first
+                    body(j * width + i, static_cast<std::size_t>(n), numerics::wavevector(grid, i, j));
+                }
+        });
+    }
+};
+
+RightHandSide::Work::Work(const Equations& equations, const numerics::System& linear, const Reference& reference,
+                          Threads& the_threads)
+    : e(equations),
+      ref(reference),
+      grid(linear.grid),
+      degree(linear.degree),
+      threads(the_threads),
+      arrays(arrays_of(e)),
+      transform(grid, degree, threads),
+      wavenumbers(numerics::distinct_wavenumbers(grid, degree)),
+      forced(has_term(e, "force")),
+      made(grid, made_rates() + arrays.forth),
+      drag_ref(e.drag.at(ref.bead_density, ref.rod_density).value),
+      driving_ref(e.driving.at(ref.bead_density, ref.rod_density).value) {
+    if (e.form.velocity != Velocity::absent)
+        for (const double q : wavenumbers.q) velocity_rows.push_back(velocity_row(e, ref, q));
+}
+
+/// The force on the beads, or their slaved velocity, and the curls.
+void RightHandSide::Work::prepare(double t, const Spectra& state) {
+    const Form& form = e.form;
+    const Complex *beads = of_state(state, form.bead_density), *rods = of_state(state, form.rod_density),
+                  *vx = of_state(state, form.bead_velocity), *px = of_state(state, form.polar_order);
+    const Complex *vy = vx ? vx + state.size : nullptr, *py = px + state.size;
+    const bool slaved = form.velocity == Velocity::slaved;
+    const bool needs_velocity = slaved && (arrays.velocity >= 0 || forced), needs_force = arrays.force >= 0;
+    if (!needs_velocity && !needs_force && arrays.velocity_curl < 0 && arrays.order_curl < 0) return;
+    Complex *out_x = made[made_velocity()].data(), *out_y = out_x + made.size, *curl_v = made[made_curls()].data(),
+            *curl_p = curl_v + made.size;
+    for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
+        if (arrays.order_curl >= 0) curl_p[m] = times_i(q.x * py[m] - q.y * px[m]);
+        if (arrays.velocity_curl >= 0) curl_v[m] = times_i(q.x * vy[m] - q.y * vx[m]);
+        if (!needs_velocity && !needs_force) return;
+        const double inverse = wavenumbers.inverse[n], cx = inverse == 0.0 ? 1.0 : q.x * inverse, cy = q.y * inverse;
+        const VelocityRow& row = velocity_rows[n];
+        Complex scalars = 0.0;
+        if (beads) scalars += row.along[0] * beads[m];
+        if (rods) scalars += row.along[1] * rods[m];
+        Complex along = -times_i(scalars) + row.along[3] * (cx * px[m] + cy * py[m]),
+                across = row.across[1] * (cx * py[m] - cy * px[m]);
+        if (vx) {
+            along += row.along[2] * (cx * vx[m] + cy * vy[m]);
+            across += row.across[0] * (cx * vy[m] - cy * vx[m]);
+        }
+        out_x[m] = cx * along - cy * across;
+        out_y[m] = cy * along + cx * across;
+        if (!forced) return;
+        const ForceMode force = force_mode(e.model.force, grid, t, q);
+        if (!slaved) {
+            out_x[m] += force.x;
+            out_y[m] += force.y;
+            return;
+        }
+        const double square = q.x * q.x + q.y * q.y, held = drag_ref + e.model.viscosity.shear * square,
+                     held_along = held + e.model.viscosity.bulk * square;
+        const Complex f_along = (cx * force.x + cy * force.y) / held_along, f_across = (cx * force.y - cy * force.x) / held;
+        out_x[m] += cx * f_along - cy * f_across;
+        out_y[m] += cy * f_along + cx * f_across;
+    });
+}
+
+std::vector<const Complex*> RightHandSide::Work::sources(const Spectra& state) const {
+    std::vector<const Complex*> from(static_cast<std::size_t>(arrays.back), nullptr);
+    const auto put = [&](int at, const Complex* values, int width, std::size_t stride) {
+        for (int i = 0; at >= 0 && i < width; ++i)
+            from[static_cast<std::size_t>(at + i)] = values + static_cast<std::size_t>(i) * stride;
+    };
+    const bool slaved = e.form.velocity == Velocity::slaved;
+    put(arrays.beads, of_state(state, e.form.bead_density), 1, 0);
+    put(arrays.rods, of_state(state, e.form.rod_density), 1, 0);
+    put(arrays.velocity, slaved ? made[made_velocity()].data() : of_state(state, e.form.bead_velocity), 2, made.size);
+    put(arrays.order, of_state(state, e.form.polar_order), 2, made.size);
+    put(arrays.force, made[made_velocity()].data(), 2, made.size);
+    put(arrays.velocity_curl, made[made_curls()].data(), 1, 0);
+    put(arrays.order_curl, made[made_curls() + 1].data(), 1, 0);
+    return from;
+}
+
+void RightHandSide::Work::note_extremes(const numerics::Strip& strip) {
+    const auto range = [&](int at) {
+        double least = std::numeric_limits<double>::infinity(), most = -least;
+        if (at < 0) return std::pair{least, most};
+        const double* values = strip.in[static_cast<std::size_t>(at)];
+        for (std::size_t i = 0; i < strip.size; ++i) {
+            least = values[i] < least ? values[i] : least;
+            most = values[i] > most ? values[i] : most;
+        }
+        return std::pair{least, most};
+    };
+    const auto [bead_least, bead_most] = range(arrays.beads);
+    const auto [rod_least, rod_most] = range(arrays.rods);
+    const std::lock_guard lock(mutex);
+    extremes = {std::min(extremes.bead_least, bead_least), std::max(extremes.bead_most, bead_most),
+                std::min(extremes.rod_least, rod_least), std::max(extremes.rod_most, rod_most)};
+}
+
+/// Every active term on the points of a strip, a few at a time: all it needs is then in the first-level cache.
+void RightHandSide::Work::at_points(const numerics::Strip& strip) {
+    note_extremes(strip);
+    std::array<std::array<double, points_in_cache>, 4> room;  // force, slaved velocity
+    const double mass = e.model.inertia.bead_mass, moved_ref = 1.0 / (mass * ref.bead_density);
+    for (std::size_t begin = 0; begin < strip.size; begin += points_in_cache) {
+        const std::size_t count = std::min(points_in_cache, strip.size - begin);
+        const auto in = [&](int at, int i = 0) {
+            return at < 0 ? nullptr : strip.in[static_cast<std::size_t>(at + i)] + begin;
+        };
+        const auto out = [&](int at, int i = 0) -> double* {
+            if (at < 0) return nullptr;
+            double* values = strip.out[static_cast<std::size_t>(at + i)] + begin;
+            std::fill_n(values, count, 0.0);
+            return values;
+        };
+        PointFields f{.size = count,
+                      .bead_density = in(arrays.beads),
+                      .rod_density = in(arrays.rods),
+                      .velocity = {in(arrays.velocity), in(arrays.velocity, 1)},
+                      .linear_velocity = {in(arrays.velocity), in(arrays.velocity, 1)},
+                      .order = {in(arrays.order), in(arrays.order, 1)},
+                      .linear_force = {in(arrays.force), in(arrays.force, 1)},
+                      .velocity_curl = in(arrays.velocity_curl),
+                      .order_curl = in(arrays.order_curl)};
+        for (auto& values : room) std::fill_n(values.data(), count, 0.0);
+        const PointRates r{.bead_flux = {out(arrays.bead_flux), out(arrays.bead_flux, 1)},
+                           .rod_flux = {out(arrays.rod_flux), out(arrays.rod_flux, 1)},
+                           .force = {room[0].data(), room[1].data()},
+                           .velocity = {out(arrays.velocity_rate), out(arrays.velocity_rate, 1)},
+                           .order = {out(arrays.order_rate), out(arrays.order_rate, 1)},
+                           .velocity_head = out(arrays.velocity_head),
+                           .order_head = out(arrays.order_head)};
+        if (slaved_varies(e) && arrays.velocity >= 0) {
+            // v = (Gamma_ref v_linear + (alpha - alpha_ref) p)/Gamma: the balance of forces with Gamma and alpha at the point.
+            std::array<double, points_in_cache> gamma;
+            e.drag.evaluate(f.bead_density, f.rod_density, 0.0, std::span(gamma.data(), count));
+            e.driving.evaluate(f.bead_density, f.rod_density, driving_ref, std::span(room[0].data(), count));
+            for (std::size_t i = 0; i < count; ++i) {
+                room[2][i] = (drag_ref * f.velocity.x[i] + room[0][i] * f.order.x[i]) / gamma[i];
+                room[3][i] = (drag_ref * f.velocity.y[i] + room[0][i] * f.order.y[i]) / gamma[i];
+            }
+            f.velocity = {room[2].data(), room[3].data()};
+        }
+        for (const Term* term : e.active)
+            if (term->act && term->cost(e).writes != 0) term->act(e, ref, f, r);
+        if (e.form.velocity != Velocity::dynamic || arrays.velocity_rate < 0) continue;
+        // (linear force + the rest)/(m rho) - (linear force)/(m rho_ref).
+        for (std::size_t i = 0; i < count; ++i) {
+            const double moved = arrays.force < 0 ? moved_ref : 1.0 / (mass * f.bead_density[i]);
+            double x = moved * r.force.x[i], y = moved * r.force.y[i];
+            if (arrays.force >= 0) {
+                x += (moved - moved_ref) * f.linear_force.x[i];
+                y += (moved - moved_ref) * f.linear_force.y[i];
+            }
+            r.velocity.x[i] += x;
+            r.velocity.y[i] += y;
+        }
+    }
+}
+
+/// Divergences of the fluxes and gradients of the heads; and what comes from outside, which is in no linear part.
+void RightHandSide::Work::assemble(double t, const Spectra&, Spectra& rate) {
+    const Form& form = e.form;
+    const auto back = [&](int at) { return at < 0 ? nullptr : made[made_rates() + at].data(); };
+    const Complex *bead_flux = back(arrays.bead_flux), *rod_flux = back(arrays.rod_flux), *velocity = back(arrays.velocity_rate),
+                  *order = back(arrays.order_rate), *velocity_head = back(arrays.velocity_head),
+                  *order_head = back(arrays.order_head);
+    const std::size_t stride = made.size;
+    const bool slaved = form.velocity == Velocity::slaved, dynamic = form.velocity == Velocity::dynamic;
+    const bool oriented = has_term(e, "orienting_field"), turns = has_term(e, "weathercock");
+    const double lambda = turns ? e.weathercock.at(ref.bead_density, ref.rod_density).value : 0.0;
+    const double moved_ref = 1.0 / (e.model.inertia.bead_mass * ref.bead_density);
+    const auto component = [&](int at) { return at < 0 ? nullptr : rate[at].data(); };
+    Complex *d_beads = component(form.bead_density), *d_rods = component(form.rod_density),
+            *d_vx = component(form.bead_velocity), *d_px = component(form.polar_order);
+    for_modes([&](std::size_t m, std::size_t, const Wavevector& q) {
+        if (d_beads) d_beads[m] = bead_flux ? -times_i(q.x * bead_flux[m] + q.y * bead_flux[m + stride]) : 0.0;
+        if (d_rods) d_rods[m] = rod_flux ? -times_i(q.x * rod_flux[m] + q.y * rod_flux[m + stride]) : 0.0;
+        const Complex v_head = velocity_head ? times_i(velocity_head[m]) : 0.0,
+                      p_head = order_head ? times_i(order_head[m]) : 0.0;
+        if (d_vx) {
+            d_vx[m] = (velocity ? velocity[m] : 0.0) + q.x * v_head;
+            d_vx[m + rate.size] = (velocity ? velocity[m + stride] : 0.0) + q.y * v_head;
+        }
+        d_px[m] = (order ? order[m] : 0.0) + q.x * p_head;
+        d_px[m + rate.size] = (order ? order[m + stride] : 0.0) + q.y * p_head;
+        if (forced) {
+            const ForceMode force = force_mode(e.model.force, grid, t, q);
+            if (dynamic) {
+                d_vx[m] += moved_ref * force.x;
+                d_vx[m + rate.size] += moved_ref * force.y;
+            }
+            if (slaved) {
+                const double square = q.x * q.x + q.y * q.y, held = drag_ref + e.model.viscosity.shear * square,
+                             held_along = held + e.model.viscosity.bulk * square;
+                const double inverse = square > 0.0 ? 1.0 / square : 0.0;
+                const Complex part = (q.x * force.x + q.y * force.y) * inverse;  // the force along q, over |q|
+                const Complex vx = (force.x - q.x * part) / held + q.x * part / held_along,
+                              vy = (force.y - q.y * part) / held + q.y * part / held_along;
+                d_px[m] += lambda * vx;
+                d_px[m + rate.size] += lambda * vy;
+                if (d_beads && has_term(e, "bead_current"))
+                    d_beads[m] -= ref.bead_density * times_i(q.x * vx + q.y * vy);
+            }
+        }
+        if (oriented && q.x == 0.0 && q.y == 0.0) {
+            d_px[m] += e.model.orienting_field.x;
+            d_px[m + rate.size] += e.model.orienting_field.y;
+        }
+    });
+}
+
+/// What cannot be gone on with.  A number that is none is left to the health check, which says where it is.
+void RightHandSide::Work::check_densities() const {
+    if (arrays.force >= 0 && extremes.bead_least <= 0.0)
+        fail_run(
+            "the bead density reached {:.4g} mm-2 on the grid, and the inertia of beads divides by it; a vacuum needs "
+            "fields.bead_velocity = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less noise",
+            extremes.bead_least);
+    if (slaved_varies(e) && arrays.velocity >= 0 && !e.drag.table()) {
+        for (const double beads : {extremes.bead_least, extremes.bead_most})
+            for (const double rods : {extremes.rod_least, extremes.rod_most})
+                if (std::isfinite(beads) && std::isfinite(rods) && e.drag.at(beads, rods).value <= 0.0)
+                    fail_run("drag.coefficient is {:.4g} where the bead density is {:.4g} and the rod density {:.4g}; expected > 0: "
+                             "a slaved velocity divides by it",
+                             e.drag.at(beads, rods).value, beads, rods);
+    }
+    for (const auto& [name, c] : {std::pair{"relaxation.rate", &e.relaxation}, std::pair{"relaxation.saturation", &e.saturation},
+                                  std::pair{"drag.coefficient", &e.drag}, std::pair{"driving.strength", &e.driving},
+                                  std::pair{"weathercock.strength", &e.weathercock}}) {
+        if (!c->table()) continue;
+        const auto finite = [](double value) { return std::isfinite(value) ? value : 0.0; };
+        for (const auto& [beads, rods] : {std::pair{extremes.bead_least, extremes.rod_least},
+                                          std::pair{extremes.bead_most, extremes.rod_most}})
+            if (std::isnan(c->at(finite(beads), finite(rods)).value))
+                fail_run("the densities reached {:.4g} (beads) and {:.4g} (rods) mm-2, outside the table of {}: {}; give a wider table, or "
+                         "table.outside = \"hold\"",
+                         beads, rods, name, c->table()->range_text());
+    }
+}
+
+RightHandSide::RightHandSide(const Equations& equations, const numerics::System& linear, const Reference& reference,
+                             Threads& threads)
+    : work_(std::make_unique<Work>(equations, linear, reference, threads)) {}
+RightHandSide::~RightHandSide() = default;
+
+void RightHandSide::operator()(double t, const Spectra& state, Spectra& rate) {
+    Work& w = *work_;
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    w.extremes = {infinite, -infinite, infinite, -infinite};
+    w.prepare(t, state);
+    if (w.arrays.forth > 0) {
+        std::vector<Complex*> to;
+        for (int c = 0; c < w.arrays.forth; ++c) to.push_back(w.made[w.made_rates() + c].data());
+        w.transform.products(w.sources(state), to, [&](const numerics::Strip& strip) { w.at_points(strip); });
+        w.check_densities();
+    }
+    w.assemble(t, state, rate);
+}
+
+Extremes RightHandSide::extremes() const { return work_->extremes; }
+
+TransformCount transform_count(const Equations& equations) {
+    const Arrays arrays = arrays_of(equations);
+    return {.back = arrays.forth > 0 ? arrays.back : 0, .forth = arrays.forth};
+}
+
+bool is_nonlinear(const Equations& equations) {
+    return arrays_of(equations).forth > 0 || has_term(equations, "force") || has_term(equations, "orienting_field");
+}
+
+double right_hand_side_bytes(const Equations& equations, const numerics::Grid& grid, int degree) {
+    if (!is_nonlinear(equations)) return 0.0;
+    const Arrays arrays = arrays_of(equations);
+    const double spectra = static_cast<double>(numerics::modes(grid)) * sizeof(Complex);
+    return spectra * (4.0 + arrays.forth + 2.0 * (arrays.back + arrays.forth) / (degree + 1));
+}
+
+numerics::Fields slaved_velocity(const Equations& e, const numerics::System& linear, double t, const Spectra& state,
+                                 const numerics::Transform& transform) {
+    Spectra made(linear.grid, 2);
+    const Reference ref = reference(e.model.uniform);
+    const UniformPoint about{.bead_density = ref.bead_density, .rod_density = ref.rod_density};
+    const std::size_t width = numerics::columns(linear.grid);
+    const Form& form = e.form;
+    for (std::size_t m = 0; m < state.size; ++m) {
+        if (!numerics::is_kept(linear.grid, linear.degree, m % width, m / width)) continue;
+        const Wavevector q = numerics::wavevector(linear.grid, m % width, m / width);
+        const Symbol symbol = force_symbol(e, about, q);
+        Eigen::Vector2cd force = Eigen::Vector2cd::Zero();
+        if (form.bead_density >= 0) force += symbol.block<2, 1>(at_velocity_x, at_beads) * state[form.bead_density][m];
+        if (form.rod_density >= 0) force += symbol.block<2, 1>(at_velocity_x, at_rods) * state[form.rod_density][m];
+        force += symbol.block<2, 2>(at_velocity_x, at_order_x) *
+                 Eigen::Vector2cd(state[form.polar_order][m], state[form.polar_order + 1][m]);
+        if (has_term(e, "force")) {
+            const ForceMode outside = force_mode(e.model.force, linear.grid, t, q);
+            force += Eigen::Vector2cd(outside.x, outside.y);
+        }
+        const Eigen::Vector2cd velocity = -symbol.block<2, 2>(at_velocity_x, at_velocity_x).inverse() * force;
+        made[0][m] = velocity.x();
+        made[1][m] = velocity.y();
+    }
+    numerics::Fields result(linear.grid, 2);
+    transform.backward(made, result);
+    if (!slaved_varies(e)) return result;
+    numerics::Fields fields(linear.grid, state.count());
+    transform.backward(state, fields);
+    const double drag_ref = e.drag.at(ref.bead_density, ref.rod_density).value,
+                 driving_ref = e.driving.at(ref.bead_density, ref.rod_density).value;
+    for (std::size_t i = 0; i < fields.size; ++i) {
+        const double beads = form.bead_density >= 0 ? fields[form.bead_density][i] : ref.bead_density,
+                     rods = form.rod_density >= 0 ? fields[form.rod_density][i] : ref.rod_density;
+        const double gamma = e.drag.at(beads, rods).value, driven = e.driving.at(beads, rods).value - driving_ref;
+        for (int axis = 0; axis < 2; ++axis)
+            result[axis][i] = (drag_ref * result[axis][i] + driven * fields[form.polar_order + axis][i]) / gamma;
+    }
+    return result;
+}
+
+}  // namespace drover::physics

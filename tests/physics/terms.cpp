@@ -1,0 +1,183 @@
+// tests/physics/terms.cpp: every term, in every form: its linearisation against the solver's own right-hand side.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drover/base/random.hpp"
+#include "full_model.hpp"
+
+namespace drover::physics {
+namespace {
+
+using numerics::Complex;
+
+constexpr numerics::Grid grid{20, 24, 7.0, 9.0};  // modes |k| < 4 are kept for products up to degree 4
+
+/// Component of a form at each place of a Symbol, -1 where it has none.
+std::array<int, places> components(const Form& form) {
+    const auto second = [](int first) { return first < 0 ? -1 : first + 1; };
+    return {form.bead_density,          form.rod_density,  form.bead_velocity, second(form.bead_velocity),
+            form.polar_order, second(form.polar_order)};
+}
+
+/// Numbers between -1 and 1 that do not repeat.
+class Numbers {
+public:
+    explicit Numbers(std::uint64_t seed) : values_(64) {
+        fill_normal({.seed = seed, .stream = Stream::test}, 0, 1, values_);
+    }
+    double next() { return std::tanh(values_[at_++ % values_.size()]); }
+
+private:
+    std::vector<double> values_;
+    std::size_t at_ = 0;
+};
+
+UniformPoint random_point(Numbers& numbers) {
+    const auto vector = [&] { return Eigen::Vector2d(numbers.next(), numbers.next()); };
+    return {.bead_density = 1.2 + 0.5 * numbers.next(),
+            .rod_density = 0.8 + 0.4 * numbers.next(),
+            .velocity = vector(),
+            .order = vector()};
+}
+
+numerics::Spectra uniform_state(const Form& form, const UniformPoint& point) {
+    numerics::Spectra state(grid, numerics::components(layout(form)));
+    const std::array<double, places> values{point.bead_density, point.rod_density, point.velocity.x(),
+                                            point.velocity.y(), point.order.x(),   point.order.y()};
+    const auto at = components(form);
+    for (std::size_t place = 0; place < places; ++place)
+        if (at[place] >= 0) state[at[place]][0] = values[place];
+    return state;
+}
+
+/// A slaved velocity in balance at the point: what the eliminated symbol is about.
+void balance(const Equations& e, UniformPoint& point) {
+    if (e.form.velocity != Velocity::slaved) return;
+    const double gamma = has_term(e, "drag") ? e.drag.at(point.bead_density, point.rod_density).value : 1.0;
+    const double alpha = has_term(e, "driving") ? e.driving.at(point.bead_density, point.rod_density).value : 0.0;
+    point.velocity = alpha * point.order / gamma;
+    if (has_term(e, "force")) point.velocity += Eigen::Vector2d(e.model.force.x, e.model.force.y) / gamma;
+}
+
+/// Largest difference between the symbol and a central difference of the right-hand side, relative to the largest entry.
+double difference(const Equations& e, UniformPoint point, const Reference& about, int kx, int ky, Threads& threads) {
+    if (e.form.bead_density < 0) point.bead_density = about.bead_density;  // not a field: the mass that moves is the scene's
+    WholeRate rate(e, grid, about, threads);
+    const std::size_t row = static_cast<std::size_t>((ky + grid.ny) % grid.ny), mode = row * numerics::columns(grid) +
+                                                                                       static_cast<std::size_t>(kx);
+    const numerics::Wavevector q = numerics::wavevector(grid, static_cast<std::size_t>(kx), row);
+    const Symbol symbol = linear_symbol(e, point, q);
+    const auto at = components(e.form);
+    double wrong = 0.0, largest = 1e-300;
+    for (std::size_t column = 0; column < places; ++column) {
+        if (at[column] < 0) continue;
+        constexpr double step = 1e-4;  // truncation step^2 = 1e-8, rounding 1e-16/step = 1e-12
+        numerics::Spectra rates[2];
+        for (int sign : {0, 1}) {
+            numerics::Spectra state = uniform_state(e.form, point);
+            state[at[column]][mode] += (sign == 0 ? 0.5 : -0.5) * step;
+            if (kx == 0) state[at[column]][static_cast<std::size_t>(grid.ny - ky) * numerics::columns(grid)] = state[at[column]][mode];
+            rates[sign] = rate(0.0, state);
+        }
+        for (std::size_t line = 0; line < places; ++line) {
+            if (at[line] < 0) continue;
+            const Complex found = (rates[0][at[line]][mode] - rates[1][at[line]][mode]) / step;
+            const Complex expected = symbol(static_cast<int>(line), static_cast<int>(column));
+            wrong = std::max(wrong, std::abs(found - expected));
+            largest = std::max(largest, std::abs(expected));
+        }
+    }
+    return wrong / largest;
+}
+
+TEST(Terms, each_alone_has_the_linearisation_of_its_own_action_at_random_uniform_states) {
+    Threads threads(1);
+    int checked = 0;
+    for (const NamedModel& form : all_forms()) {
+        const Equations all(form.model);
+        for (const Term* term : all.active) {
+            Equations alone = all;
+            alone.active = {term};
+            // A slaved velocity is the balance of all forces; a term by itself has none.
+            if (all.form.velocity == Velocity::slaved) alone.active = all.active;
+            Numbers numbers(17 + static_cast<std::uint64_t>(checked));
+            for (int trial = 0; trial < 5; ++trial) {
+                UniformPoint point = random_point(numbers);
+                balance(alone, point);
+                const Reference about{.bead_density = 1.1, .rod_density = 0.9};
+                const int kx = trial % 4, ky = (3 * trial) % 7 - 3;
+                if (kx == 0 && ky <= 0) continue;  // a mode that is its own partner
+                // 1e-6: the truncation of the difference is 1e-8 times third derivatives of order ten.
+                EXPECT_LT(difference(alone, point, about, kx, ky, threads), 1e-6) << form.name << ": " << term->name;
+                ++checked;
+            }
+        }
+    }
+    EXPECT_GT(checked, 300);
+}
+
+TEST(Terms, all_together_have_the_linearisation_of_their_action_at_fifty_random_uniform_states) {
+    Threads threads(1);
+    for (const NamedModel& form : all_forms()) {
+        const Equations all(form.model);
+        for (int trial = 0; trial < 50; ++trial) {
+            Numbers numbers(1000 + static_cast<std::uint64_t>(trial));
+            UniformPoint point = random_point(numbers);
+            balance(all, point);
+            const Reference about{.bead_density = 1.0 + 0.2 * numbers.next(), .rod_density = 0.8 + 0.2 * numbers.next()};
+            const int kx = 1 + trial % 3, ky = trial % 7 - 3;
+            EXPECT_LT(difference(all, point, about, kx, ky, threads), 1e-6) << form.name << ", trial " << trial;
+        }
+    }
+}
+
+TEST(Terms, the_linear_part_about_the_reference_leaves_no_linear_remainder_there) {
+    // N must be of second order: its own derivative at the reference state is zero.
+    Threads threads(1);
+    for (const NamedModel& form : all_forms()) {
+        Model model = form.model;
+        model.force.kind = "none";  // else beads at rest are no balance
+        const Equations e(model);
+        const Reference about{.bead_density = 1.15, .rod_density = 0.85};
+        WholeRate rate(e, grid, about, threads);
+        const UniformPoint rest{.bead_density = about.bead_density, .rod_density = about.rod_density};
+        constexpr double step = 1e-5;
+        numerics::Spectra state = uniform_state(e.form, rest), found(grid, state.count());
+        for (int c = 0; c < state.count(); ++c) state[c][2 * numerics::columns(grid) + 1] += Complex(step, 0.3 * step * c);
+        (*rate.rest)(0.0, state, found);
+        for (int c = 0; c < state.count(); ++c)
+            // Second order, step^2, times coefficients of order one and wavenumbers up to 3; the uniform field h stays.
+            EXPECT_LT(std::abs(found[c][2 * numerics::columns(grid) + 1]), 1e-8) << form.name << " component " << c;
+    }
+}
+
+TEST(Terms, that_are_off_cost_no_transform) {
+    Model model = full_model();
+    model.current.kind = "order";
+    model.inertia.advection = false;
+    model.drag.coefficient_terms = model.driving.strength_terms = model.relaxation.rate_terms =
+        model.relaxation.saturation_terms = model.weathercock.strength_terms = {};
+    // rho, v, p, the force, curl p; rho v, d_t v, d_t p, p^2/2.
+    EXPECT_EQ(transform_count(Equations(model)).back, 8);
+    EXPECT_EQ(transform_count(Equations(model)).forth, 7);
+    model.advection.strength = 0.0;
+    EXPECT_EQ(transform_count(Equations(model)).back, 7);
+    EXPECT_EQ(transform_count(Equations(model)).forth, 6);
+    model.relaxation.saturation = 0.0;
+    EXPECT_EQ(transform_count(Equations(model)).back, 5);
+    EXPECT_EQ(transform_count(Equations(model)).forth, 4);
+}
+
+TEST(Terms, of_a_form_with_fewer_fields_cost_fewer_transforms) {
+    const auto count = [](const Model& model) {
+        const TransformCount c = transform_count(Equations(model));
+        return c.back + c.forth;
+    };
+    std::vector<NamedModel> forms = all_forms();
+    EXPECT_LT(count(forms.at(6).model), count(forms.at(2).model)) << "polar < dilute";
+    EXPECT_LT(count(forms.at(2).model), count(forms.at(0).model)) << "dilute < full";
+}
+
+}  // namespace
+}  // namespace drover::physics
