@@ -1,7 +1,7 @@
 // numerics/isotropic.hpp: how isotropic blocks act on the modes of a grid: the change between Cartesian components and the parts
 // along and across q.
 #pragma once
-#include <array>
+#include <cstring>
 #include <vector>
 
 #include "drover/numerics/system.hpp"
@@ -20,24 +20,34 @@ inline Direction direction(const Wavevector& q, double inverse_length) {
     return {.x = q.x * inverse_length, .y = q.y * inverse_length, .turned = true};
 }
 
+/// A complex number as the vector instructions hold it: real part, imaginary part.
+using Pair [[gnu::vector_size(16)]] = double;
+inline Pair load(const Complex* from) {
+    Pair pair;
+    std::memcpy(&pair, reinterpret_cast<const double*>(from), sizeof(pair));
+    return pair;
+}
+inline void store(const Pair& pair, Complex* to) { std::memcpy(reinterpret_cast<double*>(to), &pair, sizeof(pair)); }
+inline Pair times_i(const Pair& a) { return Pair{-a[1], a[0]}; }
+inline Pair times_minus_i(const Pair& a) { return Pair{a[1], -a[0]}; }
+
 /// One mode of Scalars scalars and Vectors vectors in the variables of IsotropicBlocks.
 template <int Scalars, int Vectors>
 struct ModeParts {
-    std::array<Complex, Scalars + Vectors> along;
-    std::array<Complex, Vectors> across;
+    Pair along[Scalars + Vectors] = {};
+    Pair across[Vectors == 0 ? 1 : Vectors] = {};
 };
-
-inline Complex times_i(Complex a) { return {-a.imag(), a.real()}; }
-inline Complex times_minus_i(Complex a) { return {a.imag(), -a.real()}; }
 
 /// Parts of the mode at place `m`, the components being `stride` apart.
 template <int Scalars, int Vectors>
-ModeParts<Scalars, Vectors> parts_of(const Complex* values, std::size_t stride, std::size_t m, const Direction& d) {
+[[gnu::always_inline]] inline ModeParts<Scalars, Vectors> parts_of(const Complex* values, std::size_t stride,
+                                                                   std::size_t m, const Direction& d) {
     ModeParts<Scalars, Vectors> parts;
-    for (std::size_t s = 0; s < std::size_t{Scalars}; ++s) parts.along[s] = values[s * stride + m];
+    for (std::size_t s = 0; s < std::size_t{Scalars}; ++s) parts.along[s] = load(values + s * stride + m);
     for (std::size_t v = 0; v < std::size_t{Vectors}; ++v) {
-        const Complex x = values[(Scalars + 2 * v) * stride + m], y = values[(Scalars + 2 * v + 1) * stride + m];
-        const Complex along = d.x * x + d.y * y, across = d.x * y - d.y * x;
+        const Pair x = load(values + (Scalars + 2 * v) * stride + m),
+                   y = load(values + (Scalars + 2 * v + 1) * stride + m);
+        const Pair along = d.x * x + d.y * y, across = d.x * y - d.y * x;
         parts.along[Scalars + v] = d.turned ? times_i(along) : along;
         parts.across[v] = d.turned ? times_i(across) : across;
     }
@@ -46,23 +56,27 @@ ModeParts<Scalars, Vectors> parts_of(const Complex* values, std::size_t stride, 
 
 /// The inverse of parts_of, added to what is there.
 template <int Scalars, int Vectors>
-void add_parts(const ModeParts<Scalars, Vectors>& parts, Complex* values, std::size_t stride, std::size_t m,
-               const Direction& d) {
-    for (std::size_t s = 0; s < std::size_t{Scalars}; ++s) values[s * stride + m] += parts.along[s];
+[[gnu::always_inline]] inline void add_parts(const ModeParts<Scalars, Vectors>& parts, Complex* values,
+                                             std::size_t stride, std::size_t m, const Direction& d) {
+    const auto add = [&](std::size_t component, const Pair& part) {
+        Complex* to = values + component * stride + m;
+        store(load(to) + part, to);
+    };
+    for (std::size_t s = 0; s < std::size_t{Scalars}; ++s) add(s, parts.along[s]);
     for (std::size_t v = 0; v < std::size_t{Vectors}; ++v) {
-        Complex along = parts.along[Scalars + v], across = parts.across[v];
+        Pair along = parts.along[Scalars + v], across = parts.across[v];
         if (d.turned) {
             along = times_minus_i(along);
             across = times_minus_i(across);
         }
-        values[(Scalars + 2 * v) * stride + m] += d.x * along - d.y * across;
-        values[(Scalars + 2 * v + 1) * stride + m] += d.y * along + d.x * across;
+        add(Scalars + 2 * v, d.x * along - d.y * across);
+        add(Scalars + 2 * v + 1, d.y * along + d.x * across);
     }
 }
 
 /// out += matrix * in, the matrix row by row.
 template <std::size_t N>
-void add_product(const double* matrix, const std::array<Complex, N>& in, std::array<Complex, N>& out) {
+[[gnu::always_inline]] inline void add_product(const double* matrix, const Pair (&in)[N], Pair (&out)[N]) {
     for (std::size_t i = 0; i < N; ++i)
         for (std::size_t k = 0; k < N; ++k) out[i] += matrix[i * N + k] * in[k];
 }

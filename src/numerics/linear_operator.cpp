@@ -19,12 +19,12 @@ void LinearOperator::add(const Spectra& state, Spectra& rate) const {
             if (index < 0) continue;
             const auto n = static_cast<std::size_t>(index);
             const Direction d = direction(wavevector(grid_, m % width, m / width), wavenumbers_.inverse[n]);
-            const auto parts = parts_of<Scalars, Vectors>(state.values.data(), state.size, m, d);
+            const auto parts = parts_of<Scalars, Vectors>(state.values.data(), state.stride, m, d);
             ModeParts<Scalars, Vectors> sum{};
             const double* matrix = matrices_.data() + n * entries;
             add_product(matrix, parts.along, sum.along);
             add_product(matrix + along * along, parts.across, sum.across);
-            add_parts(sum, rate.values.data(), rate.size, m, d);
+            add_parts(sum, rate.values.data(), rate.stride, m, d);
         }
     });
 }

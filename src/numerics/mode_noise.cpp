@@ -23,15 +23,14 @@ Draw draw_of(const Grid& grid, std::size_t m) {
     return {.mode = m};
 }
 
+/// out = scale * matrix * normal, two normal numbers for each complex one.
 template <std::size_t N>
-void multiply(const double* matrix, const double* normal, double scale, const Draw& draw, std::array<Complex, N>& out) {
+void multiply(const double* matrix, const double* normal, double scale, const Draw& draw, Pair (&out)[N]) {
+    const Pair parts{scale, draw.real ? 0.0 : draw.conjugated ? -scale : scale};
     for (std::size_t i = 0; i < N; ++i) {
-        double real = 0.0, imaginary = 0.0;
-        for (std::size_t k = 0; k < N; ++k) {
-            real += matrix[i * N + k] * normal[2 * k];
-            imaginary += matrix[i * N + k] * normal[2 * k + 1];
-        }
-        out[i] = {scale * real, draw.real ? 0.0 : draw.conjugated ? -scale * imaginary : scale * imaginary};
+        Pair sum{};
+        for (std::size_t k = 0; k < N; ++k) sum += matrix[i * N + k] * Pair{normal[2 * k], normal[2 * k + 1]};
+        out[i] = parts * sum;
     }
 }
 }  // namespace
@@ -64,7 +63,7 @@ void add_mode_noise(const Grid& grid, const Layout& layout, const DistinctWavenu
                                        ModeParts<Scalars, Vectors> parts;
                                        multiply(factor, normal, scale, draw, parts.along);
                                        multiply(factor + along * along, normal + 2 * along, scale, draw, parts.across);
-                                       add_parts(parts, to.values.data(), to.size, m,
+                                       add_parts(parts, to.values.data(), to.stride, m,
                                                  direction(wavevector(grid, i, j), wavenumbers.inverse[n]));
                                    }
                                }

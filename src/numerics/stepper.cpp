@@ -2,19 +2,21 @@
 #include "drover/numerics/stepper.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
+#include "combination.hpp"
 #include "drover/base/error.hpp"
 #include "mode_noise.hpp"
 
 namespace drover::numerics {
 
 namespace {
-/// out = sum over inputs of matrix * input (+ noise): one stage, for every mode.
+/// One stage for every mode: its plan with the matrices of each |q|.
 struct Combination {
-    std::vector<int> inputs;       ///< 0: the old state; j + 1: the rate of stage j
-    std::vector<double> matrices;  ///< for each |q|, for each input: the entries along, then across
+    StagePlan plan;
+    std::vector<double> matrices;  ///< for each |q|, for each use: the entries along, then across
     int noise = -1;                ///< which part of the noise the stage has in it; -1: none
 };
 
@@ -52,7 +54,7 @@ const StepperTable& linear_table() {
 struct NoisePart {
     double end = 1.0;  ///< as a fraction of the step
     std::vector<double> factors;
-    Combination propagator{.inputs = {0}, .matrices = {}};
+    Combination propagator{.plan = {.uses = {{.terms = {}, .inputs = {{.input = 0}}}}}};
 };
 }  // namespace
 
@@ -64,7 +66,7 @@ struct Stepper::Work {
     Threads& threads;
     DistinctWavenumbers wavenumbers;
     std::vector<Combination> combinations;  // of each stage
-    Combination estimate;                   // of the local error; without inputs: the table has none
+    Combination estimate;                   // of the local error; without uses: the table has none
     std::vector<NoisePart> noise_parts;
     std::vector<Spectra> rates, noises;
     Spectra stage, next;
@@ -75,6 +77,8 @@ struct Stepper::Work {
     void prepare_noise();
     void draw_noise(std::uint64_t step_number);
     void combine(const Combination& combination, const Spectra& old, const Spectra* noise, Spectra& out);
+    void weighted_sum(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t component,
+                      std::size_t first, std::size_t count, Complex* to) const;
     void take_stages(double t, std::uint64_t step_number, const Spectra& state);
     void mend_symmetry(Spectra& state) const;
 };
@@ -100,37 +104,28 @@ Stepper::Work::Work(const System& the_system, const StepperTable& the_table, dou
 }
 
 void Stepper::Work::prepare_stages() {
-    const auto inputs_of = [](const std::vector<std::vector<PhiTerm>>& terms, std::vector<int> inputs) {
-        for (std::size_t j = 0; j < terms.size(); ++j)
-            if (!terms[j].empty()) inputs.push_back(static_cast<int>(j) + 1);
-        return inputs;
-    };
-    for (const StepperStage& row : table->stages) combinations.push_back({.inputs = inputs_of(row.terms, {0}), .matrices = {}});
-    estimate.inputs = inputs_of(table->error, {});
+    for (StagePlan& plan : stage_plans(*table)) combinations.push_back({.plan = std::move(plan), .matrices = {}});
+    estimate.plan = error_plan(*table);
     for (const double q : wavenumbers.q) {
         const IsotropicBlocks rate_blocks = system.linear(q);
         const auto along = phi_at_fractions(*table, rate_blocks.along, dt),
                    across = phi_at_fractions(*table, rate_blocks.across, dt);
-        const auto append = [&](const std::vector<PhiTerm>& terms, std::vector<double>& to) {
-            append_entries({combined(terms, along, dt), combined(terms, across, dt)}, to);
+        const auto append = [&](const StagePlan& plan, double c, std::vector<double>& to) {
+            for (const MatrixUse& use : plan.uses)
+                append_entries(use.terms.empty()
+                                   ? IsotropicBlocks{along.at(c).phi0, across.at(c).phi0}
+                                   : IsotropicBlocks{combined(use.terms, along, dt), combined(use.terms, across, dt)},
+                               to);
         };
-        for (std::size_t s = 0; s < table->stages.size(); ++s) {
-            const StepperStage& row = table->stages[s];
-            for (const int input : combinations[s].inputs) {
-                if (input == 0)
-                    append_entries({along.at(row.c).phi0, across.at(row.c).phi0}, combinations[s].matrices);
-                else append(row.terms[static_cast<std::size_t>(input - 1)], combinations[s].matrices);
-            }
-        }
-        for (const int input : estimate.inputs)
-            append(table->error[static_cast<std::size_t>(input - 1)], estimate.matrices);
+        for (std::size_t s = 0; s < table->stages.size(); ++s)
+            append(combinations[s].plan, table->stages[s].c, combinations[s].matrices);
+        append(estimate.plan, 1.0, estimate.matrices);
     }
 }
 
 void Stepper::Work::prepare_noise() {
     for (const StepperStage& row : table->stages)
-        if (noise_parts.empty() || row.c > noise_parts.back().end)
-            noise_parts.push_back({.end = row.c, .factors = {}});
+        if (noise_parts.empty() || row.c > noise_parts.back().end) noise_parts.push_back({.end = row.c, .factors = {}});
     for (std::size_t s = 0; s < table->stages.size(); ++s)
         for (std::size_t k = 0; k < noise_parts.size(); ++k)
             if (noise_parts[k].end == table->stages[s].c) combinations[s].noise = static_cast<int>(k);
@@ -161,31 +156,65 @@ void Stepper::Work::draw_noise(std::uint64_t step_number) {
     }
 }
 
+/// Modes first, ..., first + count - 1 of one component.
+void Stepper::Work::weighted_sum(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t component,
+                                 std::size_t first, std::size_t count, Complex* to) const {
+    bool begun = false;
+    for (const WeightedInput& input : inputs) {
+        const Spectra& spectra = input.input == 0 ? old : rates[static_cast<std::size_t>(input.input - 1)];
+        const Complex* from = spectra.values.data() + component * spectra.stride + first;
+        if (!begun)
+            for (std::size_t i = 0; i < count; ++i) to[i] = input.weight * from[i];
+        else
+            for (std::size_t i = 0; i < count; ++i) to[i] += input.weight * from[i];
+        begun = true;
+    }
+}
+
 void Stepper::Work::combine(const Combination& combination, const Spectra& old, const Spectra* noise, Spectra& out) {
     for_layout(system.layout, [&]<int Scalars, int Vectors>() {
         constexpr std::size_t along = Scalars + Vectors, across = Vectors, entries = along * along + across * across;
-        const std::size_t width = columns(system.grid), stride = out.size;
-        threads.for_chunks(static_cast<std::size_t>(system.grid.ny), rows_per_chunk(system.grid), [&](std::size_t begin, std::size_t end) {
-            for (std::size_t row = begin; row < end; ++row)
-                for (std::size_t m = row * width; m < (row + 1) * width; ++m) {
-                    const std::int32_t index = wavenumbers.of_mode[m];
-                    if (index < 0) break;  // a row's kept modes are its first
-                    const auto n = static_cast<std::size_t>(index);
-                    const Direction d =
-                        direction(wavevector(system.grid, m - row * width, row), wavenumbers.inverse[n]);
-                    const double* matrix = combination.matrices.data() + n * combination.inputs.size() * entries;
-                    ModeParts<Scalars, Vectors> sum{};
-                    for (const int input : combination.inputs) {
-                        const Spectra& from = input == 0 ? old : rates[static_cast<std::size_t>(input - 1)];
-                        const auto parts = parts_of<Scalars, Vectors>(from.values.data(), stride, m, d);
-                        add_product(matrix, parts.along, sum.along);
-                        add_product(matrix + along * along, parts.across, sum.across);
-                        matrix += entries;
-                    }
-                    for (std::size_t c = 0; c < Scalars + 2 * Vectors; ++c)
-                        out.values[c * stride + m] = noise ? noise->values[c * stride + m] : Complex(0.0);
-                    add_parts(sum, out.values.data(), stride, m, d);
+        constexpr std::size_t count = Scalars + 2 * Vectors;
+        const std::size_t width = columns(system.grid), rows = static_cast<std::size_t>(system.grid.ny);
+        const std::vector<MatrixUse>& uses = combination.plan.uses;
+        const Spectra* begun = combination.plan.from_previous ? &stage : noise;
+        // A row of each component at a time: long reads from memory, then work in the first-level cache.
+        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& room) {
+            room.resize((uses.size() + 1) * count * kept);
+            Complex *inputs = room.data(), *sums = inputs + uses.size() * count * kept;
+            for (std::size_t u = 0; u < uses.size(); ++u)
+                for (std::size_t c = 0; c < count; ++c)
+                    weighted_sum(uses[u].inputs, old, c, row * width, kept, inputs + (u * count + c) * kept);
+            for (std::size_t c = 0; c < count; ++c) {
+                if (begun) std::copy_n(begun->values.data() + c * begun->stride + row * width, kept, sums + c * kept);
+                else std::fill_n(sums + c * kept, kept, Complex(0.0));
+            }
+            for (std::size_t i = 0; i < kept; ++i) {
+                const auto n = static_cast<std::size_t>(wavenumbers.of_mode[row * width + i]);
+                const Direction d = direction(wavevector(system.grid, i, row), wavenumbers.inverse[n]);
+                const double* matrix = combination.matrices.data() + n * uses.size() * entries;
+                ModeParts<Scalars, Vectors> sum{};
+                for (std::size_t u = 0; u < uses.size(); ++u, matrix += entries) {
+                    const auto parts = parts_of<Scalars, Vectors>(inputs + u * count * kept, kept, i, d);
+                    add_product(matrix, parts.along, sum.along);
+                    add_product(matrix + along * along, parts.across, sum.across);
                 }
+                add_parts(sum, sums, kept, i, d);
+            }
+            for (std::size_t c = 0; c < count; ++c)
+                std::copy_n(sums + c * kept, kept, out.values.data() + c * out.stride + row * width);
+        };
+        // Rows j and -j share their matrices: one after the other, they are read from memory once.
+        threads.for_chunks(rows / 2 + 1, rows_per_chunk(system.grid), [&](std::size_t begin, std::size_t end) {
+            std::vector<Complex> room;
+            for (std::size_t row = begin; row < end; ++row) {
+                const std::int32_t* index = wavenumbers.of_mode.data() + row * width;
+                const auto kept = static_cast<std::size_t>(std::find(index, index + width, -1) - index);
+                if (kept == 0) continue;
+                const std::size_t partner = (rows - row) % rows;
+                of_row(row, kept, room);
+                if (partner != row) of_row(partner, kept, room);
+            }
         });
     });
 }
@@ -226,15 +255,14 @@ void Stepper::step(double t, std::uint64_t step_number, Spectra& state) {
     std::swap(state.values, work_->next.values);
 }
 
-bool Stepper::estimates_error() const { return !work_->estimate.inputs.empty(); }
+bool Stepper::estimates_error() const { return !work_->estimate.plan.uses.empty(); }
 
 void Stepper::attempt(double t, const Spectra& state, Spectra& next, Spectra& error) {
     Work& w = *work_;
     require(estimates_error() && !w.system.noise, {}, "stepper \"{}\" with {} noise has no estimate of its error",
             w.table->name, w.system.noise ? "its" : "no");
     w.take_stages(t, 0, state);
-    if (w.estimate.inputs.back() > static_cast<int>(w.table->stages.size()))
-        w.system.nonlinear(t + w.dt, w.next, w.rates.back());
+    if (w.table->error.size() > w.table->stages.size()) w.system.nonlinear(t + w.dt, w.next, w.rates.back());
     w.combine(w.estimate, state, nullptr, error);
     std::copy(w.next.values.begin(), w.next.values.end(), next.values.begin());
 }
@@ -246,15 +274,12 @@ double stepper_bytes(const System& system, const StepperTable& table) {
     const double spectra = static_cast<double>(modes(system.grid)) * components(system.layout) * sizeof(Complex);
     std::vector<double> ends;
     double matrices = 0.0;
-    for (const StepperStage& row : used.stages) {
-        matrices += 1.0 + static_cast<double>(std::count_if(row.terms.begin(), row.terms.end(),
-                                                            [](const auto& t) { return !t.empty(); }));
+    for (const StagePlan& plan : stage_plans(used)) matrices += static_cast<double>(plan.uses.size());
+    matrices += static_cast<double>(error_plan(used).uses.size());
+    for (const StepperStage& row : used.stages)
         if (ends.empty() || row.c > ends.back()) ends.push_back(row.c);
-    }
     double held = 1.0;
     if (system.nonlinear) held += 1.0 + static_cast<double>(std::max(used.stages.size(), used.error.size()));
-    matrices += static_cast<double>(
-        std::count_if(used.error.begin(), used.error.end(), [](const auto& t) { return !t.empty(); }));
     if (system.noise) {
         held += static_cast<double>(ends.size());
         matrices += 2.0 * static_cast<double>(ends.size());

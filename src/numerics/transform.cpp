@@ -12,7 +12,7 @@
 namespace drover::numerics {
 
 namespace {
-constexpr std::size_t strip_columns = 8;     // 128 bytes of each row: two cache lines; a strip of 1024 rows is 128 kB
+constexpr std::size_t strip_columns = 8;       // 128 bytes of each row: two cache lines; a strip of 1024 rows is 128 kB
 constexpr std::size_t points_in_strip = 2048;  // of rows: fifteen arrays of it are in the second-level cache
 
 struct PlanDeleter {
@@ -51,6 +51,13 @@ private:
     std::size_t size_ = 0;
 };
 
+/// A few neighbouring numbers: most often a whole strip's, whose number the compiler then knows.
+void copy_strip(const Complex* from, std::size_t count, Complex* to) {
+    if (count == strip_columns)
+        for (std::size_t i = 0; i < strip_columns; ++i) to[i] = from[i];
+    else std::copy_n(from, count, to);
+}
+
 /// What one thread works in.
 struct Workspace {
     Aligned<Complex> columns, packed, transformed;
@@ -87,9 +94,10 @@ StripPlans make_strips(std::size_t lines, std::size_t strip, Make make) {
 struct Transform::Plans {
     Grid grid;
     Threads& threads;
-    std::size_t nx, ny, width;       // points, and stored modes of a row
+    std::size_t nx, ny, width;        // points, and stored modes of a row
     std::size_t kept = 0, pitch = 0;  // kept columns, and their room in scratch: whole cache lines
     std::vector<std::size_t> kept_rows;
+    std::size_t first_cut_row = 0;  // the rows that are cut are neighbours
     StripPlans rows_forward, rows_backward, columns_forward, columns_backward;
     Aligned<Complex> scratch_in, scratch_out;  // [array][row][kept column], between rows and columns
 
@@ -103,14 +111,12 @@ struct Transform::Plans {
     /// body(array, strip) for every strip of columns of every array.
     template <class Body>
     void for_columns(std::size_t arrays, const StripPlans& strips, Body body) {
-        threads.for_chunks(arrays * strips.count(), 1, [&](std::size_t task, std::size_t) {
-            body(task / strips.count(), task % strips.count());
-        });
+        threads.for_chunks(arrays * strips.count(), 1,
+                           [&](std::size_t task, std::size_t) { body(task / strips.count(), task % strips.count()); });
     }
 };
 
-Transform::Plans::Plans(const Grid& the_grid, int degree, Threads& the_threads)
-    : grid(the_grid), threads(the_threads) {
+Transform::Plans::Plans(const Grid& the_grid, int degree, Threads& the_threads) : grid(the_grid), threads(the_threads) {
     check(grid);
     require(degree >= 1, {}, "transform: degree = {}; expected >= 1", degree);
     nx = static_cast<std::size_t>(grid.nx);
@@ -120,6 +126,7 @@ Transform::Plans::Plans(const Grid& the_grid, int degree, Threads& the_threads)
         if (is_kept(grid, degree, i, 0)) kept = i + 1;
     for (std::size_t j = 0; j < ny; ++j)
         if (is_kept(grid, degree, 0, j)) kept_rows.push_back(j);
+        else if (first_cut_row == 0) first_cut_row = j;
     pitch = (kept + 3) / 4 * 4;
     const std::size_t rows = std::clamp<std::size_t>(points_in_strip / nx, 1, ny);
     Aligned<Complex> from, to;
@@ -127,8 +134,8 @@ Transform::Plans::Plans(const Grid& the_grid, int degree, Threads& the_threads)
     const std::lock_guard lock(planner_mutex());
     const auto rows_plan = [&](int direction) {
         return make_strips(ny, rows, [&, direction](int n) {
-            return fftw_plan_many_dft(1, &grid.nx, n, raw(a), nullptr, 1, grid.nx, raw(b), nullptr, 1, grid.nx, direction,
-                                      FFTW_ESTIMATE);
+            return fftw_plan_many_dft(1, &grid.nx, n, raw(a), nullptr, 1, grid.nx, raw(b), nullptr, 1, grid.nx,
+                                      direction, FFTW_ESTIMATE);
         });
     };
     rows_forward = rows_plan(FFTW_FORWARD);
@@ -150,11 +157,12 @@ void Transform::Plans::backward_columns(std::span<const Complex* const> from, Co
     for_columns(from.size(), columns_backward, [&](std::size_t c, std::size_t number) {
         const std::size_t first = columns_backward.begin(number), count = columns_backward.size(number);
         Complex* strip = workspace().columns.room(ny * strip_columns);
-        std::fill_n(strip, ny * strip_columns, Complex(0.0));
-        for (const std::size_t j : kept_rows) std::copy_n(from[c] + j * width + first, count, strip + j * strip_columns);
+        std::fill(strip + first_cut_row * strip_columns,
+                  strip + (first_cut_row + ny - kept_rows.size()) * strip_columns, Complex(0.0));
+        for (const std::size_t j : kept_rows) copy_strip(from[c] + j * width + first, count, strip + j * strip_columns);
         columns_backward.execute(number, strip, strip);
         Complex* out = scratch + c * ny * pitch + first;
-        for (std::size_t j = 0; j < ny; ++j) std::copy_n(strip + j * strip_columns, count, out + j * pitch);
+        for (std::size_t j = 0; j < ny; ++j) copy_strip(strip + j * strip_columns, count, out + j * pitch);
     });
 }
 
@@ -164,7 +172,7 @@ void Transform::Plans::forward_columns(const Complex* scratch, std::span<Complex
         const std::size_t first = columns_forward.begin(number), count = columns_forward.size(number);
         Complex* strip = workspace().columns.room(ny * strip_columns);
         const Complex* in = scratch + c * ny * pitch + first;
-        for (std::size_t j = 0; j < ny; ++j) std::copy_n(in + j * pitch, count, strip + j * strip_columns);
+        for (std::size_t j = 0; j < ny; ++j) copy_strip(in + j * pitch, count, strip + j * strip_columns);
         columns_forward.execute(number, strip, strip);
         for (const std::size_t j : kept_rows)
             for (std::size_t i = 0; i < count; ++i) to[c][j * width + first + i] = scale * strip[j * strip_columns + i];

@@ -1,12 +1,12 @@
 // physics/right_hand_side.cpp: fields to the grid, every active term at its points, and back.
 #include "drover/physics/right_hand_side.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <mutex>
-#include <Eigen/LU>
 #include <numbers>
 
 #include "drover/numerics/transform.hpp"
@@ -26,7 +26,8 @@ Complex times_i(Complex a) { return {-a.imag(), a.real()}; }
 /// Places of what is brought to the grid and from it, -1 when it is not; a vector has two.
 struct Arrays {
     int beads = -1, rods = -1, velocity = -1, order = -1, force = -1, velocity_curl = -1, order_curl = -1, back = 0;
-    int bead_flux = -1, rod_flux = -1, velocity_rate = -1, order_rate = -1, velocity_head = -1, order_head = -1, forth = 0;
+    int bead_flux = -1, rod_flux = -1, velocity_rate = -1, order_rate = -1, velocity_head = -1, order_head = -1,
+        forth = 0;
 };
 
 /// The mass that forces move depends on the density: m rho d_t v.
@@ -55,7 +56,8 @@ Arrays arrays_of(const Equations& e) {
     if (slaved_varies(e) && (reads & reads_velocity)) {
         reads |= reads_order;
         for (const Coefficient* c : {&e.drag, &e.driving})
-            reads |= (c->depends_on_beads() ? unsigned{reads_beads} : 0u) | (c->depends_on_rods() ? unsigned{reads_rods} : 0u);
+            reads |= (c->depends_on_beads() ? unsigned{reads_beads} : 0u) |
+                     (c->depends_on_rods() ? unsigned{reads_rods} : 0u);
     }
     Arrays a;
     const auto place = [](bool wanted, int width, int& next, int& at) {
@@ -186,12 +188,12 @@ void RightHandSide::Work::prepare(double t, const Spectra& state) {
     const Form& form = e.form;
     const Complex *beads = of_state(state, form.bead_density), *rods = of_state(state, form.rod_density),
                   *vx = of_state(state, form.bead_velocity), *px = of_state(state, form.polar_order);
-    const Complex *vy = vx ? vx + state.size : nullptr, *py = px + state.size;
+    const Complex *vy = vx ? vx + state.stride : nullptr, *py = px + state.stride;
     const bool slaved = form.velocity == Velocity::slaved;
     const bool needs_velocity = slaved && (arrays.velocity >= 0 || forced), needs_force = arrays.force >= 0;
     if (!needs_velocity && !needs_force && arrays.velocity_curl < 0 && arrays.order_curl < 0) return;
-    Complex *out_x = made[made_velocity()].data(), *out_y = out_x + made.size, *curl_v = made[made_curls()].data(),
-            *curl_p = curl_v + made.size;
+    Complex *out_x = made[made_velocity()].data(), *out_y = out_x + made.stride, *curl_v = made[made_curls()].data(),
+            *curl_p = curl_v + made.stride;
     for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
         if (arrays.order_curl >= 0) curl_p[m] = times_i(q.x * py[m] - q.y * px[m]);
         if (arrays.velocity_curl >= 0) curl_v[m] = times_i(q.x * vy[m] - q.y * vx[m]);
@@ -218,7 +220,8 @@ void RightHandSide::Work::prepare(double t, const Spectra& state) {
         }
         const double square = q.x * q.x + q.y * q.y, held = drag_ref + e.model.viscosity.shear * square,
                      held_along = held + e.model.viscosity.bulk * square;
-        const Complex f_along = (cx * force.x + cy * force.y) / held_along, f_across = (cx * force.y - cy * force.x) / held;
+        const Complex f_along = (cx * force.x + cy * force.y) / held_along,
+                      f_across = (cx * force.y - cy * force.x) / held;
         out_x[m] += cx * f_along - cy * f_across;
         out_y[m] += cy * f_along + cx * f_across;
     });
@@ -233,9 +236,9 @@ std::vector<const Complex*> RightHandSide::Work::sources(const Spectra& state) c
     const bool slaved = e.form.velocity == Velocity::slaved;
     put(arrays.beads, of_state(state, e.form.bead_density), 1, 0);
     put(arrays.rods, of_state(state, e.form.rod_density), 1, 0);
-    put(arrays.velocity, slaved ? made[made_velocity()].data() : of_state(state, e.form.bead_velocity), 2, made.size);
-    put(arrays.order, of_state(state, e.form.polar_order), 2, made.size);
-    put(arrays.force, made[made_velocity()].data(), 2, made.size);
+    put(arrays.velocity, slaved ? made[made_velocity()].data() : of_state(state, e.form.bead_velocity), 2, made.stride);
+    put(arrays.order, of_state(state, e.form.polar_order), 2, made.stride);
+    put(arrays.force, made[made_velocity()].data(), 2, made.stride);
     put(arrays.velocity_curl, made[made_curls()].data(), 1, 0);
     put(arrays.order_curl, made[made_curls() + 1].data(), 1, 0);
     return from;
@@ -263,6 +266,7 @@ void RightHandSide::Work::note_extremes(const numerics::Strip& strip) {
 void RightHandSide::Work::at_points(const numerics::Strip& strip) {
     note_extremes(strip);
     std::array<std::array<double, points_in_cache>, 4> room;  // force, slaved velocity
+    const bool force_varies = e.form.velocity == Velocity::dynamic && (e.drag.varies() || e.driving.varies());
     const double mass = e.model.inertia.bead_mass, moved_ref = 1.0 / (mass * ref.bead_density);
     for (std::size_t begin = 0; begin < strip.size; begin += points_in_cache) {
         const std::size_t count = std::min(points_in_cache, strip.size - begin);
@@ -284,7 +288,8 @@ void RightHandSide::Work::at_points(const numerics::Strip& strip) {
                       .linear_force = {in(arrays.force), in(arrays.force, 1)},
                       .velocity_curl = in(arrays.velocity_curl),
                       .order_curl = in(arrays.order_curl)};
-        for (auto& values : room) std::fill_n(values.data(), count, 0.0);
+        if (force_varies)
+            for (auto& values : {&room[0], &room[1]}) std::fill_n(values->data(), count, 0.0);
         const PointRates r{.bead_flux = {out(arrays.bead_flux), out(arrays.bead_flux, 1)},
                            .rod_flux = {out(arrays.rod_flux), out(arrays.rod_flux, 1)},
                            .force = {room[0].data(), room[1].data()},
@@ -309,13 +314,13 @@ void RightHandSide::Work::at_points(const numerics::Strip& strip) {
         // (linear force + the rest)/(m rho) - (linear force)/(m rho_ref).
         for (std::size_t i = 0; i < count; ++i) {
             const double moved = arrays.force < 0 ? moved_ref : 1.0 / (mass * f.bead_density[i]);
-            double x = moved * r.force.x[i], y = moved * r.force.y[i];
-            if (arrays.force >= 0) {
-                x += (moved - moved_ref) * f.linear_force.x[i];
-                y += (moved - moved_ref) * f.linear_force.y[i];
+            if (force_varies) {
+                r.velocity.x[i] += moved * r.force.x[i];
+                r.velocity.y[i] += moved * r.force.y[i];
             }
-            r.velocity.x[i] += x;
-            r.velocity.y[i] += y;
+            if (arrays.force < 0) continue;
+            r.velocity.x[i] += (moved - moved_ref) * f.linear_force.x[i];
+            r.velocity.y[i] += (moved - moved_ref) * f.linear_force.y[i];
         }
     }
 }
@@ -324,10 +329,10 @@ void RightHandSide::Work::at_points(const numerics::Strip& strip) {
 void RightHandSide::Work::assemble(double t, const Spectra&, Spectra& rate) {
     const Form& form = e.form;
     const auto back = [&](int at) { return at < 0 ? nullptr : made[made_rates() + at].data(); };
-    const Complex *bead_flux = back(arrays.bead_flux), *rod_flux = back(arrays.rod_flux), *velocity = back(arrays.velocity_rate),
-                  *order = back(arrays.order_rate), *velocity_head = back(arrays.velocity_head),
-                  *order_head = back(arrays.order_head);
-    const std::size_t stride = made.size;
+    const Complex *bead_flux = back(arrays.bead_flux), *rod_flux = back(arrays.rod_flux),
+                  *velocity = back(arrays.velocity_rate), *order = back(arrays.order_rate),
+                  *velocity_head = back(arrays.velocity_head), *order_head = back(arrays.order_head);
+    const std::size_t stride = made.stride;
     const bool slaved = form.velocity == Velocity::slaved, dynamic = form.velocity == Velocity::dynamic;
     const bool oriented = has_term(e, "orienting_field"), turns = has_term(e, "weathercock");
     const double lambda = turns ? e.weathercock.at(ref.bead_density, ref.rod_density).value : 0.0;
@@ -342,15 +347,15 @@ void RightHandSide::Work::assemble(double t, const Spectra&, Spectra& rate) {
                       p_head = order_head ? times_i(order_head[m]) : 0.0;
         if (d_vx) {
             d_vx[m] = (velocity ? velocity[m] : 0.0) + q.x * v_head;
-            d_vx[m + rate.size] = (velocity ? velocity[m + stride] : 0.0) + q.y * v_head;
+            d_vx[m + rate.stride] = (velocity ? velocity[m + stride] : 0.0) + q.y * v_head;
         }
         d_px[m] = (order ? order[m] : 0.0) + q.x * p_head;
-        d_px[m + rate.size] = (order ? order[m + stride] : 0.0) + q.y * p_head;
+        d_px[m + rate.stride] = (order ? order[m + stride] : 0.0) + q.y * p_head;
         if (forced) {
             const ForceMode force = force_mode(e.model.force, grid, t, q);
             if (dynamic) {
                 d_vx[m] += moved_ref * force.x;
-                d_vx[m + rate.size] += moved_ref * force.y;
+                d_vx[m + rate.stride] += moved_ref * force.y;
             }
             if (slaved) {
                 const double square = q.x * q.x + q.y * q.y, held = drag_ref + e.model.viscosity.shear * square,
@@ -360,14 +365,14 @@ void RightHandSide::Work::assemble(double t, const Spectra&, Spectra& rate) {
                 const Complex vx = (force.x - q.x * part) / held + q.x * part / held_along,
                               vy = (force.y - q.y * part) / held + q.y * part / held_along;
                 d_px[m] += lambda * vx;
-                d_px[m + rate.size] += lambda * vy;
+                d_px[m + rate.stride] += lambda * vy;
                 if (d_beads && has_term(e, "bead_current"))
                     d_beads[m] -= ref.bead_density * times_i(q.x * vx + q.y * vy);
             }
         }
         if (oriented && q.x == 0.0 && q.y == 0.0) {
             d_px[m] += e.model.orienting_field.x;
-            d_px[m + rate.size] += e.model.orienting_field.y;
+            d_px[m + rate.stride] += e.model.orienting_field.y;
         }
     });
 }
@@ -377,27 +382,33 @@ void RightHandSide::Work::check_densities() const {
     if (arrays.force >= 0 && extremes.bead_least <= 0.0)
         fail_run(
             "the bead density reached {:.4g} mm-2 on the grid, and the inertia of beads divides by it; a vacuum needs "
-            "fields.bead_velocity = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less noise",
+            "fields.bead_velocity = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less "
+            "noise",
             extremes.bead_least);
     if (slaved_varies(e) && arrays.velocity >= 0 && !e.drag.table()) {
         for (const double beads : {extremes.bead_least, extremes.bead_most})
             for (const double rods : {extremes.rod_least, extremes.rod_most})
                 if (std::isfinite(beads) && std::isfinite(rods) && e.drag.at(beads, rods).value <= 0.0)
-                    fail_run("drag.coefficient is {:.4g} where the bead density is {:.4g} and the rod density {:.4g}; expected > 0: "
-                             "a slaved velocity divides by it",
-                             e.drag.at(beads, rods).value, beads, rods);
+                    fail_run(
+                        "drag.coefficient is {:.4g} where the bead density is {:.4g} and the rod density {:.4g}; "
+                        "expected > 0: "
+                        "a slaved velocity divides by it",
+                        e.drag.at(beads, rods).value, beads, rods);
     }
-    for (const auto& [name, c] : {std::pair{"relaxation.rate", &e.relaxation}, std::pair{"relaxation.saturation", &e.saturation},
-                                  std::pair{"drag.coefficient", &e.drag}, std::pair{"driving.strength", &e.driving},
-                                  std::pair{"weathercock.strength", &e.weathercock}}) {
+    for (const auto& [name, c] :
+         {std::pair{"relaxation.rate", &e.relaxation}, std::pair{"relaxation.saturation", &e.saturation},
+          std::pair{"drag.coefficient", &e.drag}, std::pair{"driving.strength", &e.driving},
+          std::pair{"weathercock.strength", &e.weathercock}}) {
         if (!c->table()) continue;
         const auto finite = [](double value) { return std::isfinite(value) ? value : 0.0; };
-        for (const auto& [beads, rods] : {std::pair{extremes.bead_least, extremes.rod_least},
-                                          std::pair{extremes.bead_most, extremes.rod_most}})
+        for (const auto& [beads, rods] :
+             {std::pair{extremes.bead_least, extremes.rod_least}, std::pair{extremes.bead_most, extremes.rod_most}})
             if (std::isnan(c->at(finite(beads), finite(rods)).value))
-                fail_run("the densities reached {:.4g} (beads) and {:.4g} (rods) mm-2, outside the table of {}: {}; give a wider table, or "
-                         "table.outside = \"hold\"",
-                         beads, rods, name, c->table()->range_text());
+                fail_run(
+                    "the densities reached {:.4g} (beads) and {:.4g} (rods) mm-2, outside the table of {}: {}; give a "
+                    "wider table, or "
+                    "table.outside = \"hold\"",
+                    beads, rods, name, c->table()->range_text());
     }
 }
 

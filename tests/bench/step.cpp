@@ -1,56 +1,87 @@
-// tests/bench/step.cpp: time of a noisy linear step beside the transforms of its fields, in one process.
+// tests/bench/step.cpp: time of a step beside that of its own transforms, in one process.
 #include <benchmark/benchmark.h>
 
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/linear_theory.hpp"
+#include "drover/physics/initial_state.hpp"
+#include "drover/physics/right_hand_side.hpp"
 
 namespace drover {
 namespace {
 
-const physics::Model model{.uniform = {.rod_density = 0.02},
-                           .current = {.speed = 3.6},
-                           .relaxation = {.rate = 0.2},
-                           .elasticity = {.stiffness = 2.0},
-                           .pressure = {.rods = 1.8},
-                           .diffusion = {.rods = 0.2},
-                           .noise = {.order = 0.008, .rods = 0.008}};
+/// Rods alone, linear.
+const physics::Model isotropic{.uniform = {.rod_density = 0.02},
+                               .current = {.speed = 3.6},
+                               .relaxation = {.rate = 0.2},
+                               .elasticity = {.stiffness = 2.0},
+                               .pressure = {.rods = 1.8},
+                               .diffusion = {.rods = 0.2},
+                               .noise = {.order = 0.008, .rods = 0.008}};
+
+/// A noisy flock of rods in beads: every term with constant coefficients, J = u p.
+const physics::Model flock{.fields = {.bead_density = true, .rod_density = true, .bead_velocity = "dynamic"},
+                           .uniform = {.rod_density = 1.0, .bead_density = 1.0},
+                           .current = {.speed = 1.0},
+                           .drag = {.coefficient = 10.0},
+                           .viscosity = {.shear = 5.0},
+                           .driving = {.strength = 10.0},
+                           .compressibility = {.beads = 20.0, .rods = 1.0},
+                           .relaxation = {.rate = 0.5, .saturation = 1.0},
+                           .elasticity = {.stiffness = 1.0},
+                           .weathercock = {.strength = 1.0},
+                           .advection = {.strength = 0.3},
+                           .pressure = {.beads = 0.5, .rods = 0.5},
+                           .noise = {.order = 0.001}};
 
 numerics::Grid grid_of(const benchmark::State& state) {
     const int n = static_cast<int>(state.range(0));
     return {.nx = n, .ny = n, .lx = 0.5 * n, .ly = 0.5 * n};
 }
 
-void noisy_step(benchmark::State& state) {
+/// A system with its right-hand side, if it has one.
+numerics::System system_of(const physics::Model& model, const numerics::Grid& grid, Threads& threads) {
+    const physics::Equations equations(model);
+    numerics::System system = physics::linear_system(model, grid);
+    if (!physics::is_nonlinear(equations)) return system;
+    const auto rest =
+        std::make_shared<physics::RightHandSide>(equations, system, physics::reference(model.uniform), threads);
+    system.nonlinear = [rest](double t, const numerics::Spectra& a, numerics::Spectra& rate) { (*rest)(t, a, rate); };
+    return system;
+}
+
+void time_steps(benchmark::State& state, const physics::Model& model, bool noisy) {
     Threads threads(static_cast<int>(state.range(1)));
-    const numerics::System system = physics::linear_system(model, grid_of(state));
-    numerics::Stepper stepper(system, numerics::stepper_table("etdrk2"), 0.25, 1, threads);
-    numerics::Spectra fields(system.grid, 3);
+    numerics::System system = system_of(model, grid_of(state), threads);
+    if (!noisy) system.noise = {};
+    numerics::Stepper stepper(system, numerics::stepper_table("etdrk2"), 0.02, 1, threads);
+    numerics::Spectra fields =
+        physics::initial_spectra({.kind = "random", .amplitude = 0.01}, model, system, 1, threads);
     std::uint64_t step = 0;
     for (auto _ : state) stepper.step(0.0, step++, fields);
 }
 
-void step_without_noise(benchmark::State& state) {
-    Threads threads(static_cast<int>(state.range(1)));
-    numerics::System system = physics::linear_system(model, grid_of(state));
-    system.noise = {};
-    numerics::Stepper stepper(system, numerics::stepper_table("etdrk2"), 0.25, 1, threads);
-    numerics::Spectra fields(system.grid, 3);
-    std::uint64_t step = 0;
-    for (auto _ : state) stepper.step(0.0, step++, fields);
-}
+void linear_step(benchmark::State& state) { time_steps(state, isotropic, true); }
+void flock_step(benchmark::State& state) { time_steps(state, flock, true); }
+void flock_step_without_noise(benchmark::State& state) { time_steps(state, flock, false); }
 
-/// Both ways, three fields.
-void transforms(benchmark::State& state) {
+/// The transforms that a step of the flock makes, and nothing else: two right-hand sides, products being a copy.
+void flock_transforms(benchmark::State& state) {
     Threads threads(static_cast<int>(state.range(1)));
-    const numerics::Grid grid = grid_of(state);
-    const numerics::Transform transform(grid, 1, threads);
-    numerics::Fields fields(grid, 3);
-    numerics::Spectra spectra(grid, 3);
-    for (auto _ : state) {
-        transform.forward(fields, spectra);
-        transform.backward(spectra, fields);
-    }
+    const physics::Equations equations(flock);
+    const physics::TransformCount count = physics::transform_count(equations);
+    const numerics::System system = physics::linear_system(flock, grid_of(state));
+    const numerics::Transform transform(system.grid, system.degree, threads);
+    numerics::Spectra from(system.grid, count.back), to(system.grid, count.forth);
+    std::vector<const numerics::Complex*> sources;
+    std::vector<numerics::Complex*> made;
+    for (int c = 0; c < count.back; ++c) sources.push_back(from[c].data());
+    for (int c = 0; c < count.forth; ++c) made.push_back(to[c].data());
+    for (auto _ : state)
+        for (int stage = 0; stage < 2; ++stage)
+            transform.products(sources, made, [](const numerics::Strip& strip) {
+                for (std::size_t c = 0; c < strip.out.size(); ++c) std::copy_n(strip.in[c], strip.size, strip.out[c]);
+            });
+    state.counters["transforms"] = 2.0 * (count.back + count.forth);
 }
 
 void sizes_and_threads(benchmark::internal::Benchmark* benchmark) {
@@ -59,9 +90,10 @@ void sizes_and_threads(benchmark::internal::Benchmark* benchmark) {
         ->Unit(benchmark::kMillisecond)
         ->UseRealTime();
 }
-BENCHMARK(noisy_step)->Apply(sizes_and_threads);
-BENCHMARK(step_without_noise)->Apply(sizes_and_threads);
-BENCHMARK(transforms)->Apply(sizes_and_threads);
+BENCHMARK(flock_step)->Apply(sizes_and_threads);
+BENCHMARK(flock_step_without_noise)->Apply(sizes_and_threads);
+BENCHMARK(flock_transforms)->Apply(sizes_and_threads);
+BENCHMARK(linear_step)->Apply(sizes_and_threads);
 
 }  // namespace
 }  // namespace drover

@@ -40,14 +40,18 @@ struct Fields {
 struct Spectra {
     Spectra() = default;
     Spectra(const Grid& grid, int components)
-        : size(modes(grid)), values(size * static_cast<std::size_t>(components), Complex(0.0)) {}
-    std::span<Complex> operator[](int c) { return {values.data() + size * static_cast<std::size_t>(c), size}; }
+        : size(modes(grid)), stride(size + gap), values(stride * static_cast<std::size_t>(components), Complex(0.0)) {}
+    std::span<Complex> operator[](int c) { return {values.data() + stride * static_cast<std::size_t>(c), size}; }
     std::span<const Complex> operator[](int c) const {
-        return {values.data() + size * static_cast<std::size_t>(c), size};
+        return {values.data() + stride * static_cast<std::size_t>(c), size};
     }
-    int count() const { return size == 0 ? 0 : static_cast<int>(values.size() / size); }
+    int count() const { return size == 0 ? 0 : static_cast<int>(values.size() / stride); }
 
-    std::size_t size = 0;  ///< modes of one component
+    /// Room between components: without it the same mode of each has the same place in the first-level cache (grids of a power
+    /// of two), and they drive each other out.
+    static constexpr std::size_t gap = 20;
+    std::size_t size = 0;    ///< modes of one component
+    std::size_t stride = 0;  ///< from a mode of one component to the same of the next
     std::vector<Complex> values;
 };
 
