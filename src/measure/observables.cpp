@@ -272,7 +272,7 @@ namespace {
 void sort_separations(Setting& setting) {
     const numerics::Grid& grid = setting.grid;
     const double dx = grid.lx / grid.nx, dy = grid.ly / grid.ny, width = std::max(dx, dy);
-    const auto bins = static_cast<std::size_t>(0.5 * std::min(grid.lx, grid.ly) / width);
+    const auto bins = std::max<std::size_t>(1, static_cast<std::size_t>(0.5 * std::min(grid.lx, grid.ly) / width));
     std::vector<double> sum(bins), weight(bins);
     for (int j = 0; j < grid.ny; ++j)
         for (int i = 0; i < grid.nx; ++i) {

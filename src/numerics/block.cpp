@@ -169,9 +169,12 @@ Block factor(const Block& c) {
         }
     Matrix f = Matrix::Zero(n, n);
     for (int column = 0; column < n; ++column) {
+        const Real largest = rest.diagonal().maxCoeff();
+        if (largest <= rounding) break;
+        // The first of those that are as large: which of two equal ones is larger is a matter of rounding.
         int pivot = 0;
-        const Real variance = rest.diagonal().maxCoeff(&pivot);
-        if (variance <= rounding) break;
+        while (rest(pivot, pivot) < 0.999L * largest) ++pivot;
+        const Real variance = rest(pivot, pivot);
         f.col(column) = rest.col(pivot) / std::sqrt(variance);
         rest -= (f.col(column) * f.col(column).transpose()).eval();
         rest.row(pivot).setZero();
