@@ -216,7 +216,9 @@ TEST(StationarySpectrum, of_noise_frozen_over_the_step_fails_the_same_test) {
         }));
         // At 1 the fastest mode lacks 8 %: three deviations of its own, which the whole set sees and Bonferroni may not.
         EXPECT_LT(std::min(found.whole, found.least), 1e-3) << "dt|s|max = " << dt_rate;
-        if (dt_rate == 10.0) EXPECT_LT(std::max(found.whole, found.least), 1e-3);
+        if (dt_rate == 10.0) {
+            EXPECT_LT(std::max(found.whole, found.least), 1e-3);
+        }
     }
 }
 
