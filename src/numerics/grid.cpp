@@ -3,16 +3,10 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 
 #include "drover/base/error.hpp"
 
 namespace drover::numerics {
-
-Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t row) {
-    constexpr double turn = 2.0 * std::numbers::pi;
-    return {.x = turn / grid.lx * static_cast<double>(column), .y = turn / grid.ly * mode_number_y(grid, row)};
-}
 
 bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row) {
     return static_cast<int>(column) * (degree + 1) < grid.nx &&

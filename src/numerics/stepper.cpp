@@ -20,6 +20,13 @@ struct Combination {
     int noise = -1;                ///< which part of the noise the stage has in it; -1: none
 };
 
+/// Components of a row of modes, `stride` apart.
+struct Source {
+    const Complex* values = nullptr;
+    std::size_t stride = 0;
+};
+constexpr std::size_t uses_most = 8;
+
 Block combined(const std::vector<PhiTerm>& terms, const std::map<double, PhiFunctions>& phi, double dt) {
     Block result(phi.begin()->second.phi0.size);
     for (const PhiTerm& term : terms) {
@@ -75,10 +82,11 @@ struct Stepper::Work {
          Threads& the_threads);
     void prepare_stages();
     void prepare_noise();
+    void clear_kept(Spectra& spectra) const;
     void draw_noise(std::uint64_t step_number);
     void combine(const Combination& combination, const Spectra& old, const Spectra* noise, Spectra& out);
-    void weighted_sum(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t component,
-                      std::size_t first, std::size_t count, Complex* to) const;
+    Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first, std::size_t count,
+                     Complex* room) const;
     void take_stages(double t, std::uint64_t step_number, const Spectra& state);
     void mend_symmetry(Spectra& state) const;
 };
@@ -106,6 +114,10 @@ Stepper::Work::Work(const System& the_system, const StepperTable& the_table, dou
 void Stepper::Work::prepare_stages() {
     for (StagePlan& plan : stage_plans(*table)) combinations.push_back({.plan = std::move(plan), .matrices = {}});
     estimate.plan = error_plan(*table);
+    for (const Combination& combination : combinations)
+        require(combination.plan.uses.size() <= uses_most, {},
+                "stepper \"{}\": a stage of {} matrices; expected at most {}", table->name,
+                combination.plan.uses.size(), uses_most);
     for (const double q : wavenumbers.q) {
         const IsotropicBlocks rate_blocks = system.linear(q);
         const auto along = phi_at_fractions(*table, rate_blocks.along, dt),
@@ -144,9 +156,19 @@ void Stepper::Work::prepare_noise() {
     }
 }
 
+void Stepper::Work::clear_kept(Spectra& spectra) const {
+    const std::size_t width = columns(system.grid);
+    for (std::size_t row = 0; row < static_cast<std::size_t>(system.grid.ny); ++row) {
+        const std::int32_t* index = wavenumbers.of_mode.data() + row * width;
+        const auto kept = std::find(index, index + width, -1) - index;
+        for (int c = 0; c < spectra.count(); ++c)
+            std::fill_n(spectra[c].begin() + static_cast<std::ptrdiff_t>(row * width), kept, Complex(0.0));
+    }
+}
+
 void Stepper::Work::draw_noise(std::uint64_t step_number) {
     for (std::size_t k = 0; k < noise_parts.size(); ++k) {
-        if (k == 0) std::fill(noises[k].values.begin(), noises[k].values.end(), Complex(0.0));
+        if (k == 0) clear_kept(noises[k]);
         else combine(noise_parts[k].propagator, noises[k - 1], nullptr, noises[k]);
         const RandomKey key{.seed = seed,
                             .stream = Stream::noise,
@@ -156,19 +178,24 @@ void Stepper::Work::draw_noise(std::uint64_t step_number) {
     }
 }
 
-/// Modes first, ..., first + count - 1 of one component.
-void Stepper::Work::weighted_sum(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t component,
-                                 std::size_t first, std::size_t count, Complex* to) const {
-    bool begun = false;
-    for (const WeightedInput& input : inputs) {
-        const Spectra& spectra = input.input == 0 ? old : rates[static_cast<std::size_t>(input.input - 1)];
-        const Complex* from = spectra.values.data() + component * spectra.stride + first;
-        if (!begun)
-            for (std::size_t i = 0; i < count; ++i) to[i] = input.weight * from[i];
-        else
-            for (std::size_t i = 0; i < count; ++i) to[i] += input.weight * from[i];
-        begun = true;
-    }
+/// Modes first, ..., first + count - 1 of every component of a weighted sum, made in `room` unless they stand somewhere already.
+Source Stepper::Work::source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first,
+                                std::size_t count, Complex* room) const {
+    const auto of = [&](const WeightedInput& input) -> const Spectra& {
+        return input.input == 0 ? old : rates[static_cast<std::size_t>(input.input - 1)];
+    };
+    if (inputs.size() == 1 && inputs.front().weight == 1.0)
+        return {of(inputs.front()).values.data() + first, of(inputs.front()).stride};
+    for (std::size_t k = 0; k < inputs.size(); ++k)
+        for (int c = 0; c < old.count(); ++c) {
+            const Complex* from = of(inputs[k])[c].data() + first;
+            Complex* to = room + static_cast<std::size_t>(c) * count;
+            if (k == 0)
+                for (std::size_t i = 0; i < count; ++i) to[i] = inputs[k].weight * from[i];
+            else
+                for (std::size_t i = 0; i < count; ++i) to[i] += inputs[k].weight * from[i];
+        }
+    return {room, count};
 }
 
 void Stepper::Work::combine(const Combination& combination, const Spectra& old, const Spectra* noise, Spectra& out) {
@@ -182,9 +209,9 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
         const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& room) {
             room.resize((uses.size() + 1) * count * kept);
             Complex *inputs = room.data(), *sums = inputs + uses.size() * count * kept;
+            std::array<Source, uses_most> sources;
             for (std::size_t u = 0; u < uses.size(); ++u)
-                for (std::size_t c = 0; c < count; ++c)
-                    weighted_sum(uses[u].inputs, old, c, row * width, kept, inputs + (u * count + c) * kept);
+                sources[u] = source_of(uses[u].inputs, old, row * width, kept, inputs + u * count * kept);
             for (std::size_t c = 0; c < count; ++c) {
                 if (begun) std::copy_n(begun->values.data() + c * begun->stride + row * width, kept, sums + c * kept);
                 else std::fill_n(sums + c * kept, kept, Complex(0.0));
@@ -195,7 +222,7 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
                 const double* matrix = combination.matrices.data() + n * uses.size() * entries;
                 ModeParts<Scalars, Vectors> sum{};
                 for (std::size_t u = 0; u < uses.size(); ++u, matrix += entries) {
-                    const auto parts = parts_of<Scalars, Vectors>(inputs + u * count * kept, kept, i, d);
+                    const auto parts = parts_of<Scalars, Vectors>(sources[u].values, sources[u].stride, i, d);
                     add_product(matrix, parts.along, sum.along);
                     add_product(matrix + along * along, parts.across, sum.across);
                 }

@@ -21,7 +21,8 @@ bool read_power(const std::string& word, Monomial& into) {
         if (word.rfind(symbol + "^", 0) != 0) continue;
         std::size_t used = 0;
         const std::string number = word.substr(symbol.size() + 1);
-        if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos || number.size() > 2) return false;
+        if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos || number.size() > 2)
+            return false;
         *power += std::stoi(number, &used);
         return true;
     }
@@ -43,11 +44,11 @@ Monomial read_monomial(const std::string& written, const Where& where) {
     require(static_cast<bool>(words >> word), where, "\"{}\" is no term of a polynomial; {}", written, expected);
     char* end = nullptr;
     result.factor = std::strtod(word.c_str(), &end);
-    require(*end == '\0' && std::isfinite(result.factor), where, "\"{}\" is no term of a polynomial: \"{}\" is no number; {}",
-            written, word, expected);
+    require(*end == '\0' && std::isfinite(result.factor), where,
+            "\"{}\" is no term of a polynomial: \"{}\" is no number; {}", written, word, expected);
     while (words >> word)
-        require(read_power(word, result), where, "\"{}\" is no term of a polynomial: \"{}\" is not known; {}", written, word,
-                expected);
+        require(read_power(word, result), where, "\"{}\" is no term of a polynomial: \"{}\" is not known; {}", written,
+                word, expected);
     require(result.beads + result.rods >= 1, where, "\"{}\" has no power of a density in it; {}", written, expected);
     require(result.beads + result.rods <= largest_power, where,
             "\"{}\" is of degree {}; expected at most {}: its products would leave few modes of the grid", written,
@@ -93,7 +94,8 @@ void Coefficient::evaluate(const double* bead_density, const double* rod_density
                            std::span<double> out) const {
     if (table_) {
         for (std::size_t i = 0; i < out.size(); ++i)
-            out[i] = table_->at(bead_density ? bead_density[i] : 0.0, rod_density ? rod_density[i] : 0.0).value - reference;
+            out[i] =
+                table_->at(bead_density ? bead_density[i] : 0.0, rod_density ? rod_density[i] : 0.0).value - reference;
         return;
     }
     std::fill(out.begin(), out.end(), constant_ - reference);

@@ -28,7 +28,8 @@ std::vector<double> node_slopes(const std::vector<double>& x, const std::vector<
     const std::unique_ptr<gsl_interp, void (*)(gsl_interp*)> curve(gsl_interp_alloc(kind, x.size()), gsl_interp_free);
     gsl_interp_init(curve.get(), x.data(), y.data(), x.size());
     std::vector<double> slopes;
-    for (const double place : x) slopes.push_back(gsl_interp_eval_deriv(curve.get(), x.data(), y.data(), place, nullptr));
+    for (const double place : x)
+        slopes.push_back(gsl_interp_eval_deriv(curve.get(), x.data(), y.data(), place, nullptr));
     return slopes;
 }
 
@@ -85,12 +86,14 @@ CoefficientTable::CoefficientTable(std::vector<double> bead_densities, std::vect
         std::vector<double> y;
         for (std::size_t i = 0; i < rows; ++i) y.push_back(values[i * width + k]);
         const std::vector<double> slopes = node_slopes(beads_, y);
-        for (std::size_t i = 0; i < rows; ++i)
-            nodes_[i * width + k] = {.value = y[i], .by_beads = slopes[i]};
+        for (std::size_t i = 0; i < rows; ++i) nodes_[i * width + k] = {.value = y[i], .by_beads = slopes[i]};
     }
     for (std::size_t i = 0; i < rows; ++i) {
-        along_rods(i, [&](std::size_t n) { return nodes_[n].value; }, [](Node& node, double slope) { node.by_rods = slope; });
-        along_rods(i, [&](std::size_t n) { return nodes_[n].by_beads; }, [](Node& node, double slope) { node.by_both = slope; });
+        along_rods(
+            i, [&](std::size_t n) { return nodes_[n].value; }, [](Node& node, double slope) { node.by_rods = slope; });
+        along_rods(
+            i, [&](std::size_t n) { return nodes_[n].by_beads; },
+            [](Node& node, double slope) { node.by_both = slope; });
     }
 }
 

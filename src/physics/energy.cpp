@@ -27,7 +27,8 @@ struct Part {
 };
 
 /// Integral over the cell of the product of two fields.
-double integral(const numerics::Grid& grid, std::span<const numerics::Complex> a, std::span<const numerics::Complex> b) {
+double integral(const numerics::Grid& grid, std::span<const numerics::Complex> a,
+                std::span<const numerics::Complex> b) {
     double sum = 0.0;
     for (std::size_t m = 0; m < a.size(); ++m)
         sum += numerics::mode_weight(grid, m % numerics::columns(grid)) *

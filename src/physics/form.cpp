@@ -29,7 +29,7 @@ std::string form_name(const Form& form) {
     if (beads && form.velocity == Velocity::dynamic) return rods ? "two-component" : "dilute";
     if (beads && rods && form.velocity == Velocity::slaved) return "overdamped";
     if (!beads && form.velocity == Velocity::absent) return rods ? "rods only" : "polar";
-    const char* velocity = form.velocity == Velocity::dynamic ? ", dynamic bead velocity"
+    const char* velocity = form.velocity == Velocity::dynamic  ? ", dynamic bead velocity"
                            : form.velocity == Velocity::slaved ? ", slaved bead velocity"
                                                                : "";
     return text("polar order{}{}{}", beads ? ", bead density" : "", rods ? ", rod density" : "", velocity);
@@ -45,7 +45,8 @@ std::vector<Component> component_names(const Form& form) {
         put(form.bead_velocity + 1, {"bead_velocity_y", "mm s-1", "velocity of the beads along y, v_y"});
     }
     if (form.polar_order >= 0) {
-        const std::string unit = form.order_is_density ? "mm-2" : "1", density = form.order_is_density ? " density" : "",
+        const std::string unit = form.order_is_density ? "mm-2" : "1",
+                          density = form.order_is_density ? " density" : "",
                           meaning = form.order_is_density ? ": rod density times mean orientation"
                                                           : ": mean orientation of the rods";
         put(form.polar_order, {"polar_order_x", unit, "polar order" + density + " along x, p_x" + meaning});
@@ -62,8 +63,12 @@ template <>
 const std::vector<Row<physics::FieldChoice>>& schema<physics::FieldChoice>() {
     using physics::FieldChoice;
     static const std::vector<Row<FieldChoice>> rows{
-        {.name = "bead_density", .member = &FieldChoice::bead_density, .sentence = "rho, the density of the beads, is a field"},
-        {.name = "rod_density", .member = &FieldChoice::rod_density, .sentence = "sigma, the density of the rods, is a field"},
+        {.name = "bead_density",
+         .member = &FieldChoice::bead_density,
+         .sentence = "rho, the density of the beads, is a field"},
+        {.name = "rod_density",
+         .member = &FieldChoice::rod_density,
+         .sentence = "sigma, the density of the rods, is a field"},
         {.name = "bead_velocity",
          .member = &FieldChoice::bead_velocity,
          .choices = {"dynamic", "slaved", "absent"},

@@ -77,8 +77,8 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
         for (int j = 0; j < grid.ny; ++j)
             for (int i = 0; i < grid.nx; ++i) {
                 const double value = formula(grid.lx / grid.nx * i, grid.ly / grid.ny * j);
-                require(std::isfinite(value), {}, "{} = \"{}\" is {} in cell ({}, {}); expected a number everywhere", key, *written,
-                        value, i, j);
+                require(std::isfinite(value), {}, "{} = \"{}\" is {} in cell ({}, {}); expected a number everywhere",
+                        key, *written, value, i, j);
                 cells[c][cell++] = value;
             }
     }
@@ -90,14 +90,17 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
 }  // namespace
 
 namespace {
-void check_stationary(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing, const PlaceOf& place) {
+void check_stationary(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
+                      const PlaceOf& place) {
     require(model.noise.order > 0.0, place("initial.kind"),
-            "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order > 0, or another "
+            "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order > "
+            "0, or another "
             "start",
             model.noise.order);
     const FastestGrowth growth = fastest_growth(linear_system(model, grid, dealiasing));
     require(growth.rate < 0.0, place("initial.kind"),
-            "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| = {:.3g} "
+            "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| "
+            "= {:.3g} "
             "/mm; expected every mode to decay: choose another start",
             growth.rate, growth.q);
 }
@@ -115,8 +118,8 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
          {"bead_density", "rod_density", "bead_velocity_x", "bead_velocity_y", "polar_order_x", "polar_order_y"}) {
         const auto [key, written] = formula_of(initial, component);
         if (written->empty()) continue;
-        require(initial.kind == "formula", place(key), "{} is given with initial.kind = \"{}\"; expected \"formula\"", key,
-                initial.kind);
+        require(initial.kind == "formula", place(key), "{} is given with initial.kind = \"{}\"; expected \"formula\"",
+                key, initial.kind);
         require(std::find(names.begin(), names.end(), component) != names.end(), place(key),
                 "{} is given, but the model has no such field; expected one of {}", key, joined(names));
         static_cast<void>(Formula(*written, place(key)));
@@ -128,7 +131,8 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
     for (const auto& [name, number, size] :
          {std::tuple{"mode_x", initial.mode_x, grid.nx}, std::tuple{"mode_y", initial.mode_y, grid.ny}})
         require(std::abs(std::int64_t{number}) * parts < size, place(text("initial.{}", name)),
-                "initial.{} = {}; expected less than {:.4g} in size: the modes that the grid keeps are those below 1/{} of the points of "
+                "initial.{} = {}; expected less than {:.4g} in size: the modes that the grid keeps are those below "
+                "1/{} of the points of "
                 "that axis",
                 name, number, static_cast<double>(size) / parts, parts);
 }
@@ -166,7 +170,8 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
          .member = &InitialState::amplitude,
          .unit = "unit of the field",
          .range = not_negative,
-         .sentence = "random: standard deviation in each cell (formula: the same, added to it); mode: amplitude of the cosine"},
+         .sentence =
+             "random: standard deviation in each cell (formula: the same, added to it); mode: amplitude of the cosine"},
         {.name = "field", .member = &InitialState::field, .sentence = "mode: the field that is perturbed"},
         {.name = "mode_x", .member = &InitialState::mode_x, .sentence = "mode: wavelengths in the cell along x"},
         {.name = "mode_y", .member = &InitialState::mode_y, .sentence = "mode: wavelengths in the cell along y"},
@@ -177,10 +182,17 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
         {.name = "bead_density",
          .member = &InitialState::bead_density,
          .unit = "1/mm^2",
-         .sentence = "formula: rho, such as \"2 + 0.1 * exp(-((x - 8)^2 + (y - 8)^2) / 4)\", x and y in mm; empty: uniform"},
+         .sentence =
+             "formula: rho, such as \"2 + 0.1 * exp(-((x - 8)^2 + (y - 8)^2) / 4)\", x and y in mm; empty: uniform"},
         {.name = "rod_density", .member = &InitialState::rod_density, .unit = "1/mm^2", .sentence = "formula: sigma"},
-        {.name = "bead_velocity_x", .member = &InitialState::bead_velocity_x, .unit = "mm/s", .sentence = "formula: v_x"},
-        {.name = "bead_velocity_y", .member = &InitialState::bead_velocity_y, .unit = "mm/s", .sentence = "formula: v_y"},
+        {.name = "bead_velocity_x",
+         .member = &InitialState::bead_velocity_x,
+         .unit = "mm/s",
+         .sentence = "formula: v_x"},
+        {.name = "bead_velocity_y",
+         .member = &InitialState::bead_velocity_y,
+         .unit = "mm/s",
+         .sentence = "formula: v_y"},
         {.name = "polar_order_x", .member = &InitialState::polar_order_x, .unit = "[p]", .sentence = "formula: p_x"},
         {.name = "polar_order_y", .member = &InitialState::polar_order_y, .unit = "[p]", .sentence = "formula: p_y"},
         {.name = "file", .member = &InitialState::file, .sentence = "file: the archive, sought beside the scene"},

@@ -46,7 +46,7 @@ numerics::IsotropicBlocks noise_blocks(const Noise& noise, const BlockPlaces& pl
         numerics::Block block(static_cast<int>(rows.size()));
         for (int i = 0; i < block.size; ++i) {
             const int place = rows[static_cast<std::size_t>(i)];
-            block(i, i) = place >= at_order_x   ? noise.order
+            block(i, i) = place >= at_order_x ? noise.order
                           : place == at_rods  ? noise.rods * q * q
                           : place == at_beads ? noise.beads * q * q
                                               : 0.0;
@@ -124,7 +124,8 @@ StructureFactor structure_factor(const numerics::System& system, const Form& for
     const numerics::Block along = numerics::stationary_covariance(rates.along, noise.along);
     const numerics::Block across = numerics::stationary_covariance(rates.across, noise.across);
     const int order = along.size - 1, velocity = order - 1;
-    StructureFactor result{.order_along = along(order, order), .order_across = across(across.size - 1, across.size - 1)};
+    StructureFactor result{.order_along = along(order, order),
+                           .order_across = across(across.size - 1, across.size - 1)};
     if (form.rod_density >= 0) result.rods = along(form.rod_density, form.rod_density);
     if (form.bead_density >= 0) result.beads = along(form.bead_density, form.bead_density);
     if (form.rod_density >= 0 && form.bead_density >= 0) result.beads_rods = along(form.bead_density, form.rod_density);
@@ -156,7 +157,8 @@ const std::vector<Row<physics::Dealiasing>>& schema<physics::Dealiasing>() {
         {.name = "rule",
          .member = &physics::Dealiasing::rule,
          .choices = {"exact", "two-thirds", "none"},
-         .sentence = "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; two-thirds: "
+         .sentence = "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
+                     "two-thirds: "
                      "|k| < N/3 whatever it is; none: |k| < N/2; outputs tell the tail of the spectrum"}};
     return rows;
 }

@@ -25,13 +25,15 @@ struct Varying {
 
 Coefficient compiled(const Varying& written, const TableData& table, const PlaceOf& place) {
     if (!written.nodes->empty()) {
-        require(written.monomials->empty(), place(written.terms), "{} and table.{} are both given; expected one of them",
-                written.terms, written.table);
-        const auto axis = [](const std::vector<double>& nodes) { return nodes.empty() ? std::vector<double>{0.0} : nodes; };
+        require(written.monomials->empty(), place(written.terms),
+                "{} and table.{} are both given; expected one of them", written.terms, written.table);
+        const auto axis = [](const std::vector<double>& nodes) {
+            return nodes.empty() ? std::vector<double>{0.0} : nodes;
+        };
         try {
-            return Coefficient(std::make_shared<CoefficientTable>(axis(table.bead_density), axis(table.rod_density),
-                                                                  *written.nodes,
-                                                                  table.outside == "hold" ? Outside::hold : Outside::refuse));
+            return Coefficient(
+                std::make_shared<CoefficientTable>(axis(table.bead_density), axis(table.rod_density), *written.nodes,
+                                                   table.outside == "hold" ? Outside::hold : Outside::refuse));
         } catch (const Error& error) {
             fail_input(place("table." + written.table), "table.{}: {}", written.table, error.what());
         }
@@ -50,26 +52,30 @@ Coefficients compile(const Model& m, const PlaceOf& place) {
     const auto make = [&](const Varying& written) { return compiled(written, m.table, place); };
     return {.relaxation = make({"relaxation.rate", "relaxation.rate_terms", "relaxation_rate", m.relaxation.rate,
                                 &m.relaxation.rate_terms, &m.table.relaxation_rate}),
-            .saturation = make({"relaxation.saturation", "relaxation.saturation_terms", "relaxation_saturation",
-                                m.relaxation.saturation, &m.relaxation.saturation_terms, &m.table.relaxation_saturation}),
+            .saturation =
+                make({"relaxation.saturation", "relaxation.saturation_terms", "relaxation_saturation",
+                      m.relaxation.saturation, &m.relaxation.saturation_terms, &m.table.relaxation_saturation}),
             .drag = make({"drag.coefficient", "drag.coefficient_terms", "drag_coefficient", m.drag.coefficient,
                           &m.drag.coefficient_terms, &m.table.drag_coefficient}),
             .driving = make({"driving.strength", "driving.strength_terms", "driving_strength", m.driving.strength,
                              &m.driving.strength_terms, &m.table.driving_strength}),
-            .weathercock = make({"weathercock.strength", "weathercock.strength_terms", "weathercock_strength",
-                                 m.weathercock.strength, &m.weathercock.strength_terms, &m.table.weathercock_strength})};
+            .weathercock =
+                make({"weathercock.strength", "weathercock.strength_terms", "weathercock_strength",
+                      m.weathercock.strength, &m.weathercock.strength_terms, &m.table.weathercock_strength})};
 }
 
 /// A coefficient of a field that is not there is a slip of the scene, not a wish.
 void check_fields(const Model& m, const Coefficients& c, const PlaceOf& place) {
-    const bool beads = m.fields.bead_density, rods = m.fields.rod_density, velocity = m.fields.bead_velocity != "absent",
-               dynamic = m.fields.bead_velocity == "dynamic";
+    const bool beads = m.fields.bead_density, rods = m.fields.rod_density,
+               velocity = m.fields.bead_velocity != "absent", dynamic = m.fields.bead_velocity == "dynamic";
     const auto needs = [&](bool given, bool has, const char* key, const char* field) {
-        require(!given || has, place(key), "{} is given, but fields.{} leaves its field out; set it to 0 or give the field",
-                key, field);
+        require(!given || has, place(key),
+                "{} is given, but fields.{} leaves its field out; set it to 0 or give the field", key, field);
     };
-    needs(m.compressibility.beads != 0.0, beads && velocity, "compressibility.beads", beads ? "bead_velocity" : "bead_density");
-    needs(m.compressibility.rods != 0.0, rods && velocity, "compressibility.rods", rods ? "bead_velocity" : "rod_density");
+    needs(m.compressibility.beads != 0.0, beads && velocity, "compressibility.beads",
+          beads ? "bead_velocity" : "bead_density");
+    needs(m.compressibility.rods != 0.0, rods && velocity, "compressibility.rods",
+          rods ? "bead_velocity" : "rod_density");
     needs(m.pressure.beads != 0.0, beads, "pressure.beads", "bead_density");
     needs(m.pressure.rods != 0.0, rods, "pressure.rods", "rod_density");
     needs(m.diffusion.beads != 0.0, beads, "diffusion.beads", "bead_density");
@@ -99,11 +105,13 @@ void check_slaved(const Model& m, const Coefficients& c, const PlaceOf& place) {
     const bool viscous = m.viscosity.shear != 0.0 || m.viscosity.bulk != 0.0;
     require(!viscous || (!c.drag.varies() && !c.driving.varies()),
             place(c.drag.varies() ? "drag.coefficient_terms" : "driving.strength_terms"),
-            "a slaved velocity is exact for a drag and a driving that depend on the densities, or for viscosity, not for both; set "
+            "a slaved velocity is exact for a drag and a driving that depend on the densities, or for viscosity, not "
+            "for both; set "
             "viscosity.shear and viscosity.bulk to 0, or give fields.bead_velocity = \"dynamic\"");
     const double drag = c.drag.at(m.uniform.bead_density, m.uniform.rod_density).value;
     require(drag > 0.0, place("drag.coefficient"),
-            "drag.coefficient is {} in the uniform state, and a slaved velocity has nothing else to hold it back at q = 0; expected > 0",
+            "drag.coefficient is {} in the uniform state, and a slaved velocity has nothing else to hold it back at q "
+            "= 0; expected > 0",
             drag);
 }
 }  // namespace
@@ -115,18 +123,20 @@ void check(const Model& model, const PlaceOf& place) {
     require(!model.fields.bead_density || model.fields.bead_velocity != "absent" || model.diffusion.beads != 0.0 ||
                 model.noise.beads != 0.0,
             place("fields.bead_density"),
-            "fields.bead_density = true with fields.bead_velocity = \"absent\": nothing moves the beads; give a velocity, or leave them "
+            "fields.bead_density = true with fields.bead_velocity = \"absent\": nothing moves the beads; give a "
+            "velocity, or leave them "
             "out");
     for (const auto& [name, coefficient] :
          {std::pair{"relaxation.rate", &c.relaxation}, std::pair{"relaxation.saturation", &c.saturation},
           std::pair{"drag.coefficient", &c.drag}, std::pair{"driving.strength", &c.driving},
           std::pair{"weathercock.strength", &c.weathercock}})
-        require(std::isfinite(coefficient->at(model.uniform.bead_density, model.uniform.rod_density).value),
-                place("uniform.rod_density"),
-                "{}: the uniform densities {} (beads) and {} (rods) lie outside its table of {}; expected them inside, or "
-                "table.outside = \"hold\"",
-                name, model.uniform.bead_density, model.uniform.rod_density,
-                coefficient->table() ? coefficient->table()->range_text() : "");
+        require(
+            std::isfinite(coefficient->at(model.uniform.bead_density, model.uniform.rod_density).value),
+            place("uniform.rod_density"),
+            "{}: the uniform densities {} (beads) and {} (rods) lie outside its table of {}; expected them inside, or "
+            "table.outside = \"hold\"",
+            name, model.uniform.bead_density, model.uniform.rod_density,
+            coefficient->table() ? coefficient->table()->range_text() : "");
 }
 
 Equations::Equations(const Model& the_model) : model(the_model), form(physics::form(the_model)) {
@@ -145,8 +155,10 @@ std::vector<ActiveTerm> active_terms(const Equations& equations) {
     std::vector<ActiveTerm> result;
     for (const Term* term : equations.active) result.push_back({term->name, term->equation(equations)});
     const Noise& noise = equations.model.noise;
-    if (noise.beads != 0.0) result.push_back({"noise.beads", text("d_t rho: conserved noise, strength {} 1/s", noise.beads)});
-    if (noise.rods != 0.0) result.push_back({"noise.rods", text("d_t sigma: conserved noise, strength {} 1/s", noise.rods)});
+    if (noise.beads != 0.0)
+        result.push_back({"noise.beads", text("d_t rho: conserved noise, strength {} 1/s", noise.beads)});
+    if (noise.rods != 0.0)
+        result.push_back({"noise.rods", text("d_t sigma: conserved noise, strength {} 1/s", noise.rods)});
     if (noise.order != 0.0)
         result.push_back({"noise.order", text("d_t p: white noise, Delta = {} [p]^2 mm^2/s", noise.order)});
     return result;

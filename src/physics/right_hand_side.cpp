@@ -138,7 +138,10 @@ struct RightHandSide::Work {
     Work(const Equations& equations, const numerics::System& linear, const Reference& reference, Threads& the_threads);
     void prepare(double t, const Spectra& state);
     void at_points(const numerics::Strip& strip);
-    void assemble(double t, const Spectra& state, Spectra& rate);
+    void add_force(double t, Spectra& rate);
+    ForceMode slaved_by(const ForceMode& force, const Wavevector& q) const;
+    void assemble(double t, Spectra& rate);
+    std::vector<Complex*> targets(Spectra& rate);
     std::vector<const Complex*> sources(const Spectra& state) const;
     void note_extremes(const numerics::Strip& strip);
     void check_densities() const;
@@ -218,12 +221,9 @@ void RightHandSide::Work::prepare(double t, const Spectra& state) {
             out_y[m] += force.y;
             return;
         }
-        const double square = q.x * q.x + q.y * q.y, held = drag_ref + e.model.viscosity.shear * square,
-                     held_along = held + e.model.viscosity.bulk * square;
-        const Complex f_along = (cx * force.x + cy * force.y) / held_along,
-                      f_across = (cx * force.y - cy * force.x) / held;
-        out_x[m] += cx * f_along - cy * f_across;
-        out_y[m] += cy * f_along + cx * f_across;
+        const ForceMode v = slaved_by(force, q);
+        out_x[m] += v.x;
+        out_y[m] += v.y;
     });
 }
 
@@ -325,56 +325,78 @@ void RightHandSide::Work::at_points(const numerics::Strip& strip) {
     }
 }
 
-/// Divergences of the fluxes and gradients of the heads; and what comes from outside, which is in no linear part.
-void RightHandSide::Work::assemble(double t, const Spectra&, Spectra& rate) {
+/// Where the transforms put what the points made: rates of vectors straight into `rate`, fluxes and heads into `made`.
+std::vector<Complex*> RightHandSide::Work::targets(Spectra& rate) {
+    std::vector<Complex*> to;
+    for (int c = 0; c < arrays.forth; ++c) to.push_back(made[made_rates() + c].data());
+    const auto straight = [&](int at, int component) {
+        for (int i = 0; at >= 0 && i < 2; ++i) to[static_cast<std::size_t>(at + i)] = rate[component + i].data();
+    };
+    straight(arrays.velocity_rate, e.form.bead_velocity);
+    straight(arrays.order_rate, e.form.polar_order);
+    return to;
+}
+
+/// Divergences of the fluxes and gradients of the heads; what no term made is zero.
+void RightHandSide::Work::assemble(double t, Spectra& rate) {
     const Form& form = e.form;
     const auto back = [&](int at) { return at < 0 ? nullptr : made[made_rates() + at].data(); };
-    const Complex *bead_flux = back(arrays.bead_flux), *rod_flux = back(arrays.rod_flux),
-                  *velocity = back(arrays.velocity_rate), *order = back(arrays.order_rate),
-                  *velocity_head = back(arrays.velocity_head), *order_head = back(arrays.order_head);
     const std::size_t stride = made.stride;
-    const bool slaved = form.velocity == Velocity::slaved, dynamic = form.velocity == Velocity::dynamic;
-    const bool oriented = has_term(e, "orienting_field"), turns = has_term(e, "weathercock");
-    const double lambda = turns ? e.weathercock.at(ref.bead_density, ref.rod_density).value : 0.0;
+    const auto density = [&](int component, const Complex* flux) {
+        if (component < 0) return;
+        Complex* out = rate[component].data();
+        for_modes([=](std::size_t m, std::size_t, const Wavevector& q) {
+            out[m] = flux ? -times_i(q.x * flux[m] + q.y * flux[m + stride]) : Complex(0.0);
+        });
+    };
+    const auto vector = [&](int component, bool is_made, const Complex* head) {
+        if (component < 0 || (is_made && !head)) return;
+        Complex *x = rate[component].data(), *y = rate[component + 1].data();
+        for_modes([=](std::size_t m, std::size_t, const Wavevector& q) {
+            const Complex slope = head ? times_i(head[m]) : Complex(0.0);
+            x[m] = (is_made ? x[m] : Complex(0.0)) + q.x * slope;
+            y[m] = (is_made ? y[m] : Complex(0.0)) + q.y * slope;
+        });
+    };
+    density(form.bead_density, back(arrays.bead_flux));
+    density(form.rod_density, back(arrays.rod_flux));
+    vector(form.bead_velocity, arrays.velocity_rate >= 0, back(arrays.velocity_head));
+    vector(form.polar_order, arrays.order_rate >= 0, back(arrays.order_head));
+    if (forced) add_force(t, rate);
+    if (has_term(e, "orienting_field")) {
+        rate[form.polar_order][0] += e.model.orienting_field.x;
+        rate[form.polar_order + 1][0] += e.model.orienting_field.y;
+    }
+}
+
+/// The force from outside through the linear part, which has no place for it: on the velocity, or through the slaved one on the
+/// order and the beads.
+void RightHandSide::Work::add_force(double t, Spectra& rate) {
+    const Form& form = e.form;
+    const bool slaved = form.velocity == Velocity::slaved, carries = has_term(e, "bead_current");
+    const double lambda = has_term(e, "weathercock") ? e.weathercock.at(ref.bead_density, ref.rod_density).value : 0.0;
     const double moved_ref = 1.0 / (e.model.inertia.bead_mass * ref.bead_density);
-    const auto component = [&](int at) { return at < 0 ? nullptr : rate[at].data(); };
-    Complex *d_beads = component(form.bead_density), *d_rods = component(form.rod_density),
-            *d_vx = component(form.bead_velocity), *d_px = component(form.polar_order);
     for_modes([&](std::size_t m, std::size_t, const Wavevector& q) {
-        if (d_beads) d_beads[m] = bead_flux ? -times_i(q.x * bead_flux[m] + q.y * bead_flux[m + stride]) : 0.0;
-        if (d_rods) d_rods[m] = rod_flux ? -times_i(q.x * rod_flux[m] + q.y * rod_flux[m + stride]) : 0.0;
-        const Complex v_head = velocity_head ? times_i(velocity_head[m]) : 0.0,
-                      p_head = order_head ? times_i(order_head[m]) : 0.0;
-        if (d_vx) {
-            d_vx[m] = (velocity ? velocity[m] : 0.0) + q.x * v_head;
-            d_vx[m + rate.stride] = (velocity ? velocity[m + stride] : 0.0) + q.y * v_head;
+        const ForceMode force = force_mode(e.model.force, grid, t, q);
+        if (!slaved) {
+            rate[form.bead_velocity][m] += moved_ref * force.x;
+            rate[form.bead_velocity + 1][m] += moved_ref * force.y;
+            return;
         }
-        d_px[m] = (order ? order[m] : 0.0) + q.x * p_head;
-        d_px[m + rate.stride] = (order ? order[m + stride] : 0.0) + q.y * p_head;
-        if (forced) {
-            const ForceMode force = force_mode(e.model.force, grid, t, q);
-            if (dynamic) {
-                d_vx[m] += moved_ref * force.x;
-                d_vx[m + rate.stride] += moved_ref * force.y;
-            }
-            if (slaved) {
-                const double square = q.x * q.x + q.y * q.y, held = drag_ref + e.model.viscosity.shear * square,
-                             held_along = held + e.model.viscosity.bulk * square;
-                const double inverse = square > 0.0 ? 1.0 / square : 0.0;
-                const Complex part = (q.x * force.x + q.y * force.y) * inverse;  // the force along q, over |q|
-                const Complex vx = (force.x - q.x * part) / held + q.x * part / held_along,
-                              vy = (force.y - q.y * part) / held + q.y * part / held_along;
-                d_px[m] += lambda * vx;
-                d_px[m + rate.stride] += lambda * vy;
-                if (d_beads && has_term(e, "bead_current"))
-                    d_beads[m] -= ref.bead_density * times_i(q.x * vx + q.y * vy);
-            }
-        }
-        if (oriented && q.x == 0.0 && q.y == 0.0) {
-            d_px[m] += e.model.orienting_field.x;
-            d_px[m + rate.stride] += e.model.orienting_field.y;
-        }
+        const ForceMode v = slaved_by(force, q);
+        rate[form.polar_order][m] += lambda * v.x;
+        rate[form.polar_order + 1][m] += lambda * v.y;
+        if (carries) rate[form.bead_density][m] -= ref.bead_density * times_i(q.x * v.x + q.y * v.y);
     });
+}
+
+/// The velocity that drag and viscosity leave to a force.
+ForceMode RightHandSide::Work::slaved_by(const ForceMode& force, const Wavevector& q) const {
+    const double square = q.x * q.x + q.y * q.y, held = drag_ref + e.model.viscosity.shear * square,
+                 held_along = held + e.model.viscosity.bulk * square;
+    const Complex along = (q.x * force.x + q.y * force.y) * (square > 0.0 ? 1.0 / square : 0.0);
+    return {(force.x - q.x * along) / held + q.x * along / held_along,
+            (force.y - q.y * along) / held + q.y * along / held_along};
 }
 
 /// What cannot be gone on with.  A number that is none is left to the health check, which says where it is.
@@ -423,12 +445,11 @@ void RightHandSide::operator()(double t, const Spectra& state, Spectra& rate) {
     w.extremes = {infinite, -infinite, infinite, -infinite};
     w.prepare(t, state);
     if (w.arrays.forth > 0) {
-        std::vector<Complex*> to;
-        for (int c = 0; c < w.arrays.forth; ++c) to.push_back(w.made[w.made_rates() + c].data());
-        w.transform.products(w.sources(state), to, [&](const numerics::Strip& strip) { w.at_points(strip); });
+        w.transform.products(w.sources(state), w.targets(rate),
+                             [&](const numerics::Strip& strip) { w.at_points(strip); });
         w.check_densities();
     }
-    w.assemble(t, state, rate);
+    w.assemble(t, rate);
 }
 
 Extremes RightHandSide::extremes() const { return work_->extremes; }

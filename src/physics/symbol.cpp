@@ -11,14 +11,16 @@ Eigen::Vector2d uniform_force(const Equations& e, const UniformPoint& about) {
     const Symbol m = force_symbol(e, about, {});
     Eigen::Vector2d force = m.block<2, 2>(at_velocity_x, at_velocity_x).real() * about.velocity +
                             m.block<2, 2>(at_velocity_x, at_order_x).real() * about.order;
-    if (has_term(e, "force") && e.model.force.kind == "uniform") force += Eigen::Vector2d(e.model.force.x, e.model.force.y);
+    if (has_term(e, "force") && e.model.force.kind == "uniform")
+        force += Eigen::Vector2d(e.model.force.x, e.model.force.y);
     return force;
 }
 }  // namespace
 
 bool is_force_on_beads(const Term& term) {
     const std::string_view name = term.name;
-    return name == "drag" || name == "viscosity" || name == "driving" || name == "force" || name.starts_with("compressibility");
+    return name == "drag" || name == "viscosity" || name == "driving" || name == "force" ||
+           name.starts_with("compressibility");
 }
 
 bool has_term(const Equations& equations, std::string_view name) {

@@ -8,8 +8,8 @@
 namespace drover::physics {
 
 namespace {
-using std::complex;
 using numerics::Wavevector;
+using std::complex;
 constexpr complex<double> i_unit{0.0, 1.0};
 
 bool has_beads(const Equations& e) { return e.form.bead_density >= 0; }
@@ -91,165 +91,165 @@ void add_self_advection(double strength, const VectorStrip<const double>& v, con
 
 // ---- d_t rho = -div(rho v) + D lap rho
 
-const Term bead_current{
-    .name = "bead_current",
-    .is_active = [](const Equations& e) { return has_beads(e) && has_velocity(e); },
-    .equation = [](const Equations&) -> std::string { return "d_t rho: -div(rho v)"; },
-    .linearise =
-        [](const Equations&, const UniformPoint& about, const Wavevector& q, Symbol& m) {
-            m(at_beads, at_velocity_x) -= i_unit * q.x * about.bead_density;
-            m(at_beads, at_velocity_y) -= i_unit * q.y * about.bead_density;
-            m(at_beads, at_beads) -= i_unit * (q.x * about.velocity.x() + q.y * about.velocity.y());
-        },
-    .cost =
-        [](const Equations& e) {
-            return Action{.reads = reads_beads | reads_velocity,
-                          .writes = writes_bead_flux,
-                          .degree = velocity_is_nonlinear(e) ? 3 : 2};
-        },
-    .act =
-        [](const Equations&, const Reference& ref, const PointFields& f, const PointRates& r) {
-            for (std::size_t i = 0; i < f.size; ++i) {
-                r.bead_flux.x[i] += f.bead_density[i] * f.velocity.x[i] - ref.bead_density * f.linear_velocity.x[i];
-                r.bead_flux.y[i] += f.bead_density[i] * f.velocity.y[i] - ref.bead_density * f.linear_velocity.y[i];
-            }
-        }};
+const Term bead_current{.name = "bead_current",
+                        .is_active = [](const Equations& e) { return has_beads(e) && has_velocity(e); },
+                        .equation = [](const Equations&) -> std::string { return "d_t rho: -div(rho v)"; },
+                        .linearise =
+                            [](const Equations&, const UniformPoint& about, const Wavevector& q, Symbol& m) {
+                                m(at_beads, at_velocity_x) -= i_unit * q.x * about.bead_density;
+                                m(at_beads, at_velocity_y) -= i_unit * q.y * about.bead_density;
+                                m(at_beads, at_beads) -= i_unit * (q.x * about.velocity.x() + q.y * about.velocity.y());
+                            },
+                        .cost =
+                            [](const Equations& e) {
+                                return Action{.reads = reads_beads | reads_velocity,
+                                              .writes = writes_bead_flux,
+                                              .degree = velocity_is_nonlinear(e) ? 3 : 2};
+                            },
+                        .act =
+                            [](const Equations&, const Reference& ref, const PointFields& f, const PointRates& r) {
+                                for (std::size_t i = 0; i < f.size; ++i) {
+                                    r.bead_flux.x[i] +=
+                                        f.bead_density[i] * f.velocity.x[i] - ref.bead_density * f.linear_velocity.x[i];
+                                    r.bead_flux.y[i] +=
+                                        f.bead_density[i] * f.velocity.y[i] - ref.bead_density * f.linear_velocity.y[i];
+                                }
+                            }};
 
 const Term bead_diffusion{
     .name = "diffusion.beads",
     .is_active = [](const Equations& e) { return has_beads(e) && e.model.diffusion.beads != 0.0; },
     .equation = [](const Equations& e) { return text("d_t rho: D lap rho, D = {} mm^2/s", e.model.diffusion.beads); },
-    .linearise =
-        [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
-            m(at_beads, at_beads) -= e.model.diffusion.beads * (q.x * q.x + q.y * q.y);
-        }};
+    .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
+                    Symbol& m) { m(at_beads, at_beads) -= e.model.diffusion.beads * (q.x * q.x + q.y * q.y); }};
 
 // ---- d_t sigma = -div J + D lap sigma
 
-const Term rod_current{
-    .name = "current",
-    .is_active = [](const Equations& e) { return has_rods(e) && e.model.current.speed != 0.0; },
-    .equation =
-        [](const Equations& e) {
-            return text("d_t sigma: -div({}), u = {} mm/s", e.form.order_is_density ? "u p" : "u sigma p",
-                        e.model.current.speed);
-        },
-    .linearise =
-        [](const Equations& e, const UniformPoint& about, const Wavevector& q, Symbol& m) {
-            const double carried = e.form.order_is_density ? 1.0 : about.rod_density;
-            m(at_rods, at_order_x) -= i_unit * q.x * e.model.current.speed * carried;
-            m(at_rods, at_order_y) -= i_unit * q.y * e.model.current.speed * carried;
-            if (!e.form.order_is_density)
-                m(at_rods, at_rods) -=
-                    i_unit * e.model.current.speed * (q.x * about.order.x() + q.y * about.order.y());
-        },
-    .cost =
-        [](const Equations& e) {
-            if (e.form.order_is_density) return Action{};
-            return Action{.reads = reads_rods | reads_order, .writes = writes_rod_flux, .degree = 2};
-        },
-    .act =
-        [](const Equations& e, const Reference& ref, const PointFields& f, const PointRates& r) {
-            for (std::size_t i = 0; i < f.size; ++i) {
-                const double carried = e.model.current.speed * (f.rod_density[i] - ref.rod_density);
-                r.rod_flux.x[i] += carried * f.order.x[i];
-                r.rod_flux.y[i] += carried * f.order.y[i];
-            }
-        }};
+const Term rod_current{.name = "current",
+                       .is_active = [](const Equations& e) { return has_rods(e) && e.model.current.speed != 0.0; },
+                       .equation =
+                           [](const Equations& e) {
+                               return text("d_t sigma: -div({}), u = {} mm/s",
+                                           e.form.order_is_density ? "u p" : "u sigma p", e.model.current.speed);
+                           },
+                       .linearise =
+                           [](const Equations& e, const UniformPoint& about, const Wavevector& q, Symbol& m) {
+                               const double carried = e.form.order_is_density ? 1.0 : about.rod_density;
+                               m(at_rods, at_order_x) -= i_unit * q.x * e.model.current.speed * carried;
+                               m(at_rods, at_order_y) -= i_unit * q.y * e.model.current.speed * carried;
+                               if (!e.form.order_is_density)
+                                   m(at_rods, at_rods) -=
+                                       i_unit * e.model.current.speed * (q.x * about.order.x() + q.y * about.order.y());
+                           },
+                       .cost =
+                           [](const Equations& e) {
+                               if (e.form.order_is_density) return Action{};
+                               return Action{.reads = reads_rods | reads_order, .writes = writes_rod_flux, .degree = 2};
+                           },
+                       .act =
+                           [](const Equations& e, const Reference& ref, const PointFields& f, const PointRates& r) {
+                               for (std::size_t i = 0; i < f.size; ++i) {
+                                   const double carried = e.model.current.speed * (f.rod_density[i] - ref.rod_density);
+                                   r.rod_flux.x[i] += carried * f.order.x[i];
+                                   r.rod_flux.y[i] += carried * f.order.y[i];
+                               }
+                           }};
 
 const Term rod_diffusion{
     .name = "diffusion.rods",
     .is_active = [](const Equations& e) { return has_rods(e) && e.model.diffusion.rods != 0.0; },
-    .equation = [](const Equations& e) { return text("d_t sigma: D lap sigma, D = {} mm^2/s", e.model.diffusion.rods); },
-    .linearise =
-        [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
-            m(at_rods, at_rods) -= e.model.diffusion.rods * (q.x * q.x + q.y * q.y);
-        }};
+    .equation =
+        [](const Equations& e) { return text("d_t sigma: D lap sigma, D = {} mm^2/s", e.model.diffusion.rods); },
+    .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
+                    Symbol& m) { m(at_rods, at_rods) -= e.model.diffusion.rods * (q.x * q.x + q.y * q.y); }};
 
 // ---- m rho d_t v = -m rho v.grad v - Gamma v + eta lap v + zeta grad div v + alpha p - E grad rho - F grad sigma + force
 
-const Term bead_advection{
-    .name = "inertia.advection",
-    .is_active = [](const Equations& e) { return is_dynamic(e) && e.model.inertia.advection; },
-    .equation = [](const Equations&) -> std::string { return "m rho d_t v: -m rho v.grad v"; },
-    .linearise =
-        [](const Equations& e, const UniformPoint& about, const Wavevector& q, Symbol& m) {
-            const double moved = e.model.inertia.bead_mass * about.bead_density;
-            add_diagonal(-i_unit * moved * (q.x * about.velocity.x() + q.y * about.velocity.y()), at_velocity_x,
-                         at_velocity_x, m);
-        },
-    .cost =
-        [](const Equations&) {
-            return Action{.reads = reads_velocity | reads_velocity_curl,
-                          .writes = writes_velocity | writes_velocity_head,
-                          .degree = 2};
-        },
-    .act =
-        [](const Equations&, const Reference&, const PointFields& f, const PointRates& r) {
-            add_self_advection(1.0, f.velocity, f.velocity_curl, f.size, r.velocity, r.velocity_head);
-        }};
+const Term bead_advection{.name = "inertia.advection",
+                          .is_active = [](const Equations& e) { return is_dynamic(e) && e.model.inertia.advection; },
+                          .equation = [](const Equations&) -> std::string { return "m rho d_t v: -m rho v.grad v"; },
+                          .linearise =
+                              [](const Equations& e, const UniformPoint& about, const Wavevector& q, Symbol& m) {
+                                  const double moved = e.model.inertia.bead_mass * about.bead_density;
+                                  add_diagonal(-i_unit * moved * (q.x * about.velocity.x() + q.y * about.velocity.y()),
+                                               at_velocity_x, at_velocity_x, m);
+                              },
+                          .cost =
+                              [](const Equations&) {
+                                  return Action{.reads = reads_velocity | reads_velocity_curl,
+                                                .writes = writes_velocity | writes_velocity_head,
+                                                .degree = 2};
+                              },
+                          .act =
+                              [](const Equations&, const Reference&, const PointFields& f, const PointRates& r) {
+                                  add_self_advection(1.0, f.velocity, f.velocity_curl, f.size, r.velocity,
+                                                     r.velocity_head);
+                              }};
 
-const Term drag{
-    .name = "drag",
-    .is_active = [](const Equations& e) { return has_velocity(e) && e.drag.is_active(); },
-    .equation =
-        [](const Equations& e) { return text("m rho d_t v: -Gamma v, Gamma = {} mg/(mm^2 s)", e.drag.text_of()); },
-    .linearise =
-        [](const Equations& e, const UniformPoint& about, const Wavevector&, Symbol& m) {
-            const Dependence gamma = at(e.drag, about);
-            add_diagonal(-gamma.value, at_velocity_x, at_velocity_x, m);
-            add_slopes(gamma, about.velocity, -1.0, at_velocity_x, m);
-        },
-    .cost =
-        [](const Equations& e) {
-            if (!e.drag.varies() || !is_dynamic(e)) return Action{};
-            return Action{.reads = reads_of(e.drag) | reads_velocity,
-                          .writes = writes_force,
-                          .degree = 1 + e.drag.degree()};
-        },
-    .act = [](const Equations& e, const Reference& ref, const PointFields& f,
-              const PointRates& r) { add_varying(e.drag, ref, -1.0, f, f.velocity, r.force); }};
+const Term drag{.name = "drag",
+                .is_active = [](const Equations& e) { return has_velocity(e) && e.drag.is_active(); },
+                .equation =
+                    [](const Equations& e) {
+                        return text("m rho d_t v: -Gamma v, Gamma = {} mg/(mm^2 s)", e.drag.text_of());
+                    },
+                .linearise =
+                    [](const Equations& e, const UniformPoint& about, const Wavevector&, Symbol& m) {
+                        const Dependence gamma = at(e.drag, about);
+                        add_diagonal(-gamma.value, at_velocity_x, at_velocity_x, m);
+                        add_slopes(gamma, about.velocity, -1.0, at_velocity_x, m);
+                    },
+                .cost =
+                    [](const Equations& e) {
+                        if (!e.drag.varies() || !is_dynamic(e)) return Action{};
+                        return Action{.reads = reads_of(e.drag) | reads_velocity,
+                                      .writes = writes_force,
+                                      .degree = 1 + e.drag.degree()};
+                    },
+                .act = [](const Equations& e, const Reference& ref, const PointFields& f,
+                          const PointRates& r) { add_varying(e.drag, ref, -1.0, f, f.velocity, r.force); }};
 
-const Term viscosity{
-    .name = "viscosity",
-    .is_active =
-        [](const Equations& e) {
-            return has_velocity(e) && (e.model.viscosity.shear != 0.0 || e.model.viscosity.bulk != 0.0);
-        },
-    .equation =
-        [](const Equations& e) {
-            return text("m rho d_t v: eta lap v + zeta grad(div v), eta = {}, zeta = {} mg/s", e.model.viscosity.shear,
-                        e.model.viscosity.bulk);
-        },
-    .linearise =
-        [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
-            add_elastic(e.model.viscosity.shear, e.model.viscosity.bulk, q, at_velocity_x, m);
-        }};
+const Term viscosity{.name = "viscosity",
+                     .is_active =
+                         [](const Equations& e) {
+                             return has_velocity(e) &&
+                                    (e.model.viscosity.shear != 0.0 || e.model.viscosity.bulk != 0.0);
+                         },
+                     .equation =
+                         [](const Equations& e) {
+                             return text("m rho d_t v: eta lap v + zeta grad(div v), eta = {}, zeta = {} mg/s",
+                                         e.model.viscosity.shear, e.model.viscosity.bulk);
+                         },
+                     .linearise =
+                         [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
+                             add_elastic(e.model.viscosity.shear, e.model.viscosity.bulk, q, at_velocity_x, m);
+                         }};
 
-const Term driving{
-    .name = "driving",
-    .is_active = [](const Equations& e) { return has_velocity(e) && e.driving.is_active(); },
-    .equation =
-        [](const Equations& e) { return text("m rho d_t v: alpha p, alpha = {} mg/(mm s^2)/[p]", e.driving.text_of()); },
-    .linearise =
-        [](const Equations& e, const UniformPoint& about, const Wavevector&, Symbol& m) {
-            const Dependence alpha = at(e.driving, about);
-            add_diagonal(alpha.value, at_velocity_x, at_order_x, m);
-            add_slopes(alpha, about.order, 1.0, at_velocity_x, m);
-        },
-    .cost =
-        [](const Equations& e) {
-            if (!e.driving.varies() || !is_dynamic(e)) return Action{};
-            return Action{.reads = reads_of(e.driving) | reads_order,
-                          .writes = writes_force,
-                          .degree = 1 + e.driving.degree()};
-        },
-    .act = [](const Equations& e, const Reference& ref, const PointFields& f,
-              const PointRates& r) { add_varying(e.driving, ref, 1.0, f, f.order, r.force); }};
+const Term driving{.name = "driving",
+                   .is_active = [](const Equations& e) { return has_velocity(e) && e.driving.is_active(); },
+                   .equation =
+                       [](const Equations& e) {
+                           return text("m rho d_t v: alpha p, alpha = {} mg/(mm s^2)/[p]", e.driving.text_of());
+                       },
+                   .linearise =
+                       [](const Equations& e, const UniformPoint& about, const Wavevector&, Symbol& m) {
+                           const Dependence alpha = at(e.driving, about);
+                           add_diagonal(alpha.value, at_velocity_x, at_order_x, m);
+                           add_slopes(alpha, about.order, 1.0, at_velocity_x, m);
+                       },
+                   .cost =
+                       [](const Equations& e) {
+                           if (!e.driving.varies() || !is_dynamic(e)) return Action{};
+                           return Action{.reads = reads_of(e.driving) | reads_order,
+                                         .writes = writes_force,
+                                         .degree = 1 + e.driving.degree()};
+                       },
+                   .act = [](const Equations& e, const Reference& ref, const PointFields& f,
+                             const PointRates& r) { add_varying(e.driving, ref, 1.0, f, f.order, r.force); }};
 
 const Term bead_pressure{
     .name = "compressibility.beads",
-    .is_active = [](const Equations& e) { return has_velocity(e) && has_beads(e) && e.model.compressibility.beads != 0.0; },
+    .is_active =
+        [](const Equations& e) { return has_velocity(e) && has_beads(e) && e.model.compressibility.beads != 0.0; },
     .equation =
         [](const Equations& e) {
             return text("m rho d_t v: -E grad rho, E = {} mg mm^2/s^2", e.model.compressibility.beads);
@@ -259,7 +259,8 @@ const Term bead_pressure{
 
 const Term rod_pressure{
     .name = "compressibility.rods",
-    .is_active = [](const Equations& e) { return has_velocity(e) && has_rods(e) && e.model.compressibility.rods != 0.0; },
+    .is_active =
+        [](const Equations& e) { return has_velocity(e) && has_rods(e) && e.model.compressibility.rods != 0.0; },
     .equation =
         [](const Equations& e) {
             return text("m rho d_t v: -F grad sigma, F = {} mg mm^2/s^2", e.model.compressibility.rods);
@@ -267,14 +268,14 @@ const Term rod_pressure{
     .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
                     Symbol& m) { add_gradient(e.model.compressibility.rods, q, at_velocity_x, at_rods, m); }};
 
-const Term body_force{
-    .name = "force",
-    .is_active = [](const Equations& e) { return has_velocity(e) && e.model.force.kind != "none"; },
-    .equation =
-        [](const Equations& e) {
-            return text("m rho d_t v: a {} force of ({}, {})", e.model.force.kind, e.model.force.x, e.model.force.y);
-        },
-    .linearise = [](const Equations&, const UniformPoint&, const Wavevector&, Symbol&) {}};
+const Term body_force{.name = "force",
+                      .is_active = [](const Equations& e) { return has_velocity(e) && e.model.force.kind != "none"; },
+                      .equation =
+                          [](const Equations& e) {
+                              return text("m rho d_t v: a {} force of ({}, {})", e.model.force.kind, e.model.force.x,
+                                          e.model.force.y);
+                          },
+                      .linearise = [](const Equations&, const UniformPoint&, const Wavevector&, Symbol&) {}};
 
 // ---- d_t p = -w p.grad p - (a + b p^2) p + K3 lap p + K1 grad div p + lambda v - A grad rho - B grad sigma + h
 
@@ -337,25 +338,25 @@ const Term relaxation{
             });
         }};
 
-const Term elasticity{
-    .name = "elasticity",
-    .is_active =
-        [](const Equations& e) { return e.model.elasticity.stiffness != 0.0 || e.model.elasticity.splay != 0.0; },
-    .equation =
-        [](const Equations& e) {
-            return text("d_t p: K3 lap p + K1 grad(div p), K3 = {}, K1 = {} mm^2/s", e.model.elasticity.stiffness,
-                        e.model.elasticity.splay);
-        },
-    .linearise =
-        [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
-            add_elastic(e.model.elasticity.stiffness, e.model.elasticity.splay, q, at_order_x, m);
-        }};
+const Term elasticity{.name = "elasticity",
+                      .is_active =
+                          [](const Equations& e) {
+                              return e.model.elasticity.stiffness != 0.0 || e.model.elasticity.splay != 0.0;
+                          },
+                      .equation =
+                          [](const Equations& e) {
+                              return text("d_t p: K3 lap p + K1 grad(div p), K3 = {}, K1 = {} mm^2/s",
+                                          e.model.elasticity.stiffness, e.model.elasticity.splay);
+                          },
+                      .linearise =
+                          [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
+                              add_elastic(e.model.elasticity.stiffness, e.model.elasticity.splay, q, at_order_x, m);
+                          }};
 
 const Term weathercock{
     .name = "weathercock",
     .is_active = [](const Equations& e) { return has_velocity(e) && e.weathercock.is_active(); },
-    .equation =
-        [](const Equations& e) { return text("d_t p: lambda v, lambda = {} [p]/mm", e.weathercock.text_of()); },
+    .equation = [](const Equations& e) { return text("d_t p: lambda v, lambda = {} [p]/mm", e.weathercock.text_of()); },
     .linearise =
         [](const Equations& e, const UniformPoint& about, const Wavevector&, Symbol& m) {
             const Dependence lambda = at(e.weathercock, about);
@@ -381,29 +382,38 @@ const Term weathercock{
 const Term bead_crowding{
     .name = "pressure.beads",
     .is_active = [](const Equations& e) { return has_beads(e) && e.model.pressure.beads != 0.0; },
-    .equation = [](const Equations& e) { return text("d_t p: -A grad rho, A = {} [p] mm^3/s", e.model.pressure.beads); },
+    .equation =
+        [](const Equations& e) { return text("d_t p: -A grad rho, A = {} [p] mm^3/s", e.model.pressure.beads); },
     .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
                     Symbol& m) { add_gradient(e.model.pressure.beads, q, at_order_x, at_beads, m); }};
 
-const Term rod_crowding{
-    .name = "pressure.rods",
-    .is_active = [](const Equations& e) { return has_rods(e) && e.model.pressure.rods != 0.0; },
-    .equation = [](const Equations& e) { return text("d_t p: -B grad sigma, B = {} [p] mm^3/s", e.model.pressure.rods); },
-    .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
-                    Symbol& m) { add_gradient(e.model.pressure.rods, q, at_order_x, at_rods, m); }};
+const Term rod_crowding{.name = "pressure.rods",
+                        .is_active = [](const Equations& e) { return has_rods(e) && e.model.pressure.rods != 0.0; },
+                        .equation =
+                            [](const Equations& e) {
+                                return text("d_t p: -B grad sigma, B = {} [p] mm^3/s", e.model.pressure.rods);
+                            },
+                        .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
+                                        Symbol& m) { add_gradient(e.model.pressure.rods, q, at_order_x, at_rods, m); }};
 
-const Term orienting_field{
-    .name = "orienting_field",
-    .is_active = [](const Equations& e) { return e.model.orienting_field.x != 0.0 || e.model.orienting_field.y != 0.0; },
-    .equation =
-        [](const Equations& e) { return text("d_t p: h = ({}, {}) [p]/s", e.model.orienting_field.x, e.model.orienting_field.y); },
-    .linearise = [](const Equations&, const UniformPoint&, const Wavevector&, Symbol&) {}};
+const Term orienting_field{.name = "orienting_field",
+                           .is_active =
+                               [](const Equations& e) {
+                                   return e.model.orienting_field.x != 0.0 || e.model.orienting_field.y != 0.0;
+                               },
+                           .equation =
+                               [](const Equations& e) {
+                                   return text("d_t p: h = ({}, {}) [p]/s", e.model.orienting_field.x,
+                                               e.model.orienting_field.y);
+                               },
+                           .linearise = [](const Equations&, const UniformPoint&, const Wavevector&, Symbol&) {}};
 }  // namespace
 
 std::span<const Term> terms() {
-    static const std::array all{bead_current, bead_diffusion, rod_current,    rod_diffusion, bead_advection, drag,
-                                viscosity,    driving,        bead_pressure,  rod_pressure,  body_force,     self_advection,
-                                relaxation,   elasticity,     weathercock,    bead_crowding, rod_crowding,   orienting_field};
+    static const std::array all{bead_current,  bead_diffusion, rod_current,    rod_diffusion, bead_advection,
+                                drag,          viscosity,      driving,        bead_pressure, rod_pressure,
+                                body_force,    self_advection, relaxation,     elasticity,    weathercock,
+                                bead_crowding, rod_crowding,   orienting_field};
     return all;
 }
 

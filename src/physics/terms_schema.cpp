@@ -16,18 +16,22 @@ const std::vector<Row<RodCurrent>>& schema<RodCurrent>() {
         {.name = "kind",
          .member = &RodCurrent::kind,
          .choices = {"order", "density-order"},
-         .sentence = "order: J = u p, p being sigma times the mean orientation [1/mm^2]; density-order: J = u sigma p, p "
-                     "being the mean orientation itself [1]; [p] is the unit of p"}};
+         .sentence =
+             "order: J = u p, p being sigma times the mean orientation [1/mm^2]; density-order: J = u sigma p, p "
+             "being the mean orientation itself [1]; [p] is the unit of p"}};
     return rows;
 }
 
 template <>
 const std::vector<Row<Inertia>>& schema<Inertia>() {
-    static const std::vector<Row<Inertia>> rows{
-        {.name = "bead_mass", .member = &Inertia::bead_mass, .unit = "mg", .range = positive, .sentence = "m: mass of a bead"},
-        {.name = "advection",
-         .member = &Inertia::advection,
-         .sentence = "whether beads carry their own momentum: m rho v.grad v"}};
+    static const std::vector<Row<Inertia>> rows{{.name = "bead_mass",
+                                                 .member = &Inertia::bead_mass,
+                                                 .unit = "mg",
+                                                 .range = positive,
+                                                 .sentence = "m: mass of a bead"},
+                                                {.name = "advection",
+                                                 .member = &Inertia::advection,
+                                                 .sentence = "whether beads carry their own momentum: m rho v.grad v"}};
     return rows;
 }
 
@@ -45,17 +49,16 @@ const std::vector<Row<Drag>>& schema<Drag>() {
 
 template <>
 const std::vector<Row<Viscosity>>& schema<Viscosity>() {
-    static const std::vector<Row<Viscosity>> rows{
-        {.name = "shear",
-         .member = &Viscosity::shear,
-         .unit = "mg/s",
-         .range = not_negative,
-         .sentence = "eta, in m rho d_t v = eta lap v"},
-        {.name = "bulk",
-         .member = &Viscosity::bulk,
-         .unit = "mg/s",
-         .range = not_negative,
-         .sentence = "zeta, in m rho d_t v = zeta grad(div v)"}};
+    static const std::vector<Row<Viscosity>> rows{{.name = "shear",
+                                                   .member = &Viscosity::shear,
+                                                   .unit = "mg/s",
+                                                   .range = not_negative,
+                                                   .sentence = "eta, in m rho d_t v = eta lap v"},
+                                                  {.name = "bulk",
+                                                   .member = &Viscosity::bulk,
+                                                   .unit = "mg/s",
+                                                   .range = not_negative,
+                                                   .sentence = "zeta, in m rho d_t v = zeta grad(div v)"}};
     return rows;
 }
 
@@ -131,10 +134,11 @@ const std::vector<Row<Weathercock>>& schema<Weathercock>() {
 
 template <>
 const std::vector<Row<SelfAdvection>>& schema<SelfAdvection>() {
-    static const std::vector<Row<SelfAdvection>> rows{{.name = "strength",
-                                                       .member = &SelfAdvection::strength,
-                                                       .unit = "mm/s/[p]",
-                                                       .sentence = "w: how order carries itself, in d_t p = -w p.grad p"}};
+    static const std::vector<Row<SelfAdvection>> rows{
+        {.name = "strength",
+         .member = &SelfAdvection::strength,
+         .unit = "mm/s/[p]",
+         .sentence = "w: how order carries itself, in d_t p = -w p.grad p"}};
     return rows;
 }
 
@@ -154,17 +158,17 @@ const std::vector<Row<Pressure>>& schema<Pressure>() {
 
 template <>
 const std::vector<Row<Diffusion>>& schema<Diffusion>() {
-    static const std::vector<Row<Diffusion>> rows{
-        {.name = "beads",
-         .member = &Diffusion::beads,
-         .unit = "mm^2/s",
-         .range = not_negative,
-         .sentence = "D_rho: diffusion of beads, in d_t rho = D_rho lap rho"},
-        {.name = "rods",
-         .member = &Diffusion::rods,
-         .unit = "mm^2/s",
-         .range = not_negative,
-         .sentence = "D_sigma: diffusion of rods, in d_t sigma = D_sigma lap sigma"}};
+    static const std::vector<Row<Diffusion>> rows{{.name = "beads",
+                                                   .member = &Diffusion::beads,
+                                                   .unit = "mm^2/s",
+                                                   .range = not_negative,
+                                                   .sentence = "D_rho: diffusion of beads, in d_t rho = D_rho lap rho"},
+                                                  {.name = "rods",
+                                                   .member = &Diffusion::rods,
+                                                   .unit = "mm^2/s",
+                                                   .range = not_negative,
+                                                   .sentence =
+                                                       "D_sigma: diffusion of rods, in d_t sigma = D_sigma lap sigma"}};
     return rows;
 }
 
@@ -180,8 +184,9 @@ const std::vector<Row<physics::Noise>>& schema<physics::Noise>() {
          .member = &physics::Noise::rods,
          .unit = "1/s",
          .range = not_negative,
-         .sentence = "strength of the conserved noise on sigma; 2 D_sigma sigma is the shot noise of independent rods, 0 "
-                     "leaves sigma without shot noise"},
+         .sentence =
+             "strength of the conserved noise on sigma; 2 D_sigma sigma is the shot noise of independent rods, 0 "
+             "leaves sigma without shot noise"},
         {.name = "beads",
          .member = &physics::Noise::beads,
          .unit = "1/s",
@@ -202,15 +207,28 @@ const std::vector<Row<BodyForce>>& schema<BodyForce>() {
          .unit = "mg/(mm s^2), point: mg mm/s^2",
          .sentence = "its part along x: a force per area when uniform, a force at a point"},
         {.name = "y", .member = &BodyForce::y, .unit = "mg/(mm s^2), point: mg mm/s^2", .sentence = "its part along y"},
-        {.name = "at_x", .member = &BodyForce::at_x, .unit = "mm", .sentence = "point: where it stands at t = 0, along x"},
-        {.name = "at_y", .member = &BodyForce::at_y, .unit = "mm", .sentence = "point: where it stands at t = 0, along y"},
-        {.name = "velocity_x", .member = &BodyForce::velocity_x, .unit = "mm/s", .sentence = "point: how it moves along x"},
-        {.name = "velocity_y", .member = &BodyForce::velocity_y, .unit = "mm/s", .sentence = "point: how it moves along y"},
+        {.name = "at_x",
+         .member = &BodyForce::at_x,
+         .unit = "mm",
+         .sentence = "point: where it stands at t = 0, along x"},
+        {.name = "at_y",
+         .member = &BodyForce::at_y,
+         .unit = "mm",
+         .sentence = "point: where it stands at t = 0, along y"},
+        {.name = "velocity_x",
+         .member = &BodyForce::velocity_x,
+         .unit = "mm/s",
+         .sentence = "point: how it moves along x"},
+        {.name = "velocity_y",
+         .member = &BodyForce::velocity_y,
+         .unit = "mm/s",
+         .sentence = "point: how it moves along y"},
         {.name = "width",
          .member = &BodyForce::width,
          .unit = "mm",
          .range = not_negative,
-         .sentence = "point: standard deviation of the Gaussian that it is spread over; 0: all modes of the grid alike"}};
+         .sentence =
+             "point: standard deviation of the Gaussian that it is spread over; 0: all modes of the grid alike"}};
     return rows;
 }
 
@@ -235,10 +253,19 @@ const std::vector<Row<TableData>>& schema<TableData>() {
          .unit = "1/mm^2",
          .sentence = "nodes of the rod density sigma, ascending; empty: no dependence on it"},
         {.name = "relaxation_rate", .member = &TableData::relaxation_rate, .unit = "1/s", .sentence = values},
-        {.name = "relaxation_saturation", .member = &TableData::relaxation_saturation, .unit = "1/s/[p]^2", .sentence = values},
+        {.name = "relaxation_saturation",
+         .member = &TableData::relaxation_saturation,
+         .unit = "1/s/[p]^2",
+         .sentence = values},
         {.name = "drag_coefficient", .member = &TableData::drag_coefficient, .unit = "mg/(mm^2 s)", .sentence = values},
-        {.name = "driving_strength", .member = &TableData::driving_strength, .unit = "mg/(mm s^2)/[p]", .sentence = values},
-        {.name = "weathercock_strength", .member = &TableData::weathercock_strength, .unit = "[p]/mm", .sentence = values},
+        {.name = "driving_strength",
+         .member = &TableData::driving_strength,
+         .unit = "mg/(mm s^2)/[p]",
+         .sentence = values},
+        {.name = "weathercock_strength",
+         .member = &TableData::weathercock_strength,
+         .unit = "[p]/mm",
+         .sentence = values},
         {.name = "outside",
          .member = &TableData::outside,
          .choices = {"refuse", "hold"},

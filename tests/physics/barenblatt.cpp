@@ -41,8 +41,9 @@ Outcome spread(int n, double dt) {
     const Model model = spreading_beads();
     const WholeRate whole(Equations(model), grid, reference(model.uniform), threads);
     numerics::Stepper stepper(whole.system, numerics::stepper_table("etdrk2"), dt, 1, threads);
-    numerics::Spectra state = initial_spectra(
-        {.kind = "formula", .bead_density = "max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}, model, whole.system, 1, threads);
+    numerics::Spectra state =
+        initial_spectra({.kind = "formula", .bead_density = "max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}, model,
+                        whole.system, 1, threads);
     const double mass = state[0][0].real();
     const int steps = static_cast<int>(std::lround(2.0 / dt));
     for (int i = 0; i < steps; ++i) stepper.step(i * dt, static_cast<std::uint64_t>(i), state);
@@ -79,14 +80,16 @@ TEST(Barenblatt, vacuum_is_refused_where_beads_have_inertia) {
     model.fields.bead_velocity = "dynamic";
     const WholeRate whole(Equations(model), grid, reference(model.uniform), threads);
     numerics::Stepper stepper(whole.system, numerics::stepper_table("etdrk2"), 0.01, 1, threads);
-    numerics::Spectra state = initial_spectra(
-        {.kind = "formula", .bead_density = "max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}, model, whole.system, 1, threads);
+    numerics::Spectra state =
+        initial_spectra({.kind = "formula", .bead_density = "max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}, model,
+                        whole.system, 1, threads);
     try {
         stepper.step(0.0, 0, state);
         ADD_FAILURE() << "a vacuum was stepped over";
     } catch (const Error& error) {
         EXPECT_EQ(error.fault(), Fault::run);
-        EXPECT_NE(std::string(error.what()).find("fields.bead_velocity = \"slaved\""), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("fields.bead_velocity = \"slaved\""), std::string::npos)
+            << error.what();
     }
 }
 

@@ -49,8 +49,8 @@ TEST(StructureFactor, of_the_order_across_q_is_delta_over_twice_the_rate) {
     Model model = independent_rods();
     model.elasticity = {.stiffness = 0.6, .splay = 5.0};
     const double q = 0.8;
-    EXPECT_NEAR(structure_factor(linear_system(model, grid), rods_only, q).order_across, 0.5 * 0.15 / (0.5 + 0.6 * q * q),
-                1e-15);
+    EXPECT_NEAR(structure_factor(linear_system(model, grid), rods_only, q).order_across,
+                0.5 * 0.15 / (0.5 + 0.6 * q * q), 1e-15);
 }
 
 TEST(FastestGrowth, is_the_rate_of_the_mean_order_below_the_threshold) {
@@ -61,7 +61,8 @@ TEST(FastestGrowth, is_the_rate_of_the_mean_order_below_the_threshold) {
     EXPECT_DOUBLE_EQ(growth.rate, 0.25);
     EXPECT_EQ(growth.q, 0.0);
     model.relaxation.rate = 0.25;
-    EXPECT_LT(fastest_growth(linear_system(model, grid)).rate, 0.0) << "the conserved mean density is not a growing mode";
+    EXPECT_LT(fastest_growth(linear_system(model, grid)).rate, 0.0)
+        << "the conserved mean density is not a growing mode";
 }
 
 TEST(FastestRate, of_rods_that_only_diffuse_is_that_of_the_last_kept_corner) {
@@ -78,7 +79,8 @@ TEST(ActiveTerms, are_those_with_a_coefficient) {
     EXPECT_TRUE(active_terms(Equations(model)).empty());
     model.elasticity.splay = 1.0;
     ASSERT_EQ(active_terms(Equations(model)).size(), 1u);
-    EXPECT_EQ(active_terms(Equations(model)).front().equation, "d_t p: K3 lap p + K1 grad(div p), K3 = 0, K1 = 1 mm^2/s");
+    EXPECT_EQ(active_terms(Equations(model)).front().equation,
+              "d_t p: K3 lap p + K1 grad(div p), K3 = 0, K1 = 1 mm^2/s");
 }
 
 TEST(PlaneWave, of_the_order_moves_the_density_as_the_telegraph_equation_says) {

@@ -28,7 +28,8 @@ Model flock(double drag, double stiffness) {
             .pressure = {.beads = 0.2, .rods = 0.5}};
 }
 
-numerics::Spectra evolved(const Model& model, const std::string& method, double dt, int steps, numerics::Spectra state) {
+numerics::Spectra evolved(const Model& model, const std::string& method, double dt, int steps,
+                          numerics::Spectra state) {
     Threads threads(1);
     const Equations equations(model);
     const WholeRate whole(equations, grid, reference(model.uniform), threads);
@@ -58,11 +59,12 @@ double distance(const numerics::Spectra& a, const numerics::Spectra& b) {
 
 /// Errors after 20 dt with steps of dt and of the two divisions given, beside a reference of the fourth-order method.
 void expect_order(const Model& model, double dt, int division, int reference_division) {
-    const numerics::Spectra start = developed(model, dt),
-                            reference = evolved(model, "etdrk4", dt / reference_division, 20 * reference_division, start);
+    const numerics::Spectra start = developed(model, dt), reference = evolved(model, "etdrk4", dt / reference_division,
+                                                                              20 * reference_division, start);
     for (const auto& [method, order] : {std::pair{"exponential-euler", 1.0}, {"etdrk2", 2.0}, {"etdrk4", 4.0}}) {
         std::vector<double> errors;
-        for (const int parts : {1, division, 2 * division}) errors.push_back(distance(evolved(model, method, dt / parts, 20 * parts, start), reference));
+        for (const int parts : {1, division, 2 * division})
+            errors.push_back(distance(evolved(model, method, dt / parts, 20 * parts, start), reference));
         EXPECT_GT(std::log2(errors[1] / errors[2]), order - 0.1) << method << ": " << errors[1] << ", " << errors[2];
         // Right, not only stable: dt of slow rates of order one is 0.05 to 0.1, to the power of the method.
         EXPECT_LT(errors[0], order == 1.0 ? 1e-2 : 1e-3) << method;

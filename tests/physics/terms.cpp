@@ -16,8 +16,8 @@ constexpr numerics::Grid grid{20, 24, 7.0, 9.0};  // modes |k| < 4 are kept for 
 /// Component of a form at each place of a Symbol, -1 where it has none.
 std::array<int, places> components(const Form& form) {
     const auto second = [](int first) { return first < 0 ? -1 : first + 1; };
-    return {form.bead_density,          form.rod_density,  form.bead_velocity, second(form.bead_velocity),
-            form.polar_order, second(form.polar_order)};
+    return {form.bead_density,          form.rod_density, form.bead_velocity,
+            second(form.bead_velocity), form.polar_order, second(form.polar_order)};
 }
 
 /// Numbers between -1 and 1 that do not repeat.
@@ -62,10 +62,11 @@ void balance(const Equations& e, UniformPoint& point) {
 
 /// Largest difference between the symbol and a central difference of the right-hand side, relative to the largest entry.
 double difference(const Equations& e, UniformPoint point, const Reference& about, int kx, int ky, Threads& threads) {
-    if (e.form.bead_density < 0) point.bead_density = about.bead_density;  // not a field: the mass that moves is the scene's
+    if (e.form.bead_density < 0)
+        point.bead_density = about.bead_density;  // not a field: the mass that moves is the scene's
     WholeRate rate(e, grid, about, threads);
-    const std::size_t row = static_cast<std::size_t>((ky + grid.ny) % grid.ny), mode = row * numerics::columns(grid) +
-                                                                                       static_cast<std::size_t>(kx);
+    const std::size_t row = static_cast<std::size_t>((ky + grid.ny) % grid.ny),
+                      mode = row * numerics::columns(grid) + static_cast<std::size_t>(kx);
     const numerics::Wavevector q = numerics::wavevector(grid, static_cast<std::size_t>(kx), row);
     const Symbol symbol = linear_symbol(e, point, q);
     const auto at = components(e.form);
@@ -77,7 +78,9 @@ double difference(const Equations& e, UniformPoint point, const Reference& about
         for (int sign : {0, 1}) {
             numerics::Spectra state = uniform_state(e.form, point);
             state[at[column]][mode] += (sign == 0 ? 0.5 : -0.5) * step;
-            if (kx == 0) state[at[column]][static_cast<std::size_t>(grid.ny - ky) * numerics::columns(grid)] = state[at[column]][mode];
+            if (kx == 0)
+                state[at[column]][static_cast<std::size_t>(grid.ny - ky) * numerics::columns(grid)] =
+                    state[at[column]][mode];
             rates[sign] = rate(0.0, state);
         }
         for (std::size_t line = 0; line < places; ++line) {
@@ -125,7 +128,8 @@ TEST(Terms, all_together_have_the_linearisation_of_their_action_at_fifty_random_
             Numbers numbers(1000 + static_cast<std::uint64_t>(trial));
             UniformPoint point = random_point(numbers);
             balance(all, point);
-            const Reference about{.bead_density = 1.0 + 0.2 * numbers.next(), .rod_density = 0.8 + 0.2 * numbers.next()};
+            const Reference about{.bead_density = 1.0 + 0.2 * numbers.next(),
+                                  .rod_density = 0.8 + 0.2 * numbers.next()};
             const int kx = 1 + trial % 3, ky = trial % 7 - 3;
             EXPECT_LT(difference(all, point, about, kx, ky, threads), 1e-6) << form.name << ", trial " << trial;
         }
@@ -144,7 +148,8 @@ TEST(Terms, the_linear_part_about_the_reference_leaves_no_linear_remainder_there
         const UniformPoint rest{.bead_density = about.bead_density, .rod_density = about.rod_density};
         constexpr double step = 1e-5;
         numerics::Spectra state = uniform_state(e.form, rest), found(grid, state.count());
-        for (int c = 0; c < state.count(); ++c) state[c][2 * numerics::columns(grid) + 1] += Complex(step, 0.3 * step * c);
+        for (int c = 0; c < state.count(); ++c)
+            state[c][2 * numerics::columns(grid) + 1] += Complex(step, 0.3 * step * c);
         (*rate.rest)(0.0, state, found);
         for (int c = 0; c < state.count(); ++c)
             // Second order, step^2, times coefficients of order one and wavenumbers up to 3; the uniform field h stays.

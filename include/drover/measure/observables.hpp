@@ -21,11 +21,11 @@ struct Setting {
     physics::Form form;
     numerics::Shells shells;
     numerics::Sectors sectors;
-    std::vector<int> boxes;  ///< box sides, in cells: a box has as many cells along x as along y
-    int degree = 1;          ///< of the products: which modes are kept
-    std::vector<double> separations;                  ///< mean distance in each bin of the pair correlation [mm]
-    std::vector<int> separation_bin;                  ///< of each grid point as a displacement, -1 for none
-    std::vector<std::string> terms;                   ///< whose powers are measured
+    std::vector<int> boxes;           ///< box sides, in cells: a box has as many cells along x as along y
+    int degree = 1;                   ///< of the products: which modes are kept
+    std::vector<double> separations;  ///< mean distance in each bin of the pair correlation [mm]
+    std::vector<int> separation_bin;  ///< of each grid point as a displacement, -1 for none
+    std::vector<std::string> terms;   ///< whose powers are measured
 };
 Setting make_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
                      std::vector<std::string> power_terms = {});

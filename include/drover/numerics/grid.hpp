@@ -1,6 +1,7 @@
 // numerics/grid.hpp: the periodic grid, its wavevectors, and which of them are kept.
 #pragma once
 #include <cstddef>
+#include <numbers>
 
 #include "drover/base/schema.hpp"
 
@@ -32,7 +33,10 @@ inline int mode_number_y(const Grid& grid, std::size_t j) {
     return row < grid.ny / 2 ? row : row - grid.ny;
 }
 
-Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t row);
+inline Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t row) {
+    constexpr double turn = 2.0 * std::numbers::pi;
+    return {.x = turn / grid.lx * static_cast<double>(column), .y = turn / grid.ly * mode_number_y(grid, row)};
+}
 
 /// Whether a mode of a product of `degree` factors is free of aliases: |k| < N/(degree + 1) on each axis.  With degree 1
 /// this leaves out the Nyquist modes alone, whose odd derivatives have no real field.

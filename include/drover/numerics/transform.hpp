@@ -11,9 +11,9 @@ namespace drover::numerics {
 
 /// Consecutive points of the grid: values there of the arrays that came and of those that go.
 struct Strip {
-    std::size_t first = 0, size = 0;     ///< points first, ..., first + size - 1
-    std::span<const double* const> in;   ///< [array][point]
-    std::span<double* const> out;        ///< [array][point], to be written whole
+    std::size_t first = 0, size = 0;    ///< points first, ..., first + size - 1
+    std::span<const double* const> in;  ///< [array][point]
+    std::span<double* const> out;       ///< [array][point], to be written whole
 };
 
 /// Real transforms on one grid, of two real arrays at a time as the parts of a complex one.  Rows and columns are transformed

@@ -34,10 +34,10 @@ double fastest_rate(const numerics::System& system);
 /// Stationary structure factors of the linear model at |q| [1/mm]; zero for fields that the form has not.  Cross structure
 /// factors: of a density and i times the part of p along q.  Source: m S + S m^T + Q = 0 for each block.
 struct StructureFactor {
-    double rods = 0.0, beads = 0.0;       ///< of sigma, of rho [1/mm^2]
+    double rods = 0.0, beads = 0.0;                      ///< of sigma, of rho [1/mm^2]
     double order_along = 0.0, order_across = 0.0;        ///< of the parts of p along and across q [[p]^2 mm^2]
     double velocity_along = 0.0, velocity_across = 0.0;  ///< of v [mm^4/s^2]
-    double beads_rods = 0.0;              ///< of rho and sigma [1/mm^2]
+    double beads_rods = 0.0;                             ///< of rho and sigma [1/mm^2]
 };
 StructureFactor structure_factor(const numerics::System& system, const Form& form, double q);
 

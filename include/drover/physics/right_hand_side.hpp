@@ -22,7 +22,8 @@ struct TransformCount {
 class RightHandSide {
 public:
     /// `linear`: the linear part about the same reference, on its grid.
-    RightHandSide(const Equations& equations, const numerics::System& linear, const Reference& reference, Threads& threads);
+    RightHandSide(const Equations& equations, const numerics::System& linear, const Reference& reference,
+                  Threads& threads);
     ~RightHandSide();
 
     /// Writes the kept modes of `rate`; the others must be zero already.  Throws a run Error where the beads of a dynamic

@@ -28,30 +28,40 @@ struct PointFields {
     std::size_t size = 0;
     const double* bead_density = nullptr;
     const double* rod_density = nullptr;
-    VectorStrip<const double> velocity;       ///< of the beads, v
+    VectorStrip<const double> velocity;         ///< of the beads, v
     VectorStrip<const double> linear_velocity;  ///< slaved: v by the linear part alone; dynamic: v
-    VectorStrip<const double> order;          ///< p
-    VectorStrip<const double> linear_force;   ///< on the beads, by the linear part [mg/(mm s^2)]
-    const double* velocity_curl = nullptr;    ///< d_x v_y - d_y v_x
-    const double* order_curl = nullptr;       ///< d_x p_y - d_y p_x
+    VectorStrip<const double> order;            ///< p
+    VectorStrip<const double> linear_force;     ///< on the beads, by the linear part [mg/(mm s^2)]
+    const double* velocity_curl = nullptr;      ///< d_x v_y - d_y v_x
+    const double* order_curl = nullptr;         ///< d_x p_y - d_y p_x
 };
 
 /// What the terms add there, beyond the linear part.  Heads: their gradients are added to the rate.
 struct PointRates {
-    VectorStrip<double> bead_flux, rod_flux;   ///< d_t rho = -div of it, d_t sigma = -div of it
-    VectorStrip<double> force;                 ///< on the beads
-    VectorStrip<double> velocity, order;       ///< d_t v, d_t p
+    VectorStrip<double> bead_flux, rod_flux;  ///< d_t rho = -div of it, d_t sigma = -div of it
+    VectorStrip<double> force;                ///< on the beads
+    VectorStrip<double> velocity, order;      ///< d_t v, d_t p
     double* velocity_head = nullptr;
     double* order_head = nullptr;
 };
 
 /// What a term reads and writes at points: each costs transforms (a vector two).
 enum Input : unsigned {
-    reads_beads = 1, reads_rods = 2, reads_velocity = 4, reads_order = 8, reads_velocity_curl = 16, reads_order_curl = 32
+    reads_beads = 1,
+    reads_rods = 2,
+    reads_velocity = 4,
+    reads_order = 8,
+    reads_velocity_curl = 16,
+    reads_order_curl = 32
 };
 enum Output : unsigned {
-    writes_bead_flux = 1, writes_rod_flux = 2, writes_force = 4, writes_velocity = 8, writes_order = 16,
-    writes_velocity_head = 32, writes_order_head = 64
+    writes_bead_flux = 1,
+    writes_rod_flux = 2,
+    writes_force = 4,
+    writes_velocity = 8,
+    writes_order = 16,
+    writes_velocity_head = 32,
+    writes_order_head = 64
 };
 struct Action {
     unsigned reads = 0, writes = 0;  ///< none: the term is linear

@@ -71,7 +71,7 @@ struct Elasticity {
 
 /// Beads turning rods like weathercocks: lambda v.
 struct Weathercock {
-    double strength = 0.0;                    ///< lambda [[p]/mm]; lambda_s/2 for rods turning as dn/dt = lambda_s (1 - nn).v
+    double strength = 0.0;  ///< lambda [[p]/mm]; lambda_s/2 for rods turning as dn/dt = lambda_s (1 - nn).v
     std::vector<std::string> strength_terms;  ///< its dependence on the densities
 };
 
@@ -101,11 +101,11 @@ struct Noise {
 
 /// A force on the beads from outside: uniform, or at a point that may move.
 struct BodyForce {
-    std::string kind = "none";  ///< none, uniform or point
-    double x = 0.0, y = 0.0;    ///< uniform: force per area [mg/(mm s^2)]; point: force [mg mm/s^2]
-    double at_x = 0.0, at_y = 0.0;            ///< point: where it stands at t = 0 [mm]
+    std::string kind = "none";                  ///< none, uniform or point
+    double x = 0.0, y = 0.0;                    ///< uniform: force per area [mg/(mm s^2)]; point: force [mg mm/s^2]
+    double at_x = 0.0, at_y = 0.0;              ///< point: where it stands at t = 0 [mm]
     double velocity_x = 0.0, velocity_y = 0.0;  ///< point: how it moves [mm/s]
-    double width = 0.0;                       ///< point: standard deviation of the Gaussian it is spread over [mm]; 0: band-limited
+    double width = 0.0;  ///< point: standard deviation of the Gaussian it is spread over [mm]; 0: band-limited
 };
 
 /// A field that orients rods: d_t p = ... + h.
@@ -117,7 +117,7 @@ struct OrientingField {
 struct TableData {
     std::vector<double> bead_density, rod_density;  ///< the nodes, ascending; empty: no dependence
     std::vector<double> relaxation_rate, relaxation_saturation, drag_coefficient, driving_strength,
-        weathercock_strength;         ///< [bead][rod], rods fastest
+        weathercock_strength;        ///< [bead][rod], rods fastest
     std::string outside = "refuse";  ///< refuse or hold: what to do beyond the nodes
 };
 
