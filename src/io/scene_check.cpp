@@ -26,9 +26,11 @@ void check(const Scene& scene) {
     const physics::Noise& noise = scene.model.noise;
     require(scene.time.tolerance == 0.0 || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
             place("time.tolerance"),
-            "time.tolerance = {} with noise: no embedded estimate tells the error of a noisy step; set it to 0, or the noise",
+            "time.tolerance = {} with noise: no embedded estimate tells the error of a noisy step; set it to 0, or the "
+            "noise",
             scene.time.tolerance);
-    require(scene.time.tolerance == 0.0 || !numerics::stepper_table(scene.time.stepper).error.empty(), place("time.tolerance"),
+    require(scene.time.tolerance == 0.0 || !numerics::stepper_table(scene.time.stepper).error.empty(),
+            place("time.tolerance"),
             "time.tolerance = {} with the stepper \"{}\", which has no embedded estimate; choose etdrk2 or etdrk4",
             scene.time.tolerance, scene.time.stepper);
     const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
@@ -75,7 +77,8 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
             {.name = "tolerance",
              .member = &TimeControl::tolerance,
              .range = {.least = 0.0, .most = 0.1},
-             .sentence = "largest local error of a step beside the root mean square of its field: dt is then cut into as many equal "
+             .sentence = "largest local error of a step beside the root mean square of its field, or of the field's "
+                         "change over dt: dt is then cut into as many equal "
                          "steps as that takes (1, 2, 3, 4, 6, 8, ...); without noise alone; 0: steps of dt"}};
     }();
     return rows;
@@ -105,7 +108,8 @@ const std::vector<Row<Output>>& schema<Output>() {
          .sentence = "wall time between checkpoints"},
         {.name = "powers",
          .member = &Output::powers,
-         .sentence = "samples hold the energy of the beads and of the order, and the power of each term on them; one right-hand side "
+         .sentence = "samples hold the energy of the beads and of the order, and the power of each term on them; one "
+                     "right-hand side "
                      "a term and sample"}};
     return rows;
 }

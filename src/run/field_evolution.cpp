@@ -37,7 +37,8 @@ struct FieldEvolution::Solver {
 FieldEvolution::FieldEvolution(const io::Scene& scene, Threads& threads)
     : scene_(scene),
       equations_(scene.model),
-      linear_(physics::linear_system(equations_, scene.grid, physics::reference(scene.model.uniform), scene.dealiasing)),
+      linear_(
+          physics::linear_system(equations_, scene.grid, physics::reference(scene.model.uniform), scene.dealiasing)),
       threads_(threads) {
     if (scene_.time.tolerance > 0.0) {
         next_ = Spectra(scene_.grid, numerics::components(linear_.layout));
@@ -55,11 +56,13 @@ FieldEvolution::Solver& FieldEvolution::solver(int division) {
     found->system = physics::linear_system(equations_, scene_.grid, reference, scene_.dealiasing);
     if (physics::is_nonlinear(equations_)) {
         found->rest = std::make_shared<physics::RightHandSide>(equations_, found->system, reference, threads_);
-        found->system.nonlinear = [rest = found->rest](double t, const Spectra& state, Spectra& rate) { (*rest)(t, state, rate); };
+        found->system.nonlinear = [rest = found->rest](double t, const Spectra& state, Spectra& rate) {
+            (*rest)(t, state, rate);
+        };
     }
     found->stepper = std::make_unique<numerics::Stepper>(found->system, numerics::stepper_table(scene_.time.stepper),
-                                                         scene_.time.dt / division, static_cast<std::uint64_t>(scene_.run.seed),
-                                                         threads_);
+                                                         scene_.time.dt / division,
+                                                         static_cast<std::uint64_t>(scene_.run.seed), threads_);
     // The rungs in use are neighbours; others cost memory alone.
     constexpr std::size_t kept = 4;
     while (solvers_.size() > kept) {
@@ -88,10 +91,12 @@ void FieldEvolution::follow_densities(const physics::Extremes& extremes) {
     int rung = reference_rung_;
     if (divides) {
         if (rung > wanted + room) rung = static_cast<int>(std::floor(wanted + room));
-        if (rung < 0 && rung + 1.5 < wanted + room) rung = std::min(0, static_cast<int>(std::floor(wanted + room - 0.5)));
+        if (rung < 0 && rung + 1.5 < wanted + room)
+            rung = std::min(0, static_cast<int>(std::floor(wanted + room - 0.5)));
     } else {
         if (rung < wanted - room) rung = static_cast<int>(std::ceil(wanted - room));
-        if (rung > 0 && rung - 1.5 > wanted - room) rung = std::max(0, static_cast<int>(std::ceil(wanted - room + 0.5)));
+        if (rung > 0 && rung - 1.5 > wanted - room)
+            rung = std::max(0, static_cast<int>(std::ceil(wanted - room + 0.5)));
     }
     if (rung == reference_rung_) return;
     reference_rung_ = rung;
@@ -99,20 +104,25 @@ void FieldEvolution::follow_densities(const physics::Extremes& extremes) {
     ++count_.references;
 }
 
-double FieldEvolution::relative_error(const Spectra& error, const Spectra& state) const {
+/// The root mean square of the error of each field beside that of the field itself, or of its change over a whole dt at the
+/// present rate where that is larger: a field that starts from zero has no size of its own yet.
+double FieldEvolution::relative_error(const Spectra& error, const Spectra& before, const Spectra& after) const {
     const physics::Form& form = equations_.form;
+    const double steps_in_dt = count_.division;
     double largest = 0.0;
     for (const auto& [first, width] : {std::pair{form.bead_density, 1}, std::pair{form.rod_density, 1},
                                        std::pair{form.bead_velocity, 2}, std::pair{form.polar_order, 2}}) {
         if (first < 0) continue;
-        double wrong = 0.0, size = 0.0;
+        double wrong = 0.0, size = 0.0, change = 0.0;
         for (int c = first; c < first + width; ++c)
-            for (std::size_t m = 0; m < state.size; ++m) {
+            for (std::size_t m = 0; m < after.size; ++m) {
                 wrong += std::norm(error[c][m]);
-                size += std::norm(state[c][m]);
+                size += std::norm(after[c][m]);
+                change += std::norm(after[c][m] - before[c][m]);
             }
         if (!std::isfinite(wrong)) return INFINITY;
-        if (wrong > 0.0) largest = std::max(largest, size > 0.0 ? std::sqrt(wrong / size) : INFINITY);
+        const double scale = std::sqrt(std::max(size, steps_in_dt * steps_in_dt * change));
+        if (wrong > 0.0) largest = std::max(largest, scale > 0.0 ? std::sqrt(wrong) / scale : INFINITY);
     }
     return largest;
 }
@@ -124,7 +134,7 @@ void FieldEvolution::advance_adaptively(double t, Spectra& state) {
     for (int i = 0; i < count_.division;) {
         numerics::Stepper& stepper = *solver(count_.division).stepper;
         stepper.attempt(t + scene_.time.dt * i / count_.division, state, next_, error_);
-        const double error = relative_error(error_, next_);
+        const double error = relative_error(error_, state, next_);
         if (error <= tolerance) {
             std::swap(state.values, next_.values);
             largest = std::max(largest, error);
@@ -135,7 +145,8 @@ void FieldEvolution::advance_adaptively(double t, Spectra& state) {
         ++count_.refused;
         if (count_.division > division_most / 2)
             fail_run(
-                "no step down to {:.3g} s meets time.tolerance = {} at t = {:.6g} s: the estimate of its error is {:.3g}; the fields "
+                "no step down to {:.3g} s meets time.tolerance = {} at t = {:.6g} s: the estimate of its error is "
+                "{:.3g}; the fields "
                 "may be blowing up; else give a larger tolerance or a smaller time.dt",
                 scene_.time.dt / count_.division, tolerance, t, error);
         count_.division *= 2;
@@ -143,7 +154,8 @@ void FieldEvolution::advance_adaptively(double t, Spectra& state) {
     }
     constexpr double safety = 2.0;
     const double growth = static_cast<double>(count_.division) / coarser(count_.division);
-    if (count_.division > 1 && safety * largest * std::pow(growth, order) < tolerance) count_.division = coarser(count_.division);
+    if (count_.division > 1 && safety * largest * std::pow(growth, order) < tolerance)
+        count_.division = coarser(count_.division);
 }
 
 void FieldEvolution::advance(std::int64_t step, Spectra& state) {
@@ -165,12 +177,12 @@ std::vector<double> FieldEvolution::save() const {
 void FieldEvolution::restore(std::span<const double> values) {
     const auto whole = [](double value, int least, int most) {
         require(std::isfinite(value) && value == std::round(value) && value >= least && value <= most, {},
-                "the checkpoint holds {} where a whole number from {} to {} is expected; take the other checkpoint", value, least,
-                most);
+                "the checkpoint holds {} where a whole number from {} to {} is expected; take the other checkpoint",
+                value, least, most);
         return static_cast<int>(value);
     };
-    require(values.size() == saved_numbers, {}, "the checkpoint holds {} numbers of the stepper; expected {}", values.size(),
-            saved_numbers);
+    require(values.size() == saved_numbers, {}, "the checkpoint holds {} numbers of the stepper; expected {}",
+            values.size(), saved_numbers);
     reference_rung_ = whole(values[0], -200, 200);
     count_.division = whole(values[1], 1, division_most);
     solvers_.clear();

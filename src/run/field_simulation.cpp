@@ -97,8 +97,8 @@ World::World(const io::Scene& the_scene, Threads& threads)
       fields(scene.grid, numerics::components(evolution.system().layout)) {
     const numerics::System& system = evolution.system();
     if (scene.output.powers) energy.emplace(evolution.equations(), scene.grid, scene.dealiasing, threads);
-    setting = measure::make_setting(scene.grid, form, system.degree,
-                                    energy ? energy->terms() : std::vector<std::string>{});
+    setting =
+        measure::make_setting(scene.grid, form, system.degree, energy ? energy->terms() : std::vector<std::string>{});
     observables = measure::observables(form, scene.output.powers);
     state = scene.initial.kind == "file"
                 ? spectra_of_file(scene, *this)
@@ -121,7 +121,8 @@ void World::bring_to_grid() {
         return;
     }
     for (int axis = 0; axis < 2; ++axis)
-        std::copy(state[form.bead_velocity + axis].begin(), state[form.bead_velocity + axis].end(), velocity[axis].begin());
+        std::copy(state[form.bead_velocity + axis].begin(), state[form.bead_velocity + axis].end(),
+                  velocity[axis].begin());
 }
 
 io::Recording frame_recording(const World& world) {
@@ -135,10 +136,11 @@ io::Recording frame_recording(const World& world) {
         recording.quantities.push_back({component.name, component.unit, component.meaning, {"y", "x"}});
     if (world.form.velocity == physics::Velocity::slaved)
         for (const char* axis : {"x", "y"})
-            recording.quantities.push_back({text("bead_velocity_{}", axis),
-                                            "mm s-1",
-                                            text("velocity of the beads along {}, in balance with the forces on them", axis),
-                                            {"y", "x"}});
+            recording.quantities.push_back(
+                {text("bead_velocity_{}", axis),
+                 "mm s-1",
+                 text("velocity of the beads along {}, in balance with the forces on them", axis),
+                 {"y", "x"}});
     return recording;
 }
 
@@ -292,6 +294,20 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
 }
 }  // namespace
 
+namespace {
+/// What the stepper chose for itself.
+std::string describe(const StepCount& count, const io::Scene& scene) {
+    std::string words;
+    if (scene.time.tolerance > 0.0)
+        words = text("{} steps taken, {} refused; the last were of {:.4g} s (time.dt/{})", count.accepted,
+                     count.refused, scene.time.dt / count.division, count.division);
+    if (count.references > 0)
+        words += text("{}the reference density followed the beads {} time{}", words.empty() ? "" : "; ",
+                      count.references, count.references == 1 ? "" : "s");
+    return words;
+}
+}  // namespace
+
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
     const auto world = std::make_shared<World>(scene, threads);
     Simulation simulation{.dt = scene.time.dt,
@@ -300,7 +316,8 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
                           .advance = {},
                           .check_health = {},
                           .save = {},
-                          .restore = {}};
+                          .restore = {},
+                          .describe = {}};
     simulation.threads = threads.count();
     simulation.recordings = {frames_of(world), samples_of(world)};
     simulation.advance = [world](std::int64_t step) {
@@ -312,6 +329,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
             if (!is_healthy(value, world->state.size)) report_blow_up(*world, step);
         std::copy(world->state.values.begin(), world->state.values.end(), world->healthy.values.begin());
     };
+    simulation.describe = [world] { return describe(world->evolution.count(), world->scene); };
     simulation.save = [world] {
         std::vector<double> values = world->evolution.save();
         values.push_back(world->time);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "drover/base/log.hpp"
 #include "drover/io/checkpoint.hpp"
 #include "drover/run/progress.hpp"
 #include "drover/run/signals.hpp"
@@ -90,6 +91,8 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, io::Archive& ar
     if (step != first) simulation.check_health(step);
     save(simulation, step, archive, files);
     if (step == simulation.steps) append_last(simulation, step, archive);
+    if (const std::string words = simulation.describe ? simulation.describe() : ""; !quiet && !words.empty())
+        log_information("{}", words);
     return {.step = step, .signal = step < simulation.steps ? stop_signal() : 0, .wall_seconds = seconds_since(start)};
 }
 

@@ -49,7 +49,8 @@ private:
     Solver& solver(int division);
     void advance_adaptively(double t, numerics::Spectra& state);
     void follow_densities(const physics::Extremes& extremes);
-    double relative_error(const numerics::Spectra& error, const numerics::Spectra& state) const;
+    double relative_error(const numerics::Spectra& error, const numerics::Spectra& before,
+                          const numerics::Spectra& after) const;
 
     io::Scene scene_;
     physics::Equations equations_;

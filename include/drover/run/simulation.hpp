@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "drover/io/archive.hpp"
@@ -26,6 +27,7 @@ struct Simulation {
     std::function<void(std::int64_t step)> check_health;  ///< throws a run Error that says what left the finite numbers
     std::function<std::vector<double>()> save;            ///< the whole state
     std::function<void(std::span<const double>)> restore;  ///< throws an input Error if it is not of this world
+    std::function<std::string()> describe;                 ///< how it went, for people; "" when there is nothing to say
     std::int64_t health_every = 8;  ///< steps between health checks: a blow-up is found within ten steps
     int threads = 1;
 };
