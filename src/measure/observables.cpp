@@ -78,26 +78,28 @@ Observable by_direction(std::string name, std::string unit, std::string formula,
 void add_density(const std::string& what, const std::string& symbol, int component, Powers powers,
                  std::vector<Observable>& rows) {
     const std::string density = what + " density " + symbol;
-    rows.push_back(number(what + "s_total", "1", "number of " + what + "s: integral of the " + density + " over the cell",
+    rows.push_back(number(what + "s_total", "1",
+                          "number of " + what + "s: integral of the " + density + " over the cell",
                           [component](const Moment& moment) {
                               return numerics::area(moment.setting.grid) * mean_of_component(moment, component);
                           }));
-    rows.push_back(number(what + "_density_least", "mm-2", "least " + density + " on the grid",
-                          [component](const Moment& moment) {
-                              const auto values = moment.fields[component];
-                              return *std::min_element(values.begin(), values.end());
-                          }));
+    rows.push_back(
+        number(what + "_density_least", "mm-2", "least " + density + " on the grid", [component](const Moment& moment) {
+            const auto values = moment.fields[component];
+            return *std::min_element(values.begin(), values.end());
+        }));
     rows.push_back(number(what + "_density_most", "mm-2", "largest " + density + " on the grid",
                           [component](const Moment& moment) {
                               const auto values = moment.fields[component];
                               return *std::max_element(values.begin(), values.end());
                           }));
-    rows.push_back(by_shell("structure_factor_" + what + "s", "mm-2",
-                            "structure factor of the " + what + " density: area |" + symbol + "_q|^2, mean over a shell of |q|",
-                            powers));
+    rows.push_back(
+        by_shell("structure_factor_" + what + "s", "mm-2",
+                 "structure factor of the " + what + " density: area |" + symbol + "_q|^2, mean over a shell of |q|",
+                 powers));
     rows.push_back(by_direction("structure_factor_" + what + "s_direction", "mm-2",
-                                "structure factor of the " + what + " density by direction of q from x: area |" + symbol +
-                                    "_q|^2, mean over a sector of a shell; not-a-number where no mode lies",
+                                "structure factor of the " + what + " density by direction of q from x: area |" +
+                                    symbol + "_q|^2, mean over a sector of a shell; not-a-number where no mode lies",
                                 {powers}));
     rows.push_back({what + "_number_variance",
                     "1",
@@ -140,22 +142,26 @@ void add_order(const physics::Form& form, std::vector<Observable>& rows) {
     rows.push_back(number("polar_order_mean_y", unit, "mean over the cell of the " + order + " along y, <p_y>",
                           [p](const Moment& moment) { return mean_of_component(moment, p + 1); }));
     rows.push_back(number("polar_order_largest", unit, "largest |p| on the grid", largest_order));
-    rows.push_back(by_shell("structure_factor_order_along", factor,
-                            "structure factor of the polar order along q (splay): area |q.p_q|^2/q^2, mean over a shell of |q|",
-                            &ModePowers::order_along));
-    rows.push_back(by_shell("structure_factor_order_across", factor,
-                            "structure factor of the polar order across q (bend): area |q x p_q|^2/q^2, mean over a shell of |q|",
-                            &ModePowers::order_across));
-    rows.push_back(by_direction("structure_factor_order_direction", factor,
-                                "structure factor of the polar order by direction of q from x: area |p_q|^2, mean over a sector "
-                                "of a shell; not-a-number where no mode lies",
-                                {&ModePowers::order_along, &ModePowers::order_across}));
-    rows.push_back({"polar_order_correlation",
-                    form.order_is_density ? "mm-4" : "1",
-                    {ObservableAxis::separation},
-                    "pair correlation of the order, G(r) = <p(r0).p(r0 + r)>, mean over r0 and over the directions of r; the "
-                    "square of the mean order is in it",
-                    measure_order_correlation});
+    rows.push_back(
+        by_shell("structure_factor_order_along", factor,
+                 "structure factor of the polar order along q (splay): area |q.p_q|^2/q^2, mean over a shell of |q|",
+                 &ModePowers::order_along));
+    rows.push_back(
+        by_shell("structure_factor_order_across", factor,
+                 "structure factor of the polar order across q (bend): area |q x p_q|^2/q^2, mean over a shell of |q|",
+                 &ModePowers::order_across));
+    rows.push_back(
+        by_direction("structure_factor_order_direction", factor,
+                     "structure factor of the polar order by direction of q from x: area |p_q|^2, mean over a sector "
+                     "of a shell; not-a-number where no mode lies",
+                     {&ModePowers::order_along, &ModePowers::order_across}));
+    rows.push_back(
+        {"polar_order_correlation",
+         form.order_is_density ? "mm-4" : "1",
+         {ObservableAxis::separation},
+         "pair correlation of the order, G(r) = <p(r0).p(r0 + r)>, mean over r0 and over the directions of r; the "
+         "square of the mean order is in it",
+         measure_order_correlation});
 }
 
 void add_rods_and_order(std::vector<Observable>& rows) {
@@ -196,45 +202,49 @@ void add_velocity(std::vector<Observable>& rows) {
                           [](const Moment& moment) { return velocity_mean(moment, 1); }));
     rows.push_back(number("bead_speed", "mm s-1", "root mean square of the bead velocity over the cell",
                           [](const Moment& moment) { return std::sqrt(velocity_square(moment)); }));
-    rows.push_back(number("bead_velocity_order", "1",
-                          "order of the bead velocity, |<v>|/sqrt(<v^2>), means over the cell: 1 when all beads move alike",
-                          [](const Moment& moment) {
-                              const double square = velocity_square(moment);
-                              return square > 0.0 ? std::hypot(velocity_mean(moment, 0), velocity_mean(moment, 1)) /
-                                                        std::sqrt(square)
-                                                  : 0.0;
-                          }));
-    rows.push_back(by_shell("structure_factor_velocity_along", "mm4 s-2",
-                            "structure factor of the bead velocity along q (sound): area |q.v_q|^2/q^2, mean over a shell of |q|",
-                            &ModePowers::velocity_along));
-    rows.push_back(by_shell("structure_factor_velocity_across", "mm4 s-2",
-                            "structure factor of the bead velocity across q (shear): area |q x v_q|^2/q^2, mean over a shell of |q|",
-                            &ModePowers::velocity_across));
+    rows.push_back(
+        number("bead_velocity_order", "1",
+               "order of the bead velocity, |<v>|/sqrt(<v^2>), means over the cell: 1 when all beads move alike",
+               [](const Moment& moment) {
+                   const double square = velocity_square(moment);
+                   return square > 0.0
+                              ? std::hypot(velocity_mean(moment, 0), velocity_mean(moment, 1)) / std::sqrt(square)
+                              : 0.0;
+               }));
+    rows.push_back(
+        by_shell("structure_factor_velocity_along", "mm4 s-2",
+                 "structure factor of the bead velocity along q (sound): area |q.v_q|^2/q^2, mean over a shell of |q|",
+                 &ModePowers::velocity_along));
+    rows.push_back(by_shell(
+        "structure_factor_velocity_across", "mm4 s-2",
+        "structure factor of the bead velocity across q (shear): area |q x v_q|^2/q^2, mean over a shell of |q|",
+        &ModePowers::velocity_across));
 }
 
 /// Share of the variance of a field that stands in the outer third of its kept modes: what a finer grid would still change.
 void add_tails(const physics::Form& form, std::vector<Observable>& rows) {
     const auto add = [&](const std::string& name, int first, int count) {
         if (first < 0) return;
-        rows.push_back(number("spectral_tail_" + name, "1",
-                              "share of the variance of the " + name +
-                                  " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
-                              [first, count](const Moment& moment) {
-                                  const numerics::Grid& grid = moment.setting.grid;
-                                  const std::size_t width = numerics::columns(grid);
-                                  const double cut = 2.0 / 3.0 / (moment.setting.degree + 1);
-                                  double tail = 0.0, all = 0.0;
-                                  for (int c = first; c < first + count; ++c)
-                                      for (std::size_t m = 1; m < moment.spectra.size; ++m) {
-                                          const double power = numerics::mode_weight(grid, m % width) *
-                                                               std::norm(moment.spectra[c][m]);
-                                          all += power;
-                                          if (static_cast<double>(m % width) > cut * grid.nx ||
-                                              std::abs(numerics::mode_number_y(grid, m / width)) > cut * grid.ny)
-                                              tail += power;
-                                      }
-                                  return all > 0.0 ? tail / all : 0.0;
-                              }));
+        rows.push_back(
+            number("spectral_tail_" + name, "1",
+                   "share of the variance of the " + name +
+                       " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
+                   [first, count](const Moment& moment) {
+                       const numerics::Grid& grid = moment.setting.grid;
+                       const std::size_t width = numerics::columns(grid);
+                       const double cut = 2.0 / 3.0 / (moment.setting.degree + 1);
+                       double tail = 0.0, all = 0.0;
+                       for (int c = first; c < first + count; ++c)
+                           for (std::size_t m = 1; m < moment.spectra.size; ++m) {
+                               const double power =
+                                   numerics::mode_weight(grid, m % width) * std::norm(moment.spectra[c][m]);
+                               all += power;
+                               if (static_cast<double>(m % width) > cut * grid.nx ||
+                                   std::abs(numerics::mode_number_y(grid, m / width)) > cut * grid.ny)
+                                   tail += power;
+                           }
+                       return all > 0.0 ? tail / all : 0.0;
+                   }));
     };
     add("bead_density", form.bead_density, 1);
     add("rod_density", form.rod_density, 1);
@@ -261,7 +271,8 @@ void add_energies(const physics::Form& form, std::vector<Observable>& rows) {
                     {ObservableAxis::term},
                     "power of each term on the kinetic energy of the beads",
                     [](const Moment& moment, std::span<double> out) {
-                        std::copy(moment.energy->kinetic_powers.begin(), moment.energy->kinetic_powers.end(), out.begin());
+                        std::copy(moment.energy->kinetic_powers.begin(), moment.energy->kinetic_powers.end(),
+                                  out.begin());
                     }});
 }
 
@@ -287,8 +298,9 @@ void sort_separations(Setting& setting) {
 }
 
 /// |part along q|^2 and |part across q|^2 of a vector, mode by mode.
-void split_powers(const Setting& setting, std::span<const Complex> x, std::span<const Complex> y, std::vector<double>& along,
-                  std::vector<double>& across, const std::function<void(std::size_t, Complex)>& see_along) {
+void split_powers(const Setting& setting, std::span<const Complex> x, std::span<const Complex> y,
+                  std::vector<double>& along, std::vector<double>& across,
+                  const std::function<void(std::size_t, Complex)>& see_along) {
     along.resize(x.size());
     across.resize(x.size());
     for (std::size_t j = 0, mode = 0; j < static_cast<std::size_t>(setting.grid.ny); ++j)
@@ -337,8 +349,8 @@ ModePowers mode_powers(const Setting& setting, const numerics::Spectra& spectra,
         const Complex sigma = spectra[form.rod_density][mode];
         powers.cross[mode] = sigma.imag() * along.real() - sigma.real() * along.imag();  // Re(sigma^* i along)
     };
-    split_powers(setting, spectra[form.polar_order], spectra[form.polar_order + 1], powers.order_along, powers.order_across,
-                 has_rods ? cross : std::function<void(std::size_t, Complex)>());
+    split_powers(setting, spectra[form.polar_order], spectra[form.polar_order + 1], powers.order_along,
+                 powers.order_across, has_rods ? cross : std::function<void(std::size_t, Complex)>());
     return powers;
 }
 
@@ -351,9 +363,10 @@ std::vector<Observable> observables(const physics::Form& form, bool energies) {
     if (form.rod_density >= 0) add_density("rod", "sigma", form.rod_density, &ModePowers::rods, rows);
     if (form.bead_density >= 0) add_density("bead", "rho", form.bead_density, &ModePowers::beads, rows);
     if (form.rod_density >= 0 && form.bead_density >= 0)
-        rows.push_back(by_shell("structure_factor_beads_rods", "mm-2",
-                                "cross structure factor of beads and rods: area Re(rho_q^* sigma_q), mean over a shell of |q|",
-                                &ModePowers::beads_rods));
+        rows.push_back(
+            by_shell("structure_factor_beads_rods", "mm-2",
+                     "cross structure factor of beads and rods: area Re(rho_q^* sigma_q), mean over a shell of |q|",
+                     &ModePowers::beads_rods));
     add_tails(form, rows);
     if (energies) add_energies(form, rows);
     return rows;

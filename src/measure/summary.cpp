@@ -60,10 +60,11 @@ std::vector<double> total_power(const Recorded& recorded, const std::vector<std:
 }
 
 std::size_t automatic_warm_up(const Recorded& recorded, std::size_t samples) {
-    std::size_t longest =
-        std::max(warm_up_length(total_power(recorded, {"structure_factor_rods"}, samples)),
-                 warm_up_length(total_power(recorded, {"structure_factor_order_along", "structure_factor_order_across"},
-                                            samples)));
+    std::size_t longest = 0;
+    for (const std::vector<std::string>& names : {std::vector<std::string>{"structure_factor_rods"},
+                                                  {"structure_factor_beads"},
+                                                  {"structure_factor_order_along", "structure_factor_order_across"}})
+        longest = std::max(longest, warm_up_length(total_power(recorded, names, samples)));
     if (const auto order = find_observable(recorded, "polar_order"))
         longest = std::max(longest, warm_up_length(recorded.series[*order]));
     return longest;
@@ -95,19 +96,21 @@ void add_order(const Recorded& recorded, std::size_t skip, std::vector<SummaryRo
                     {estimate_binder_cumulant(samples, 0)}});
 }
 
-void add_boxes(const Recorded& recorded, std::size_t skip, std::vector<SummaryRow>& rows) {
-    const auto variance = find_observable(recorded, "rod_number_variance");
+/// Number fluctuations of rods or of beads, `total` of them in the cell.
+void add_boxes(const Recorded& recorded, const std::string& what, double total, std::size_t skip,
+               std::vector<SummaryRow>& rows) {
+    const auto variance = find_observable(recorded, what + "_number_variance");
     if (!variance) return;
     const Samples samples = split(recorded, *variance, skip);
     const std::vector<int>& boxes = recorded.setting.boxes;
-    SummaryRow number{"rod_number", "1", "mean number of rods in a box, N", {ObservableAxis::box}, {}};
-    SummaryRow deviation{"rod_number_deviation",
+    SummaryRow number{what + "_number", "1", "mean number of " + what + "s in a box, N", {ObservableAxis::box}, {}};
+    SummaryRow deviation{what + "_number_deviation",
                          "1",
-                         "DN, root of the time mean of the variance of the number of rods in a box",
+                         "DN, root of the time mean of the variance of the number of " + what + "s in a box",
                          {ObservableAxis::box},
                          {}};
     SummaryRow exponent{
-        "rod_number_exponent",
+        what + "_number_exponent",
         "1",
         "d ln DN/d ln N between a box and the next larger one; compare with linear theory of the same boxes: "
         "the finite cell alone makes it fall",
@@ -116,7 +119,7 @@ void add_boxes(const Recorded& recorded, std::size_t skip, std::vector<SummaryRo
     for (std::size_t b = 0; b < boxes.size(); ++b) {
         const double part =
             static_cast<double>(boxes[b]) * boxes[b] / static_cast<double>(numerics::points(recorded.setting.grid));
-        number.estimates.push_back({.mean = recorded.rods * part, .error = 0.0});
+        number.estimates.push_back({.mean = total * part, .error = 0.0});
         deviation.estimates.push_back(estimate_deviation(samples, b));
         if (b + 1 < boxes.size()) {
             const double ratio = std::pow(static_cast<double>(boxes[b + 1]) / boxes[b], 2);
@@ -149,7 +152,8 @@ Summary summarise(const Recorded& recorded) {
         summary.rows.push_back(std::move(row));
     }
     add_order(recorded, summary.warm_up, summary.rows);
-    add_boxes(recorded, summary.warm_up, summary.rows);
+    add_boxes(recorded, "rod", recorded.rods, summary.warm_up, summary.rows);
+    add_boxes(recorded, "bead", recorded.beads, summary.warm_up, summary.rows);
     return summary;
 }
 

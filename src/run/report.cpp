@@ -28,6 +28,23 @@ std::vector<double> box_variances(const measure::Setting& setting, std::span<con
     return result;
 }
 
+/// Number fluctuations in boxes that follow from a structure factor.
+void predict_boxes(const std::string& what, std::span<const double> structure_factor, Report& report) {
+    const std::vector<double> variances = box_variances(report.setting, structure_factor);
+    Prediction deviation{what + "_number_deviation", {}}, exponent{what + "_number_exponent", {}};
+    const std::vector<int>& boxes = report.setting.boxes;
+    for (std::size_t b = 0; b < variances.size(); ++b) {
+        deviation.values.push_back(std::sqrt(variances[b]));
+        exponent.values.push_back(b + 1 < variances.size()
+                                      ? 0.5 * std::log(variances[b + 1] / variances[b]) /
+                                            (2.0 * std::log(static_cast<double>(boxes[b + 1]) / boxes[b]))
+                                      : not_a_number);
+    }
+    report.predictions.push_back({what + "_number_variance", variances});
+    report.predictions.push_back(std::move(deviation));
+    report.predictions.push_back(std::move(exponent));
+}
+
 void predict(Report& report) {
     const numerics::System system =
         physics::linear_system(report.scene.model, report.scene.grid, report.scene.dealiasing);
@@ -44,31 +61,26 @@ void predict(Report& report) {
                                     error.what(), growth.rate, growth.q);
         return;
     }
-    std::vector<double> rods, along, across;
-    for (const physics::StructureFactor& mode : modes) {
-        rods.push_back(mode.rods);
-        along.push_back(mode.order_along);
-        across.push_back(mode.order_across);
-    }
-    const auto shells = [&](std::span<const double> values) {
-        return numerics::shell_means(report.setting.grid, report.setting.shells, values);
+    const auto values_of = [&](double physics::StructureFactor::*part) {
+        std::vector<double> values;
+        for (const physics::StructureFactor& mode : modes) values.push_back(mode.*part);
+        return values;
     };
-    report.predictions.push_back({"structure_factor_rods", shells(rods)});
-    report.predictions.push_back({"structure_factor_order_along", shells(along)});
-    report.predictions.push_back({"structure_factor_order_across", shells(across)});
-    const std::vector<double> variances = box_variances(report.setting, rods);
-    Prediction deviation{"rod_number_deviation", {}}, exponent{"rod_number_exponent", {}};
-    const std::vector<int>& boxes = report.setting.boxes;
-    for (std::size_t b = 0; b < variances.size(); ++b) {
-        deviation.values.push_back(std::sqrt(variances[b]));
-        exponent.values.push_back(b + 1 < variances.size()
-                                      ? 0.5 * std::log(variances[b + 1] / variances[b]) /
-                                            (2.0 * std::log(static_cast<double>(boxes[b + 1]) / boxes[b]))
-                                      : not_a_number);
-    }
-    report.predictions.push_back({"rod_number_variance", variances});
-    report.predictions.push_back(std::move(deviation));
-    report.predictions.push_back(std::move(exponent));
+    using physics::StructureFactor;
+    for (const auto& [name, part] : {std::pair{"structure_factor_rods", &StructureFactor::rods},
+                                     std::pair{"structure_factor_beads", &StructureFactor::beads},
+                                     std::pair{"structure_factor_beads_rods", &StructureFactor::beads_rods},
+                                     std::pair{"structure_factor_order_along", &StructureFactor::order_along},
+                                     std::pair{"structure_factor_order_across", &StructureFactor::order_across},
+                                     std::pair{"structure_factor_velocity_along", &StructureFactor::velocity_along},
+                                     std::pair{"structure_factor_velocity_across", &StructureFactor::velocity_across}})
+        if (measure::find_row(report.summary, name) != nullptr &&
+            !(report.setting.form.velocity == physics::Velocity::slaved &&
+              std::string_view(name).find("velocity") != std::string::npos))
+            report.predictions.push_back(
+                {name, numerics::shell_means(report.setting.grid, report.setting.shells, values_of(part))});
+    if (report.setting.form.rod_density >= 0) predict_boxes("rod", values_of(&StructureFactor::rods), report);
+    if (report.setting.form.bead_density >= 0) predict_boxes("bead", values_of(&StructureFactor::beads), report);
 }
 }  // namespace
 
@@ -108,7 +120,9 @@ Report make_report(const io::ArchiveReader& archive) {
         recorded.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / spacing - 1e-9));
     // What is conserved, from the run itself: a start from a file may have another mean than the scene's uniform state.
     for (std::size_t o = 0; o < observables.size(); ++o)
-        if (observables[o].name == "rods_total" && !series[o].empty()) recorded.rods = series[o].front();
+        for (const auto& [name, total] :
+             {std::pair{"rods_total", &recorded.rods}, std::pair{"beads_total", &recorded.beads}})
+            if (observables[o].name == name && !series[o].empty()) *total = series[o].front();
     report.summary = measure::summarise(recorded);
     predict(report);
     return report;

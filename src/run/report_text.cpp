@@ -44,14 +44,15 @@ void add_array(const Report& report, const std::string& name, const std::string&
     }
 }
 
-void add_boxes(const Report& report, std::string& out) {
-    const measure::SummaryRow* number = measure::find_row(report.summary, "rod_number");
-    const measure::SummaryRow* deviation = measure::find_row(report.summary, "rod_number_deviation");
-    const measure::SummaryRow* exponent = measure::find_row(report.summary, "rod_number_exponent");
+void add_boxes(const Report& report, const std::string& what, std::string& out) {
+    const measure::SummaryRow* number = measure::find_row(report.summary, what + "_number");
+    const measure::SummaryRow* deviation = measure::find_row(report.summary, what + "_number_deviation");
+    const measure::SummaryRow* exponent = measure::find_row(report.summary, what + "_number_exponent");
     if (number == nullptr || deviation == nullptr || exponent == nullptr) return;
-    const Prediction* linear = find_prediction(report, "rod_number_deviation");
-    const Prediction* linear_exponent = find_prediction(report, "rod_number_exponent");
-    out += text("\nnumber fluctuations in square boxes: DN ~ N^exponent from each box to the next\n");
+    const Prediction* linear = find_prediction(report, what + "_number_deviation");
+    const Prediction* linear_exponent = find_prediction(report, what + "_number_exponent");
+    out +=
+        text("\nfluctuations of the number of {}s in square boxes: DN ~ N^exponent from each box to the next\n", what);
     out += text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}\n", "side [mm]", "N", "DN", "error",
                 "linear", "sigmas", "exponent", "error", "linear");
     for (std::size_t b = 0; b < number->estimates.size(); ++b) {
@@ -86,9 +87,11 @@ std::string report_text(const Report& report) {
                            summary.samples, summary.warm_up);
     add_scalars(report, out);
     const std::vector<std::size_t> shells = spread(report.setting.shells.q.size(), 12);
-    for (const char* name : {"structure_factor_rods", "structure_factor_order_along", "structure_factor_order_across"})
+    for (const char* name : {"structure_factor_rods", "structure_factor_beads", "structure_factor_order_along",
+                             "structure_factor_order_across"})
         add_array(report, name, "|q| [1/mm]", report.setting.shells.q, shells, out);
-    add_boxes(report, out);
+    add_boxes(report, "rod", out);
+    add_boxes(report, "bead", out);
     if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
     std::string refusal;

@@ -18,6 +18,7 @@ struct Recorded {
     double spacing = 1.0;                         ///< time between samples [s]
     std::optional<std::size_t> warm_up = {};      ///< samples left out at the start; nullopt: found from the series
     double rods = 0.0;                            ///< mean number of rods in the cell, N of the boxes
+    double beads = 0.0;                           ///< the same of beads
 };
 
 /// One result: a single number, or an array over the axes.
@@ -40,7 +41,7 @@ struct Summary {
 ///   polar_order_susceptibility [mm2], area (<P^2> - <P>^2);  polar_order_binder, 1 - <P^4>/(3 <P^2>^2);
 ///   rod_number, N of each box;  rod_number_deviation, DN = sqrt(<DN^2>);
 ///   rod_number_exponent, d ln DN/d ln N between each box and the next larger one (of the largest box: not-a-number).
-/// An automatic warm-up is the largest warm_up_length of the polar order and of the total powers of rods and of order.
+/// An automatic warm-up is the largest warm_up_length of the polar order and of the total powers of rods, of beads and of order.
 /// Throws an input Error when a series does not hold whole samples, or not as many as the others.
 Summary summarise(const Recorded& recorded);
 
