@@ -1,0 +1,141 @@
+// tests/measure/two_components.cpp: observables of beads, of their velocity and of pairs, on fields whose values are known.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "drover/measure/observables.hpp"
+#include "drover/numerics/transform.hpp"
+#include "drover/physics/initial_state.hpp"
+
+namespace drover::measure {
+namespace {
+
+constexpr double tau = 2.0 * std::numbers::pi;
+const numerics::Grid grid{.nx = 32, .ny = 24, .lx = 8.0, .ly = 6.0};
+
+const physics::Model model{.fields = {.bead_density = true, .rod_density = true, .bead_velocity = "dynamic"},
+                           .uniform = {.rod_density = 2.0, .bead_density = 3.0},
+                           .inertia = {.bead_mass = 0.5},
+                           .drag = {.coefficient = 2.0},
+                           .driving = {.strength = 0.7},
+                           .relaxation = {.rate = 0.3, .saturation = 0.2}};
+
+/// One moment of fields given by formulas.
+class Fixture {
+public:
+    explicit Fixture(const physics::InitialState& formulas)
+        : threads_(1),
+          equations_(model),
+          system_(physics::linear_system(model, grid)),
+          spectra_(physics::initial_spectra(formulas, model, system_, 1, threads_)),
+          fields_(grid, spectra_.count()),
+          velocity_(grid, 2),
+          energy_(equations_, grid, {}, threads_),
+          setting_(make_setting(grid, equations_.form, system_.degree, energy_.terms())) {
+        numerics::Transform(grid, system_.degree, threads_).backward(spectra_, fields_);
+        for (int axis = 0; axis < 2; ++axis)
+            std::copy(spectra_[equations_.form.bead_velocity + axis].begin(),
+                      spectra_[equations_.form.bead_velocity + axis].end(), velocity_[axis].begin());
+    }
+    std::vector<double> operator()(const std::string& name) const {
+        Moment moment{.setting = setting_, .spectra = spectra_, .fields = fields_, .velocity = &velocity_};
+        moment.energy = energy_.measure(0.0, spectra_);
+        for (const Observable& row : observables(equations_.form, true))
+            if (row.name == name) {
+                std::vector<double> out(size_of(row, setting_));
+                row.measure(moment, out);
+                return out;
+            }
+        ADD_FAILURE() << name << " is not measured";
+        return {};
+    }
+    const Setting& setting() const { return setting_; }
+
+private:
+    Threads threads_;
+    physics::Equations equations_;
+    numerics::System system_;
+    numerics::Spectra spectra_;
+    numerics::Fields fields_;
+    numerics::Spectra velocity_;
+    physics::EnergyMeter energy_;
+    Setting setting_;
+};
+
+constexpr double rounding = 1e-13;  // of sums over 768 cells of numbers of order one
+
+TEST(BeadVelocity, of_a_stream_with_a_ripple_has_the_order_of_the_stream) {
+    // v_x = 0.8 + 0.6 sqrt(2) cos: <v^2> = 0.64 + 0.36 = 1.
+    const Fixture scene({.kind = "formula", .bead_velocity_x = "0.8 + 0.6 * sqrt(2) * cos(2*pi*y/6)"});
+    EXPECT_NEAR(scene("bead_velocity_mean_x")[0], 0.8, rounding);
+    EXPECT_NEAR(scene("bead_speed")[0], 1.0, rounding);
+    EXPECT_NEAR(scene("bead_velocity_order")[0], 0.8, rounding);
+}
+
+TEST(BeadVelocity, across_its_wave_is_shear_and_along_it_is_sound) {
+    const Fixture shear({.kind = "formula", .bead_velocity_x = "cos(4*pi*y/6)"}),
+        sound({.kind = "formula", .bead_velocity_y = "cos(4*pi*y/6)"});
+    const auto sum = [](const std::vector<double>& values) {
+        double total = 0.0;
+        for (const double value : values) total += value;
+        return total;
+    };
+    EXPECT_GT(sum(shear("structure_factor_velocity_across")), 0.1);
+    EXPECT_NEAR(sum(shear("structure_factor_velocity_along")), 0.0, rounding);
+    EXPECT_GT(sum(sound("structure_factor_velocity_along")), 0.1);
+    EXPECT_NEAR(sum(sound("structure_factor_velocity_across")), 0.0, rounding);
+}
+
+TEST(CrossStructureFactor, of_beads_that_rods_push_out_is_minus_the_root_of_both) {
+    const Fixture scene({.kind = "formula",
+                         .bead_density = "3 - 0.2 * cos(2*pi*(2*x/8 + y/6))",
+                         .rod_density = "2 + 0.5 * cos(2*pi*(2*x/8 + y/6))"});
+    const auto cross = scene("structure_factor_beads_rods"), beads = scene("structure_factor_beads"),
+               rods = scene("structure_factor_rods");
+    for (std::size_t n = 0; n < cross.size(); ++n) EXPECT_NEAR(cross[n], -std::sqrt(beads[n] * rods[n]), rounding);
+}
+
+TEST(OrderCorrelation, of_a_wave_is_its_average_over_directions) {
+    // p_x = c + d cos(q x): G = c^2 + d^2 cos(q x)/2, averaged over the displacements of each bin.
+    const double c = 0.5, d = 0.4;
+    const Fixture scene({.kind = "formula", .polar_order_x = "0.5 + 0.4 * cos(2*pi*x/8)"});
+    std::vector<double> expected(scene.setting().separations.size()), weight(expected.size());
+    for (int j = 0; j < grid.ny; ++j)
+        for (int i = 0; i < grid.nx; ++i) {
+            const double x = 8.0 / 32 * std::min(i, 32 - i), y = 6.0 / 24 * std::min(j, 24 - j);
+            const auto bin = static_cast<std::size_t>(std::hypot(x, y) / 0.25 + 0.5);
+            if (bin >= expected.size()) continue;
+            expected[bin] += c * c + 0.5 * d * d * std::cos(tau * x / 8.0);
+            weight[bin] += 1.0;
+        }
+    const auto found = scene("polar_order_correlation");
+    for (std::size_t bin = 0; bin < found.size(); ++bin) EXPECT_NEAR(found[bin], expected[bin] / weight[bin], rounding);
+    EXPECT_NEAR(found[0], c * c + 0.5 * d * d, rounding) << "at no distance: the mean square";
+}
+
+TEST(SpectralTail, is_the_share_of_variance_beyond_two_thirds_of_the_cut) {
+    // Degree 3: modes |k| < 32/4 = 8 along x and 24/4 = 6 along y; two thirds: 5.33 and 4.
+    const Fixture scene({.kind = "formula",
+                         .bead_density = "3 + 0.3 * cos(2*pi*2*x/8) + 0.4 * cos(2*pi*6*x/8)",
+                         .rod_density = "2 + 0.3 * cos(2*pi*5*y/6)"});
+    EXPECT_NEAR(scene("spectral_tail_bead_density")[0], 0.16 / 0.25, rounding);
+    EXPECT_NEAR(scene("spectral_tail_rod_density")[0], 1.0, rounding);
+}
+
+TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_are_those_of_the_formulas) {
+    const Fixture scene({.kind = "formula", .bead_velocity_x = "0.6", .polar_order_x = "0.9", .polar_order_y = "-0.2"});
+    const double area = 48.0, square = 0.81 + 0.04;
+    EXPECT_NEAR(scene("energy_kinetic")[0], 0.5 * 0.5 * 3.0 * 0.36 * area, 1e-12);
+    EXPECT_NEAR(scene("energy_order")[0], 0.5 * square * area, 1e-12);
+    const auto& terms = scene.setting().terms;
+    const auto power = [&](const std::string& observable, const std::string& term) {
+        return scene(observable)[static_cast<std::size_t>(std::find(terms.begin(), terms.end(), term) - terms.begin())];
+    };
+    EXPECT_NEAR(power("power_kinetic", "drag"), -2.0 * 0.36 * area, 1e-12);
+    EXPECT_NEAR(power("power_kinetic", "driving"), 0.7 * 0.9 * 0.6 * area, 1e-12);
+    EXPECT_NEAR(power("power_order", "relaxation"), -(0.3 + 0.2 * square) * square * area, 1e-12);
+}
+
+}  // namespace
+}  // namespace drover::measure
