@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "combination.hpp"
 #include "drover/base/error.hpp"
@@ -18,6 +19,12 @@ struct Combination {
     StagePlan plan;
     std::vector<double> matrices;  ///< for each |q|, for each use: the entries along, then across
     int noise = -1;                ///< which part of the noise the stage has in it; -1: none
+};
+
+/// Noise that a stage has in it: drawn already, or to be drawn now.
+struct NoiseSource {
+    const Spectra* drawn = nullptr;
+    const NoiseDraw* fresh = nullptr;
 };
 
 /// Components of a row of modes, `stride` apart.
@@ -82,9 +89,10 @@ struct Stepper::Work {
          Threads& the_threads);
     void prepare_stages();
     void prepare_noise();
-    void clear_kept(Spectra& spectra) const;
+    std::ptrdiff_t noise_users() const;
+    NoiseDraw draw_of(std::size_t part, std::uint64_t step_number) const;
     void draw_noise(std::uint64_t step_number);
-    void combine(const Combination& combination, const Spectra& old, const Spectra* noise, Spectra& out);
+    void combine(const Combination& combination, const Spectra& old, const NoiseSource& noise, Spectra& out);
     Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first, std::size_t count,
                      Complex* room) const;
     void take_stages(double t, std::uint64_t step_number, const Spectra& state);
@@ -108,7 +116,8 @@ Stepper::Work::Work(const System& the_system, const StepperTable& the_table, dou
         stage = Spectra(system.grid, count);
     }
     next = Spectra(system.grid, count);
-    noises.assign(noise_parts.size(), Spectra(system.grid, count));
+    // Noise that one stage alone takes in is drawn where it is needed.
+    if (noise_parts.size() > 1 || noise_users() > 1) noises.assign(noise_parts.size(), Spectra(system.grid, count));
 }
 
 void Stepper::Work::prepare_stages() {
@@ -135,6 +144,12 @@ void Stepper::Work::prepare_stages() {
     }
 }
 
+/// Stages that take noise in themselves, not with the stage before them.
+std::ptrdiff_t Stepper::Work::noise_users() const {
+    return std::count_if(combinations.begin(), combinations.end(),
+                         [](const Combination& c) { return c.noise >= 0 && !c.plan.from_previous; });
+}
+
 void Stepper::Work::prepare_noise() {
     for (const StepperStage& row : table->stages)
         if (noise_parts.empty() || row.c > noise_parts.back().end) noise_parts.push_back({.end = row.c, .factors = {}});
@@ -156,25 +171,21 @@ void Stepper::Work::prepare_noise() {
     }
 }
 
-void Stepper::Work::clear_kept(Spectra& spectra) const {
-    const std::size_t width = columns(system.grid);
-    for (std::size_t row = 0; row < static_cast<std::size_t>(system.grid.ny); ++row) {
-        const std::int32_t* index = wavenumbers.of_mode.data() + row * width;
-        const auto kept = std::find(index, index + width, -1) - index;
-        for (int c = 0; c < spectra.count(); ++c)
-            std::fill_n(spectra[c].begin() + static_cast<std::ptrdiff_t>(row * width), kept, Complex(0.0));
-    }
+NoiseDraw Stepper::Work::draw_of(std::size_t part, std::uint64_t step_number) const {
+    return {.grid = system.grid,
+            .wavenumbers = wavenumbers,
+            .factors = noise_parts[part].factors,
+            .key = {.seed = seed,
+                    .stream = Stream::noise,
+                    .step = step_number,
+                    .substep = static_cast<std::uint32_t>(part)}};
 }
 
 void Stepper::Work::draw_noise(std::uint64_t step_number) {
-    for (std::size_t k = 0; k < noise_parts.size(); ++k) {
-        if (k == 0) clear_kept(noises[k]);
-        else combine(noise_parts[k].propagator, noises[k - 1], nullptr, noises[k]);
-        const RandomKey key{.seed = seed,
-                            .stream = Stream::noise,
-                            .step = step_number,
-                            .substep = static_cast<std::uint32_t>(k)};
-        add_mode_noise(system.grid, system.layout, wavenumbers, noise_parts[k].factors, key, threads, noises[k]);
+    for (std::size_t k = 0; k < noises.size(); ++k) {
+        if (k == 0) std::fill(noises[k].values.begin(), noises[k].values.end(), Complex(0.0));
+        else combine(noise_parts[k].propagator, noises[k - 1], {}, noises[k]);
+        add_mode_noise(draw_of(k, step_number), system.layout, threads, noises[k]);
     }
 }
 
@@ -198,49 +209,57 @@ Source Stepper::Work::source_of(const std::vector<WeightedInput>& inputs, const 
     return {room, count};
 }
 
-void Stepper::Work::combine(const Combination& combination, const Spectra& old, const Spectra* noise, Spectra& out) {
+void Stepper::Work::combine(const Combination& combination, const Spectra& old, const NoiseSource& noise, Spectra& out) {
     for_layout(system.layout, [&]<int Scalars, int Vectors>() {
         constexpr std::size_t along = Scalars + Vectors, across = Vectors, entries = along * along + across * across;
         constexpr std::size_t count = Scalars + 2 * Vectors;
         const std::size_t width = columns(system.grid), rows = static_cast<std::size_t>(system.grid.ny);
         const std::vector<MatrixUse>& uses = combination.plan.uses;
-        const Spectra* begun = combination.plan.from_previous ? &stage : noise;
+        const bool from_previous = combination.plan.from_previous;
+        const Spectra* begun = from_previous ? &stage : noise.drawn;
+        const NoiseDraw* fresh = from_previous ? nullptr : noise.fresh;
         // A row of each component at a time: long reads from memory, then work in the first-level cache.
-        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& room) {
-            room.resize((uses.size() + 1) * count * kept);
-            Complex *inputs = room.data(), *sums = inputs + uses.size() * count * kept;
+        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& room, std::vector<double>& normal) {
+            room.resize(uses.size() * count * kept);
             std::array<Source, uses_most> sources;
             for (std::size_t u = 0; u < uses.size(); ++u)
-                sources[u] = source_of(uses[u].inputs, old, row * width, kept, inputs + u * count * kept);
+                sources[u] = source_of(uses[u].inputs, old, row * width, kept, room.data() + u * count * kept);
             for (std::size_t c = 0; c < count; ++c) {
-                if (begun) std::copy_n(begun->values.data() + c * begun->stride + row * width, kept, sums + c * kept);
-                else std::fill_n(sums + c * kept, kept, Complex(0.0));
+                Complex* to = out.values.data() + c * out.stride + row * width;
+                if (!begun) std::fill_n(to, kept, Complex(0.0));
+                else if (begun != &out) std::copy_n(begun->values.data() + c * begun->stride + row * width, kept, to);
             }
+            if (fresh) add_row_noise<Scalars, Vectors>(*fresh, row, kept, normal, out.values.data() + row * width, out.stride);
+            const std::size_t doubles = uses.size() * entries;
+            const auto matrices_of = [&](std::size_t i) {
+                return combination.matrices.data() + static_cast<std::size_t>(wavenumbers.of_mode[row * width + i]) * doubles;
+            };
             for (std::size_t i = 0; i < kept; ++i) {
+                // Neighbours in a row have matrices far apart: the next is fetched while this one works.
+                const double* following = matrices_of(std::min(i + 2, kept - 1));
+                for (std::size_t k = 0; k < doubles; k += 8) __builtin_prefetch(following + k);
+                const double* matrix = matrices_of(i);
                 const auto n = static_cast<std::size_t>(wavenumbers.of_mode[row * width + i]);
                 const Direction d = direction(wavevector(system.grid, i, row), wavenumbers.inverse[n]);
-                const double* matrix = combination.matrices.data() + n * uses.size() * entries;
                 ModeParts<Scalars, Vectors> sum{};
                 for (std::size_t u = 0; u < uses.size(); ++u, matrix += entries) {
                     const auto parts = parts_of<Scalars, Vectors>(sources[u].values, sources[u].stride, i, d);
                     add_product(matrix, parts.along, sum.along);
                     add_product(matrix + along * along, parts.across, sum.across);
                 }
-                add_parts(sum, sums, kept, i, d);
+                add_parts(sum, out.values.data() + row * width, out.stride, i, d);
             }
-            for (std::size_t c = 0; c < count; ++c)
-                std::copy_n(sums + c * kept, kept, out.values.data() + c * out.stride + row * width);
         };
         // Rows j and -j share their matrices: one after the other, they are read from memory once.
         threads.for_chunks(rows / 2 + 1, rows_per_chunk(system.grid), [&](std::size_t begin, std::size_t end) {
             std::vector<Complex> room;
+            std::vector<double> normal;
             for (std::size_t row = begin; row < end; ++row) {
-                const std::int32_t* index = wavenumbers.of_mode.data() + row * width;
-                const auto kept = static_cast<std::size_t>(std::find(index, index + width, -1) - index);
+                const std::size_t kept = kept_in_row(system.grid, wavenumbers, row);
                 if (kept == 0) continue;
                 const std::size_t partner = (rows - row) % rows;
-                of_row(row, kept, room);
-                if (partner != row) of_row(partner, kept, room);
+                of_row(row, kept, room, normal);
+                if (partner != row) of_row(partner, kept, room, normal);
             }
         });
     });
@@ -271,7 +290,10 @@ void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spect
         const double c = s == 0 ? 0.0 : table->stages[s - 1].c;
         if (system.nonlinear) system.nonlinear(t + c * dt, s == 0 ? state : stage, rates[s]);
         const Combination& combination = combinations[s];
-        const Spectra* noise = combination.noise < 0 ? nullptr : &noises[static_cast<std::size_t>(combination.noise)];
+        NoiseSource noise;
+        std::optional<NoiseDraw> draw;
+        if (combination.noise >= 0 && !noises.empty()) noise.drawn = &noises[static_cast<std::size_t>(combination.noise)];
+        else if (combination.noise >= 0) noise.fresh = &draw.emplace(draw_of(0, step_number));
         combine(combination, state, noise, s == last ? next : stage);
     }
     if (system.nonlinear) mend_symmetry(next);
@@ -290,7 +312,7 @@ void Stepper::attempt(double t, const Spectra& state, Spectra& next, Spectra& er
             w.table->name, w.system.noise ? "its" : "no");
     w.take_stages(t, 0, state);
     if (w.table->error.size() > w.table->stages.size()) w.system.nonlinear(t + w.dt, w.next, w.rates.back());
-    w.combine(w.estimate, state, nullptr, error);
+    w.combine(w.estimate, state, {}, error);
     std::copy(w.next.values.begin(), w.next.values.end(), next.values.begin());
 }
 

@@ -13,7 +13,7 @@ namespace drover::numerics {
 
 namespace {
 constexpr std::size_t strip_columns = 8;       // 128 bytes of each row: two cache lines; a strip of 1024 rows is 128 kB
-constexpr std::size_t points_in_strip = 2048;  // of rows: fifteen arrays of it are in the second-level cache
+constexpr std::size_t points_in_strip = 1024;  // of rows: fifteen arrays of it are in the second-level cache
 
 struct PlanDeleter {
     void operator()(fftw_plan plan) const { fftw_destroy_plan(plan); }
