@@ -99,7 +99,9 @@ public:
         : system(linear_system(equations, grid, about, dealiasing)),
           linear(system),
           rest(std::make_shared<RightHandSide>(equations, system, about, threads)) {
-        system.nonlinear = [rest = rest](double t, const numerics::Spectra& a, numerics::Spectra& rate) { (*rest)(t, a, rate); };
+        system.nonlinear = [rest = rest](double t, const numerics::Spectra& a, numerics::Spectra& rate) {
+            (*rest)(t, a, rate);
+        };
     }
     numerics::Spectra operator()(double t, const numerics::Spectra& state) {
         numerics::Spectra rate(system.grid, state.count());

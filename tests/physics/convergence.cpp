@@ -1,0 +1,104 @@
+// tests/physics/convergence.cpp: the order of every method on the full equations, small amplitudes, and the energy budget.
+#include <gtest/gtest.h>
+
+#include "drover/physics/energy.hpp"
+#include "solver_support.hpp"
+
+namespace drover::physics {
+namespace {
+
+constexpr numerics::Grid grid{16, 16, 8.0, 8.0};
+
+TEST(Order, of_every_method_on_the_full_equations_with_varying_density_is_what_it_claims) {
+    Threads threads(1);
+    const Model model = undisturbed(full_model());
+    const WholeRate whole(Equations(model), grid, reference(model.uniform), threads);
+    const numerics::Spectra start = waves(form(model), model.uniform, grid, 0.8);
+    const double time = 1.6;
+    const numerics::Spectra exact = evolved(whole.system, "etdrk4-krogstad", time / 2048, 2048, start);
+    for (const numerics::StepperTable& table : numerics::stepper_tables()) {
+        std::vector<double> errors;
+        for (int steps = 8; steps <= 128; steps *= 2)
+            errors.push_back(distance(evolved(whole.system, table.name, time / steps, steps, start), exact));
+        for (std::size_t i = 0; i + 1 < errors.size(); ++i) {
+            if (errors[i + 1] < 1e-13) continue;  // rounding of a thousand steps
+            EXPECT_GT(std::log2(errors[i] / errors[i + 1]), table.order - 0.1)
+                << table.name << ", halving " << i + 1 << ": " << errors[i] << " to " << errors[i + 1];
+        }
+    }
+}
+
+/// Deviation from the linear theory after one unit of time, by the same method with the same step: linear terms are exact.
+double deviation(const Equations& e, double amplitude) {
+    Threads threads(1);
+    const WholeRate whole(e, grid, reference(e.model.uniform), threads);
+    numerics::System linear = whole.system;
+    linear.nonlinear = {};
+    const numerics::Spectra start = waves(e.form, e.model.uniform, grid, amplitude);
+    return distance(evolved(whole.system, "etdrk2", 0.1, 10, start), evolved(linear, "etdrk2", 0.1, 10, start));
+}
+
+TEST(SmallAmplitude, leaves_a_deviation_from_linear_theory_that_falls_as_its_square_or_faster_for_every_term_and_form) {
+    int checked = 0;
+    for (const NamedModel& form : all_forms()) {
+        const Equations all(undisturbed(form.model));
+        std::vector<Equations> cases{all};
+        for (const Term* term : all.active)
+            if (term->cost && term->cost(all).writes != 0 && all.form.velocity != Velocity::slaved) {
+                Equations alone = all;
+                alone.active = {term};
+                cases.push_back(alone);
+            }
+        for (const Equations& e : cases) {
+            const double whole = deviation(e, 2e-3), half = deviation(e, 1e-3);
+            const char* name = e.active.size() == 1 ? e.active.front()->name : "all terms";
+            ASSERT_GT(half, 0.0) << form.name << ": " << name;
+            // Products of two waves: 4, with a part of third order of relative size 1e-3; of three (saturation alone): 8.
+            const double ratio = whole / half;
+            EXPECT_GT(ratio, 3.96) << form.name << ": " << name;
+            EXPECT_LT(ratio, 8.1) << form.name << ": " << name;
+            ++checked;
+        }
+    }
+    EXPECT_GT(checked, 25);
+}
+
+/// |E(t) - E(0) - integral of the powers|, of the kinetic energy and of that of the order, the larger.  The integral by Simpson.
+double budget_gap(const Equations& e, const std::string& method, int steps) {
+    Threads threads(1);
+    const WholeRate whole(e, grid, reference(e.model.uniform), threads);
+    const EnergyMeter meter(e, grid, {}, threads);
+    numerics::Spectra state = waves(e.form, e.model.uniform, grid, 0.5);
+    const double dt = 0.8 / steps;
+    numerics::Stepper stepper(whole.system, numerics::stepper_table(method), dt, 1, threads);
+    double kinetic = 0.0, order = 0.0;
+    const EnergyBudget first = meter.measure(0.0, state);
+    for (int i = 0; i <= steps; ++i) {
+        const EnergyBudget now = meter.measure(i * dt, state);
+        const double weight = dt / 3.0 * (i == 0 || i == steps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0);
+        for (const double power : now.kinetic_powers) kinetic += weight * power;
+        for (const double power : now.order_powers) order += weight * power;
+        if (i == steps)
+            return std::max(std::abs(now.kinetic - first.kinetic - kinetic), std::abs(now.order - first.order - order));
+        stepper.step(i * dt, static_cast<std::uint64_t>(i), state);
+    }
+    return 0.0;
+}
+
+TEST(EnergyBudget, closes_term_by_term_at_the_order_of_the_method_in_every_form) {
+    for (const NamedModel& form : all_forms()) {
+        const Equations e(form.model);
+        for (const auto& [method, order] : {std::pair{"etdrk2", 2.0}, {"etdrk4", 4.0}}) {
+            const double coarse = budget_gap(e, method, 32), fine = budget_gap(e, method, 64);
+            // Simpson's rule is of fourth order too; below 1e-12 stand the roundings of energies of order ten.
+            if (coarse > 1e-11) {
+                EXPECT_GT(std::log2(coarse / fine), order - 0.15)
+                    << form.name << ", " << method << ": " << coarse << ", " << fine;
+            }
+            EXPECT_LT(fine, order == 2.0 ? 1e-2 : 1e-5) << form.name << ", " << method;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace drover::physics
