@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -131,6 +132,65 @@ TEST(Transform, cuts_each_axis_so_that_a_product_of_its_degree_has_no_alias) {
                         << "degree " << degree << (along_x ? " x" : " y") << " mode " << mode;
                 }
         }
+}
+
+// The same through products(): one mode at the cut, of each axis in turn, to the power of the degree, against the convolution of its
+// coefficients; the field beside it in the pair must not leak.
+TEST(Transform, products_of_a_mode_at_the_cut_of_either_axis_are_the_exact_convolution) {
+    Threads threads(2);
+    const Grid grid{24, 20, 1, 1};
+    for (const int degree : {2, 3})
+        for (const bool along_x : {true, false}) {
+            const int n = along_x ? grid.nx : grid.ny;
+            const int k = (n - 1) / (degree + 1);  // the largest kept: (degree + 1) k < n
+            const Transform transform(grid, degree, threads);
+            Spectra from(grid, 2), to(grid, 2);
+            const auto place = [&](int number) {
+                return along_x ? static_cast<std::size_t>(number)
+                               : static_cast<std::size_t>((number + grid.ny) % grid.ny) * columns(grid);
+            };
+            // a = 2 cos(k x + 1): coefficients e^i at k and e^-i at -k; the other field is 3.
+            from[0][place(k)] = std::polar(1.0, 1.0);
+            if (!along_x) from[0][place(-k)] = std::polar(1.0, -1.0);
+            from[1][0] = 3.0;
+            const std::array<const Complex*, 2> sources{from[0].data(), from[1].data()};
+            const std::array<Complex*, 2> made{to[0].data(), to[1].data()};
+            transform.products(sources, made, [&](const Strip& strip) {
+                for (std::size_t i = 0; i < strip.size; ++i) {
+                    strip.out[0][i] = degree == 2 ? strip.in[0][i] * strip.in[0][i]
+                                                  : strip.in[0][i] * strip.in[0][i] * strip.in[0][i];
+                    strip.out[1][i] = strip.in[1][i];
+                }
+            });
+            // (e^i z + e^-i/z)^2 = 2 + (2 k beyond the cut); ^3 = 3 (e^i z + e^-i/z) + (3 k beyond it).
+            for (std::size_t m = 0; m < to.size; ++m) {
+                Complex expected = degree == 2 && m == 0 ? 2.0 : 0.0;
+                if (degree == 3 && m == place(k)) expected = 3.0 * std::polar(1.0, 1.0);
+                if (degree == 3 && !along_x && m == place(-k)) expected = 3.0 * std::polar(1.0, -1.0);
+                EXPECT_NEAR(std::abs(to[0][m] - expected), 0.0, 1e-14) << degree << (along_x ? " x " : " y ") << m;
+                EXPECT_NEAR(std::abs(to[1][m] - (m == 0 ? 3.0 : 0.0)), 0.0, 1e-14)
+                    << degree << (along_x ? " x " : " y ") << m;
+            }
+        }
+}
+
+TEST(Transform, products_are_the_same_bytes_for_any_number_of_threads_and_odd_numbers_of_fields) {
+    const Grid grid{36, 50, 1, 1};
+    const auto run = [&](int team) {
+        Threads threads(team);
+        const Transform transform(grid, 2, threads);
+        Spectra from(grid, 3), to(grid, 1);
+        transform.forward(random_fields(grid, 3), from);
+        const std::array<const Complex*, 3> sources{from[0].data(), from[1].data(), from[2].data()};
+        const std::array<Complex*, 1> made{to[0].data()};
+        transform.products(sources, made, [](const Strip& strip) {
+            for (std::size_t i = 0; i < strip.size; ++i)
+                strip.out[0][i] = strip.in[0][i] * strip.in[1][i] + strip.in[2][i];
+        });
+        return to.values;
+    };
+    const std::vector<Complex> expected = run(1);
+    for (const int team : {2, 3, 5}) EXPECT_EQ(run(team), expected);
 }
 
 TEST(Transform, refuses_a_grid_that_is_not_one) {
