@@ -268,11 +268,11 @@ void add_energies(const physics::Form& form, std::vector<Observable>& rows) {
 }  // namespace
 
 namespace {
-/// Displacements on the grid by their length, in bins as wide as a cell, out to half the shorter side.
+/// Displacements on the grid by their length, in bins as wide as a cell, out to half the shorter side; at least that of r = 0.
 void sort_separations(Setting& setting) {
     const numerics::Grid& grid = setting.grid;
     const double dx = grid.lx / grid.nx, dy = grid.ly / grid.ny, width = std::max(dx, dy);
-    const auto bins = static_cast<std::size_t>(0.5 * std::min(grid.lx, grid.ly) / width);
+    const auto bins = std::max<std::size_t>(1, static_cast<std::size_t>(0.5 * std::min(grid.lx, grid.ly) / width));
     std::vector<double> sum(bins), weight(bins);
     for (int j = 0; j < grid.ny; ++j)
         for (int i = 0; i < grid.nx; ++i) {
