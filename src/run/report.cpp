@@ -44,18 +44,24 @@ void predict(Report& report) {
                                     error.what(), growth.rate, growth.q);
         return;
     }
-    std::vector<double> rods, along, across;
-    for (const physics::StructureFactor& mode : modes) {
-        rods.push_back(mode.rods);
-        along.push_back(mode.order_along);
-        across.push_back(mode.order_across);
-    }
+    const auto of_modes = [&](double physics::StructureFactor::*part) {
+        std::vector<double> values;
+        for (const physics::StructureFactor& mode : modes) values.push_back(mode.*part);
+        return values;
+    };
+    const std::vector<double> rods = of_modes(&physics::StructureFactor::rods);
     const auto shells = [&](std::span<const double> values) {
         return numerics::shell_means(report.setting.grid, report.setting.shells, values);
     };
-    report.predictions.push_back({"structure_factor_rods", shells(rods)});
-    report.predictions.push_back({"structure_factor_order_along", shells(along)});
-    report.predictions.push_back({"structure_factor_order_across", shells(across)});
+    using Part = physics::StructureFactor;
+    for (const auto& [name, part] :
+         {std::pair{"rods", &Part::rods}, std::pair{"beads", &Part::beads}, std::pair{"beads_rods", &Part::beads_rods},
+          std::pair{"order_along", &Part::order_along}, std::pair{"order_across", &Part::order_across}})
+        report.predictions.push_back({text("structure_factor_{}", name), shells(of_modes(part))});
+    if (report.setting.form.bead_velocity >= 0)  // a slaved velocity is no field of the linear theory
+        for (const auto& [name, part] :
+             {std::pair{"along", &Part::velocity_along}, std::pair{"across", &Part::velocity_across}})
+            report.predictions.push_back({text("structure_factor_velocity_{}", name), shells(of_modes(part))});
     const std::vector<double> variances = box_variances(report.setting, rods);
     Prediction deviation{"rod_number_deviation", {}}, exponent{"rod_number_exponent", {}};
     const std::vector<int>& boxes = report.setting.boxes;
