@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray
 
 from drover.error import DroverError
-from drover.stored import BROKEN, COMMIT_SECONDS, Store, attributes_of, group_dataset, state_of
+from drover.stored import BROKEN, COMMIT_SECONDS, Store, attributes_of, group_dataset, is_quiet, state_of
 
 
 def fields_of(scene):
@@ -66,8 +66,10 @@ def settled(path, action):
         try:
             return action()
         except DroverError:
-            if state_of(path) == before or time.monotonic() > deadline:
+            now = state_of(path)
+            if now is None or (now == before and is_quiet(now)) or time.monotonic() > deadline:
                 raise
+            time.sleep(0.01)
 
 
 def open_once(path):

@@ -35,7 +35,7 @@ class Store:
     def open(self):
         wait_for_journal(self.path)
         self.state = state_of(self.path)
-        self.quiet = self.state is not None and time.time() - 1e-9 * self.state[2] > QUIET_SECONDS
+        self.quiet = is_quiet(self.state)
         # By a stream of its own: HDF5 would share what it remembers with any other use of this file in the process.
         self.stream = open(self.path, "rb")
         try:
@@ -76,10 +76,10 @@ class Store:
 
 
 class StoredArray(BackendArray):
-    """One dataset of a store, read where it is indexed."""
+    """One dataset of a store, of a shape that lies in it, read where it is indexed."""
 
-    def __init__(self, store, dataset):
-        self.store, self.name, self.shape, self.dtype = store, dataset.name, dataset.shape, dataset.dtype
+    def __init__(self, store, dataset, shape):
+        self.store, self.name, self.shape, self.dtype = store, dataset.name, shape, dataset.dtype
 
     def __getitem__(self, key):
         return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR, self.read)
@@ -98,6 +98,11 @@ def state_of(path):
     except OSError:
         return None
     return state.st_ino, state.st_size, state.st_mtime_ns
+
+
+def is_quiet(state):
+    """Whether a file of this state has not been written to for a while."""
+    return state is not None and time.time() - 1e-9 * state[2] > QUIET_SECONDS
 
 
 def wait_for_journal(path):
@@ -122,10 +127,14 @@ def group_dataset(store, group):
     for name in names:
         dataset = file[group][name]
         dims = (name,) if name in axes else dimensions(dataset, path)
-        if dataset.shape != tuple(axes.get(axis) for axis in dims):
-            raise DroverError(f"{path}: {dataset.name} has the shape {dataset.shape} over {dims}, of "
-                              f"{tuple(axes.get(axis) for axis in dims)}; the file is damaged: take another copy of it")
-        data = dataset[()] if name in axes else indexing.LazilyIndexedArray(StoredArray(store, dataset))
+        shape = tuple(axes.get(axis) for axis in dims)
+        # The run may have appended rows since its times were counted.
+        grown = not store.quiet and dims[:1] == ("time",) and dataset.shape[1:] == shape[1:]
+        if dataset.shape != shape and not (grown and dataset.shape[0] > shape[0]):
+            raise DroverError(f"{path}: {dataset.name} has the shape {dataset.shape} over {dims}, of {shape}; the file is "
+                              "damaged: take another copy of it")
+        data = (dataset[:shape[0]] if name in axes else
+                indexing.LazilyIndexedArray(StoredArray(store, dataset, shape)))
         if name in axes and not (numpy.diff(data) > 0.0).all():
             raise DroverError(f"{path}: {dataset.name} does not ascend; the file is damaged, or its run wrote to it just "
                               "now: try again, then take another copy of it")
