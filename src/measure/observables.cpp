@@ -279,7 +279,7 @@ void add_energies(const physics::Form& form, std::vector<Observable>& rows) {
 }  // namespace
 
 namespace {
-/// Displacements on the grid by their length, in bins as wide as a cell, out to half the shorter side.
+/// Displacements on the grid by their length, in bins as wide as a cell, out to half the shorter side; at least that of r = 0.
 void sort_separations(Setting& setting) {
     const numerics::Grid& grid = setting.grid;
     const double dx = grid.lx / grid.nx, dy = grid.ly / grid.ny, width = std::max(dx, dy);

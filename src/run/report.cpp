@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "drover/run/field_simulation.hpp"
 
@@ -66,21 +67,22 @@ void predict(Report& report) {
         for (const physics::StructureFactor& mode : modes) values.push_back(mode.*part);
         return values;
     };
-    using physics::StructureFactor;
-    for (const auto& [name, part] : {std::pair{"structure_factor_rods", &StructureFactor::rods},
-                                     std::pair{"structure_factor_beads", &StructureFactor::beads},
-                                     std::pair{"structure_factor_beads_rods", &StructureFactor::beads_rods},
-                                     std::pair{"structure_factor_order_along", &StructureFactor::order_along},
-                                     std::pair{"structure_factor_order_across", &StructureFactor::order_across},
-                                     std::pair{"structure_factor_velocity_along", &StructureFactor::velocity_along},
-                                     std::pair{"structure_factor_velocity_across", &StructureFactor::velocity_across}})
-        if (measure::find_row(report.summary, name) != nullptr &&
-            !(report.setting.form.velocity == physics::Velocity::slaved &&
-              std::string_view(name).find("velocity") != std::string::npos))
+    using Part = physics::StructureFactor;
+    const physics::Form& form = report.setting.form;
+    const bool beads = form.bead_density >= 0, rods = form.rod_density >= 0;
+    const bool velocity = form.bead_velocity >= 0;  // a slaved velocity is no field of the linear theory
+    for (const auto& [name, part, has] :
+         {std::tuple{"rods", &Part::rods, rods}, std::tuple{"beads", &Part::beads, beads},
+          std::tuple{"beads_rods", &Part::beads_rods, beads && rods}, std::tuple{"order_along", &Part::order_along, true},
+          std::tuple{"order_across", &Part::order_across, true},
+          std::tuple{"velocity_along", &Part::velocity_along, velocity},
+          std::tuple{"velocity_across", &Part::velocity_across, velocity}})
+        if (has)
             report.predictions.push_back(
-                {name, numerics::shell_means(report.setting.grid, report.setting.shells, values_of(part))});
-    if (report.setting.form.rod_density >= 0) predict_boxes("rod", values_of(&StructureFactor::rods), report);
-    if (report.setting.form.bead_density >= 0) predict_boxes("bead", values_of(&StructureFactor::beads), report);
+                {text("structure_factor_{}", name),
+                 numerics::shell_means(report.setting.grid, report.setting.shells, values_of(part))});
+    if (rods) predict_boxes("rod", values_of(&Part::rods), report);
+    if (beads) predict_boxes("bead", values_of(&Part::beads), report);
 }
 }  // namespace
 

@@ -87,8 +87,9 @@ std::string report_text(const Report& report) {
                            summary.samples, summary.warm_up);
     add_scalars(report, out);
     const std::vector<std::size_t> shells = spread(report.setting.shells.q.size(), 12);
-    for (const char* name : {"structure_factor_rods", "structure_factor_beads", "structure_factor_order_along",
-                             "structure_factor_order_across"})
+    for (const char* name :
+         {"structure_factor_rods", "structure_factor_beads", "structure_factor_order_along",
+          "structure_factor_order_across", "structure_factor_velocity_along", "structure_factor_velocity_across"})
         add_array(report, name, "|q| [1/mm]", report.setting.shells.q, shells, out);
     add_boxes(report, "rod", out);
     add_boxes(report, "bead", out);

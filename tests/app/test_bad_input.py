@@ -14,7 +14,7 @@ from support import drover, scene_text, write_scene
 SCENES = {
     "an unknown table": ("[grids]\nnx = 16\n", ["bad.toml:1:2", "[grids]", "did you mean [grid]?"]),
     "an unknown table like no other": ("[banana]\nnx = 16\n",
-                                       ["bad.toml:1:2", "[banana]", "uniform, current, relaxation"]),
+                                       ["bad.toml:1:2", "[banana]", "fields, uniform, current, inertia"]),
     "an unknown key": ("[grid]\nny = 16\nnxx = 16\n", ["bad.toml:3:1", "grid.nxx", "did you mean grid.nx?"]),
     "an unknown key like no other": ("[grid]\ntemperature = 3\n",
                                      ["bad.toml:2:1", "grid.temperature", "nx, ny, lx, ly"]),

@@ -60,7 +60,7 @@ def test_explain_of_a_scene_that_only_diffuses(tmp_path):
                                                           rel=1e-12)  # rounding of eigenvalues of 3 by 3 matrices
     assert told["fastest_rate"] == pytest.approx(fastest, rel=1e-12)
     assert told["growth_rate"] == pytest.approx(0.0, abs=1e-12)
-    assert [term["name"] for term in told["terms"]] == ["diffusion"] and "0.3" in told["terms"][0]["equation"]
+    assert [term["name"] for term in told["terms"]] == ["diffusion.rods"] and "0.3" in told["terms"][0]["equation"]
     assert [(field["name"], field["unit"]) for field in told["fields"]] == [
         ("rod_density", "mm-2"), ("polar_order_x", "mm-2"), ("polar_order_y", "mm-2")]
     assert told["transforms_per_right_hand_side"] == 0 and told["archive"] == "flock.h5"
@@ -163,7 +163,8 @@ def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_j
         assert f"[{row['unit']}]" in lines[at] if "unit" in row else "[" not in lines[at].split("#")[1]
         assert all(choice in lines[at] for choice in row.get("choices", []))
         assert len(row["sentence"]) > 10 and row["type"] in ("a number", "an integer", "a text in quotes",
-                                                             "a list of texts")
+                                                             "a list of texts", "a list of numbers",
+                                                             "true or false")
 
 
 def test_every_key_of_the_schema_is_taken_and_its_range_is_kept(tmp_path):

@@ -8,9 +8,15 @@ from pathlib import Path
 import xarray
 
 from drover.error import DroverError
-from drover.stored import BROKEN, COMMIT_SECONDS, Store, attributes_of, group_dataset, state_of
+from drover.stored import BROKEN, COMMIT_SECONDS, Store, attributes_of, group_dataset, is_quiet, state_of
 
-FIELDS = ("rod_density", "polar_order_x", "polar_order_y")
+
+def fields_of(scene):
+    """Names of the fields of a scene's form."""
+    chosen = scene.get("fields", {})
+    names = [name for name in ("bead_density", "rod_density") if chosen.get(name, name == "rod_density")]
+    vectors = ["bead_velocity"] if chosen.get("bead_velocity", "absent") != "absent" else []
+    return [*names, *(f"{name}_{axis}" for name in [*vectors, "polar_order"] for axis in "xy")]
 
 
 @dataclass(frozen=True)
@@ -60,8 +66,10 @@ def settled(path, action):
         try:
             return action()
         except DroverError:
-            if state_of(path) == before or time.monotonic() > deadline:
+            now = state_of(path)
+            if now is None or (now == before and is_quiet(now)) or time.monotonic() > deadline:
                 raise
+            time.sleep(0.01)
 
 
 def open_once(path):
@@ -91,9 +99,9 @@ def read(store, path):
         raise DroverError(damaged(path, "its scene is not TOML", error)) from error
     frames, observables = (group_dataset(store, group) for group in ("/", "/observables"))
     summary = group_dataset(store, "/summary") if "summary" in store.file else None
-    for name in FIELDS:
+    for name in fields_of(scene):
         if name not in frames or frames[name].dims != ("time", "y", "x"):
-            raise DroverError(f"{path} holds no field {name} over time, y and x; expected one in an archive of rods: "
+            raise DroverError(f"{path} holds no field {name} over time, y and x; expected one in an archive of this form: "
                               "it is of another version of drover, or damaged")
     if 0 in frames.sizes.values():
         raise DroverError(f"{path} holds no frame; its run ended before it began: run its scene again")

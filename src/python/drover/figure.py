@@ -24,7 +24,7 @@ WIDE = {"map": (0.8, 5.3, 9.5, 1.65), "structure": (0.9, 1.25, 2.8, 2.95), "numb
         "exponents": (4.6, 1.25, 2.8, 1.15), "order": (8.4, 1.25, 3.0, 2.95)}
 TALL = {**SQUARE, "map": (0.8, 1.6, 3.3, 5.35), "order": (6.35, 1.2, 5.05, 1.1)}
 WIDE_FROM, TALL_FROM = 2.0, 0.62  # ratio of the sides of the cell, x to y
-TITLES = {"map": "(a) rod density and polar order", "structure": "(b) structure factors",
+TITLES = {"map": "(a) {}", "structure": "(b) structure factors",
           "numbers": "(c) number fluctuations", "exponents": "(d) their local exponent",
           "order": "(e) polar order of the whole cell"}
 
@@ -47,7 +47,7 @@ def draw(run, frame=-1):
         drawn += panels.draw_numbers(axes["numbers"], axes["exponents"], run)
         panels.draw_order(axes["order"], run, columns=1 if layout is WIDE else 2)
         for name, words in TITLES.items():
-            axes[name].set_title(words, loc="left")
+            axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
         figure.text(0.8 / SIZE[0], 1.0 - 0.32 / SIZE[1], title(run, frame), fontsize=12, va="center")
         words = textwrap.wrap(caption(run, drawn, blocks), 172)
         figure.text(0.8 / SIZE[0], 0.66 / SIZE[1], "\n".join(words), fontsize=8.5, va="top", linespacing=1.3)
@@ -88,7 +88,7 @@ def title(run, frame):
 def caption(run, drawn, blocks):
     """What a stranger needs to read the picture."""
     pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-    words = [f"(a) Colours, centred at the mean density, are means over {pixel}, arrows over {arrow}; (c) boxes with "
+    words = [f"(a) Colours, centred at their mean, are means over {pixel}, arrows over {arrow}; (c) boxes with "
              "as many cells along y as along x; (d) from each box to the next larger one."]
     if run.summary is None:
         words.append("The run has not reached its end: points are means over all samples so far, the warm-up among "

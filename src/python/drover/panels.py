@@ -8,13 +8,21 @@ from drover import results
 from drover.archive import loaded
 
 # Okabe and Ito's colours, told apart by colour-blind eyes and, with the markers, in grey.
-BLUE, VERMILLION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#606060"
+BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#606060"
 STRUCTURE_PARTS = (("rods", r"rods, $S_\sigma$", BLUE, "o"),
+                   ("beads", r"beads, $S_\rho$", PURPLE, "D"),
                    ("order_along", r"order along $\mathbf{q}$", VERMILLION, "s"),
                    ("order_across", r"order across $\mathbf{q}$", GREEN, "^"))
+FLOW_PARTS = (("velocity_along", r"$\mathbf{v}$ along $\mathbf{q}$", VERMILLION, "s"),  # where there is no order
+              ("velocity_across", r"$\mathbf{v}$ across $\mathbf{q}$", GREEN, "^"))
+# What a map can show, the first that the form has; and what its arrows can, the first that is not zero.
+COLOURS = (("rod_density", "rod density", r"\sigma"), ("bead_density", "bead density", r"\rho"))
+ARROWS = (("polar_order", "polar order", r"\mathbf{p}"), ("bead_velocity", "bead velocity", r"\mathbf{v}"))
 PIXELS_MOST, ARROWS_MOST = 64, 16  # along the longer side of the cell, roughly
 SHELLS_A_DECADE = 12               # points of S(q) that are drawn
 STEPS = (1, 2, 2.5, 5, 10)           # of ticks
+DECADES_SHOWN = 1e-10              # of S(q), from the largest: rounding lies below
+ROUNDING = 1e-11                   # of a number of rods: less is no fluctuation
 COLOUR_PART = 0.99                 # of the pixels lie inside the range of colours
 
 
@@ -32,9 +40,39 @@ def with_unit(label, array):
     return label if unit == "1" else f"{label} [{unit_text(unit)}]"
 
 
+def colours_of(run, frame):
+    """The field that colours show, its name and its symbol: a density, or the size of the order of a form without one."""
+    for name, words, symbol in COLOURS:
+        if name in run.frames:
+            return loaded(run.frames[name].isel(time=frame), run.path), words, symbol
+    x, y = (loaded(run.frames[f"polar_order_{axis}"].isel(time=frame), run.path) for axis in "xy")
+    return numpy.hypot(x, y).assign_attrs(x.attrs), "size of the polar order", r"|\mathbf{p}|"
+
+
+def arrows_of(run, frame):
+    """The two parts of the vector that arrows show, its name and its symbol."""
+    for name, words, symbol in ARROWS:
+        if f"{name}_x" in run.frames:
+            parts = [loaded(run.frames[f"{name}_{axis}"].isel(time=frame), run.path) for axis in "xy"]
+            # Rounding alone is no order.
+            if name == ARROWS[-1][0] or f"{ARROWS[-1][0]}_x" not in run.frames or abs(parts[0]).max() + abs(
+                    parts[1]).max() > 1e-12:
+                return parts, words, symbol
+    raise AssertionError("every form has a polar order")
+
+
+def map_title(run, frame):
+    return f"{colours_of(run, frame)[1]} and {arrows_of(run, frame)[1]}"
+
+
+def with_value(words, array):
+    unit = array.attrs.get("units", "1")
+    return words if unit == "1" else f"{words} {unit_text(unit)}"
+
+
 def draw_map(axes, bar_axes, run, frame):
-    """Rod density of one frame with arrows of the polar order; returns the sides of the blocks of both."""
-    density = loaded(run.frames["rod_density"].isel(time=frame), run.path)
+    """A density of one frame with arrows of the order or the flow; returns the sides of the blocks of both."""
+    density, words, symbol = colours_of(run, frame)
     mean = float(density.mean())
     density, pixel = block_means(density, PIXELS_MOST)
     spread = float(numpy.quantile(abs(density - mean), COLOUR_PART))
@@ -51,14 +89,14 @@ def draw_map(axes, bar_axes, run, frame):
     axes.yaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.height * inches[1] / 0.4, 1, 8)), steps=STEPS))
     bar = axes.figure.colorbar(image, cax=bar_axes, extend="both")
     bar.locator = MaxNLocator(7, steps=STEPS)
-    bar.set_label(with_unit(r"rod density $\sigma$", density))
+    bar.set_label(with_unit(f"{words} ${symbol}$", density))
     return pixel, draw_arrows(axes, run, frame)
 
 
 def draw_arrows(axes, run, frame):
     """Means of the polar order over blocks, so that arrows show what is larger than a cell."""
-    (p_x, block), (p_y, _) = (block_means(loaded(run.frames[name].isel(time=frame), run.path), ARROWS_MOST)
-                              for name in ("polar_order_x", "polar_order_y"))
+    parts, _, symbol = arrows_of(run, frame)
+    (p_x, block), (p_y, _) = (block_means(part, ARROWS_MOST) for part in parts)
     longest = float(numpy.hypot(p_x, p_y).max())
     if not longest > 0.0:
         return block
@@ -70,7 +108,7 @@ def draw_arrows(axes, run, frame):
     inches_a_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
     axes.quiverkey(arrows, box.x1 * inches[0] - key * length * inches_a_mm - 0.05, box.y0 * inches[1] - 0.58, key,
                    coordinates="inches", labelpos="W",
-                   label=rf"arrow: $|\mathbf{{p}}|={key:g}$ " + unit_text(p_x.attrs.get("units", "")))
+                   label=with_value(rf"arrow: $|{symbol}|={key:g}$", p_x))
     return block
 
 
@@ -158,19 +196,28 @@ def spread_shells(q):
 def draw_structure(axes, run):
     """Structure factors; returns those drawn."""
     drawn, keys = [], []
-    for part, label, colour, marker in STRUCTURE_PARTS:
-        result = results.structure_factor(run, part)
-        if is_drawable(result):
-            draw_result(axes, result, colour, marker, spread_shells(result.x))
-            drawn.append(result)
-            keys.append(key_of(label, colour, marker))
+    found = [(*part, results.structure_factor(run, part[0])) for part in STRUCTURE_PARTS + FLOW_PARTS]
+    found = [part for part in found if is_drawable(part[-1])]
+    most = max((part[-1].mean.max() for part in found), default=0.0)
+    found = [part for part in found if part[-1].mean.max() > DECADES_SHOWN * most]
+    if any(part[0].startswith("order") for part in found):
+        found = [part for part in found if not part[0].startswith("velocity")]
+    units = {part[0]: run.observables[f"structure_factor_{part[0]}"] for part in found}
+    alike = len({array.attrs.get("units") for array in units.values()}) == 1
+    for part, label, colour, marker, result in found:
+        draw_result(axes, result, colour, marker, spread_shells(result.x))
+        drawn.append(result)
+        keys.append(key_of(label if alike else with_unit(label, units[part]), colour, marker))
     if not drawn:
         say_instead(axes, "no fluctuations:\nevery $S(q)$ is zero")
         return drawn
     log_axes(axes)
     axes.set_xlabel(with_unit(r"wavenumber $q$", run.observables["wavenumber"]))
-    axes.set_ylabel(with_unit("structure factor $S(q)$", run.observables["structure_factor_rods"]))
+    label = "structure factor $S(q)$"
+    axes.set_ylabel(with_unit(label, next(iter(units.values()))) if alike else label)
     keys += keys_of(drawn)
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(max(bottom, DECADES_SHOWN * top), top)
     make_room_below(axes, len(keys))
     axes.legend(handles=keys, loc="lower left")
     return drawn
@@ -179,7 +226,7 @@ def draw_structure(axes, run):
 def draw_numbers(upper, lower, run):
     """Number fluctuations above, their local exponents below; returns what is drawn."""
     numbers = results.number_fluctuations(run)
-    if not is_drawable(numbers):
+    if not is_drawable(numbers) or not (numbers.mean > ROUNDING * numbers.x).any():
         for axes in (upper, lower):
             say_instead(axes, "no fluctuations\nof the number of rods")
         return []
@@ -210,19 +257,27 @@ def draw_order(axes, run, columns):
     """Polar order over time, the warm-up shaded, its mean as a line."""
     order = loaded(run.observables["polar_order"], run.path)
     times = order["time"].values
+    density = run.frames["polar_order_x"].attrs.get("units") == "mm-2"
     axes.plot(times, order.values, color=BLUE, linewidth=0.9)
+    most = float(order.max())
+    if "bead_velocity_order" in run.observables:
+        flow = loaded(run.observables["bead_velocity_order"], run.path)
+        axes.plot(times, flow.values, color=GREEN, linewidth=0.9, zorder=1, label="of the bead velocity")
+        most = 1.3 * max(most, float(flow.max()))
     if run.summary is not None:
         warm_up, mean, error = (float(loaded(run.summary[name], run.path))
                                 for name in ("warm_up", "polar_order", "polar_order_error"))
         if warm_up > 0.0:
-            axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, label="warm-up, left out of means")
+            axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label="warm-up, left out of means")
         sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", error refused"
         axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
                   label=f"mean {mean:.3g}{sign}")
+    if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper right", ncol=columns)
     axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
-    axes.set_ylim(0.0, 1.35 * (float(order.max()) or 1.0))  # room for the legend
+    axes.set_ylim(0.0, 1.35 * (most if most > ROUNDING else 1.0))  # room for the legend
     axes.xaxis.set_major_locator(MaxNLocator(5 * columns, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     axes.set_xlabel(with_unit("time $t$", order["time"]))
-    axes.set_ylabel(r"polar order $|\langle\mathbf{p}\rangle|/\langle\sigma\rangle$")
+    axes.set_ylabel(r"polar order $|\langle\mathbf{p}\rangle|/\langle\sigma\rangle$" if density else
+                    r"polar order $|\langle\mathbf{p}\rangle|$")

@@ -15,6 +15,7 @@ from xarray.core import indexing
 from drover.error import DroverError
 
 COMMIT_SECONDS = 2.0    # a commit of a run that is going on takes far less
+QUIET_SECONDS = 0.1     # a file that was written to before that long is not being written to: clocks of files tick slowly
 BROKEN = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeError)  # raised by h5py on such files
 INFLATION_MOST = 1032   # deflate cannot make more bytes than this of one
 CHUNK_LEAST = 1 << 20   # bytes that a chunk may take however little it holds
@@ -24,15 +25,17 @@ NETCDF_NAMES = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST")  # of attri
 
 class Store:
     """An archive that is open for reading.  Its run may go on writing: rows that are there stay, but HDF5 remembers
-    where they were, so what cannot be read any more is read from the file opened anew."""
+    where they were, so what cannot be read any more is read from the file opened anew.  Another array of the same size
+    may stand in that place by now, and no checksum tells; so of a file that is written to, two readings must agree."""
 
     def __init__(self, path):
-        self.path, self.file, self.stream, self.state = path, None, None, None
+        self.path, self.file, self.stream, self.state, self.quiet = path, None, None, None, False
         self.open()
 
     def open(self):
         wait_for_journal(self.path)
         self.state = state_of(self.path)
+        self.quiet = is_quiet(self.state)
         # By a stream of its own: HDF5 would share what it remembers with any other use of this file in the process.
         self.stream = open(self.path, "rb")
         try:
@@ -51,22 +54,32 @@ class Store:
         if self.file is None:
             raise DroverError(f"{self.path} is closed and {name} was not read before; open it again by drover.open_run")
         deadline = time.monotonic() + COMMIT_SECONDS
+        before = None
         while True:
             try:
-                return self.file[name][key]
+                values = self.file[name][key]
+                now = state_of(self.path)
+                # A file that is gone or replaced stays as it was.
+                if (self.quiet and now == self.state) or now is None or now[0] != self.state[0]:
+                    return values
+                if before is not None and numpy.array_equal(values, before, equal_nan=True):
+                    return values
+                if before is not None and time.monotonic() > deadline:
+                    raise OSError(f"two readings of {name} did not agree")
+                before = values
             except BROKEN:
                 now = state_of(self.path)
                 if now == self.state or now is None or now[0] != self.state[0] or time.monotonic() > deadline:
                     raise
-                self.close()
-                self.open()
+            self.close()
+            self.open()
 
 
 class StoredArray(BackendArray):
-    """One dataset of a store, read where it is indexed."""
+    """One dataset of a store, of a shape that lies in it, read where it is indexed."""
 
-    def __init__(self, store, dataset):
-        self.store, self.name, self.shape, self.dtype = store, dataset.name, dataset.shape, dataset.dtype
+    def __init__(self, store, dataset, shape):
+        self.store, self.name, self.shape, self.dtype = store, dataset.name, shape, dataset.dtype
 
     def __getitem__(self, key):
         return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR, self.read)
@@ -85,6 +98,11 @@ def state_of(path):
     except OSError:
         return None
     return state.st_ino, state.st_size, state.st_mtime_ns
+
+
+def is_quiet(state):
+    """Whether a file of this state has not been written to for a while."""
+    return state is not None and time.time() - 1e-9 * state[2] > QUIET_SECONDS
 
 
 def wait_for_journal(path):
@@ -109,10 +127,17 @@ def group_dataset(store, group):
     for name in names:
         dataset = file[group][name]
         dims = (name,) if name in axes else dimensions(dataset, path)
-        if dataset.shape != tuple(axes.get(axis) for axis in dims):
-            raise DroverError(f"{path}: {dataset.name} has the shape {dataset.shape} over {dims}, of "
-                              f"{tuple(axes.get(axis) for axis in dims)}; the file is damaged: take another copy of it")
-        data = dataset[()] if name in axes else indexing.LazilyIndexedArray(StoredArray(store, dataset))
+        shape = tuple(axes.get(axis) for axis in dims)
+        # The run may have appended rows since its times were counted.
+        grown = not store.quiet and dims[:1] == ("time",) and dataset.shape[1:] == shape[1:]
+        if dataset.shape != shape and not (grown and dataset.shape[0] > shape[0]):
+            raise DroverError(f"{path}: {dataset.name} has the shape {dataset.shape} over {dims}, of {shape}; the file is "
+                              "damaged: take another copy of it")
+        data = (dataset[:shape[0]] if name in axes else
+                indexing.LazilyIndexedArray(StoredArray(store, dataset, shape)))
+        if name in axes and not (numpy.diff(data) > 0.0).all():
+            raise DroverError(f"{path}: {dataset.name} does not ascend; the file is damaged, or its run wrote to it just "
+                              "now: try again, then take another copy of it")
         variables[name] = xarray.Variable(dims, data, attributes_of(dataset))
     return xarray.Dataset({name: variables[name] for name in names if name not in axes},
                           {name: variables[name] for name in axes})
