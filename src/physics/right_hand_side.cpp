@@ -9,9 +9,11 @@
 #include <mutex>
 #include <numbers>
 
+#include "body_force.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/term.hpp"
+#include "point_arrays.hpp"
 
 namespace drover::physics {
 
@@ -22,65 +24,6 @@ using numerics::Wavevector;
 constexpr std::size_t points_in_cache = 256;  // of some twenty arrays: the first-level cache
 
 Complex times_i(Complex a) { return {-a.imag(), a.real()}; }
-
-/// Places of what is brought to the grid and from it, -1 when it is not; a vector has two.
-struct Arrays {
-    int beads = -1, rods = -1, velocity = -1, order = -1, force = -1, velocity_curl = -1, order_curl = -1, back = 0;
-    int bead_flux = -1, rod_flux = -1, velocity_rate = -1, order_rate = -1, velocity_head = -1, order_head = -1,
-        forth = 0;
-};
-
-/// The mass that forces move depends on the density: m rho d_t v.
-bool mass_varies(const Equations& e) { return e.form.velocity == Velocity::dynamic && e.form.bead_density >= 0; }
-bool slaved_varies(const Equations& e) {
-    return e.form.velocity == Velocity::slaved && (e.drag.varies() || e.driving.varies());
-}
-bool has_force(const Equations& e) {
-    return std::any_of(e.active.begin(), e.active.end(), [](const Term* term) { return is_force_on_beads(*term); });
-}
-
-Arrays arrays_of(const Equations& e) {
-    unsigned reads = 0, writes = 0;
-    for (const Term* term : e.active)
-        if (term->cost) {
-            const Action action = term->cost(e);
-            reads |= action.reads;
-            writes |= action.writes;
-        }
-    const bool divides = mass_varies(e) && has_force(e);
-    if (divides) {
-        reads |= reads_beads;
-        writes |= writes_velocity;
-    }
-    if (writes & writes_force) writes |= writes_velocity;
-    if (slaved_varies(e) && (reads & reads_velocity)) {
-        reads |= reads_order;
-        for (const Coefficient* c : {&e.drag, &e.driving})
-            reads |= (c->depends_on_beads() ? unsigned{reads_beads} : 0u) |
-                     (c->depends_on_rods() ? unsigned{reads_rods} : 0u);
-    }
-    Arrays a;
-    const auto place = [](bool wanted, int width, int& next, int& at) {
-        if (!wanted) return;
-        at = next;
-        next += width;
-    };
-    // Vectors first: two arrays are transformed as one.
-    place(reads & reads_velocity, 2, a.back, a.velocity);
-    place(reads & reads_order, 2, a.back, a.order);
-    place(divides, 2, a.back, a.force);
-    place(reads & reads_beads, 1, a.back, a.beads);
-    place(reads & reads_rods, 1, a.back, a.rods);
-    place(reads & reads_velocity_curl, 1, a.back, a.velocity_curl);
-    place(reads & reads_order_curl, 1, a.back, a.order_curl);
-    place(writes & writes_bead_flux, 2, a.forth, a.bead_flux);
-    place(writes & writes_rod_flux, 2, a.forth, a.rod_flux);
-    place(writes & writes_velocity, 2, a.forth, a.velocity_rate);
-    place(writes & writes_order, 2, a.forth, a.order_rate);
-    place(writes & writes_velocity_head, 1, a.forth, a.velocity_head);
-    place(writes & writes_order_head, 1, a.forth, a.order_head);
-    return a;
-}
 
 /// Rows of the linear operator that give the force on the beads (dynamic) or their velocity (slaved): along q from both densities
 /// and the parts of v and p along q; across q from those across.
@@ -106,17 +49,6 @@ VelocityRow velocity_row(const Equations& e, const Reference& ref, double q) {
             .across = {m(at_velocity_y, at_velocity_y).real(), m(at_velocity_y, at_order_y).real()}};
 }
 
-/// The force from outside on one mode, divided by nothing.
-struct ForceMode {
-    Complex x = 0.0, y = 0.0;
-};
-ForceMode force_mode(const BodyForce& force, const numerics::Grid& grid, double t, const Wavevector& q) {
-    if (force.kind == "uniform") return q.x == 0.0 && q.y == 0.0 ? ForceMode{force.x, force.y} : ForceMode{};
-    const double x = force.at_x + force.velocity_x * t, y = force.at_y + force.velocity_y * t;
-    const double spread = std::exp(-0.5 * force.width * force.width * (q.x * q.x + q.y * q.y)) / numerics::area(grid);
-    const Complex phase = spread * std::polar(1.0, -(q.x * x + q.y * y));
-    return {force.x * phase, force.y * phase};
-}
 }  // namespace
 
 struct RightHandSide::Work {
@@ -132,12 +64,15 @@ struct RightHandSide::Work {
     bool forced;                             // by the term "force"
     Spectra made;                            // force or slaved velocity (2), curls, then what comes back
     double drag_ref, driving_ref;
+    bool force_varies;  // with the densities, at given v and p
     std::mutex mutex;
     Extremes extremes{};
 
     Work(const Equations& equations, const numerics::System& linear, const Reference& reference, Threads& the_threads);
     void prepare(double t, const Spectra& state);
     void at_points(const numerics::Strip& strip);
+    void balance_velocity(const PointFields& f, const VectorStrip<double>& velocity) const;
+    void divide_by_mass(const PointFields& f, const PointRates& r) const;
     void add_force(double t, Spectra& rate);
     ForceMode slaved_by(const ForceMode& force, const Wavevector& q) const;
     void assemble(double t, Spectra& rate);
@@ -181,7 +116,8 @@ RightHandSide::Work::Work(const Equations& equations, const numerics::System& li
       forced(has_term(e, "force")),
       made(grid, made_rates() + arrays.forth),
       drag_ref(e.drag.at(ref.bead_density, ref.rod_density).value),
-      driving_ref(e.driving.at(ref.bead_density, ref.rod_density).value) {
+      driving_ref(e.driving.at(ref.bead_density, ref.rod_density).value),
+      force_varies(e.form.velocity == Velocity::dynamic && (e.drag.varies() || e.driving.varies())) {
     if (e.form.velocity != Velocity::absent)
         for (const double q : wavenumbers.q) velocity_rows.push_back(velocity_row(e, ref, q));
 }
@@ -266,8 +202,6 @@ void RightHandSide::Work::note_extremes(const numerics::Strip& strip) {
 void RightHandSide::Work::at_points(const numerics::Strip& strip) {
     note_extremes(strip);
     std::array<std::array<double, points_in_cache>, 4> room;  // force, slaved velocity
-    const bool force_varies = e.form.velocity == Velocity::dynamic && (e.drag.varies() || e.driving.varies());
-    const double mass = e.model.inertia.bead_mass, moved_ref = 1.0 / (mass * ref.bead_density);
     for (std::size_t begin = 0; begin < strip.size; begin += points_in_cache) {
         const std::size_t count = std::min(points_in_cache, strip.size - begin);
         const auto in = [&](int at, int i = 0) {
@@ -298,30 +232,39 @@ void RightHandSide::Work::at_points(const numerics::Strip& strip) {
                            .velocity_head = out(arrays.velocity_head),
                            .order_head = out(arrays.order_head)};
         if (slaved_varies(e) && arrays.velocity >= 0) {
-            // v = (Gamma_ref v_linear + (alpha - alpha_ref) p)/Gamma: the balance of forces with Gamma and alpha at the point.
-            std::array<double, points_in_cache> gamma;
-            e.drag.evaluate(f.bead_density, f.rod_density, 0.0, std::span(gamma.data(), count));
-            e.driving.evaluate(f.bead_density, f.rod_density, driving_ref, std::span(room[0].data(), count));
-            for (std::size_t i = 0; i < count; ++i) {
-                room[2][i] = (drag_ref * f.velocity.x[i] + room[0][i] * f.order.x[i]) / gamma[i];
-                room[3][i] = (drag_ref * f.velocity.y[i] + room[0][i] * f.order.y[i]) / gamma[i];
-            }
+            balance_velocity(f, {room[2].data(), room[3].data()});
             f.velocity = {room[2].data(), room[3].data()};
         }
         for (const Term* term : e.active)
             if (term->act && term->cost(e).writes != 0) term->act(e, ref, f, r);
-        if (e.form.velocity != Velocity::dynamic || arrays.velocity_rate < 0) continue;
-        // (linear force + the rest)/(m rho) - (linear force)/(m rho_ref).
-        for (std::size_t i = 0; i < count; ++i) {
-            const double moved = arrays.force < 0 ? moved_ref : 1.0 / (mass * f.bead_density[i]);
-            if (force_varies) {
-                r.velocity.x[i] += moved * r.force.x[i];
-                r.velocity.y[i] += moved * r.force.y[i];
-            }
-            if (arrays.force < 0) continue;
-            r.velocity.x[i] += (moved - moved_ref) * f.linear_force.x[i];
-            r.velocity.y[i] += (moved - moved_ref) * f.linear_force.y[i];
+        if (e.form.velocity == Velocity::dynamic && arrays.velocity_rate >= 0) divide_by_mass(f, r);
+    }
+}
+
+/// v = (Gamma_ref v_linear + (alpha - alpha_ref) p)/Gamma: the balance of forces with Gamma and alpha at the point.
+void RightHandSide::Work::balance_velocity(const PointFields& f, const VectorStrip<double>& velocity) const {
+    std::array<double, points_in_cache> gamma, driven;
+    e.drag.evaluate(f.bead_density, f.rod_density, 0.0, std::span(gamma.data(), f.size));
+    e.driving.evaluate(f.bead_density, f.rod_density, driving_ref, std::span(driven.data(), f.size));
+    for (std::size_t i = 0; i < f.size; ++i) {
+        velocity.x[i] = (drag_ref * f.linear_velocity.x[i] + driven[i] * f.order.x[i]) / gamma[i];
+        velocity.y[i] = (drag_ref * f.linear_velocity.y[i] + driven[i] * f.order.y[i]) / gamma[i];
+    }
+}
+
+/// d_t v += (linear force + the rest)/(m rho) - (linear force)/(m rho_ref).
+void RightHandSide::Work::divide_by_mass(const PointFields& f, const PointRates& r) const {
+    const double mass = e.model.inertia.bead_mass, moved_ref = 1.0 / (mass * ref.bead_density);
+    const bool has_linear = arrays.force >= 0;
+    for (std::size_t i = 0; i < f.size; ++i) {
+        const double moved = has_linear ? 1.0 / (mass * f.bead_density[i]) : moved_ref;
+        if (force_varies) {
+            r.velocity.x[i] += moved * r.force.x[i];
+            r.velocity.y[i] += moved * r.force.y[i];
         }
+        if (!has_linear) continue;
+        r.velocity.x[i] += (moved - moved_ref) * f.linear_force.x[i];
+        r.velocity.y[i] += (moved - moved_ref) * f.linear_force.y[i];
     }
 }
 
@@ -468,47 +411,6 @@ double right_hand_side_bytes(const Equations& equations, const numerics::Grid& g
     const Arrays arrays = arrays_of(equations);
     const double spectra = static_cast<double>(numerics::modes(grid)) * sizeof(Complex);
     return spectra * (4.0 + arrays.forth + 2.0 * (arrays.back + arrays.forth) / (degree + 1));
-}
-
-numerics::Fields slaved_velocity(const Equations& e, const numerics::System& linear, double t, const Spectra& state,
-                                 const numerics::Transform& transform) {
-    Spectra made(linear.grid, 2);
-    const Reference ref = reference(e.model.uniform);
-    const UniformPoint about{.bead_density = ref.bead_density, .rod_density = ref.rod_density};
-    const std::size_t width = numerics::columns(linear.grid);
-    const Form& form = e.form;
-    for (std::size_t m = 0; m < state.size; ++m) {
-        if (!numerics::is_kept(linear.grid, linear.degree, m % width, m / width)) continue;
-        const Wavevector q = numerics::wavevector(linear.grid, m % width, m / width);
-        const Symbol symbol = force_symbol(e, about, q);
-        Eigen::Vector2cd force = Eigen::Vector2cd::Zero();
-        if (form.bead_density >= 0) force += symbol.block<2, 1>(at_velocity_x, at_beads) * state[form.bead_density][m];
-        if (form.rod_density >= 0) force += symbol.block<2, 1>(at_velocity_x, at_rods) * state[form.rod_density][m];
-        force += symbol.block<2, 2>(at_velocity_x, at_order_x) *
-                 Eigen::Vector2cd(state[form.polar_order][m], state[form.polar_order + 1][m]);
-        if (has_term(e, "force")) {
-            const ForceMode outside = force_mode(e.model.force, linear.grid, t, q);
-            force += Eigen::Vector2cd(outside.x, outside.y);
-        }
-        const Eigen::Vector2cd velocity = -symbol.block<2, 2>(at_velocity_x, at_velocity_x).inverse() * force;
-        made[0][m] = velocity.x();
-        made[1][m] = velocity.y();
-    }
-    numerics::Fields result(linear.grid, 2);
-    transform.backward(made, result);
-    if (!slaved_varies(e)) return result;
-    numerics::Fields fields(linear.grid, state.count());
-    transform.backward(state, fields);
-    const double drag_ref = e.drag.at(ref.bead_density, ref.rod_density).value,
-                 driving_ref = e.driving.at(ref.bead_density, ref.rod_density).value;
-    for (std::size_t i = 0; i < fields.size; ++i) {
-        const double beads = form.bead_density >= 0 ? fields[form.bead_density][i] : ref.bead_density,
-                     rods = form.rod_density >= 0 ? fields[form.rod_density][i] : ref.rod_density;
-        const double gamma = e.drag.at(beads, rods).value, driven = e.driving.at(beads, rods).value - driving_ref;
-        for (int axis = 0; axis < 2; ++axis)
-            result[axis][i] = (drag_ref * result[axis][i] + driven * fields[form.polar_order + axis][i]) / gamma;
-    }
-    return result;
 }
 
 }  // namespace drover::physics
