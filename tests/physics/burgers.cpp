@@ -1,6 +1,7 @@
-// tests/physics/burgers.cpp: order that only carries and smooths itself: the two-dimensional Burgers equation, solved by Cole and Hopf.
+// tests/physics/burgers.cpp: order that only carries and smooths itself: two-dimensional Burgers, by Cole and Hopf.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "evolution.hpp"

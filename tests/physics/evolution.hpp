@@ -1,5 +1,7 @@
 // tests/physics/evolution.hpp: a model on a grid, from fields given as functions of the place to fields at a later time.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "drover/numerics/stepper.hpp"

@@ -60,7 +60,8 @@ double lattice_sum(int power) {
     return sum;
 }
 
-/// What of the flow ends at ell, at r = ell z: compressible K0; incompressible delta K0 - d_i d_j K0, -K1/z along and K0 + K1/z across.
+/// The screened part of the flow at r = ell z: compressible K0; incompressible delta K0 - d_i d_j K0, which is -K1/z along z and
+/// K0 + K1/z across.
 Eigen::Matrix2d screened(const Eigen::Vector2d& z, bool compressible) {
     const double d = z.norm(), k0 = std::cyl_bessel_k(0.0, d), k1 = std::cyl_bessel_k(1.0, d);
     if (compressible) return k0 * Eigen::Matrix2d::Identity();
@@ -68,7 +69,7 @@ Eigen::Matrix2d screened(const Eigen::Vector2d& z, bool compressible) {
     return -k1 / d * along + (k0 + k1 / d) * across;
 }
 
-/// Over images of the force, of which those three cells away and more are below e^(-55/ell); and a Gaussian that the force is spread over
+/// Over images of the force, of which those three cells away and more are below e^(-55/ell).  A Gaussian that the force is spread over
 /// multiplies what is screened, outside it, by exp(width^2/(2 ell^2)).
 Eigen::Matrix2d screened_images(const Eigen::Vector2d& r, const Model& model, double ell, double side,
                                 bool compressible) {
@@ -113,7 +114,8 @@ TEST(PointForce, fixed_in_beads_of_any_stiffness_ends_in_the_incompressible_flow
     std::vector<std::pair<double, double>> abreast;  // z, v in its unit
     around(run, 1.9, 5.0, [&](const Eigen::Vector2d& r, std::size_t i) {
         const Eigen::Vector2d v(found[run.form.bead_velocity][i], found[run.form.bead_velocity + 1][i]);
-        // The algebraic part ell^2 d_i d_j G, -lap G = delta - 1/area: 2 pi G = -ln r + pi r^2/(2 area) + Re sum S_n (r e^(i phi)/side)^n/n.
+        // The algebraic part ell^2 d_i d_j G, -lap G = delta - 1/area:
+        // 2 pi G = -ln r + pi r^2/(2 area) + Re sum S_n ((x + i y)/side)^n/n.
         const numerics::Complex place(r.x(), r.y()), lattice = place / side;
         const numerics::Complex own = 1.0 / (place * place),
                                 images = (3.0 * s4 * std::pow(lattice, 2) + 7.0 * s8 * std::pow(lattice, 6) +
@@ -206,7 +208,8 @@ double moving_error(double stiffness, double bulk, double dt) {
 }
 
 TEST(PointForce, moving_through_beads_without_and_with_stiffness_drags_the_flow_that_linear_theory_says) {
-    // The force turns by q.U dt < 0.2 a step in the modes that the Gaussian leaves, e^(-2) at q = 5: (0.07)^4/120 = 2e-7 at dt = 0.025.
+    // A step takes the force in by a rule of three points, which errs by (q.U dt)^4/2880; at q = 5, where the Gaussian is e^(-2),
+    // q.U dt = 0.074: 1e-8.
     EXPECT_LT(moving_error(0.0, 0.0, 0.025), 1e-7);
     EXPECT_LT(moving_error(4.0, 0.3, 0.025), 1e-7);
     EXPECT_GT(std::log2(moving_error(4.0, 0.3, 0.1) / moving_error(4.0, 0.3, 0.05)), 3.7);

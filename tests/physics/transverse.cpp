@@ -1,4 +1,4 @@
-// tests/physics/transverse.cpp: order across its own gradient, (0, p_y(x)): standing kinks, and fronts of order that invade disorder.
+// tests/physics/transverse.cpp: order across its own gradient, (0, p_y(x)): standing kinks, and fronts that invade disorder.
 #include <gtest/gtest.h>
 
 #include <cmath>
