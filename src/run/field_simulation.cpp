@@ -97,8 +97,8 @@ World::World(const io::Scene& the_scene, Threads& threads)
       fields(scene.grid, numerics::components(evolution.system().layout)) {
     const numerics::System& system = evolution.system();
     if (scene.output.powers) energy.emplace(evolution.equations(), scene.grid, scene.dealiasing, threads);
-    setting = measure::make_setting(scene.grid, form, system.degree,
-                                    energy ? energy->terms() : std::vector<std::string>{});
+    setting =
+        measure::make_setting(scene.grid, form, system.degree, energy ? energy->terms() : std::vector<std::string>{});
     observables = measure::observables(form, scene.output.powers);
     state = scene.initial.kind == "file"
                 ? spectra_of_file(scene, *this)
@@ -121,7 +121,8 @@ void World::bring_to_grid() {
         return;
     }
     for (int axis = 0; axis < 2; ++axis)
-        std::copy(state[form.bead_velocity + axis].begin(), state[form.bead_velocity + axis].end(), velocity[axis].begin());
+        std::copy(state[form.bead_velocity + axis].begin(), state[form.bead_velocity + axis].end(),
+                  velocity[axis].begin());
 }
 
 io::Recording frame_recording(const World& world) {
@@ -135,10 +136,11 @@ io::Recording frame_recording(const World& world) {
         recording.quantities.push_back({component.name, component.unit, component.meaning, {"y", "x"}});
     if (world.form.velocity == physics::Velocity::slaved)
         for (const char* axis : {"x", "y"})
-            recording.quantities.push_back({text("bead_velocity_{}", axis),
-                                            "mm s-1",
-                                            text("velocity of the beads along {}, in balance with the forces on them", axis),
-                                            {"y", "x"}});
+            recording.quantities.push_back(
+                {text("bead_velocity_{}", axis),
+                 "mm s-1",
+                 text("velocity of the beads along {}, in balance with the forces on them", axis),
+                 {"y", "x"}});
     return recording;
 }
 
@@ -248,7 +250,11 @@ bool is_healthy(Complex value, std::size_t modes) {
                    world.evolution.equations().saturation.is_active()
                        ? "relaxation.saturation does not stop it; or the time step is too large for the nonlinear terms"
                        : "this model has no term to stop it (relaxation.saturation = 0)")
-            : "the time step is too large for the nonlinear terms");
+        : world.evolution.equations().saturation.is_active()
+            ? "the time step is too large for the nonlinear terms"
+            : "the time step is too large for the nonlinear terms, or order grows where the densities have changed and "
+              "this model has no "
+              "term to stop it (relaxation.saturation = 0)");
 }
 }  // namespace
 
