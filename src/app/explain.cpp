@@ -1,11 +1,15 @@
 // app/explain.cpp: drover explain SCENE.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "command.hpp"
 #include "drover/numerics/stepper_table.hpp"
+#include "drover/physics/right_hand_side.hpp"
+#include "drover/run/cost.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/run_scene.hpp"
 
@@ -13,36 +17,70 @@ namespace drover::app {
 
 namespace {
 struct Explanation {
+    std::string form;
     std::vector<physics::Component> fields;
     std::vector<physics::ActiveTerm> terms;
     physics::FastestGrowth growth;
     double fastest_rate = 0.0;  ///< |s|max [1/s]
     std::int64_t steps = 0;
     int threads = 1;
-    int transforms = 0;  ///< per right-hand side
+    physics::TransformCount transforms;  ///< per right-hand side
+    int stages = 0;                      ///< right-hand sides per step; none when every term is linear
+    bool saturates = false;              ///< a term stops the growth of order
+    int degree = 1;                      ///< of the products
+    int kept_x = 0, kept_y = 0;          ///< the largest mode number kept on each axis
     run::Needs needs;
+    std::optional<run::ExpectedTime> time;
 };
+
+/// The largest k with k (degree + 1) < points.
+int largest_kept(int points, int degree) { return (points - 1) / (degree + 1); }
+
+/// Right-hand sides of one step.
+int stages_of(const io::Scene& scene) {
+    const numerics::StepperTable& stepper = numerics::stepper_table(scene.time.stepper);
+    const std::size_t stages = stepper.stages.size();
+    return static_cast<int>(scene.time.tolerance > 0.0 ? std::max(stages, stepper.error.size()) : stages);
+}
 
 Explanation explain(const io::Scene& scene) {
     const physics::Equations equations(scene.model);
     const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
-    return {.fields = physics::component_names(physics::form(scene.model)),
+    return {.form = physics::form_name(equations.form),
+            .fields = physics::component_names(equations.form),
             .terms = physics::active_terms(equations),
             .growth = physics::fastest_growth(system),
             .fastest_rate = physics::fastest_rate(system),
             .steps = io::whole_steps(scene, "time.end", scene.time.end),
             .threads = run::choose_threads(scene),
-            .transforms = 0,  // every term is linear: it acts on the Fourier coefficients alone
-            .needs = run::needs_of(scene)};
+            .transforms = physics::transform_count(equations),
+            .stages = physics::is_nonlinear(equations) ? stages_of(scene) : 0,
+            .saturates = equations.saturation.is_active(),
+            .degree = system.degree,
+            .kept_x = largest_kept(scene.grid.nx, system.degree),
+            .kept_y = largest_kept(scene.grid.ny, system.degree),
+            .needs = run::needs_of(scene),
+            .time = run::needs_of(scene).memory_bytes < run::needs_of(scene).memory_free ? run::expected_time(scene)
+                                                                                         : std::nullopt};
 }
 
 nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
     nlohmann::json fields = nlohmann::json::array(), terms = nlohmann::json::array();
     for (const physics::Component& field : e.fields) fields.push_back({{"name", field.name}, {"unit", field.unit}});
     for (const physics::ActiveTerm& term : e.terms) terms.push_back({{"name", term.name}, {"equation", term.equation}});
-    return {{"fields", fields},
+    const auto seconds = [&](double run::ExpectedTime::*part) {
+        return e.time ? nlohmann::json(*e.time.*part) : nlohmann::json();
+    };
+    return {{"form", e.form},
+            {"fields", fields},
             {"terms", terms},
-            {"transforms_per_right_hand_side", e.transforms},
+            {"transforms_per_right_hand_side", {{"back", e.transforms.back}, {"forth", e.transforms.forth}}},
+            {"right_hand_sides_per_step", e.stages},
+            {"transforms_per_step", e.stages * (e.transforms.back + e.transforms.forth)},
+            {"degree", e.degree},
+            {"largest_mode_kept", {{"x", e.kept_x}, {"y", e.kept_y}}},
+            {"seconds_per_step_estimate", seconds(&run::ExpectedTime::step)},
+            {"seconds_estimate", seconds(&run::ExpectedTime::whole)},
             {"steps", e.steps},
             {"threads", e.threads},
             {"fastest_rate", e.fastest_rate},
@@ -54,30 +92,56 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
             {"archive", run::archive_path(scene).string()}};
 }
 
+std::string duration_text(double seconds) {
+    if (seconds < 120.0) return text("{:.2g} s", seconds);
+    return seconds < 7200.0 ? text("{:.2g} min", seconds / 60.0) : text("{:.3g} h", seconds / 3600.0);
+}
+
+void print_transforms(const Explanation& e) {
+    if (e.stages == 0) {
+        std::printf("  no transforms: every term is linear and acts exactly on the Fourier coefficients\n");
+    } else {
+        const int each = e.transforms.back + e.transforms.forth;
+        std::printf("  %d real transforms per right-hand side (%d to the grid, %d back from it), %d per step\n", each,
+                    e.transforms.back, e.transforms.forth, each * e.stages);
+    }
+    std::printf("  products of degree %d: modes up to %d along x and %d along y are kept\n", e.degree, e.kept_x,
+                e.kept_y);
+}
+
 void print(const io::Scene& scene, const Explanation& e) {
     const numerics::StepperTable& stepper = numerics::stepper_table(scene.time.stepper);
+    std::printf("form: %s\n", e.form.c_str());
     std::printf("fields on %d by %d points, %g by %g mm\n", scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
     for (const physics::Component& field : e.fields)
         std::printf("  %-16s [%s]  %s\n", field.name.c_str(), field.unit.c_str(), field.meaning.c_str());
     std::printf("terms\n");
     for (const physics::ActiveTerm& term : e.terms)
-        std::printf("  %-16s %s\n", term.name.c_str(), term.equation.c_str());
+        std::printf("  %-21s %s\n", term.name.c_str(), term.equation.c_str());
     std::printf("stepper %s, order %d: %s\n", stepper.name.c_str(), stepper.order, stepper.citation.c_str());
-    std::printf("  %d transforms per right-hand side%s; 3 per frame and per sample\n", e.transforms,
-                e.transforms == 0 ? ": every term is linear and acts exactly on the Fourier coefficients" : "");
-    std::printf("  %lld steps of dt = %g s; dt |s|max = %.3g (exact at any)\n", static_cast<long long>(e.steps),
-                scene.time.dt, scene.time.dt * e.fastest_rate);
+    print_transforms(e);
+    std::printf("  %lld steps of dt = %g s%s; linear terms: dt |s|max = %.3g (exact at any)\n",
+                static_cast<long long>(e.steps), scene.time.dt,
+                scene.time.tolerance > 0.0 && e.stages > 0 ? ", each cut into as many as time.tolerance asks for" : "",
+                scene.time.dt * e.fastest_rate);
+    const char* state = e.stages > 0 ? "the state without order is " : "";
     if (e.growth.rate > 0.0)
-        std::printf(
-            "  unstable: a mode grows at %.4g /s at |q| = %.3g /mm, by e^%.3g in this run, and no term stops it\n",
-            e.growth.rate, e.growth.q, e.growth.rate * scene.time.end);
+        std::printf("  %sunstable: a mode grows at %.4g /s at |q| = %.3g /mm, by e^%.3g in this run%s\n", state,
+                    e.growth.rate, e.growth.q, e.growth.rate * scene.time.end,
+                    e.saturates ? " until relaxation.saturation stops it" : ", and no term stops it");
     else if (e.growth.rate == 0.0)
-        std::printf("  neutral: a mode neither grows nor decays at |q| = %.3g /mm\n", e.growth.q);
-    else std::printf("  stable: the slowest mode decays at %.4g /s at |q| = %.3g /mm\n", -e.growth.rate, e.growth.q);
+        std::printf("  %sneutral: a mode neither grows nor decays at |q| = %.3g /mm\n", state, e.growth.q);
+    else
+        std::printf("  %sstable: the slowest mode decays at %.4g /s at |q| = %.3g /mm\n", state, -e.growth.rate,
+                    e.growth.q);
     std::printf("memory %s (%s free), disk at most %s (%s free), %d thread%s\n",
                 bytes_text(e.needs.memory_bytes).c_str(), bytes_text(e.needs.memory_free).c_str(),
                 bytes_text(e.needs.disk_bytes).c_str(), bytes_text(e.needs.disk_free).c_str(), e.threads,
                 e.threads == 1 ? "" : "s");
+    if (e.time)
+        std::printf("wall time about %s, an estimate: %.3g ms a step, %s\n", duration_text(e.time->whole).c_str(),
+                    1e3 * e.time->step,
+                    e.time->scaled ? "scaled from a few steps on a smaller grid" : "from a few steps made just now");
     std::printf("archive %s\n", run::archive_path(scene).c_str());
 }
 }  // namespace

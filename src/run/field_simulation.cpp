@@ -250,7 +250,11 @@ bool is_healthy(Complex value, std::size_t modes) {
                    world.evolution.equations().saturation.is_active()
                        ? "relaxation.saturation does not stop it; or the time step is too large for the nonlinear terms"
                        : "this model has no term to stop it (relaxation.saturation = 0)")
-            : "the time step is too large for the nonlinear terms");
+        : world.evolution.equations().saturation.is_active()
+            ? "the time step is too large for the nonlinear terms"
+            : "the time step is too large for the nonlinear terms, or order grows where the densities have changed and "
+              "this model has no "
+              "term to stop it (relaxation.saturation = 0)");
 }
 }  // namespace
 

@@ -63,7 +63,7 @@ def test_explain_of_a_scene_that_only_diffuses(tmp_path):
     assert [term["name"] for term in told["terms"]] == ["diffusion.rods"] and "0.3" in told["terms"][0]["equation"]
     assert [(field["name"], field["unit"]) for field in told["fields"]] == [
         ("rod_density", "mm-2"), ("polar_order_x", "mm-2"), ("polar_order_y", "mm-2")]
-    assert told["transforms_per_right_hand_side"] == 0 and told["archive"] == "flock.h5"
+    assert told["transforms_per_right_hand_side"] == {"back": 0, "forth": 0} and told["archive"] == "flock.h5"
     assert 3 * 32 * 16 * 8 < told["memory_bytes"] < 1e7  # at least the fields themselves
     text = drover(tmp_path, "explain", "flock.toml").stdout
     assert "fields on 32 by 16 points, 20 by 5 mm" in text and "400 steps of dt = 0.25 s" in text

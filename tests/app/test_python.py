@@ -405,6 +405,38 @@ def test_a_run_without_linear_theory_is_drawn_and_says_so(tmp_path, settings, wo
         assert overlaps(opened) == []
 
 
+NO_RODS = ["fields.rod_density=false", "current.speed=0", "pressure.rods=0", "diffusion.rods=0", "noise.rods=0"]
+BEADS = ["fields.bead_density=true", "drag.coefficient=2", "driving.strength=1", "weathercock.strength=1", "compressibility.beads=2",
+         "noise.order=0.01", "noise.beads=0.001"]
+FLOW = ["noise.order=0", "initial.kind=uniform", "force.kind=point", "force.x=0.1", "viscosity.shear=2", "time.end=5", "output.frame_every=5"]
+FORMS = {  # settings, names of fields, what the map's title says
+    "polar": (NO_RODS, {"polar_order"}, "polar order and its size"),
+    "rods, mean orientation": (["current.kind=density-order", "relaxation.saturation=1"], {"rod_density", "polar_order"},
+                               "rod density and polar order"),
+    "dilute": ([*NO_RODS, *BEADS, "fields.bead_velocity=dynamic"], {"bead_density", "bead_velocity", "polar_order"},
+               "bead density and polar order"),
+    "two-component": ([*BEADS, "fields.bead_velocity=dynamic"], {"bead_density", "rod_density", "bead_velocity", "polar_order"},
+                      "rod density and polar order"),
+    "overdamped": ([*BEADS, "fields.bead_velocity=slaved"], {"bead_density", "rod_density", "bead_velocity", "polar_order"},
+                   "rod density and polar order"),
+    "flow alone": ([*NO_RODS, *BEADS, *FLOW, "fields.bead_velocity=dynamic", "noise.beads=0", "weathercock.strength=0"],
+                   {"bead_density", "bead_velocity", "polar_order"}, "bead density and bead velocity"),
+}
+
+
+@pytest.mark.parametrize("shape", ["square", "wide"])
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_is_opened_and_drawn(tmp_path, form, shape):
+    settings, fields, words = FORMS[form]
+    with drover.open_run(run(tmp_path, [*shape_settings(shape), *settings])) as opened:
+        assert {name.removesuffix("_x").removesuffix("_y") for name in opened.frames.data_vars} == fields
+        unit = "mm-2" if form in ("two-component", "overdamped") else "1"
+        assert opened.frames.polar_order_x.units == unit
+        picture = figure.draw(opened)
+        assert f"(a) {words}" in [axes.get_title(loc="left") for axes in picture.axes]
+        assert overlaps(opened) == []
+
+
 def test_a_frame_can_be_chosen(copy):
     assert not numpy.array_equal(draw(copy, "--output", copy.with_name("a.png"), "--frame", 0),
                                  draw(copy, "--output", copy.with_name("b.png"), "--frame", 2))

@@ -17,6 +17,7 @@ FLOW_PARTS = (("velocity_along", r"$\mathbf{v}$ along $\mathbf{q}$", VERMILLION,
               ("velocity_across", r"$\mathbf{v}$ across $\mathbf{q}$", GREEN, "^"))
 # What a map can show, the first that the form has; and what its arrows can, the first that is not zero.
 COLOURS = (("rod_density", "rod density", r"\sigma"), ("bead_density", "bead density", r"\rho"))
+SIZE_OF_ORDER = "size of the polar order"
 ARROWS = (("polar_order", "polar order", r"\mathbf{p}"), ("bead_velocity", "bead velocity", r"\mathbf{v}"))
 PIXELS_MOST, ARROWS_MOST = 64, 16  # along the longer side of the cell, roughly
 SHELLS_A_DECADE = 12               # points of S(q) that are drawn
@@ -46,7 +47,7 @@ def colours_of(run, frame):
         if name in run.frames:
             return loaded(run.frames[name].isel(time=frame), run.path), words, symbol
     x, y = (loaded(run.frames[f"polar_order_{axis}"].isel(time=frame), run.path) for axis in "xy")
-    return numpy.hypot(x, y).assign_attrs(x.attrs), "size of the polar order", r"|\mathbf{p}|"
+    return numpy.hypot(x, y).assign_attrs(x.attrs), SIZE_OF_ORDER, r"|\mathbf{p}|"
 
 
 def arrows_of(run, frame):
@@ -62,7 +63,8 @@ def arrows_of(run, frame):
 
 
 def map_title(run, frame):
-    return f"{colours_of(run, frame)[1]} and {arrows_of(run, frame)[1]}"
+    colours, arrows = colours_of(run, frame)[1], arrows_of(run, frame)[1]
+    return f"{arrows} and its size" if colours == SIZE_OF_ORDER else f"{colours} and {arrows}"
 
 
 def with_value(words, array):

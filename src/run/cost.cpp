@@ -1,0 +1,70 @@
+// run/cost.cpp: timing a few steps of a scene.
+#include "drover/run/cost.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "drover/run/field_simulation.hpp"
+
+namespace drover::run {
+
+namespace {
+constexpr double seconds_of_steps = 0.2;
+constexpr int steps_most = 50;
+constexpr double points_most = 256.0 * 256.0;  // of the grid that is timed
+
+double seconds_of(const std::function<void()>& action) {
+    const auto start = std::chrono::steady_clock::now();
+    action();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double work(const numerics::Grid& grid) {
+    const auto points = static_cast<double>(numerics::points(grid));
+    return points * std::log2(points);
+}
+
+/// Rows of a recording in the whole run.
+double rows(const ScheduledRecording& recording, std::int64_t steps) {
+    return recording.every == 0 ? 2.0
+                                : 1.0 + std::floor(static_cast<double>(steps) / static_cast<double>(recording.every));
+}
+}  // namespace
+
+std::optional<ExpectedTime> expected_time(const io::Scene& scene) {
+    io::Scene timed = scene;
+    if (timed.initial.kind != "formula") timed.initial = {};
+    while (static_cast<double>(numerics::points(timed.grid)) > points_most && timed.grid.nx % 4 == 0 &&
+           timed.grid.ny % 4 == 0 && std::min(timed.grid.nx, timed.grid.ny) > 8) {
+        timed.grid.nx /= 2;
+        timed.grid.ny /= 2;
+    }
+    const double larger = work(scene.grid) / work(timed.grid);
+    try {
+        Threads threads(choose_threads(scene));
+        Simulation simulation = make_field_simulation(timed, threads);
+        std::int64_t step = 0;
+        const auto advance = [&] { simulation.advance(step++); };
+        const auto most = std::min<std::int64_t>(simulation.steps, steps_most);
+        if (most > 1) advance();  // the first touches all memory
+        std::vector<double> times;
+        double spent = 0.0;
+        while (times.empty() || (step < most && spent < seconds_of_steps)) {
+            times.push_back(seconds_of(advance));
+            spent += times.back();
+        }
+        std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
+        ExpectedTime result{.step = larger * times[times.size() / 2], .scaled = larger > 1.0};
+        result.whole = result.step * static_cast<double>(simulation.steps);
+        for (const ScheduledRecording& recording : simulation.recordings)
+            result.whole += larger * rows(recording, simulation.steps) * seconds_of([&] { recording.observe(); });
+        return result;
+    } catch (const Error&) {
+        return std::nullopt;  // the run itself says why
+    }
+}
+
+}  // namespace drover::run
