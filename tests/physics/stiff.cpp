@@ -3,9 +3,7 @@
 
 #include <cmath>
 
-#include "drover/numerics/stepper.hpp"
-#include "drover/physics/initial_state.hpp"
-#include "full_model.hpp"
+#include "solver_support.hpp"
 
 namespace drover::physics {
 namespace {
@@ -28,18 +26,8 @@ Model flock(double drag, double stiffness) {
             .pressure = {.beads = 0.2, .rods = 0.5}};
 }
 
-numerics::Spectra evolved(const Model& model, const std::string& method, double dt, int steps,
-                          numerics::Spectra state) {
-    Threads threads(1);
-    const Equations equations(model);
-    const WholeRate whole(equations, grid, reference(model.uniform), threads);
-    numerics::Stepper stepper(whole.system, numerics::stepper_table(method), dt, 1, threads);
-    for (int i = 0; i < steps; ++i) stepper.step(i * dt, static_cast<std::uint64_t>(i), state);
-    return state;
-}
-
 /// An ordered flock with waves in every field, once the fast modes of the start have died out.
-numerics::Spectra developed(const Model& model, double dt) {
+numerics::Spectra developed(const Model& model, const numerics::System& system, double dt) {
     Threads threads(1);
     const InitialState waves{.kind = "formula",
                              .bead_density = "1 + 0.15 * cos(2*pi*x/32) * sin(2*pi*y/32 + 0.3)",
@@ -47,24 +35,21 @@ numerics::Spectra developed(const Model& model, double dt) {
                              .bead_velocity_x = "0.3",
                              .polar_order_x = "0.6 + 0.1 * cos(2*pi*y/32)",
                              .polar_order_y = "0.1 * sin(2*pi*(x - 2*y)/32)"};
-    const numerics::Spectra start = initial_spectra(waves, model, linear_system(model, grid), 1, threads);
-    return evolved(model, "etdrk4", dt / 32.0, 640, start);
-}
-
-double distance(const numerics::Spectra& a, const numerics::Spectra& b) {
-    double largest = 0.0;
-    for (std::size_t m = 0; m < a.values.size(); ++m) largest = std::max(largest, std::abs(a.values[m] - b.values[m]));
-    return largest;
+    const numerics::Spectra start = initial_spectra(waves, model, system, 1, threads);
+    return evolved(system, "etdrk4", dt / 32.0, 640, start);
 }
 
 /// Errors after 20 dt with steps of dt and of the two divisions given, beside a reference of the fourth-order method.
 void expect_order(const Model& model, double dt, int division, int reference_division) {
-    const numerics::Spectra start = developed(model, dt), reference = evolved(model, "etdrk4", dt / reference_division,
-                                                                              20 * reference_division, start);
+    Threads threads(1);
+    const WholeRate whole(Equations(model), grid, physics::reference(model.uniform), threads);
+    const numerics::Spectra start = developed(model, whole.system, dt),
+                            reference = evolved(whole.system, "etdrk4", dt / reference_division,
+                                                20 * reference_division, start);
     for (const auto& [method, order] : {std::pair{"exponential-euler", 1.0}, {"etdrk2", 2.0}, {"etdrk4", 4.0}}) {
         std::vector<double> errors;
         for (const int parts : {1, division, 2 * division})
-            errors.push_back(distance(evolved(model, method, dt / parts, 20 * parts, start), reference));
+            errors.push_back(distance(evolved(whole.system, method, dt / parts, 20 * parts, start), reference));
         EXPECT_GT(std::log2(errors[1] / errors[2]), order - 0.1) << method << ": " << errors[1] << ", " << errors[2];
         // Right, not only stable: dt of slow rates of order one is 0.05 to 0.1, to the power of the method.
         EXPECT_LT(errors[0], order == 1.0 ? 1e-2 : 1e-3) << method;
