@@ -11,7 +11,8 @@ namespace drover {
 namespace {
 spdlog::logger& logger() {
     static const std::shared_ptr<spdlog::logger> shared = [] {
-        const bool plain = std::getenv("NO_COLOR") != nullptr;
+        const char* no_color = std::getenv("NO_COLOR");  // set and not empty, as no-color.org says
+        const bool plain = no_color != nullptr && *no_color != '\0';
         auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>(plain ? spdlog::color_mode::never
                                                                                 : spdlog::color_mode::automatic);
         auto made = std::make_shared<spdlog::logger>("drover", std::move(sink));

@@ -9,6 +9,8 @@ namespace drover::run {
 namespace {
 std::string cell(double value) { return std::isfinite(value) ? text("{:>11.5g}", value) : text("{:>11}", "-"); }
 
+std::string exponent_cell(double value) { return std::isfinite(value) ? text("{:>9.4f}", value) : text("{:>9}", "-"); }
+
 std::string error_cell(const measure::Estimate& estimate) {
     return estimate.error ? text("{:>9.2g}", *estimate.error) : text("{:>9}", "refused");
 }
@@ -62,8 +64,8 @@ void add_boxes(const Report& report, const std::string& what, std::string& out) 
                     cell(deviation->estimates[b].mean), error_cell(deviation->estimates[b]), cell(predicted),
                     deviation_cell(deviation->estimates[b], predicted));
         if (b + 1 < number->estimates.size())
-            out += text("   {:>9.4f} {} {}", exponent->estimates[b].mean, error_cell(exponent->estimates[b]),
-                        linear_exponent ? text("{:>9.4f}", linear_exponent->values[b]) : text("{:>9}", "-"));
+            out += text("   {} {} {}", exponent_cell(exponent->estimates[b].mean), error_cell(exponent->estimates[b]),
+                        exponent_cell(linear_exponent ? linear_exponent->values[b] : NAN));
         out += '\n';
     }
 }
