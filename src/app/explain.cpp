@@ -92,11 +92,6 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
             {"archive", run::archive_path(scene).string()}};
 }
 
-std::string duration_text(double seconds) {
-    if (seconds < 120.0) return text("{:.2g} s", seconds);
-    return seconds < 7200.0 ? text("{:.2g} min", seconds / 60.0) : text("{:.3g} h", seconds / 3600.0);
-}
-
 void print_transforms(const Explanation& e) {
     if (e.stages == 0) {
         std::printf("  no transforms: every term is linear and acts exactly on the Fourier coefficients\n");
