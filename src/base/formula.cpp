@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -42,6 +43,9 @@ public:
     Parser(const std::string& written, const Where& where) : written_(written), where_(where) {}
 
     Value whole() {
+        constexpr std::size_t most = 10000;  // every term of a long sum stands on the stack when it is taken
+        require(written_.size() <= most, where_, "the formula \"{}...\" has {} characters; expected at most {}",
+                written_.substr(0, 20), written_.size(), most);
         Value result = sum();
         if (skip() != '\0') refuse("an operator");
         return result;
@@ -59,8 +63,8 @@ private:
     }
     [[noreturn]] void refuse(const std::string& expected) {
         const std::string found = skip() == '\0' ? "its end" : text("\"{}\"", written_.substr(at_, 8));
-        fail_input(where_, "the formula \"{}\" cannot be read at {} (character {}); expected {}", written_, found, at_ + 1,
-                   expected);
+        fail_input(where_, "the formula \"{}\" cannot be read at {} (character {}); expected {}", written_, found,
+                   at_ + 1, expected);
     }
     void expect(char wanted) {
         if (!take(wanted)) refuse(text("\"{}\"", wanted));
@@ -70,7 +74,8 @@ private:
         const Nesting nesting(*this);
         Value left = product();
         for (;;) {
-            if (take('+')) left = [a = std::move(left), b = product()](double x, double y) { return a(x, y) + b(x, y); };
+            if (take('+'))
+                left = [a = std::move(left), b = product()](double x, double y) { return a(x, y) + b(x, y); };
             else if (take('-'))
                 left = [a = std::move(left), b = product()](double x, double y) { return a(x, y) - b(x, y); };
             else return left;
@@ -106,10 +111,12 @@ private:
         refuse("a number, x, y, pi, a function or \"(\"");
     }
     Value number() {
-        char* end = nullptr;
-        const double value = std::strtod(written_.c_str() + at_, &end);
-        if (end == written_.c_str() + at_) refuse("a number");
-        at_ = static_cast<std::size_t>(end - written_.c_str());
+        double value = 0.0;
+        const char* begin = written_.data() + at_;
+        const auto [end, trouble] = std::from_chars(begin, written_.data() + written_.size(), value);
+        if (trouble == std::errc::result_out_of_range) refuse("a number between 1e-307 and 1e308");
+        if (trouble != std::errc()) refuse("a number");
+        at_ += static_cast<std::size_t>(end - begin);
         return [value](double, double) { return value; };
     }
     Value name() {

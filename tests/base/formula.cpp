@@ -54,6 +54,22 @@ TEST(Formula, that_cannot_be_read_is_refused_with_its_place_and_the_character) {
         }
 }
 
+TEST(Formula, knows_decimal_numbers_alone_and_says_which_letter_it_expected) {
+    EXPECT_THROW(Formula("0x10"), Error);
+    EXPECT_THROW(Formula("1e999"), Error);
+    try {
+        static_cast<void>(Formula("(2"));
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("expected \")\""), std::string::npos) << error.what();
+    }
+}
+
+TEST(Formula, longer_than_the_stack_can_hold_is_refused) {
+    std::string sum = "1";
+    for (int i = 0; i < 10000; ++i) sum += "+1";
+    EXPECT_THROW(static_cast<void>(Formula(sum)), Error);
+}
+
 TEST(Formula, nested_beyond_reason_is_refused_and_not_the_end_of_the_stack) {
     EXPECT_THROW(Formula(std::string(100000, '(')), Error);
     EXPECT_THROW(Formula(std::string(100000, '-') + "1"), Error);

@@ -33,6 +33,8 @@ TEST(Text, tells_sizes_and_times) {
     EXPECT_EQ(duration_text(7500), "2 h 05 min");
 }
 
+TEST(Text, writes_a_letter_as_a_letter) { EXPECT_EQ(text("\"{}\" and \"{}\"", ')', "b"[0]), "\")\" and \"b\""); }
+
 TEST(Place, names_what_is_known) {
     EXPECT_EQ(place_text({"flock.toml", 14, 3}), "flock.toml:14:3");
     EXPECT_EQ(place_text({"flock.toml", 14, 0}), "flock.toml:14");

@@ -17,6 +17,7 @@ class TextArgument {
 public:
     using Held = std::variant<bool, std::int64_t, std::uint64_t, double, std::string_view>;
     TextArgument(bool value) : held_(value) {}
+    TextArgument(const char& value) : held_(std::string_view(&value, 1)) {}  ///< a letter, not its number
     TextArgument(std::signed_integral auto value) : held_(static_cast<std::int64_t>(value)) {}
     TextArgument(std::unsigned_integral auto value) : held_(static_cast<std::uint64_t>(value)) {}
     TextArgument(double value) : held_(value) {}
