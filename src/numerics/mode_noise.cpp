@@ -9,7 +9,8 @@ void add_mode_noise(const NoiseDraw& draw, const Layout& layout, Threads& thread
                            [&](std::size_t begin, std::size_t end) {
                                std::vector<double> normal;
                                for (std::size_t row = begin; row < end; ++row)
-                                   add_row_noise<Scalars, Vectors>(draw, row, kept_in_row(draw.grid, draw.wavenumbers, row),
+                                   add_row_noise<Scalars, Vectors>(draw, row,
+                                                                   kept_in_row(draw.grid, draw.wavenumbers, row),
                                                                    normal, to.values.data() + row * columns(draw.grid),
                                                                    to.stride);
                            });

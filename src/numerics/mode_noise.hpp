@@ -25,7 +25,8 @@ void add_mode_noise(const NoiseDraw& draw, const Layout& layout, Threads& thread
 
 /// out = scale * matrix * normal, two normal numbers for each complex one.
 template <std::size_t N>
-[[gnu::always_inline]] inline void noise_of(const double* matrix, const double* normal, const Pair& scale, Pair (&out)[N]) {
+[[gnu::always_inline]] inline void noise_of(const double* matrix, const double* normal, const Pair& scale,
+                                            Pair (&out)[N]) {
     for (std::size_t i = 0; i < N; ++i) {
         Pair sum{};
         for (std::size_t k = 0; k < N; ++k) sum += matrix[i * N + k] * Pair{normal[2 * k], normal[2 * k + 1]};
@@ -45,8 +46,7 @@ void add_row_noise(const NoiseDraw& draw, std::size_t row, std::size_t kept, std
     fill_normal(draw.key, row * width, normals, std::span(normal.data(), kept * normals));
     // The conjugate of a mode of column 0 is stored too: it takes the numbers of its partner.
     const bool is_partner = 2 * row > rows;
-    if (is_partner && kept > 0)
-        fill_normal(draw.key, (rows - row) * width, normals, std::span(normal.data(), normals));
+    if (is_partner && kept > 0) fill_normal(draw.key, (rows - row) * width, normals, std::span(normal.data(), normals));
     for (std::size_t i = 0; i < kept; ++i) {
         const Pair scale = i > 0      ? Pair{half, half}
                            : row == 0 ? Pair{whole, 0.0}

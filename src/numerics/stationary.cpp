@@ -44,7 +44,8 @@ void draw_stationary(const System& system, const RandomKey& key, Spectra& state)
     }
     std::fill(state.values.begin(), state.values.end(), Complex(0.0));
     Threads one(1);
-    add_mode_noise({.grid = system.grid, .wavenumbers = wavenumbers, .factors = factors, .key = key}, system.layout, one, state);
+    add_mode_noise({.grid = system.grid, .wavenumbers = wavenumbers, .factors = factors, .key = key}, system.layout,
+                   one, state);
 }
 
 }  // namespace drover::numerics

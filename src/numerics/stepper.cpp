@@ -209,7 +209,8 @@ Source Stepper::Work::source_of(const std::vector<WeightedInput>& inputs, const 
     return {room, count};
 }
 
-void Stepper::Work::combine(const Combination& combination, const Spectra& old, const NoiseSource& noise, Spectra& out) {
+void Stepper::Work::combine(const Combination& combination, const Spectra& old, const NoiseSource& noise,
+                            Spectra& out) {
     for_layout(system.layout, [&]<int Scalars, int Vectors>() {
         constexpr std::size_t along = Scalars + Vectors, across = Vectors, entries = along * along + across * across;
         constexpr std::size_t count = Scalars + 2 * Vectors;
@@ -219,7 +220,8 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
         const Spectra* begun = from_previous ? &stage : noise.drawn;
         const NoiseDraw* fresh = from_previous ? nullptr : noise.fresh;
         // A row of each component at a time: long reads from memory, then work in the first-level cache.
-        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& room, std::vector<double>& normal) {
+        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& room,
+                                std::vector<double>& normal) {
             room.resize(uses.size() * count * kept);
             std::array<Source, uses_most> sources;
             for (std::size_t u = 0; u < uses.size(); ++u)
@@ -229,10 +231,12 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
                 if (!begun) std::fill_n(to, kept, Complex(0.0));
                 else if (begun != &out) std::copy_n(begun->values.data() + c * begun->stride + row * width, kept, to);
             }
-            if (fresh) add_row_noise<Scalars, Vectors>(*fresh, row, kept, normal, out.values.data() + row * width, out.stride);
+            if (fresh)
+                add_row_noise<Scalars, Vectors>(*fresh, row, kept, normal, out.values.data() + row * width, out.stride);
             const std::size_t doubles = uses.size() * entries;
             const auto matrices_of = [&](std::size_t i) {
-                return combination.matrices.data() + static_cast<std::size_t>(wavenumbers.of_mode[row * width + i]) * doubles;
+                return combination.matrices.data() +
+                       static_cast<std::size_t>(wavenumbers.of_mode[row * width + i]) * doubles;
             };
             for (std::size_t i = 0; i < kept; ++i) {
                 // Neighbours in a row have matrices far apart: the next is fetched while this one works.
@@ -292,7 +296,8 @@ void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spect
         const Combination& combination = combinations[s];
         NoiseSource noise;
         std::optional<NoiseDraw> draw;
-        if (combination.noise >= 0 && !noises.empty()) noise.drawn = &noises[static_cast<std::size_t>(combination.noise)];
+        if (combination.noise >= 0 && !noises.empty())
+            noise.drawn = &noises[static_cast<std::size_t>(combination.noise)];
         else if (combination.noise >= 0) noise.fresh = &draw.emplace(draw_of(0, step_number));
         combine(combination, state, noise, s == last ? next : stage);
     }

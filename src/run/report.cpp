@@ -73,8 +73,8 @@ void predict(Report& report) {
     const bool velocity = form.bead_velocity >= 0;  // a slaved velocity is no field of the linear theory
     for (const auto& [name, part, has] :
          {std::tuple{"rods", &Part::rods, rods}, std::tuple{"beads", &Part::beads, beads},
-          std::tuple{"beads_rods", &Part::beads_rods, beads && rods}, std::tuple{"order_along", &Part::order_along, true},
-          std::tuple{"order_across", &Part::order_across, true},
+          std::tuple{"beads_rods", &Part::beads_rods, beads && rods},
+          std::tuple{"order_along", &Part::order_along, true}, std::tuple{"order_across", &Part::order_across, true},
           std::tuple{"velocity_along", &Part::velocity_along, velocity},
           std::tuple{"velocity_across", &Part::velocity_across, velocity}})
         if (has)
