@@ -230,14 +230,14 @@ def draw_numbers(upper, lower, run):
     numbers = results.number_fluctuations(run)
     if not is_drawable(numbers) or not (numbers.mean > ROUNDING * numbers.x).any():
         for axes in (upper, lower):
-            say_instead(axes, "no fluctuations\nof the number of rods")
+            say_instead(axes, f"no fluctuations\nof the number of {results.counted(run) or 'rod'}s")
         return []
     draw_result(upper, numbers, BLUE, "o")
     upper.plot(numbers.x, numpy.sqrt(numbers.x), color=GREY, linestyle=":")
     log_axes(upper)
     upper.set_ylabel(r"deviation $\Delta N$")
     upper.tick_params(which="both", labelbottom=False)
-    keys = number_keys(numbers)
+    keys = number_keys(numbers, results.counted(run))
     make_room_below(upper, len(keys) - 1)  # the points rise: there is some already
     upper.legend(handles=keys, loc="lower right")
     exponents = results.number_exponents(run, numbers)
@@ -245,14 +245,14 @@ def draw_numbers(upper, lower, run):
     lower.axhline(0.5, color=GREY, linestyle=":")
     log_axes(lower, x_alone=True)
     lower.set_xlim(upper.get_xlim())
-    lower.set_xlabel("mean number $N$ of rods in a box")
+    lower.set_xlabel(f"mean number $N$ of {results.counted(run)}s in a box")
     lower.set_ylabel(r"d ln $\Delta N$ / d ln $N$")
     return [numbers, exponents]
 
 
-def number_keys(numbers):
+def number_keys(numbers, what):
     theory = [key_of("linear theory", BLUE, line="-")] if numbers.has_linear else []
-    return [key_of("this run", BLUE, "o"), *theory, key_of(r"independent rods, $\sqrt{N}$", line=":")]
+    return [key_of("this run", BLUE, "o"), *theory, key_of(rf"independent {what}s, $\sqrt{{N}}$", line=":")]
 
 
 def draw_order(axes, run, columns):

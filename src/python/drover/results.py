@@ -31,24 +31,30 @@ def structure_factor(run, part):
     return bare(q, loaded(run.observables[name], run.path).mean("time").values)
 
 
+def counted(run):
+    """What number fluctuations are of: "rod", "bead" in a model without rods, or None."""
+    return next((what for what in ("rod", "bead") if f"{what}_number_variance" in run.observables), None)
+
+
 def number_fluctuations(run):
-    """Deviation DN of the number of rods in a box over its mean N; None where the run did not measure it."""
-    if "rod_number_variance" not in run.observables:
+    """Deviation DN of the number of rods (or beads) in a box over its mean N; None where the run did not measure it."""
+    what = counted(run)
+    if what is None:
         return None
     if run.summary is not None:
-        return summarised(run, "rod_number_deviation", loaded(run.summary["rod_number"], run.path).values)
-    variance = loaded(run.observables["rod_number_variance"], run.path).mean("time").values
+        return summarised(run, f"{what}_number_deviation", loaded(run.summary[f"{what}_number"], run.path).values)
+    variance = loaded(run.observables[f"{what}_number_variance"], run.path).mean("time").values
     x, side = run.frames["x"].values, run.observables["box_side"].values
     cells = numpy.rint(side / (x[1] - x[0]))  # as many along y
-    rods = loaded(run.observables["rods_total"], run.path).mean().item()
-    return bare(rods * cells**2 / (run.frames.sizes["x"] * run.frames.sizes["y"]), numpy.sqrt(variance))
+    total = loaded(run.observables[f"{what}s_total"], run.path).mean().item()
+    return bare(total * cells**2 / (run.frames.sizes["x"] * run.frames.sizes["y"]), numpy.sqrt(variance))
 
 
 def number_exponents(run, numbers):
     """Local exponents d ln DN/d ln N, each between two boxes, over the geometric mean of their N."""
     middle = numpy.sqrt(numbers.x[1:] * numbers.x[:-1])
     if run.summary is not None:
-        whole = summarised(run, "rod_number_exponent", numbers.x)  # its last is not-a-number: no box is larger
+        whole = summarised(run, f"{counted(run)}_number_exponent", numbers.x)  # its last is not-a-number: no box is larger
         return Result(middle, whole.mean[:-1], whole.error[:-1], whole.linear[:-1])
     with numpy.errstate(divide="ignore", invalid="ignore"):
         return bare(middle, numpy.diff(numpy.log(numbers.mean)) / numpy.diff(numpy.log(numbers.x)))
