@@ -44,10 +44,6 @@ Coefficient compiled(const Varying& written, const TableData& table, const Place
     return {written.constant, std::move(monomials)};
 }
 
-struct Coefficients {
-    Coefficient relaxation, saturation, drag, driving, weathercock;
-};
-
 Coefficients compile(const Model& m, const PlaceOf& place) {
     const auto make = [&](const Varying& written) { return compiled(written, m.table, place); };
     return {.relaxation = make({"relaxation.rate", "relaxation.rate_terms", "relaxation_rate", m.relaxation.rate,
@@ -90,10 +86,7 @@ void check_fields(const Model& m, const Coefficients& c, const PlaceOf& place) {
     needs(m.viscosity.bulk != 0.0, velocity, "viscosity.bulk", "bead_velocity");
     needs(m.force.kind != "none", velocity, "force.kind", "bead_velocity");
     needs(m.inertia.advection, dynamic, "inertia.advection", "bead_velocity");
-    for (const auto& [key, coefficient] :
-         {std::pair{"relaxation.rate", &c.relaxation}, std::pair{"relaxation.saturation", &c.saturation},
-          std::pair{"drag.coefficient", &c.drag}, std::pair{"driving.strength", &c.driving},
-          std::pair{"weathercock.strength", &c.weathercock}}) {
+    for (const auto& [key, coefficient] : named(c)) {
         require(beads || !coefficient->depends_on_beads(), place(text("{}_terms", key)),
                 "{} depends on the bead density, which fields.bead_density leaves out; give the field", key);
         require(rods || !coefficient->depends_on_rods(), place(text("{}_terms", key)),
@@ -126,10 +119,7 @@ void check(const Model& model, const PlaceOf& place) {
             "fields.bead_density = true with fields.bead_velocity = \"absent\": nothing moves the beads; give a "
             "velocity, or leave them "
             "out");
-    for (const auto& [name, coefficient] :
-         {std::pair{"relaxation.rate", &c.relaxation}, std::pair{"relaxation.saturation", &c.saturation},
-          std::pair{"drag.coefficient", &c.drag}, std::pair{"driving.strength", &c.driving},
-          std::pair{"weathercock.strength", &c.weathercock}})
+    for (const auto& [name, coefficient] : named(c))
         require(
             std::isfinite(coefficient->at(model.uniform.bead_density, model.uniform.rod_density).value),
             place("uniform.rod_density"),
@@ -141,12 +131,7 @@ void check(const Model& model, const PlaceOf& place) {
 
 Equations::Equations(const Model& the_model) : model(the_model), form(physics::form(the_model)) {
     check(model);
-    Coefficients c = compile(model, nowhere);
-    relaxation = std::move(c.relaxation);
-    saturation = std::move(c.saturation);
-    drag = std::move(c.drag);
-    driving = std::move(c.driving);
-    weathercock = std::move(c.weathercock);
+    static_cast<Coefficients&>(*this) = compile(model, nowhere);
     for (const Term& term : terms())
         if (term.is_active(*this)) active.push_back(&term);
 }

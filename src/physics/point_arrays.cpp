@@ -15,6 +15,10 @@ bool has_force(const Equations& e) {
 }
 }  // namespace
 
+unsigned reads_of(const Coefficient& c) {
+    return (c.depends_on_beads() ? unsigned{reads_beads} : 0u) | (c.depends_on_rods() ? unsigned{reads_rods} : 0u);
+}
+
 bool slaved_varies(const Equations& e) {
     return e.form.velocity == Velocity::slaved && (e.drag.varies() || e.driving.varies());
 }
@@ -33,12 +37,7 @@ Arrays arrays_of(const Equations& e) {
         writes |= writes_velocity;
     }
     if (writes & writes_force) writes |= writes_velocity;
-    if (slaved_varies(e) && (reads & reads_velocity)) {
-        reads |= reads_order;
-        for (const Coefficient* c : {&e.drag, &e.driving})
-            reads |= (c->depends_on_beads() ? unsigned{reads_beads} : 0u) |
-                     (c->depends_on_rods() ? unsigned{reads_rods} : 0u);
-    }
+    if (slaved_varies(e) && (reads & reads_velocity)) reads |= reads_order | reads_of(e.drag) | reads_of(e.driving);
     Arrays a;
     const auto place = [](bool wanted, int width, int& next, int& at) {
         if (!wanted) return;

@@ -12,7 +12,10 @@ struct Arrays {
 };
 Arrays arrays_of(const Equations& equations);
 
-/// A slaved velocity is no linear function of the fields.
+/// The densities that a coefficient depends on, as inputs of a term.
+unsigned reads_of(const Coefficient& coefficient);
+
+/// A slaved velocity whose drag or driving depends on the densities: it is no linear function of the fields.
 bool slaved_varies(const Equations& equations);
 
 }  // namespace drover::physics

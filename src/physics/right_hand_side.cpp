@@ -1,13 +1,11 @@
 // physics/right_hand_side.cpp: fields to the grid, every active term at its points, and back.
 #include "drover/physics/right_hand_side.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <mutex>
-#include <numbers>
 
 #include "body_force.hpp"
 #include "drover/numerics/transform.hpp"
@@ -61,6 +59,7 @@ struct RightHandSide::Work {
     numerics::Transform transform;
     numerics::DistinctWavenumbers wavenumbers;
     std::vector<VelocityRow> velocity_rows;  // of each |q|
+    std::vector<const Term*> acting;         // those that are not linear
     bool forced;                             // by the term "force"
     Spectra made;                            // force or slaved velocity (2), curls, then what comes back
     double drag_ref, driving_ref;
@@ -118,6 +117,8 @@ RightHandSide::Work::Work(const Equations& equations, const numerics::System& li
       drag_ref(e.drag.at(ref.bead_density, ref.rod_density).value),
       driving_ref(e.driving.at(ref.bead_density, ref.rod_density).value),
       force_varies(e.form.velocity == Velocity::dynamic && (e.drag.varies() || e.driving.varies())) {
+    for (const Term* term : e.active)
+        if (term->act && term->cost(e).writes != 0) acting.push_back(term);
     if (e.form.velocity != Velocity::absent)
         for (const double q : wavenumbers.q) velocity_rows.push_back(velocity_row(e, ref, q));
 }
@@ -235,8 +236,7 @@ void RightHandSide::Work::at_points(const numerics::Strip& strip) {
             balance_velocity(f, {room[2].data(), room[3].data()});
             f.velocity = {room[2].data(), room[3].data()};
         }
-        for (const Term* term : e.active)
-            if (term->act && term->cost(e).writes != 0) term->act(e, ref, f, r);
+        for (const Term* term : acting) term->act(e, ref, f, r);
         if (e.form.velocity == Velocity::dynamic && arrays.velocity_rate >= 0) divide_by_mass(f, r);
     }
 }
@@ -360,10 +360,7 @@ void RightHandSide::Work::check_densities() const {
                         "a slaved velocity divides by it",
                         e.drag.at(beads, rods).value, beads, rods);
     }
-    for (const auto& [name, c] :
-         {std::pair{"relaxation.rate", &e.relaxation}, std::pair{"relaxation.saturation", &e.saturation},
-          std::pair{"drag.coefficient", &e.drag}, std::pair{"driving.strength", &e.driving},
-          std::pair{"weathercock.strength", &e.weathercock}}) {
+    for (const auto& [name, c] : named(e)) {
         if (!c->table()) continue;
         const auto finite = [](double value) { return std::isfinite(value) ? value : 0.0; };
         for (const auto& [beads, rods] :

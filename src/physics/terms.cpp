@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "drover/physics/term.hpp"
+#include "point_arrays.hpp"
 
 namespace drover::physics {
 
@@ -16,15 +17,6 @@ bool has_beads(const Equations& e) { return e.form.bead_density >= 0; }
 bool has_rods(const Equations& e) { return e.form.rod_density >= 0; }
 bool has_velocity(const Equations& e) { return e.form.velocity != Velocity::absent; }
 bool is_dynamic(const Equations& e) { return e.form.velocity == Velocity::dynamic; }
-
-/// A slaved velocity whose drag or driving depends on the densities is no longer linear in the fields.
-bool velocity_is_nonlinear(const Equations& e) {
-    return e.form.velocity == Velocity::slaved && (e.drag.varies() || e.driving.varies());
-}
-
-unsigned reads_of(const Coefficient& c) {
-    return (c.depends_on_beads() ? unsigned{reads_beads} : 0u) | (c.depends_on_rods() ? unsigned{reads_rods} : 0u);
-}
 
 Dependence at(const Coefficient& c, const UniformPoint& point) { return c.at(point.bead_density, point.rod_density); }
 
@@ -104,7 +96,7 @@ const Term bead_current{.name = "bead_current",
                             [](const Equations& e) {
                                 return Action{.reads = reads_beads | reads_velocity,
                                               .writes = writes_bead_flux,
-                                              .degree = velocity_is_nonlinear(e) ? 3 : 2};
+                                              .degree = slaved_varies(e) ? 3 : 2};
                             },
                         .act =
                             [](const Equations&, const Reference& ref, const PointFields& f, const PointRates& r) {
@@ -365,10 +357,10 @@ const Term weathercock{
         },
     .cost =
         [](const Equations& e) {
-            if (!e.weathercock.varies() && !velocity_is_nonlinear(e)) return Action{};
+            if (!e.weathercock.varies() && !slaved_varies(e)) return Action{};
             return Action{.reads = reads_of(e.weathercock) | reads_velocity,
                           .writes = writes_order,
-                          .degree = 1 + e.weathercock.degree() + (velocity_is_nonlinear(e) ? 1 : 0)};
+                          .degree = 1 + e.weathercock.degree() + (slaved_varies(e) ? 1 : 0)};
         },
     .act =
         [](const Equations& e, const Reference& ref, const PointFields& f, const PointRates& r) {

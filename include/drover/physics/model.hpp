@@ -1,7 +1,9 @@
 // physics/model.hpp: a model as a scene says it, and the same made ready: fields placed, coefficients compiled, terms chosen.
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drover/physics/coefficient.hpp"
@@ -45,13 +47,26 @@ void check(const Model& model, const PlaceOf& place = nowhere);
 
 struct Term;
 
+/// The coefficients that may depend on the densities.
+struct Coefficients {
+    Coefficient relaxation, saturation, drag, driving, weathercock;
+};
+
+/// Each with its key in the scene.
+inline std::array<std::pair<const char*, const Coefficient*>, 5> named(const Coefficients& c) {
+    return {{{"relaxation.rate", &c.relaxation},
+             {"relaxation.saturation", &c.saturation},
+             {"drag.coefficient", &c.drag},
+             {"driving.strength", &c.driving},
+             {"weathercock.strength", &c.weathercock}}};
+}
+
 /// A model made ready for use.
-struct Equations {
+struct Equations : Coefficients {
     explicit Equations(const Model& model);  ///< throws as check()
 
     Model model;
     Form form;
-    Coefficient relaxation, saturation, drag, driving, weathercock;
     std::vector<const Term*> active;  ///< those with a part in the model
 };
 
