@@ -1,0 +1,121 @@
+// physics/fluctuations.cpp: Lyapunov equations of small complex matrices, and what they say of a grid.
+#include "drover/physics/fluctuations.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <cmath>
+
+#include "drover/physics/stability.hpp"
+
+namespace drover::physics {
+
+namespace {
+using Complex = std::complex<double>;
+
+/// m s + s m^H + q = 0 (Bartels & Stewart, Comm. ACM 15, 820 (1972), in the complex Schur form).
+ModeShapes stationary_covariance(const ModeShapes& m, const ModeShapes& q, const numerics::Wavevector& at) {
+    const Eigen::ComplexSchur<ModeShapes> schur(m);
+    const auto n = m.rows();
+    const ModeShapes& t = schur.matrixT();
+    const ModeShapes& u = schur.matrixU();
+    for (Eigen::Index i = 0; i < n; ++i)
+        if (!(t(i, i).real() < 0.0))
+            fail_run("no stationary state: a mode at q = ({:.4g}, {:.4g}) /mm grows at {:.3g} /s", at.x, at.y,
+                     t(i, i).real());
+    ModeShapes y = u.adjoint() * q * u;
+    for (Eigen::Index j = n; j-- > 0;)
+        for (Eigen::Index i = n; i-- > 0;) {
+            Complex sum = y(i, j);
+            for (Eigen::Index k = i + 1; k < n; ++k) sum += t(i, k) * y(k, j);
+            for (Eigen::Index k = j + 1; k < n; ++k) sum += y(i, k) * std::conj(t(j, k));
+            y(i, j) = -sum / (t(i, i) + std::conj(t(j, j)));
+        }
+    const ModeShapes s = u * y * u.adjoint();
+    return 0.5 * (s + s.adjoint());
+}
+
+/// Parts along and across q: with the components (x, y) of a vector that starts at a place.
+void parts(const Symbol& s, int place, double c, double sn, double& along, double& across) {
+    const double xx = s(place, place).real(), yy = s(place + 1, place + 1).real(), xy = s(place, place + 1).real();
+    along = c * c * xx + 2.0 * c * sn * xy + sn * sn * yy;
+    across = sn * sn * xx - 2.0 * c * sn * xy + c * c * yy;
+}
+
+StructureFactor structure_factor_of(const Symbol& s, const numerics::Wavevector& q) {
+    const double size = std::hypot(q.x, q.y), c = q.x / size, sn = q.y / size;
+    StructureFactor r{.rods = s(at_rods, at_rods).real(),
+                      .beads = s(at_beads, at_beads).real(),
+                      .beads_rods = s(at_beads, at_rods).real()};
+    parts(s, at_order_x, c, sn, r.order_along, r.order_across);
+    parts(s, at_velocity_x, c, sn, r.velocity_along, r.velocity_across);
+    return r;
+}
+}  // namespace
+
+Symbol noise_symbol(const Equations& equations, double q) {
+    const Noise& noise = equations.model.noise;
+    Symbol result = Symbol::Zero();
+    if (equations.form.bead_density >= 0) result(at_beads, at_beads) = noise.beads * q * q;
+    if (equations.form.rod_density >= 0) result(at_rods, at_rods) = noise.rods * q * q;
+    result(at_order_x, at_order_x) = result(at_order_y, at_order_y) = noise.order;
+    return result;
+}
+
+Symbol structure_matrix(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
+    const std::vector<int> present = places_of(equations.form);
+    const ModeShapes m = linear_symbol(equations, about, q)(present, present);
+    const ModeShapes noise = noise_symbol(equations, std::hypot(q.x, q.y))(present, present);
+    Symbol result = Symbol::Zero();
+    result(present, present) = stationary_covariance(m, noise, q);
+    return result;
+}
+
+Symbol dynamic_structure_matrix(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q,
+                                double omega) {
+    const std::vector<int> present = places_of(equations.form);
+    const auto n = static_cast<Eigen::Index>(present.size());
+    const ModeShapes m = linear_symbol(equations, about, q)(present, present);
+    const ModeShapes noise = noise_symbol(equations, std::hypot(q.x, q.y))(present, present);
+    const ModeShapes response = (Complex(0.0, -omega) * ModeShapes::Identity(n, n) - m).partialPivLu().inverse();
+    Symbol result = Symbol::Zero();
+    result(present, present) = response * noise * response.adjoint();
+    return result;
+}
+
+std::vector<StructureFactor> structure_factors(const Equations& equations, const UniformPoint& about,
+                                               const numerics::Grid& grid, int degree, Threads& threads) {
+    std::vector<StructureFactor> result(numerics::modes(grid));
+    const std::size_t width = numerics::columns(grid);
+    threads.for_chunks(static_cast<std::size_t>(grid.ny), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t row = begin; row < end; ++row)
+            for (std::size_t column = 0; column < width; ++column) {
+                if ((row == 0 && column == 0) || !numerics::is_kept(grid, degree, column, row)) continue;
+                const numerics::Wavevector q = numerics::wavevector(grid, column, row);
+                result[row * width + column] = structure_factor_of(structure_matrix(equations, about, q), q);
+            }
+    });
+    return result;
+}
+
+double direction_diffusion(const Equations& equations, const StationaryState& about) {
+    if (!about.free_direction) return 0.0;
+    // The slow mode at q = 0 is a turn of p and v together; noise on p turns it by its dual, which is normal to p.
+    const std::vector<int> present = places_of(equations.form);
+    const Eigen::MatrixXd m = linear_symbol(equations, about.point, {})(present, present).real();
+    const auto n = m.rows();
+    Eigen::VectorXd turn = Eigen::VectorXd::Zero(n);
+    const auto set = [&](Eigen::Index first, const Eigen::Vector2d& v) {
+        turn.segment<2>(first) = Eigen::Vector2d(-v.y(), v.x());
+    };
+    set(n - 2, about.point.order);
+    if (equations.form.velocity == Velocity::dynamic) set(n - 4, about.point.velocity);
+    // Conserved densities have null vectors of their own on the left; they carry no turn and no noise at q = 0.
+    const Eigen::Index first = equations.form.velocity == Velocity::dynamic ? n - 4 : n - 2;
+    const Eigen::MatrixXd block = m.bottomRightCorner(n - first, n - first);
+    const Eigen::VectorXd dual = block.transpose().fullPivLu().kernel().col(0);
+    const double overlap = dual.dot(turn.tail(n - first));
+    const Eigen::Vector2d order = dual.tail<2>() / overlap;
+    return 0.5 * equations.model.noise.order * order.squaredNorm();
+}
+
+}  // namespace drover::physics

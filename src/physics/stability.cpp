@@ -1,0 +1,303 @@
+// physics/stability.cpp: eigenvalues of the linear symbol, branches followed, maxima of growth.
+#include "drover/physics/stability.hpp"
+
+#include <gsl/gsl_multimin.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <numeric>
+
+#include "drover/physics/long_waves.hpp"
+
+namespace drover::physics {
+
+namespace {
+using Complex = std::complex<double>;
+constexpr double right_angle = std::numbers::pi / 2.0;
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+ModeShapes compact_symbol(const Equations& e, const UniformPoint& about, const numerics::Wavevector& q) {
+    const std::vector<int> present = places_of(e.form);
+    return linear_symbol(e, about, q)(present, present);
+}
+}  // namespace
+
+std::vector<int> places_of(const Form& form) {
+    std::vector<int> result;
+    if (form.bead_density >= 0) result.push_back(at_beads);
+    if (form.rod_density >= 0) result.push_back(at_rods);
+    if (form.velocity == Velocity::dynamic) result.insert(result.end(), {at_velocity_x, at_velocity_y});
+    result.insert(result.end(), {at_order_x, at_order_y});
+    return result;
+}
+
+Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
+    const Eigen::ComplexEigenSolver<ModeShapes> solved(compact_symbol(equations, about, q));
+    std::vector<int> order(static_cast<std::size_t>(solved.eigenvalues().size()));
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](int a, int b) {
+        const Complex first = solved.eigenvalues()(a), second = solved.eigenvalues()(b);
+        return first.real() != second.real() ? first.real() > second.real() : first.imag() > second.imag();
+    });
+    Modes result{.rates = solved.eigenvalues()(order), .shapes = solved.eigenvectors()(Eigen::all, order), .duals = {}};
+    result.duals = result.shapes.partialPivLu().inverse();
+    return result;
+}
+
+ModeRates mode_rates(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
+    return Eigen::ComplexEigenSolver<ModeShapes>(compact_symbol(equations, about, q), false).eigenvalues();
+}
+
+numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, double angle) {
+    const double direction = about.order.norm() > 0.0 ? std::atan2(about.order.y(), about.order.x()) : 0.0;
+    return {.x = q * std::cos(direction + angle), .y = q * std::sin(direction + angle)};
+}
+
+Growth growth(const Equations& equations, const UniformPoint& about, double q, double angle) {
+    Growth fastest{.rate = -infinite};
+    for (const Complex s : mode_rates(equations, about, wavevector_from_order(about, q, angle)))
+        if (s.real() > fastest.rate) fastest = {.rate = s.real(), .frequency = -s.imag()};
+    return fastest;
+}
+
+namespace {
+/// Which mode of `next` each mode of `last` has become.
+std::vector<Eigen::Index> continuation(const Modes& last, const Modes& next) {
+    const auto n = last.rates.size();
+    // |l_i r'_j| |l'_j r_i|: 1 for the same shape, whatever its length and phase; no guide where a matrix is defective.
+    const Eigen::MatrixXd there = (last.duals * next.shapes).cwiseAbs(), back = (next.duals * last.shapes).cwiseAbs();
+    const Eigen::MatrixXd alike = there.cwiseProduct(back.transpose());
+    const double size = std::max(last.rates.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
+    const bool guided = alike.allFinite() && alike.rowwise().sum().maxCoeff() < 4.0;
+    Eigen::MatrixXd merit(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+        for (Eigen::Index j = 0; j < n; ++j) {
+            const double distance = std::abs(last.rates(i) - next.rates(j)) / size;
+            merit(i, j) = guided ? alike(i, j) - 1e-6 * distance : -distance;
+        }
+    std::vector<Eigen::Index> chosen(static_cast<std::size_t>(n));
+    for (Eigen::Index count = 0; count < n; ++count) {
+        Eigen::Index i = 0, j = 0;
+        merit.maxCoeff(&i, &j);
+        chosen[static_cast<std::size_t>(i)] = j;
+        merit.row(i).setConstant(-infinite);
+        merit.col(j).setConstant(-infinite);
+    }
+    return chosen;
+}
+
+Modes reordered(const Modes& modes, const std::vector<Eigen::Index>& order) {
+    return {.rates = modes.rates(order),
+            .shapes = modes.shapes(Eigen::all, order),
+            .duals = modes.duals(order, Eigen::all)};
+}
+}  // namespace
+
+ModeMap mode_map(const Equations& equations, const StationaryState& about, const std::vector<double>& wavenumbers,
+                 const std::vector<double>& angles, Threads& threads) {
+    ModeMap map{.wavenumbers = wavenumbers,
+                .angles = angles,
+                .modes = std::vector<Modes>(wavenumbers.size() * angles.size())};
+    const std::size_t width = wavenumbers.size();
+    threads.for_chunks(angles.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t a = begin; a < end; ++a)
+            for (std::size_t k = 0; k < width; ++k) {
+                Modes& here = map.modes[a * width + k];
+                here = modes(equations, about.point, wavevector_from_order(about.point, wavenumbers[k], angles[a]));
+                if (k > 0) here = reordered(here, continuation(map.modes[a * width + k - 1], here));
+            }
+    });
+    for (std::size_t a = 1; a < angles.size(); ++a) {
+        const std::vector<Eigen::Index> order = continuation(map.at(a - 1, 0), map.at(a, 0));
+        for (std::size_t k = 0; k < width; ++k) map.modes[a * width + k] = reordered(map.at(a, k), order);
+    }
+    return map;
+}
+
+namespace {
+constexpr int angle_steps = 45;  // 2 degrees where a quarter turn is enough
+
+/// Growth as a function of ln q and angle.
+struct Landscape {
+    const Equations& equations;
+    const UniformPoint& about;
+    double at(double log_q, double angle) const { return growth(equations, about, std::exp(log_q), angle).rate; }
+    /// Rounding of rates makes no growth.
+    bool grows(double log_q, double angle) const {
+        const ModeRates rates = mode_rates(equations, about, wavevector_from_order(about, std::exp(log_q), angle));
+        return rates.real().maxCoeff() > 1e-13 * rates.cwiseAbs().maxCoeff();
+    }
+};
+
+/// The largest value of a function between two places, by golden sections.
+template <class Function>
+double golden_maximum(double low, double high, Function function) {
+    constexpr double part = 0.38196601125010515;
+    double left = low + part * (high - low), right = high - part * (high - low);
+    double at_left = function(left), at_right = function(right);
+    while (high - low > 1e-9 * (1.0 + std::abs(low))) {
+        if (at_left > at_right) {
+            high = right;
+            right = left;
+            at_right = at_left;
+            at_left = function(left = low + part * (high - low));
+        } else {
+            low = left;
+            left = right;
+            at_left = at_right;
+            at_right = function(right = high - part * (high - low));
+        }
+    }
+    return 0.5 * (low + high);
+}
+
+/// Where a sign changes between two places, by bisection.
+template <class Holds>
+double boundary_between(double low, double high, Holds holds) {
+    const bool at_low = holds(low);
+    for (int i = 0; i < 60 && high - low > 1e-14 * (1.0 + std::abs(low)); ++i) {
+        const double middle = 0.5 * (low + high);
+        (holds(middle) == at_low ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+std::vector<double> even_logarithms(const Search& search) {
+    std::vector<double> result;
+    const double first = std::log(search.least), last = std::log(search.most);
+    for (int k = 0; k < search.wavenumbers; ++k)
+        result.push_back(first + (last - first) * k / (search.wavenumbers - 1));
+    return result;
+}
+
+/// Climbs from a place to the maximum nearest to it, angles beyond the ends counting as their mirror images.
+std::pair<double, double> climbed(const Landscape& land, double log_q, double angle, double step_q, double step_angle) {
+    gsl_multimin_function downhill{.f =
+                                       [](const gsl_vector* v, void* p) {
+                                           const auto* l = static_cast<const Landscape*>(p);
+                                           return -l->at(gsl_vector_get(v, 0), gsl_vector_get(v, 1));
+                                       },
+                                   .n = 2,
+                                   .params = const_cast<Landscape*>(&land)};
+    std::unique_ptr<gsl_vector, void (*)(gsl_vector*)> start(gsl_vector_alloc(2), gsl_vector_free),
+        steps(gsl_vector_alloc(2), gsl_vector_free);
+    gsl_vector_set(start.get(), 0, log_q);
+    gsl_vector_set(start.get(), 1, angle);
+    gsl_vector_set(steps.get(), 0, step_q);
+    gsl_vector_set(steps.get(), 1, step_angle);
+    const std::unique_ptr<gsl_multimin_fminimizer, void (*)(gsl_multimin_fminimizer*)> search(
+        gsl_multimin_fminimizer_alloc(gsl_multimin_fminimizer_nmsimplex2, 2), gsl_multimin_fminimizer_free);
+    gsl_multimin_fminimizer_set(search.get(), &downhill, start.get(), steps.get());
+    for (int i = 0; i < 400; ++i)
+        if (gsl_multimin_fminimizer_iterate(search.get()) != 0 || gsl_multimin_fminimizer_size(search.get()) < 1e-8)
+            break;
+    return {gsl_vector_get(search->x, 0), gsl_vector_get(search->x, 1)};
+}
+
+std::string name_of(const Equations& equations, const StationaryState& about, const Growth& found, double angle) {
+    if (about.point.order.norm() == 0.0) {
+        // A flock forms where waves without end grow; what grows at finite lengths alone separates densities.
+        return growth(equations, about.point, 0.0, 0.0).rate >
+                       1e-13 * mode_rates(equations, about.point, {}).cwiseAbs().maxCoeff()
+                   ? "order"
+                   : "phase separation";
+    }
+    const double along = std::abs(std::sin(angle)), across = std::abs(std::cos(angle));
+    if (along < 1e-6) return "banding";
+    if (across < 1e-6 && std::abs(found.frequency) < 1e-9 * std::abs(found.rate)) {
+        const LongWaves slow = long_waves(equations, about);
+        if (!slow.undefined.empty() || slow_growth(slow, angle).first == 0.0) return "phase separation";
+    }
+    return "oblique";
+}
+
+/// Where the waves of one angle stop growing, on both sides of one that grows.
+void set_range(const Landscape& land, const std::vector<double>& log_q, Instability& found) {
+    const auto grows = [&](double x) { return land.grows(x, found.angle); };
+    found.least = 0.0;
+    found.most = infinite;
+    double inside = std::log(found.q);
+    for (auto x = log_q.rbegin(); x != log_q.rend(); ++x)
+        if (*x < inside && !grows(*x)) {
+            found.least = std::exp(boundary_between(*x, *(x - 1) < inside ? *(x - 1) : inside, grows));
+            break;
+        }
+    for (const double& x : log_q)
+        if (x > inside && !grows(x)) {
+            const double before = &x == log_q.data() ? inside : std::max(inside, *(&x - 1));
+            found.most = std::exp(boundary_between(before, x, grows));
+            break;
+        }
+}
+}  // namespace
+
+std::vector<Instability> instabilities(const Equations& equations, const StationaryState& about, const Search& search) {
+    const Landscape land{equations, about.point};
+    const std::vector<double> log_q = even_logarithms(search);
+    const bool isotropic = about.point.order.norm() == 0.0;
+    // Mirror images: of an isotropic state every angle is one; of a flock without field a quarter turn holds all.
+    const bool quarter = isotropic || about.free_direction;
+    const double whole = isotropic ? 0.0 : quarter ? right_angle : 4.0 * right_angle;
+    const int angles = isotropic ? 1 : quarter ? angle_steps + 1 : 4 * angle_steps + 1;
+    const double step_angle = angles > 1 ? whole / (angles - 1) : 0.0, step_q = log_q[1] - log_q[0];
+    std::vector<double> best(static_cast<std::size_t>(angles)), best_at(best.size());
+    for (int a = 0; a < angles; ++a) {
+        double most = -infinite, where = log_q.front();
+        for (const double x : log_q)
+            if (const double rate = land.at(x, a * step_angle); rate > most) most = rate, where = x;
+        best[static_cast<std::size_t>(a)] = most;
+        best_at[static_cast<std::size_t>(a)] = where;
+    }
+    std::vector<Instability> found;
+    const auto add = [&](double x, double angle) {
+        if (!land.grows(x, angle)) return;
+        const Growth here = growth(equations, about.point, std::exp(x), angle);
+        Instability one{.name = name_of(equations, about, here, angle),
+                        .rate = here.rate,
+                        .frequency = here.frequency,
+                        .q = std::exp(x),
+                        .angle = angle,
+                        .at_shortest = x > log_q.back() - 1e-6 * step_q};
+        set_range(land, log_q, one);
+        found.push_back(one);
+    };
+    for (int a = 0; a < angles; ++a) {
+        const auto n = static_cast<std::size_t>(a);
+        const bool end = a == 0 || a == angles - 1;
+        const double angle = a * step_angle, x = best_at[n];
+        if (end && quarter) {
+            // Along p0 and across it symmetry keeps a wave at its angle.
+            const double fine = golden_maximum(std::max(x - step_q, log_q.front()), std::min(x + step_q, log_q.back()),
+                                               [&](double y) { return land.at(y, angle); });
+            add(land.at(fine, angle) > land.at(x, angle) ? fine : x, angle);
+        } else if (!end && best[n] > best[n - 1] && best[n] >= best[n + 1]) {
+            auto [fine, turned] = climbed(land, x, angle, 0.3 * step_q, 0.3 * step_angle);
+            fine = std::clamp(fine, log_q.front(), log_q.back());
+            if (land.at(fine, turned) <= best[n]) fine = x, turned = angle;
+            // A maximum that slides to an end is that of the end, which stands there already.
+            if (!quarter || (turned > 1e-6 && turned < right_angle - 1e-6)) add(fine, turned);
+        }
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const Instability& a, const Instability& b) { return a.rate > b.rate; });
+    return found;
+}
+
+std::vector<double> neutral_wavenumbers(const Equations& equations, const StationaryState& about, double angle,
+                                        const Search& search) {
+    const Landscape land{equations, about.point};
+    const std::vector<double> log_q = even_logarithms(search);
+    const auto grows = [&](double x) { return land.grows(x, angle); };
+    std::vector<double> result;
+    for (std::size_t k = 1; k < log_q.size(); ++k)
+        if (grows(log_q[k - 1]) != grows(log_q[k]))
+            result.push_back(std::exp(boundary_between(log_q[k - 1], log_q[k], grows)));
+    return result;
+}
+
+}  // namespace drover::physics
