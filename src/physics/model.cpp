@@ -13,51 +13,82 @@ Form form(const Model& model) {
 }
 
 namespace {
-using Key = std::string;
-
-/// A coefficient that may depend on the densities, with the scene's names for it.
+/// A coefficient that may depend on the densities, as the scene says it.
 struct Varying {
-    Key number, terms, table;
+    std::string key;  ///< "relaxation.rate"
     double constant;
-    const std::vector<std::string>* monomials;
-    const std::vector<double>* nodes;
+    const std::vector<std::string>& monomials;
+    std::vector<double> TableData::*nodes;
+    std::vector<double> TableData::*errors;
+    Coefficient Coefficients::*place;
+    double factor = 1.0;  ///< of all its numbers
 };
 
+std::vector<Varying> varying(const Model& m) {
+    const double lambda = m.weathercock.convention == "single-rod" ? 0.5 : 1.0;
+    return {{"relaxation.rate", m.relaxation.rate, m.relaxation.rate_terms, &TableData::relaxation_rate,
+             &TableData::relaxation_rate_error, &Coefficients::relaxation},
+            {"relaxation.saturation", m.relaxation.saturation, m.relaxation.saturation_terms,
+             &TableData::relaxation_saturation, &TableData::relaxation_saturation_error, &Coefficients::saturation},
+            {"drag.coefficient", m.drag.coefficient, m.drag.coefficient_terms, &TableData::drag_coefficient,
+             &TableData::drag_coefficient_error, &Coefficients::drag},
+            {"driving.strength", m.driving.strength, m.driving.strength_terms, &TableData::driving_strength,
+             &TableData::driving_strength_error, &Coefficients::driving},
+            {"weathercock.strength", m.weathercock.strength, m.weathercock.strength_terms,
+             &TableData::weathercock_strength, &TableData::weathercock_strength_error, &Coefficients::weathercock,
+             lambda}};
+}
+
+Coefficient tabulated(const Varying& written, const TableData& table) {
+    const auto axis = [](const std::vector<double>& nodes) { return nodes.empty() ? std::vector<double>{0.0} : nodes; };
+    std::vector<double> values = table.*written.nodes;
+    for (double& value : values) value *= written.factor;
+    return Coefficient(std::make_shared<CoefficientTable>(axis(table.bead_density), axis(table.rod_density),
+                                                          std::move(values),
+                                                          table.outside == "hold" ? Outside::hold : Outside::refuse));
+}
+
 Coefficient compiled(const Varying& written, const TableData& table, const PlaceOf& place) {
-    if (!written.nodes->empty()) {
-        require(written.monomials->empty(), place(written.terms),
-                "{} and table.{} are both given; expected one of them", written.terms, written.table);
-        const auto axis = [](const std::vector<double>& nodes) {
-            return nodes.empty() ? std::vector<double>{0.0} : nodes;
-        };
+    const std::vector<double>&nodes = table.*written.nodes, &errors = table.*written.errors;
+    std::string name = "table." + written.key;
+    std::replace(name.begin() + 6, name.end(), '.', '_');
+    require(errors.empty() || errors.size() == nodes.size(), place(name + "_error"),
+            "{}_error has {} values and {} has {}; expected one for each, or none", name, errors.size(), name,
+            nodes.size());
+    if (!nodes.empty()) {
+        require(written.monomials.empty(), place(written.key + "_terms"),
+                "{}_terms and {} are both given; expected one of them", written.key, name);
         try {
-            return Coefficient(
-                std::make_shared<CoefficientTable>(axis(table.bead_density), axis(table.rod_density), *written.nodes,
-                                                   table.outside == "hold" ? Outside::hold : Outside::refuse));
+            return tabulated(written, table);
         } catch (const Error& error) {
-            fail_input(place("table." + written.table), "table.{}: {}", written.table, error.what());
+            fail_input(place(name), "{}: {}", name, error.what());
         }
     }
     std::vector<Monomial> monomials;
-    for (const std::string& monomial : *written.monomials)
-        monomials.push_back(read_monomial(monomial, place(written.terms)));
-    return {written.constant, std::move(monomials)};
+    for (const std::string& monomial : written.monomials) {
+        monomials.push_back(read_monomial(monomial, place(written.key + "_terms")));
+        monomials.back().factor *= written.factor;
+    }
+    return {written.factor * written.constant, std::move(monomials)};
 }
 
 Coefficients compile(const Model& m, const PlaceOf& place) {
-    const auto make = [&](const Varying& written) { return compiled(written, m.table, place); };
-    return {.relaxation = make({"relaxation.rate", "relaxation.rate_terms", "relaxation_rate", m.relaxation.rate,
-                                &m.relaxation.rate_terms, &m.table.relaxation_rate}),
-            .saturation =
-                make({"relaxation.saturation", "relaxation.saturation_terms", "relaxation_saturation",
-                      m.relaxation.saturation, &m.relaxation.saturation_terms, &m.table.relaxation_saturation}),
-            .drag = make({"drag.coefficient", "drag.coefficient_terms", "drag_coefficient", m.drag.coefficient,
-                          &m.drag.coefficient_terms, &m.table.drag_coefficient}),
-            .driving = make({"driving.strength", "driving.strength_terms", "driving_strength", m.driving.strength,
-                             &m.driving.strength_terms, &m.table.driving_strength}),
-            .weathercock =
-                make({"weathercock.strength", "weathercock.strength_terms", "weathercock_strength",
-                      m.weathercock.strength, &m.weathercock.strength_terms, &m.table.weathercock_strength})};
+    Coefficients result;
+    for (const Varying& one : varying(m)) result.*one.place = compiled(one, m.table, place);
+    return result;
+}
+
+/// The same, tables of the same numbers taken from an earlier model.
+Coefficients compile(const Model& m, const Equations& like) {
+    const TableData &now = m.table, &then = like.model.table;
+    const bool same_mesh = now.bead_density == then.bead_density && now.rod_density == then.rod_density &&
+                           now.outside == then.outside && m.weathercock.convention == like.model.weathercock.convention;
+    Coefficients result;
+    for (const Varying& one : varying(m)) {
+        const bool same = same_mesh && !(now.*one.nodes).empty() && now.*one.nodes == then.*one.nodes;
+        result.*one.place = same ? like.*one.place : compiled(one, now, nowhere);
+    }
+    return result;
 }
 
 /// A coefficient of a field that is not there is a slip of the scene, not a wish.
@@ -109,8 +140,8 @@ void check_slaved(const Model& m, const Coefficients& c, const PlaceOf& place) {
 }
 }  // namespace
 
-void check(const Model& model, const PlaceOf& place) {
-    const Coefficients c = compile(model, place);
+namespace {
+void check_all(const Model& model, const Coefficients& c, const PlaceOf& place) {
     check_fields(model, c, place);
     if (model.fields.bead_velocity == "slaved") check_slaved(model, c, place);
     require(!model.fields.bead_density || model.fields.bead_velocity != "absent" || model.diffusion.beads != 0.0 ||
@@ -129,12 +160,19 @@ void check(const Model& model, const PlaceOf& place) {
             coefficient->table() ? coefficient->table()->range_text() : "");
 }
 
-Equations::Equations(const Model& the_model) : model(the_model), form(physics::form(the_model)) {
-    check(model);
-    static_cast<Coefficients&>(*this) = compile(model, nowhere);
+}  // namespace
+
+void check(const Model& model, const PlaceOf& place) { check_all(model, compile(model, place), place); }
+
+Equations::Equations(const Model& the_model, const Coefficients& coefficients)
+    : Coefficients(coefficients), model(the_model), form(physics::form(the_model)) {
+    check_all(model, coefficients, nowhere);
     for (const Term& term : terms())
         if (term.is_active(*this)) active.push_back(&term);
 }
+
+Equations::Equations(const Model& the_model) : Equations(the_model, compile(the_model, nowhere)) {}
+Equations::Equations(const Model& the_model, const Equations& like) : Equations(the_model, compile(the_model, like)) {}
 
 std::vector<ActiveTerm> active_terms(const Equations& equations) {
     std::vector<ActiveTerm> result;
@@ -165,7 +203,17 @@ const std::vector<Row<physics::UniformState>>& schema<physics::UniformState>() {
          .member = &physics::UniformState::bead_density,
          .unit = "1/mm^2",
          .range = positive,
-         .sentence = "rho: mean density of the beads, which the equations conserve"}};
+         .sentence = "rho: mean density of the beads, which the equations conserve"},
+        {.name = "rod_area",
+         .member = &physics::UniformState::rod_area,
+         .unit = "mm^2",
+         .range = not_negative,
+         .sentence = "projected area of one rod, for area fractions; 0: not known"},
+        {.name = "bead_area",
+         .member = &physics::UniformState::bead_area,
+         .unit = "mm^2",
+         .range = not_negative,
+         .sentence = "projected area of one bead, for area fractions; 0: not known"}};
     return rows;
 }
 

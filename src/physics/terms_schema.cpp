@@ -126,9 +126,14 @@ const std::vector<Row<Weathercock>>& schema<Weathercock>() {
         {.name = "strength",
          .member = &Weathercock::strength,
          .unit = "[p]/mm",
-         .sentence = "lambda: how the flow of beads orders rods, in d_t p = lambda v; lambda_s/2 if one rod turns as "
-                     "dn/dt = lambda_s (1 - nn).v"},
-        {.name = "strength_terms", .member = &Weathercock::strength_terms, .sentence = monomials}};
+         .sentence = "lambda: how the flow of beads orders rods, in d_t p = lambda v; or lambda_s, see convention"},
+        {.name = "strength_terms", .member = &Weathercock::strength_terms, .sentence = monomials},
+        {.name = "convention",
+         .member = &Weathercock::convention,
+         .choices = {"mean", "single-rod"},
+         .sentence =
+             "what strength is: mean: lambda of the equations; single-rod: lambda_s of one rod that turns as dn/dt = "
+             "lambda_s (1 - nn).v, which is what an assay of one rod across a flow measures: lambda = lambda_s/2"}};
     return rows;
 }
 
@@ -243,6 +248,7 @@ const std::vector<Row<OrientingField>>& schema<OrientingField>() {
 template <>
 const std::vector<Row<TableData>>& schema<TableData>() {
     constexpr const char* values = "at each node, rod density fastest; takes the place of the number in its own table";
+    constexpr const char* errors = "standard errors of those values, independent of each other; for drover boundary";
     static const std::vector<Row<TableData>> rows{
         {.name = "bead_density",
          .member = &TableData::bead_density,
@@ -266,6 +272,31 @@ const std::vector<Row<TableData>>& schema<TableData>() {
          .member = &TableData::weathercock_strength,
          .unit = "[p]/mm",
          .sentence = values},
+        {.name = "relaxation_rate_error",
+         .member = &TableData::relaxation_rate_error,
+         .unit = "1/s",
+         .range = not_negative,
+         .sentence = errors},
+        {.name = "relaxation_saturation_error",
+         .member = &TableData::relaxation_saturation_error,
+         .unit = "1/s/[p]^2",
+         .range = not_negative,
+         .sentence = errors},
+        {.name = "drag_coefficient_error",
+         .member = &TableData::drag_coefficient_error,
+         .unit = "mg/(mm^2 s)",
+         .range = not_negative,
+         .sentence = errors},
+        {.name = "driving_strength_error",
+         .member = &TableData::driving_strength_error,
+         .unit = "mg/(mm s^2)/[p]",
+         .range = not_negative,
+         .sentence = errors},
+        {.name = "weathercock_strength_error",
+         .member = &TableData::weathercock_strength_error,
+         .unit = "[p]/mm",
+         .range = not_negative,
+         .sentence = errors},
         {.name = "outside",
          .member = &TableData::outside,
          .choices = {"refuse", "hold"},

@@ -138,29 +138,31 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
                             .stiffness_across = k.stiffness,
                             .stiffness_along = k.stiffness + k.splay};
     // eta and Gamma of the order across q: (Gamma + eta q^2)(a + K3 q^2) = lambda alpha where it neither grows nor decays.
-    double drag = 1.0, shear = 0.0, product = 0.0;
+    double drag = 1.0, shear = 0.0, beads_carried = 0.0;
     if (e.form.velocity != Velocity::absent) {
         drag = c.drag.value;
         shear = m.viscosity.shear;
-        product = c.weathercock.value * c.driving.value;
-        const double gain = product / drag,
-                     moved = e.form.velocity == Velocity::dynamic ? m.inertia.bead_mass * bead_density : 0.0;
-        r.inertia = 1.0 + moved * gain / drag;
+        const double product = c.weathercock.value * c.driving.value;
+        const auto over_drag = [&](double value) {
+            return value == 0.0 ? 0.0 : value / drag;
+        };  // nothing is carried: no drag asked
+        const double gain = over_drag(product);
+        const double moved = e.form.velocity == Velocity::dynamic ? m.inertia.bead_mass * bead_density : 0.0;
+        r.inertia = 1.0 + over_drag(moved * gain);
         r.relaxation -= gain;
         const auto slope = [&](double lambda, double alpha, double gamma) {
-            return lambda * c.driving.value / drag + c.weathercock.value * alpha / drag - gain * gamma / drag;
+            return over_drag(lambda * c.driving.value + c.weathercock.value * alpha - gain * gamma);
         };
         r.relaxation_by_beads -= slope(c.weathercock.by_beads, c.driving.by_beads, c.drag.by_beads);
         r.relaxation_by_rods -= slope(c.weathercock.by_rods, c.driving.by_rods, c.drag.by_rods);
-        r.pressure_beads += c.weathercock.value * m.compressibility.beads / drag;
-        r.pressure_rods += c.weathercock.value * m.compressibility.rods / drag;
-        r.stiffness_across += gain * m.viscosity.shear / drag;
-        r.stiffness_along += gain * (m.viscosity.shear + m.viscosity.bulk) / drag;
+        if (e.form.bead_density >= 0) beads_carried = over_drag(bead_density * c.driving.value);
+        r.pressure_beads += over_drag(c.weathercock.value * m.compressibility.beads);
+        r.pressure_rods += over_drag(c.weathercock.value * m.compressibility.rods);
+        r.stiffness_across += over_drag(gain * m.viscosity.shear);
+        r.stiffness_along += over_drag(gain * (m.viscosity.shear + m.viscosity.bulk));
     }
     const double rods_carried =
         e.form.rod_density < 0 ? 0.0 : m.current.speed * (e.form.order_is_density ? 1.0 : rod_density);
-    const double beads_carried =
-        e.form.bead_density < 0 || e.form.velocity == Velocity::absent ? 0.0 : bead_density * c.driving.value / drag;
     r.sound_stiffness = rods_carried * r.pressure_rods + beads_carried * r.pressure_beads;
     // eta K3 Q^2 + (Gamma K3 + eta a) Q + Gamma abar = 0 for Q = q^2: the form of the root that survives eta = 0.
     const double middle = drag * k.stiffness + shear * c.a.value;

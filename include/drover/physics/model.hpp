@@ -16,6 +16,8 @@ namespace drover::physics {
 struct UniformState {
     double rod_density = 1.0;   ///< mean sigma [1/mm^2] > 0
     double bead_density = 1.0;  ///< mean rho [1/mm^2] > 0
+    double rod_area = 0.0;      ///< of one rod, projected [mm^2]; 0: not known
+    double bead_area = 0.0;     ///< of one bead, projected [mm^2]; 0: not known
 };
 
 struct Model {
@@ -64,10 +66,15 @@ inline std::array<std::pair<const char*, const Coefficient*>, 5> named(const Coe
 /// A model made ready for use.
 struct Equations : Coefficients {
     explicit Equations(const Model& model);  ///< throws as check()
+    /// The same, sharing the tables that `like` has made of the same numbers: for many models that differ in little.
+    Equations(const Model& model, const Equations& like);
 
     Model model;
     Form form;
     std::vector<const Term*> active;  ///< those with a part in the model
+
+private:
+    Equations(const Model& model, const Coefficients& coefficients);
 };
 
 /// The uniform state about which the exact linear part is taken: its densities, the beads at rest, no order.

@@ -71,8 +71,11 @@ struct Elasticity {
 
 /// Beads turning rods like weathercocks: lambda v.
 struct Weathercock {
-    double strength = 0.0;  ///< lambda [[p]/mm]; lambda_s/2 for rods turning as dn/dt = lambda_s (1 - nn).v
+    double strength = 0.0;                    ///< lambda [[p]/mm], or lambda_s, as `convention` says
     std::vector<std::string> strength_terms;  ///< its dependence on the densities
+    /// mean: lambda of the equations; single-rod: lambda_s of one rod, dn/dt = lambda_s (1 - nn).v, as an assay of one rod measures it;
+    /// averaged over directions lambda = lambda_s/2.
+    std::string convention = "mean";
 };
 
 /// Order carried by itself: -w p.grad p.
@@ -117,7 +120,10 @@ struct OrientingField {
 struct TableData {
     std::vector<double> bead_density, rod_density;  ///< the nodes, ascending; empty: no dependence
     std::vector<double> relaxation_rate, relaxation_saturation, drag_coefficient, driving_strength,
-        weathercock_strength;        ///< [bead][rod], rods fastest
+        weathercock_strength;  ///< [bead][rod], rods fastest
+    std::vector<double> relaxation_rate_error, relaxation_saturation_error, drag_coefficient_error,
+        driving_strength_error,
+        weathercock_strength_error;  ///< standard errors of the same, for phase boundaries; empty: none known
     std::string outside = "refuse";  ///< refuse or hold: what to do beyond the nodes
 };
 
