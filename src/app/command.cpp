@@ -62,6 +62,7 @@ nlohmann::json report_json(const run::Report& report) {
             {"warm_up_samples", report.summary.warm_up},
             {"note", report.summary.note},
             {"no_prediction", report.no_prediction},
+            {"linear_about", report.about},
             {"results", std::move(rows)}};
 }
 

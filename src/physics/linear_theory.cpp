@@ -119,6 +119,13 @@ double fastest_rate(const numerics::System& system) {
     return result;
 }
 
+void add_scaled(const StructureFactor& part, double factor, StructureFactor& sum) {
+    using Part = StructureFactor;
+    for (const auto field : {&Part::rods, &Part::beads, &Part::order_along, &Part::order_across, &Part::velocity_along,
+                             &Part::velocity_across, &Part::beads_rods})
+        sum.*field += factor * part.*field;
+}
+
 StructureFactor structure_factor(const numerics::System& system, const Form& form, double q) {
     const numerics::IsotropicBlocks rates = system.linear(q), noise = system.noise(q);
     const numerics::Block along = numerics::stationary_covariance(rates.along, noise.along);

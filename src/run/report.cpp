@@ -1,11 +1,15 @@
 // run/report.cpp: from an archive to results and their predictions.
 #include "drover/run/report.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <tuple>
 
+#include "drover/physics/fluctuations.hpp"
 #include "drover/run/field_simulation.hpp"
 
 namespace drover::run {
@@ -19,6 +23,19 @@ std::size_t regular_samples(const std::vector<double>& times, double spacing) {
     while (count < times.size() && std::abs(times[count] - spacing * static_cast<double>(count)) < 1e-6 * spacing)
         ++count;
     return count;
+}
+
+/// The mean order of each sample after the warm-up.
+std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::Observable>& observables,
+                                         const std::vector<std::vector<double>>& series, std::size_t warm_up) {
+    std::array<const std::vector<double>*, 2> parts{};
+    for (std::size_t o = 0; o < observables.size(); ++o) {
+        if (observables[o].name == "polar_order_mean_x") parts[0] = &series[o];
+        if (observables[o].name == "polar_order_mean_y") parts[1] = &series[o];
+    }
+    std::vector<Eigen::Vector2d> result;
+    for (std::size_t i = warm_up; i < parts[0]->size(); ++i) result.emplace_back((*parts[0])[i], (*parts[1])[i]);
+    return result;
 }
 
 std::vector<double> box_variances(const measure::Setting& setting, std::span<const double> structure_factor) {
@@ -46,22 +63,109 @@ void predict_boxes(const std::string& what, std::span<const double> structure_fa
     report.predictions.push_back(std::move(exponent));
 }
 
-void predict(Report& report) {
+/// Directions that the mean order of a run has taken, by their share of its samples: p and -p are one, for S(q) is that of both.
+struct Direction {
+    double angle = 0.0, share = 0.0;
+};
+std::vector<Direction> directions(const std::vector<Eigen::Vector2d>& orders) {
+    constexpr int bins = 16;  // of 11 degrees, each about its own mean
+    std::array<Eigen::Vector2d, bins> sums;
+    std::array<int, bins> counts{};
+    sums.fill(Eigen::Vector2d::Zero());
+    for (const Eigen::Vector2d& order : orders) {
+        double half = std::atan2(order.y(), order.x());
+        if (half < 0.0) half += std::numbers::pi;
+        if (half >= std::numbers::pi) half -= std::numbers::pi;
+        const auto bin = static_cast<std::size_t>(half / std::numbers::pi * bins) % bins;
+        sums[bin] += Eigen::Vector2d(std::cos(half), std::sin(half));
+        ++counts[bin];
+    }
+    std::vector<Direction> result;
+    for (std::size_t bin = 0; bin < bins; ++bin)
+        if (counts[bin] > 0)
+            result.push_back({.angle = std::atan2(sums[bin].y(), sums[bin].x()),
+                              .share = counts[bin] / static_cast<double>(orders.size())});
+    return result;
+}
+
+/// The stationary state whose order is nearest to that of a run.
+const physics::StationaryState* nearest_state(const physics::StationaryStates& found, double order) {
+    const physics::StationaryState* nearest = nullptr;
+    const auto miss = [&](const physics::StationaryState& state) { return std::abs(state.point.order.norm() - order); };
+    for (const physics::StationaryState& state : found.states)
+        if (!nearest || miss(state) < miss(*nearest)) nearest = &state;
+    return nearest;
+}
+
+/// Structure factors about a flock, over the directions that it has taken.
+std::vector<physics::StructureFactor> flock_modes(const physics::Equations& equations,
+                                                  const physics::StationaryState& flock, const Report& report,
+                                                  const std::vector<Eigen::Vector2d>& orders) {
+    Threads threads(choose_threads(report.scene));
+    const auto about = [&](double angle) {
+        physics::UniformPoint point = flock.point;
+        if (flock.free_direction) {
+            const Eigen::Rotation2D<double> turn(angle - std::atan2(point.order.y(), point.order.x()));
+            point.order = turn * point.order;
+            point.velocity = turn * point.velocity;
+        }
+        return physics::structure_factors(equations, point, report.setting.grid, report.setting.degree, threads);
+    };
+    if (!flock.free_direction) return about(0.0);
+    std::vector<physics::StructureFactor> sum(numerics::modes(report.setting.grid));
+    for (const Direction& direction : directions(orders)) {
+        const std::vector<physics::StructureFactor> part = about(direction.angle);
+        for (std::size_t m = 0; m < sum.size(); ++m) add_scaled(part[m], direction.share, sum[m]);
+    }
+    return sum;
+}
+
+/// Structure factors of the modes of the grid about the state that the run is in; empty, with the reason, when there are none.
+std::vector<physics::StructureFactor> predicted_modes(const physics::Equations& equations, Report& report,
+                                                      const std::vector<Eigen::Vector2d>& orders) {
     const numerics::System system =
         physics::linear_system(report.scene.model, report.scene.grid, report.scene.dealiasing);
     if (!system.noise) {
         report.no_prediction = "without noise the stationary state of the linear theory is uniform";
-        return;
+        return {};
     }
-    const physics::FastestGrowth growth = physics::fastest_growth(system);
-    std::vector<physics::StructureFactor> modes;
+    double order = 0.0;
+    for (const Eigen::Vector2d& one : orders) order += one.norm() / static_cast<double>(orders.size());
+    const physics::StationaryStates states = physics::stationary_states(equations);
+    const physics::StationaryState* state = nearest_state(states, order);
+    if (state == nullptr) {
+        report.no_prediction = "there is no uniform stationary state: " + states.no_order;
+        return {};
+    }
+    const std::string size = text("the {} state, |p| = {:.4g} and |v| = {:.4g} mm/s", state->name,
+                                  state->point.order.norm(), state->point.velocity.norm());
+    const auto explain = [&](const Error& error, const std::string& fastest) {
+        report.no_prediction = text("the linear theory about {} has {}{}", size, error.what(), fastest);
+    };
+    if (state->point.order.norm() == 0.0) {
+        try {
+            std::vector<physics::StructureFactor> modes = physics::structure_factors(system, report.setting.form);
+            report.about = size;
+            return modes;
+        } catch (const Error& error) {
+            const physics::FastestGrowth growth = physics::fastest_growth(system);
+            explain(error, text(" (fastest rate {:.3g} /s at |q| = {:.3g} /mm)", growth.rate, growth.q));
+            return {};
+        }
+    }
     try {
-        modes = physics::structure_factors(system, report.setting.form);
+        std::vector<physics::StructureFactor> modes = flock_modes(equations, *state, report, orders);
+        report.about = size;
+        return modes;
     } catch (const Error& error) {
-        report.no_prediction = text("the linear theory has {} (fastest rate {:.3g} /s at |q| = {:.3g} /mm)",
-                                    error.what(), growth.rate, growth.q);
-        return;
+        explain(error, "; see drover stability");
+        return {};
     }
+}
+
+void predict(const physics::Equations& equations, const std::vector<Eigen::Vector2d>& orders, Report& report) {
+    const std::vector<physics::StructureFactor> modes = predicted_modes(equations, report, orders);
+    if (modes.empty()) return;
     const auto values_of = [&](double physics::StructureFactor::*part) {
         std::vector<double> values;
         for (const physics::StructureFactor& mode : modes) values.push_back(mode.*part);
@@ -126,7 +230,7 @@ Report make_report(const io::ArchiveReader& archive) {
              {std::pair{"rods_total", &recorded.rods}, std::pair{"beads_total", &recorded.beads}})
             if (observables[o].name == name && !series[o].empty()) *total = series[o].front();
     report.summary = measure::summarise(recorded);
-    predict(report);
+    predict(equations, mean_orders(observables, series, report.summary.warm_up), report);
     return report;
 }
 

@@ -95,6 +95,7 @@ std::string report_text(const Report& report) {
         add_array(report, name, "|q| [1/mm]", report.setting.shells.q, shells, out);
     add_boxes(report, "rod", out);
     add_boxes(report, "bead", out);
+    if (!report.about.empty()) out += "\nlinear: the linear theory about " + report.about + ", on the same grid\n";
     if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
     std::string refusal;

@@ -39,6 +39,10 @@ struct StructureFactor {
     double velocity_along = 0.0, velocity_across = 0.0;  ///< of v [mm^4/s^2]
     double beads_rods = 0.0;                             ///< of rho and sigma [1/mm^2]
 };
+
+/// sum += factor * part, field by field.
+void add_scaled(const StructureFactor& part, double factor, StructureFactor& sum);
+
 StructureFactor structure_factor(const numerics::System& system, const Form& form, double q);
 
 /// The same for each stored mode of the system's grid; zero at q = 0 and where a mode is not kept.  Throws a run Error where

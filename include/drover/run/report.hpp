@@ -21,6 +21,7 @@ struct Report {
     measure::Summary summary;
     std::vector<Prediction> predictions;
     std::string no_prediction;  ///< why there is none: "" when there is
+    std::string about;          ///< the uniform state that the predictions are about, for people
     double time = 0.0;          ///< of the last sample [s]
 };
 
