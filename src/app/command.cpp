@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "drover/base/log.hpp"
+#include "drover/run/provenance.hpp"
 
 namespace drover::app {
 
@@ -30,14 +31,26 @@ io::Scene scene_of(const SceneOptions& options) {
     return io::read_scene(options.scene, overrides);
 }
 
+nlohmann::json number_json(double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+
+void write_results(const std::string& file, const std::string& what, const io::Scene& scene, int threads,
+                   const std::vector<io::ResultTable>& tables, const std::vector<io::Attribute>& more, bool overwrite) {
+    std::vector<io::Attribute> attributes = run::provenance(scene, threads, what);
+    attributes.insert(attributes.end(), more.begin(), more.end());
+    io::Archive archive = io::Archive::create(file, {}, attributes, overwrite);
+    for (const io::ResultTable& table : tables) archive.replace(table);
+    archive.commit();
+}
+
 namespace {
-nlohmann::json number(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr); }
 
 nlohmann::json estimate_json(const measure::Estimate& estimate) {
-    nlohmann::json result{{"mean", number(estimate.mean)},
-                          {"error", estimate.error ? number(*estimate.error) : nlohmann::json(nullptr)},
-                          {"autocorrelation_time", number(estimate.autocorrelation_time)},
-                          {"warm_up", number(estimate.warm_up)},
+    nlohmann::json result{{"mean", number_json(estimate.mean)},
+                          {"error", estimate.error ? number_json(*estimate.error) : nlohmann::json(nullptr)},
+                          {"autocorrelation_time", number_json(estimate.autocorrelation_time)},
+                          {"warm_up", number_json(estimate.warm_up)},
                           {"samples", estimate.samples}};
     if (!estimate.refusal.empty()) result["refusal"] = estimate.refusal;
     return result;
@@ -54,7 +67,7 @@ nlohmann::json report_json(const run::Report& report) {
             for (const measure::Estimate& estimate : row.estimates) entry["values"].push_back(estimate_json(estimate));
         }
         if (const run::Prediction* prediction = run::find_prediction(report, row.name))
-            for (const double value : prediction->values) entry["linear"].push_back(number(value));
+            for (const double value : prediction->values) entry["linear"].push_back(number_json(value));
         rows[row.name] = std::move(entry);
     }
     return {{"time", report.time},

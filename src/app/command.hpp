@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drover/io/archive.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/report.hpp"
@@ -21,6 +22,8 @@ void add_restart(CLI::App& program, Action& action);
 void add_sweep(CLI::App& program, Action& action);
 void add_check(CLI::App& program, Action& action);
 void add_explain(CLI::App& program, Action& action);
+void add_stability(CLI::App& program, Action& action);
+void add_boundary(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
 void add_schema(CLI::App& program, Action& action);
 
@@ -37,6 +40,13 @@ void add_scene_options(CLI::App& command, SceneOptions& options);
 void add_output_options(CLI::App& command, SceneOptions& options);
 /// The scene with all its overrides.
 io::Scene scene_of(const SceneOptions& options);
+
+/// A number, or null when it is not finite.
+nlohmann::json number_json(double value);
+
+/// Writes groups of results, with where they came from, as an archive of their own.  Throws as io::Archive::create.
+void write_results(const std::string& file, const std::string& what, const io::Scene& scene, int threads,
+                   const std::vector<io::ResultTable>& tables, const std::vector<io::Attribute>& more, bool overwrite);
 
 /// The results, for programs; numbers that are not finite become null.
 nlohmann::json report_json(const run::Report& report);

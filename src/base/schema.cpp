@@ -40,7 +40,9 @@ std::string list_text(const Items& items, Write write) {
 }
 
 std::string expected_text(const Description& row) {
-    if (!row.choices.empty()) return list_text(row.choices, quoted).insert(0, "one of ");
+    if (!row.choices.empty())
+        return list_text(row.choices, quoted)
+            .insert(0, row.standard.index() == Value(std::string()).index() ? "one of " : "words of ");
     std::string result = type_text(row.standard);
     const bool least = std::isfinite(row.range.least), most = std::isfinite(row.range.most);
     if (least) result += text(" {} {}", row.range.least_open ? ">" : ">=", row.range.least);
@@ -98,12 +100,15 @@ Value checked_value(const Description& row, const std::string& section, const Pl
     if (const auto* list = std::get_if<std::vector<double>>(&value))
         for (const double number : *list)
             if (!in_range(row.range, number)) refuse();
-    if (const auto* word = std::get_if<std::string>(&value); word && !row.choices.empty())
-        if (std::find(row.choices.begin(), row.choices.end(), *word) == row.choices.end()) {
-            const std::string near = nearest_name(*word, row.choices);
-            fail_input(found.where, "{} = {}; expected {}{}", key, toml_text(value), expected_text(row),
-                       near.empty() ? "" : text("; did you mean \"{}\"?", near));
-        }
+    const auto check_word = [&](const std::string& word) {
+        if (row.choices.empty() || std::find(row.choices.begin(), row.choices.end(), word) != row.choices.end()) return;
+        const std::string near = nearest_name(word, row.choices);
+        fail_input(found.where, "{} = {}; expected {}{}", key, toml_text(value), expected_text(row),
+                   near.empty() ? "" : text("; did you mean \"{}\"?", near));
+    };
+    if (const auto* word = std::get_if<std::string>(&value)) check_word(*word);
+    if (const auto* words = std::get_if<std::vector<std::string>>(&value))
+        for (const std::string& word : *words) check_word(word);
     return value;
 }
 

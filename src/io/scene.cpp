@@ -12,27 +12,33 @@ namespace drover::io {
 namespace {
 using Tables = std::map<std::string, PlacedTable>;
 
-/// The sections of a scene, in the order in which they are written: visit(name, sentence, struct).
+/// The sections of a model, in the order in which they are written: visit(name, sentence, struct).
+template <class AnyModel, class Visit>
+void for_model_sections(AnyModel& model, Visit visit) {
+    visit("fields", "The fields of the model; the polar order p is always one.", model.fields);
+    visit("uniform", "The mean densities.", model.uniform);
+    visit("current", "Motion of rods along their order.", model.current);
+    visit("inertia", "What the forces on the beads have to move.", model.inertia);
+    visit("drag", "Friction of the beads with the plate.", model.drag);
+    visit("viscosity", "Viscosity of the beads.", model.viscosity);
+    visit("driving", "Rods driving beads.", model.driving);
+    visit("compressibility", "Pressure on the beads.", model.compressibility);
+    visit("relaxation", "Relaxation and saturation of the order.", model.relaxation);
+    visit("elasticity", "Elasticity of the order.", model.elasticity);
+    visit("weathercock", "Beads turning rods.", model.weathercock);
+    visit("advection", "Order carried by itself.", model.advection);
+    visit("pressure", "Rods turning away from crowded places.", model.pressure);
+    visit("diffusion", "Diffusion of the densities.", model.diffusion);
+    visit("noise", "Strengths of the noise.", model.noise);
+    visit("force", "A force on the beads from outside.", model.force);
+    visit("orienting_field", "A field that orients rods.", model.orienting_field);
+    visit("table", "Coefficients measured on a mesh of densities.", model.table);
+}
+
+/// All sections of a scene.
 template <class AnyScene, class Visit>
 void for_sections(AnyScene& scene, Visit visit) {
-    visit("fields", "The fields of the model; the polar order p is always one.", scene.model.fields);
-    visit("uniform", "The mean densities.", scene.model.uniform);
-    visit("current", "Motion of rods along their order.", scene.model.current);
-    visit("inertia", "What the forces on the beads have to move.", scene.model.inertia);
-    visit("drag", "Friction of the beads with the plate.", scene.model.drag);
-    visit("viscosity", "Viscosity of the beads.", scene.model.viscosity);
-    visit("driving", "Rods driving beads.", scene.model.driving);
-    visit("compressibility", "Pressure on the beads.", scene.model.compressibility);
-    visit("relaxation", "Relaxation and saturation of the order.", scene.model.relaxation);
-    visit("elasticity", "Elasticity of the order.", scene.model.elasticity);
-    visit("weathercock", "Beads turning rods.", scene.model.weathercock);
-    visit("advection", "Order carried by itself.", scene.model.advection);
-    visit("pressure", "Rods turning away from crowded places.", scene.model.pressure);
-    visit("diffusion", "Diffusion of the densities.", scene.model.diffusion);
-    visit("noise", "Strengths of the noise.", scene.model.noise);
-    visit("force", "A force on the beads from outside.", scene.model.force);
-    visit("orienting_field", "A field that orients rods.", scene.model.orienting_field);
-    visit("table", "Coefficients measured on a mesh of densities.", scene.model.table);
+    for_model_sections(scene.model, visit);
     visit("grid", "The periodic cell and its grid.", scene.grid);
     visit("dealiasing", "How products of fields are kept free of aliases.", scene.dealiasing);
     visit("time", "How time advances.", scene.time);
@@ -41,6 +47,8 @@ void for_sections(AnyScene& scene, Visit visit) {
     visit("analysis", "How means are taken.", scene.analysis);
     visit("run", "What does not change the physics, but the seed.", scene.run);
     visit("sweep", "Many runs of this scene; for drover sweep alone.", scene.sweep);
+    visit("stability", "Waves to look at; for drover stability alone.", scene.stability);
+    visit("boundary", "A plane of two numbers of the model; for drover boundary alone.", scene.boundary);
 }
 
 Where where_of(const toml::source_region& source, const std::string& file) {
@@ -151,6 +159,36 @@ Scene scene_of(const Tables& tables, const std::string& file) {
 Where place_of(const Scene& scene, const std::string& key) {
     const auto found = scene.places.find(key);
     return found != scene.places.end() ? found->second : Where{.file = scene.file};
+}
+
+ModelNumber model_number(const std::string& key, const Where& where) {
+    ModelNumber found;
+    std::vector<std::string> numbers;
+    const physics::Model standard;
+    for_model_sections(standard, [&](const std::string& section, const char*, const auto& part) {
+        using Part = std::remove_cvref_t<decltype(part)>;
+        for (const Row<Part>& row : schema<Part>()) {
+            const auto* member = std::get_if<double Part::*>(&row.member);
+            if (!member) continue;
+            numbers.push_back(section + "." + row.name);
+            if (numbers.back() != key) continue;
+            found = {.unit = row.unit,
+                     .range = row.range,
+                     .in = [section, held = *member](physics::Model& model) -> double& {
+                         double* number = nullptr;
+                         for_model_sections(model, [&](const std::string& name, const char*, auto& its) {
+                             if constexpr (std::is_same_v<std::remove_cvref_t<decltype(its)>, Part>)
+                                 if (name == section) number = &(its.*held);
+                         });
+                         return *number;
+                     }};
+        }
+    });
+    const std::string near = nearest_name(key, numbers);
+    require(static_cast<bool>(found.in), where, "{} is no number of the model; {}", key,
+            near.empty() ? text("expected one such as {} (see drover schema)", "driving.strength")
+                         : text("did you mean {}?", near));
+    return found;
 }
 
 Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides) {

@@ -165,4 +165,77 @@ const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
     return rows;
 }
 
+template <>
+const std::vector<Row<StabilityPlan>>& schema<StabilityPlan>() {
+    static const std::vector<Row<StabilityPlan>> rows{
+        {.name = "wavenumbers",
+         .member = &StabilityPlan::wavenumbers,
+         .range = {.least = 8, .most = 4096},
+         .sentence = "of the map, evenly by their logarithm"},
+        {.name = "angles",
+         .member = &StabilityPlan::angles,
+         .range = {.least = 2, .most = 4096},
+         .sentence = "of the map, between q and p0: a quarter turn, or a whole one in a field from outside"},
+        {.name = "least",
+         .member = &StabilityPlan::least,
+         .unit = "1/mm",
+         .range = not_negative,
+         .sentence = "smallest |q| searched; 0: a thousandth of the cell's longest wave"},
+        {.name = "most",
+         .member = &StabilityPlan::most,
+         .unit = "1/mm",
+         .range = not_negative,
+         .sentence = "largest |q| searched; 0: the shortest wave of the grid"},
+        {.name = "sound",
+         .member = &StabilityPlan::sound,
+         .unit = "1/mm",
+         .range = not_negative,
+         .sentence = "|q| of the dynamic structure factor; 0: the cell's longest wave"},
+        {.name = "frequencies",
+         .member = &StabilityPlan::frequencies,
+         .range = {.least = 3, .most = 100001},
+         .sentence = "of the dynamic structure factor"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
+    constexpr const char* axis =
+        "a number of the model and its range, \"driving.strength = 0.5:2\"; or an area fraction, "
+        "\"bead_area_fraction = 0.2:0.7\" or \"rod_area_fraction = 0.02:0.2\", by uniform.bead_area and "
+        "uniform.rod_area";
+    static const std::vector<Row<BoundaryPlan>> rows{
+        {.name = "x", .member = &BoundaryPlan::x, .sentence = axis},
+        {.name = "y", .member = &BoundaryPlan::y, .sentence = axis},
+        {.name = "lines",
+         .member = &BoundaryPlan::lines,
+         .choices = {"onset", "phase-separation", "banding", "oblique"},
+         .sentence =
+             "which to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of the flock, "
+             "along p0), oblique (of the flock, at other angles)"},
+        {.name = "conventions",
+         .member = &BoundaryPlan::conventions,
+         .choices = {"mean", "single-rod"},
+         .sentence = "weathercock.convention for which to trace: mean, single-rod or both; empty: that of the scene"},
+        {.name = "errors",
+         .member = &BoundaryPlan::errors,
+         .sentence =
+             "standard errors of numbers of the model, \"relaxation.rate = 0.02\", independent of each other; those "
+             "of the table stand there"},
+        {.name = "cells",
+         .member = &BoundaryPlan::cells,
+         .range = {.least = 1, .most = 2048},
+         .sentence =
+             "an island that holds a disc wider than 1/cells of the plane (laid on a square) is found for certain"},
+        {.name = "chord",
+         .member = &BoundaryPlan::chord,
+         .range = {.least = 1e-7, .most = 0.5},
+         .sentence = "largest distance of the polyline from the line, on that square"},
+        {.name = "map",
+         .member = &BoundaryPlan::map,
+         .range = {.least = 0, .most = 4096},
+         .sentence = "points on each side of the map of stable states; 0: none"}};
+    return rows;
+}
+
 }  // namespace drover

@@ -181,8 +181,10 @@ ComplexColumn speeds_of(const Small& u) {
     double size = speeds.cwiseAbs().maxCoeff();
     for (int i = 0; i < u.rows(); ++i)
         for (int k = 0; k < u.rows(); ++k) size = std::max(size, std::sqrt(std::abs(u(i, k) * u(k, i))));
-    for (Complex& speed : speeds)
+    for (Complex& speed : speeds) {
         if (std::abs(speed.imag()) < same * size) speed = speed.real();
+        if (std::abs(speed) < 1e-13 * size) speed = 0.0;  // rounding
+    }
     std::sort(speeds.begin(), speeds.end(),
               [](Complex a, Complex b) { return a.real() != b.real() ? a.real() < b.real() : a.imag() < b.imag(); });
     for (int i = 1; i < speeds.size(); ++i)  // one cluster, one speed

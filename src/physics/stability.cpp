@@ -61,7 +61,8 @@ numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, 
 Growth growth(const Equations& equations, const UniformPoint& about, double q, double angle) {
     Growth fastest{.rate = -infinite};
     for (const Complex s : mode_rates(equations, about, wavevector_from_order(about, q, angle)))
-        if (s.real() > fastest.rate) fastest = {.rate = s.real(), .frequency = -s.imag()};
+        if (s.real() > fastest.rate)
+            fastest = {.rate = s.real(), .frequency = std::abs(s.imag()) > 1e-13 * std::abs(s) ? -s.imag() : 0.0};
     return fastest;
 }
 

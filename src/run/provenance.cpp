@@ -27,9 +27,9 @@ std::string utc_now() {
 }
 }  // namespace
 
-std::vector<io::Attribute> provenance(const io::Scene& scene, int threads) {
+std::vector<io::Attribute> provenance(const io::Scene& scene, int threads, const std::string& what) {
     const Version built = version();
-    return {{"title", text("drover run of {}", std::filesystem::path(scene.file).filename().string())},
+    return {{"title", text("drover {} of {}", what, std::filesystem::path(scene.file).filename().string())},
             {"drover_version", built.version},
             {"drover_commit", built.git_hash},
             {"drover_commit_dirty", std::int64_t{built.dirty ? 1 : 0}},

@@ -1,10 +1,9 @@
 // run/sweep_plan.cpp: from the text of sweep.vary to runs.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <sstream>
 
 #include "drover/run/sweep.hpp"
+#include "run/written_values.hpp"
 
 namespace drover::run {
 
@@ -14,42 +13,21 @@ struct Varied {
     std::vector<double> values;
 };
 
-std::string trimmed(std::string word) {
-    word.erase(0, word.find_first_not_of(" \t"));
-    word.erase(word.find_last_not_of(" \t") + 1);
-    return word;
-}
-
-double number_of(const std::string& word, const std::string& written, const Where& where) {
-    char* end = nullptr;
-    const double value = std::strtod(word.c_str(), &end);
-    require(!word.empty() && *end == '\0' && std::isfinite(value), where,
-            "sweep.vary has \"{}\" in \"{}\"; expected numbers, as in \"relaxation.rate = 0.5, 1, 2\" or "
-            "\"relaxation.rate = 0.5:2:11\"",
-            word, written);
-    return value;
-}
-
-std::vector<std::string> split(const std::string& words, char separator) {
-    std::vector<std::string> parts;
-    std::istringstream stream(words);
-    for (std::string part; std::getline(stream, part, separator);) parts.push_back(trimmed(part));
-    return parts;
-}
+constexpr const char* list = "sweep.vary";
+constexpr const char* example = "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"";
 
 Varied varied_of(const std::string& written, const Where& where) {
-    const std::size_t equals = written.find('=');
-    require(equals != std::string::npos && written.find('.') < equals, where,
-            "sweep.vary has \"{}\"; expected \"section.key = values\", as in \"relaxation.rate = 0.5, 1, 2\"", written);
-    Varied varied{.key = trimmed(written.substr(0, equals)), .values = {}};
-    const std::string values = trimmed(written.substr(equals + 1));
+    const auto [key, values] = read_written(written, list, example, where);
+    require(key.find('.') != std::string::npos, where, "{} has \"{}\"; expected {}", list, written, example);
+    const auto number_of = [&](const std::string& word) { return read_number(word, written, list, example, where); };
+    Varied varied{.key = key, .values = {}};
     if (values.find(':') == std::string::npos) {
-        for (const std::string& word : split(values, ',')) varied.values.push_back(number_of(word, written, where));
+        for (const std::string& word : split(values, ',')) varied.values.push_back(number_of(word));
     } else {
         const std::vector<std::string> parts = split(values, ':');
         require(parts.size() == 3, where, "sweep.vary has \"{}\"; expected first:last:count", written);
-        const double first = number_of(parts[0], written, where), last = number_of(parts[1], written, where);
-        const double count = number_of(parts[2], written, where);
+        const double first = number_of(parts[0]), last = number_of(parts[1]);
+        const double count = number_of(parts[2]);
         require(count >= 2.0 && count <= 1e6 && count == std::floor(count), where,
                 "sweep.vary has \"{}\"; expected a whole number of values, 2 to 1e6, after the second colon", written);
         for (int i = 0; i < static_cast<int>(count); ++i)

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -50,6 +51,27 @@ struct SweepPlan {
     int workers = 0;                ///< 0: the cores the process may use
 };
 
+/// What drover stability looks at.
+struct StabilityPlan {
+    int wavenumbers = 96;   ///< of the map, evenly by their logarithm
+    int angles = 46;        ///< of the map, from along p0 to across it
+    double least = 0.0;     ///< |q| [1/mm]; 0: a thousandth of the cell's longest wave
+    double most = 0.0;      ///< |q| [1/mm]; 0: the shortest wave of the grid
+    double sound = 0.0;     ///< |q| of the dynamic structure factor [1/mm]; 0: the cell's longest wave
+    int frequencies = 241;  ///< of the dynamic structure factor
+};
+
+/// What drover boundary traces.
+struct BoundaryPlan {
+    std::string x, y;                                                                   ///< "driving.strength = 0.5:2"
+    std::vector<std::string> lines{"onset", "phase-separation", "banding", "oblique"};  ///< names of physics::Limit
+    std::vector<std::string> conventions;  ///< of lambda, each traced: "mean", "single-rod"; empty: that of the scene
+    std::vector<std::string> errors;       ///< "relaxation.rate = 0.02": standard errors
+    int cells = 64;                        ///< an island wider than 1/cells of the plane is found
+    double chord = 1e-4;                   ///< distance between line and polyline, beside the plane's sides
+    int map = 96;                          ///< cells on each side of the map of states; 0: none
+};
+
 struct Scene {
     std::string file;                     ///< where it came from, for messages
     std::map<std::string, Where> places;  ///< of the keys that were given: "time.dt"
@@ -62,6 +84,8 @@ struct Scene {
     Analysis analysis;
     RunControl run;
     SweepPlan sweep;
+    StabilityPlan stability;
+    BoundaryPlan boundary;
 };
 
 /// Where a key was given, or the scene's file when it holds its default.
@@ -72,6 +96,15 @@ void check(const Scene& scene);
 
 /// A duration in steps of time.dt; throws an input Error at the place of `key` when it is not a whole number of them.
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration);
+
+/// A number of the model, by its key.
+struct ModelNumber {
+    std::string unit;
+    Range range;
+    std::function<double&(physics::Model&)> in;
+};
+/// Throws an input Error at `where`, with "did you mean", when no number of the model is called so.
+ModelNumber model_number(const std::string& key, const Where& where);
 
 /// Reads a scene file, then "section.key=value" of each override.  Throws an input Error with file:line:column and a remedy.
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {});
@@ -103,4 +136,8 @@ template <>
 const std::vector<Row<io::RunControl>>& schema<io::RunControl>();
 template <>
 const std::vector<Row<io::SweepPlan>>& schema<io::SweepPlan>();
+template <>
+const std::vector<Row<io::StabilityPlan>>& schema<io::StabilityPlan>();
+template <>
+const std::vector<Row<io::BoundaryPlan>>& schema<io::BoundaryPlan>();
 }  // namespace drover

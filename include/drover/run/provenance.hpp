@@ -7,7 +7,7 @@
 
 namespace drover::run {
 
-/// Version, commit, resolved scene, seed, library versions, threads, host and start time.
-std::vector<io::Attribute> provenance(const io::Scene& scene, int threads);
+/// Version, commit, resolved scene, seed, library versions, threads, host and start time; `what`: "run", "stability", ...
+std::vector<io::Attribute> provenance(const io::Scene& scene, int threads, const std::string& what = "run");
 
 }  // namespace drover::run

@@ -1,0 +1,243 @@
+// run/boundary.cpp: from the text of a plane to its lines and its map.
+#include "drover/run/boundary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "run/written_values.hpp"
+
+namespace drover::run {
+
+namespace {
+constexpr double degree = std::numbers::pi / 180.0;
+
+/// Area fractions are no numbers of the model: densities times what one particle covers.
+struct Fraction {
+    const char* name;
+    const char* area_key;
+    double physics::UniformState::*density;
+    double physics::UniformState::*area;
+};
+constexpr Fraction fractions[] = {{"bead_area_fraction", "uniform.bead_area", &physics::UniformState::bead_density,
+                                   &physics::UniformState::bead_area},
+                                  {"rod_area_fraction", "uniform.rod_area", &physics::UniformState::rod_density,
+                                   &physics::UniformState::rod_area}};
+
+void check_range(const std::string& list, const std::string& written, const Range& range, double value,
+                 const Where& where) {
+    const bool low = range.least_open ? value <= range.least : value < range.least;
+    require(!low && value <= range.most, where, "{} has \"{}\": {} is out of the range of its key; expected {} {}{}",
+            list, written, value, range.least_open ? ">" : ">=", range.least,
+            std::isfinite(range.most) ? text(" and <= {}", range.most) : "");
+}
+
+physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
+    const Where where = io::place_of(scene, list);
+    const std::string example = "\"driving.strength = 0.5:2\"";
+    require(
+        !written.empty(), where,
+        "{} is not given; expected a number of the model and its range, such as {}: set it in the scene, or by --{}",
+        list, example, list.substr(list.find('.') + 1));
+    const auto [key, value] = read_written(written, list, example, where);
+    const std::vector<std::string> ends = split(value, ':');
+    require(ends.size() == 2, where, "{} has \"{}\"; expected first:last, as in {}", list, written, example);
+    physics::PlaneAxis axis{.name = key,
+                            .unit = "1",
+                            .from = read_number(ends[0], written, list, example, where),
+                            .to = read_number(ends[1], written, list, example, where)};
+    require(axis.from < axis.to, where, "{} has \"{}\"; expected the smaller number first", list, written);
+    for (const Fraction& fraction : fractions) {
+        if (key != fraction.name) continue;
+        const double area = scene.model.uniform.*fraction.area;
+        require(area > 0.0, io::place_of(scene, fraction.area_key),
+                "{} has \"{}\", and {} = {} does not say what one covers; expected > 0 [mm^2]", list, written,
+                fraction.area_key, area);
+        require(axis.from > 0.0, where, "{} has \"{}\"; expected area fractions above 0", list, written);
+        axis.is_density = true;
+        axis.set = [fraction, area](physics::Model& model, double covered) {
+            model.uniform.*fraction.density = covered / area;
+        };
+        return axis;
+    }
+    const io::ModelNumber number = io::model_number(key, where);
+    check_range(list, written, number.range, axis.from, where);
+    check_range(list, written, number.range, axis.to, where);
+    axis.unit = number.unit.empty() ? "1" : number.unit;
+    axis.is_density = key == "uniform.bead_density" || key == "uniform.rod_density";
+    axis.set = [in = number.in](physics::Model& model, double held) { in(model) = held; };
+    return axis;
+}
+
+std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene) {
+    std::vector<physics::Uncertain> result = physics::table_errors(scene.model);
+    const std::string list = "boundary.errors", example = "\"relaxation.rate = 0.02\"";
+    const Where where = io::place_of(scene, list);
+    for (const std::string& written : scene.boundary.errors) {
+        const auto [key, value] = read_written(written, list, example, where);
+        const double error = read_number(value, written, list, example, where);
+        require(error > 0.0, where, "{} has \"{}\"; expected a standard error > 0", list, written);
+        const io::ModelNumber number = io::model_number(key, where);
+        result.push_back({.name = key, .error = error, .add = [in = number.in](physics::Model& model, double change) {
+                              in(model) += change;
+                          }});
+    }
+    return result;
+}
+
+Regime regime_of(double onset, double separation, double banding, double oblique) {
+    if (std::isnan(onset)) return Regime::none;
+    if (onset >= 0.0) return separation < 0.0 ? Regime::separating : Regime::isotropic;
+    if (std::isnan(banding)) return Regime::none;
+    if (banding < 0.0) return Regime::banding;
+    return oblique < 0.0 ? Regime::oblique : Regime::flock;
+}
+
+void add_map(const physics::Plane& plane, Threads& threads, BoundaryReport& report) {
+    const int side = report.scene.boundary.map;
+    if (side == 0) return;
+    std::vector<numerics::PlanePoint> points;
+    for (int i = 0; i < side; ++i) {
+        const double part = (i + 0.5) / side;
+        report.map_x.push_back(plane.x.from + part * (plane.x.to - plane.x.from));
+        report.map_y.push_back(plane.y.from + part * (plane.y.to - plane.y.from));
+    }
+    for (const double y : report.map_y)
+        for (const double x : report.map_x) points.push_back({x, y});
+    const auto at = [&](physics::Limit limit) { return physics::margins(plane, points, limit, threads); };
+    const auto onset = at(physics::Limit::onset), separation = at(physics::Limit::phase_separation),
+               banding = at(physics::Limit::banding), oblique = at(physics::Limit::oblique);
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        report.regimes.push_back(regime_of(onset[n].value, separation[n].value, banding[n].value, oblique[n].value));
+        report.effective_relaxation.push_back(onset[n].value);
+    }
+}
+}  // namespace
+
+BoundaryReport make_boundary(const io::Scene& scene, Threads& threads) {
+    const io::BoundaryPlan& plan = scene.boundary;
+    BoundaryReport report{.scene = scene,
+                          .x = axis_of(scene, "boundary.x", plan.x),
+                          .y = axis_of(scene, "boundary.y", plan.y)};
+    require(report.x.name != report.y.name, io::place_of(scene, "boundary.y"),
+            "boundary.x and boundary.y are both {}; expected two numbers", report.x.name);
+    require(!plan.lines.empty(), io::place_of(scene, "boundary.lines"),
+            "boundary.lines is empty; expected at least one of onset, "
+            "phase-separation, banding, oblique");
+    const std::vector<physics::Uncertain> uncertain = uncertain_numbers(scene);
+    report.uncertain = uncertain.size();
+    physics::Plane plane{.model = scene.model, .x = report.x, .y = report.y};
+    std::vector<std::string> conventions = plan.conventions;
+    if (conventions.empty()) conventions.push_back(scene.model.weathercock.convention);
+    const numerics::ContourOptions options{.cells = plan.cells, .chord = plan.chord};
+    for (const std::string& convention : conventions) {
+        plane.model.weathercock.convention = convention;
+        for (const std::string& name : plan.lines) {
+            const physics::Limit limit = physics::limit_of(name);
+            report.traced.push_back(
+                {limit, convention, physics::trace_boundary(plane, limit, uncertain, options, threads)});
+        }
+    }
+    plane.model.weathercock.convention = conventions.front();
+    add_map(plane, threads, report);
+    return report;
+}
+
+namespace {
+/// Some points of a line, its ends among them.
+std::vector<std::size_t> chosen_points(std::size_t count) {
+    constexpr std::size_t most = 9;
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < std::min(count, most); ++i)
+        chosen.push_back(i * (count - 1) / (std::min(count, most) - 1));
+    return chosen;
+}
+
+void add_line(const BoundaryReport& report, const physics::BoundaryLine& line, std::string& out) {
+    const bool angles = line.limit == physics::Limit::oblique, errors = report.uncertain > 0;
+    out += text("  {} of {} points\n", line.closed ? "closed" : "open", line.points.size());
+    out += text("  {:>24} {:>24}{}{}\n", report.x.name, report.y.name,
+                errors ? text(" {:>12} {:>12}", "error x", "error y") : "", angles ? text(" {:>10}", "angle") : "");
+    for (const std::size_t i : chosen_points(line.points.size())) {
+        const physics::BoundaryPoint& point = line.points[i];
+        out += text("  {:>24.8g} {:>24.8g}", point.x, point.y);
+        if (errors) out += text(" {:>12.3g} {:>12.3g}", std::abs(point.error_x), std::abs(point.error_y));
+        if (angles) out += text(" {:>10.1f}", point.angle / degree);
+        out += '\n';
+    }
+}
+}  // namespace
+
+std::string boundary_text(const BoundaryReport& report) {
+    std::string out = text("plane: {} = {} to {} [{}], {} = {} to {} [{}]\n", report.x.name, report.x.from, report.x.to,
+                           report.x.unit, report.y.name, report.y.from, report.y.to, report.y.unit);
+    out += text("islands wider than 1/{} of the plane are found for certain; points lie on their line to rounding\n",
+                report.scene.boundary.cells);
+    if (report.uncertain > 0) out += text("errors: standard errors, from those of {} numbers\n", report.uncertain);
+    for (const TracedLines& traced : report.traced) {
+        const physics::Boundary& boundary = traced.boundary;
+        out += text("\n{} (lambda: {}): {} line{}\n", physics::limit_name(traced.limit), traced.convention,
+                    boundary.lines.size(), boundary.lines.size() == 1 ? "" : "s");
+        for (const physics::BoundaryLine& line : boundary.lines) add_line(report, line, out);
+        for (const numerics::PlanePoint& point : boundary.sharp)
+            out += text("  sharp at {:.8g}, {:.8g}\n", point.x, point.y);
+        if (!boundary.complete)
+            out += "  not complete: refined until too many evaluations; the line may be coarser than boundary.chord\n";
+    }
+    return out;
+}
+
+std::vector<io::ResultTable> boundary_tables(const BoundaryReport& report) {
+    std::vector<double> vertex, line_of, limit_of, convention_of, closed_of, x, y, error_x, error_y, angle;
+    double line_number = 0.0;
+    for (const TracedLines& traced : report.traced)
+        for (const physics::BoundaryLine& line : traced.boundary.lines) {
+            for (const physics::BoundaryPoint& point : line.points) {
+                vertex.push_back(static_cast<double>(vertex.size()));
+                line_of.push_back(line_number);
+                limit_of.push_back(static_cast<double>(traced.limit));
+                convention_of.push_back(traced.convention == "single-rod" ? 1.0 : 0.0);
+                closed_of.push_back(line.closed ? 1.0 : 0.0);
+                x.push_back(point.x);
+                y.push_back(point.y);
+                error_x.push_back(point.error_x);
+                error_y.push_back(point.error_y);
+                angle.push_back(point.angle / degree);
+            }
+            line_number += 1.0;
+        }
+    std::vector<io::ResultTable> tables;
+    const std::vector<std::string> along{"vertex"};
+    if (!vertex.empty())
+        tables.push_back(
+            {.group = "/boundary",
+             .axes = {{"vertex", "1", "vertices of all lines, one line after the other", vertex}},
+             .quantities = {{"line", "1", "number of the line", along},
+                            {"limit", "1", "what is lost: 0 onset, 1 phase-separation, 2 banding, 3 oblique", along},
+                            {"convention", "1", "of lambda: 0 mean, 1 single-rod", along},
+                            {"closed", "1", "1: the line ends where it begins", along},
+                            {"x", report.x.unit, report.x.name, along},
+                            {"y", report.y.unit, report.y.name, along},
+                            {"error_x", report.x.unit, "standard error of the line's place, its part along x", along},
+                            {"error_y", report.y.unit, "standard error of the line's place, its part along y", along},
+                            {"angle", "degree", "angle to p0 of the wave that decides", along}},
+             .values = {line_of, limit_of, convention_of, closed_of, x, y, error_x, error_y, angle}});
+    if (report.map_x.empty()) return tables;
+    std::vector<double> regimes;
+    for (const Regime regime : report.regimes) regimes.push_back(static_cast<double>(regime));
+    const std::vector<std::string> plane{"map_y", "map_x"};
+    tables.push_back({.group = "/map",
+                      .axes = {{"map_y", report.y.unit, report.y.name, report.map_y},
+                               {"map_x", report.x.unit, report.x.name, report.map_x}},
+                      .quantities = {{"regime", "1",
+                                      "-1 not defined, 0 isotropic, 1 isotropic and separating, 2 flock, 3 flock that "
+                                      "bands, 4 flock that breaks "
+                                      "obliquely",
+                                      plane},
+                                     {"effective_relaxation", "s-1", "abar = a - lambda alpha/Gamma", plane}},
+                      .values = {regimes, report.effective_relaxation}});
+    return tables;
+}
+
+}  // namespace drover::run
