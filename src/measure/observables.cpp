@@ -101,16 +101,19 @@ void add_density(const std::string& what, const std::string& symbol, int compone
                                 "structure factor of the " + what + " density by direction of q from x: area |" +
                                     symbol + "_q|^2, mean over a sector of a shell; not-a-number where no mode lies",
                                 {powers}));
-    rows.push_back({what + "_number_variance",
-                    "1",
-                    {ObservableAxis::box},
-                    "variance of the number of " + what + "s in a box, DN^2: over all positions of the box at one time",
-                    [powers](const Moment& moment, std::span<double> out) {
-                        const Setting& setting = moment.setting;
-                        for (std::size_t b = 0; b < setting.boxes.size(); ++b)
-                            out[b] = numerics::box_variance(setting.grid, moment.powers.*powers, setting.boxes[b],
-                                                            setting.boxes[b]);
-                    }});
+    for (const BoxFamily& family : box_families())
+        rows.push_back({what + "_number_variance" + family.ending,
+                        "1",
+                        {family.axis},
+                        "variance of the number of " + what + "s in a " + family.shape +
+                            ", DN^2: over all positions of the box at one time",
+                        [powers, &family](const Moment& moment, std::span<double> out) {
+                            const Setting& setting = moment.setting;
+                            const std::vector<int>& sides = setting.*family.sides;
+                            for (std::size_t b = 0; b < sides.size(); ++b)
+                                out[b] = numerics::box_variance(setting.grid, moment.powers.*powers,
+                                                                family.along_x * sides[b], family.along_y * sides[b]);
+                        }});
 }
 
 /// <p(r0).p(r0 + r)>, by the transform of |p_q|^2, and mean over all r0 and over the directions of r.
@@ -323,6 +326,7 @@ Setting make_setting(const numerics::Grid& grid, const physics::Form& form, int 
                     .shells = numerics::shells(grid, degree),
                     .sectors = numerics::sectors(grid, direction_sectors),
                     .boxes = numerics::box_ladder(std::min(grid.nx, grid.ny)),
+                    .long_boxes = numerics::box_ladder(std::min(grid.nx, grid.ny) / 4),
                     .degree = degree,
                     .separations = {},
                     .separation_bin = {},
@@ -372,12 +376,22 @@ std::vector<Observable> observables(const physics::Form& form, bool energies) {
     return rows;
 }
 
+std::span<const BoxFamily> box_families() {
+    static constexpr BoxFamily families[] = {{"", "square box", ObservableAxis::box, &Setting::boxes, 1, 1},
+                                             {"_long_x", "box four times longer along x", ObservableAxis::long_box,
+                                              &Setting::long_boxes, 4, 1},
+                                             {"_long_y", "box four times longer along y", ObservableAxis::long_box,
+                                              &Setting::long_boxes, 1, 4}};
+    return families;
+}
+
 std::size_t size_of(ObservableAxis axis, const Setting& setting) {
     switch (axis) {
         case ObservableAxis::shell: return setting.shells.q.size();
         case ObservableAxis::sector: return static_cast<std::size_t>(setting.sectors.count);
         case ObservableAxis::separation: return setting.separations.size();
         case ObservableAxis::term: return setting.terms.size();
+        case ObservableAxis::long_box: return setting.long_boxes.size();
         case ObservableAxis::box: break;
     }
     return setting.boxes.size();

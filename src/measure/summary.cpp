@@ -96,33 +96,36 @@ void add_order(const Recorded& recorded, std::size_t skip, std::vector<SummaryRo
                     {estimate_binder_cumulant(samples, 0)}});
 }
 
-/// Number fluctuations of rods or of beads, `total` of them in the cell.
-void add_boxes(const Recorded& recorded, const std::string& what, double total, std::size_t skip,
-               std::vector<SummaryRow>& rows) {
-    const auto variance = find_observable(recorded, what + "_number_variance");
+/// Number fluctuations of rods or of beads, `total` of them in the cell, in boxes of one shape.
+void add_boxes(const Recorded& recorded, const std::string& what, double total, const BoxFamily& family,
+               std::size_t skip, std::vector<SummaryRow>& rows) {
+    const std::string ending = family.ending;
+    const auto variance = find_observable(recorded, what + "_number_variance" + ending);
     if (!variance) return;
     const Samples samples = split(recorded, *variance, skip);
-    const std::vector<int>& boxes = recorded.setting.boxes;
-    SummaryRow number{what + "_number", "1", "mean number of " + what + "s in a box, N", {ObservableAxis::box}, {}};
-    SummaryRow deviation{what + "_number_deviation",
+    const std::vector<int>& sides = recorded.setting.*family.sides;
+    SummaryRow number{
+        what + "_number" + ending, "1", "mean number of " + what + "s in a " + family.shape + ", N", {family.axis}, {}};
+    SummaryRow deviation{what + "_number_deviation" + ending,
                          "1",
-                         "DN, root of the time mean of the variance of the number of " + what + "s in a box",
-                         {ObservableAxis::box},
+                         "DN, root of the time mean of the variance of the number of " + what + "s in a " +
+                             family.shape,
+                         {family.axis},
                          {}};
     SummaryRow exponent{
-        what + "_number_exponent",
+        what + "_number_exponent" + ending,
         "1",
         "d ln DN/d ln N between a box and the next larger one; compare with linear theory of the same boxes: "
         "the finite cell alone makes it fall",
-        {ObservableAxis::box},
+        {family.axis},
         {}};
-    for (std::size_t b = 0; b < boxes.size(); ++b) {
-        const double part =
-            static_cast<double>(boxes[b]) * boxes[b] / static_cast<double>(numerics::points(recorded.setting.grid));
+    for (std::size_t b = 0; b < sides.size(); ++b) {
+        const double part = static_cast<double>(family.along_x * sides[b]) * (family.along_y * sides[b]) /
+                            static_cast<double>(numerics::points(recorded.setting.grid));
         number.estimates.push_back({.mean = total * part, .error = 0.0});
         deviation.estimates.push_back(estimate_deviation(samples, b));
-        if (b + 1 < boxes.size()) {
-            const double ratio = std::pow(static_cast<double>(boxes[b + 1]) / boxes[b], 2);
+        if (b + 1 < sides.size()) {
+            const double ratio = std::pow(static_cast<double>(sides[b + 1]) / sides[b], 2);
             exponent.estimates.push_back(estimate_local_exponent(samples, b, b + 1, ratio));
         } else {
             exponent.estimates.push_back(
@@ -152,8 +155,10 @@ Summary summarise(const Recorded& recorded) {
         summary.rows.push_back(std::move(row));
     }
     add_order(recorded, summary.warm_up, summary.rows);
-    add_boxes(recorded, "rod", recorded.rods, summary.warm_up, summary.rows);
-    add_boxes(recorded, "bead", recorded.beads, summary.warm_up, summary.rows);
+    for (const BoxFamily& family : box_families()) {
+        add_boxes(recorded, "rod", recorded.rods, family, summary.warm_up, summary.rows);
+        add_boxes(recorded, "bead", recorded.beads, family, summary.warm_up, summary.rows);
+    }
     return summary;
 }
 

@@ -201,13 +201,11 @@ std::pair<double, double> climbed(const Landscape& land, double log_q, double an
 }
 
 std::string name_of(const Equations& equations, const StationaryState& about, const Growth& found, double angle) {
-    if (about.point.order.norm() == 0.0) {
-        // A flock forms where waves without end grow; what grows at finite lengths alone separates densities.
-        return growth(equations, about.point, 0.0, 0.0).rate >
-                       1e-13 * mode_rates(equations, about.point, {}).cwiseAbs().maxCoeff()
-                   ? "order"
-                   : "phase separation";
-    }
+    // What grows without any wave, at q = 0: order, or of an ordered state its direction or size.
+    const ModeRates uniform = mode_rates(equations, about.point, {});
+    const bool without_waves = uniform.real().maxCoeff() > 1e-13 * uniform.cwiseAbs().maxCoeff();
+    if (about.point.order.norm() == 0.0) return without_waves ? "order" : "phase separation";
+    if (without_waves) return "uniform";
     const double along = std::abs(std::sin(angle)), across = std::abs(std::cos(angle));
     if (along < 1e-6) return "banding";
     if (across < 1e-6 && std::abs(found.frequency) < 1e-9 * std::abs(found.rate)) {

@@ -138,11 +138,11 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
                             .stiffness_across = k.stiffness,
                             .stiffness_along = k.stiffness + k.splay};
     // eta and Gamma of the order across q: (Gamma + eta q^2)(a + K3 q^2) = lambda alpha where it neither grows nor decays.
-    double drag = 1.0, shear = 0.0, beads_carried = 0.0;
+    double drag = 1.0, shear = 0.0, product = 0.0, beads_carried = 0.0;
     if (e.form.velocity != Velocity::absent) {
         drag = c.drag.value;
         shear = m.viscosity.shear;
-        const double product = c.weathercock.value * c.driving.value;
+        product = c.weathercock.value * c.driving.value;
         const auto over_drag = [&](double value) {
             return value == 0.0 ? 0.0 : value / drag;
         };  // nothing is carried: no drag asked
@@ -164,10 +164,12 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
     const double rods_carried =
         e.form.rod_density < 0 ? 0.0 : m.current.speed * (e.form.order_is_density ? 1.0 : rod_density);
     r.sound_stiffness = rods_carried * r.pressure_rods + beads_carried * r.pressure_beads;
-    // eta K3 Q^2 + (Gamma K3 + eta a) Q + Gamma abar = 0 for Q = q^2: the form of the root that survives eta = 0.
+    // eta K3 Q^2 + (Gamma K3 + eta a) Q + Gamma abar = 0 for Q = q^2: the form of the root that survives eta = 0.  Order that beads do
+    // not turn knows nothing of their flow.
     const double middle = drag * k.stiffness + shear * c.a.value;
     const double under = middle * middle - 4.0 * shear * k.stiffness * drag * r.relaxation;
-    const double square = -2.0 * drag * r.relaxation / (middle + std::sqrt(under));
+    const double square =
+        product == 0.0 ? -c.a.value / k.stiffness : -2.0 * drag * r.relaxation / (middle + std::sqrt(under));
     if (square < 0.0) r.correlation_length = 1.0 / std::sqrt(-square);
     else if (square == 0.0) r.correlation_length = std::numeric_limits<double>::infinity();
     else r.neutral_wavenumber = std::sqrt(square);

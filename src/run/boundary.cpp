@@ -33,6 +33,19 @@ void check_range(const std::string& list, const std::string& written, const Rang
             std::isfinite(range.most) ? text(" and <= {}", range.most) : "");
 }
 
+/// A number whose place a table has taken moves nothing.
+void check_not_tabulated(const physics::Model& model, const std::string& list, const std::string& key,
+                         const Where& where) {
+    const physics::TableData& t = model.table;
+    for (const auto& [number, nodes] :
+         {std::pair{"relaxation.rate", &t.relaxation_rate},
+          std::pair{"relaxation.saturation", &t.relaxation_saturation},
+          std::pair{"drag.coefficient", &t.drag_coefficient}, std::pair{"driving.strength", &t.driving_strength},
+          std::pair{"weathercock.strength", &t.weathercock_strength}})
+        require(key != number || nodes->empty(), where,
+                "{} names {}, which the scene takes from its table; choose a number that the model reads", list, key);
+}
+
 physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
     const Where where = io::place_of(scene, list);
     const std::string example = "\"driving.strength = 0.5:2\"";
@@ -62,6 +75,7 @@ physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, cons
         return axis;
     }
     const io::ModelNumber number = io::model_number(key, where);
+    check_not_tabulated(scene.model, list, key, where);
     check_range(list, written, number.range, axis.from, where);
     check_range(list, written, number.range, axis.to, where);
     axis.unit = number.unit.empty() ? "1" : number.unit;
@@ -79,6 +93,7 @@ std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene) {
         const double error = read_number(value, written, list, example, where);
         require(error > 0.0, where, "{} has \"{}\"; expected a standard error > 0", list, written);
         const io::ModelNumber number = io::model_number(key, where);
+        check_not_tabulated(scene.model, list, key, where);
         result.push_back({.name = key, .error = error, .add = [in = number.in](physics::Model& model, double change) {
                               in(model) += change;
                           }});

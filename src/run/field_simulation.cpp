@@ -149,6 +149,7 @@ std::string axis_name(measure::ObservableAxis axis) {
         case measure::ObservableAxis::shell: return "wavenumber";
         case measure::ObservableAxis::sector: return "direction";
         case measure::ObservableAxis::box: return "box_side";
+        case measure::ObservableAxis::long_box: return "long_box_side";
         case measure::ObservableAxis::separation: return "separation";
         case measure::ObservableAxis::term: return "term";
     }
@@ -157,12 +158,17 @@ std::string axis_name(measure::ObservableAxis axis) {
 }  // namespace
 
 std::vector<io::Axis> observable_axes(const measure::Setting& setting) {
-    std::vector<double> directions, sides;
+    std::vector<double> directions, sides, short_sides;
     for (int s = 0; s < setting.sectors.count; ++s) directions.push_back(180.0 / setting.sectors.count * s);
-    for (const int cells : setting.boxes) sides.push_back(setting.grid.lx / setting.grid.nx * cells);
+    const double cell = setting.grid.lx / setting.grid.nx;
+    for (const int cells : setting.boxes) sides.push_back(cell * cells);
+    for (const int cells : setting.long_boxes) short_sides.push_back(cell * cells);
     std::vector<io::Axis> axes{{"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q},
                                {"direction", "degree", "angle of q from x, q and -q being one", directions},
                                {"box_side", "mm", "side of the box along x", sides},
+                               {"long_box_side", "mm",
+                                "shorter side, on cells as wide as along x, of a box four times longer the other way",
+                                short_sides},
                                {"separation", "mm", "mean distance in the bin", setting.separations}};
     if (!setting.terms.empty()) {
         std::vector<double> numbers;

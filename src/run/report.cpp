@@ -38,29 +38,27 @@ std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::Observable>&
     return result;
 }
 
-std::vector<double> box_variances(const measure::Setting& setting, std::span<const double> structure_factor) {
+/// Number fluctuations in boxes that follow from the structure factor of each mode.
+void predict_boxes(const std::string& what, std::span<const double> structure_factor, Report& report) {
+    const measure::Setting& setting = report.setting;
     std::vector<double> power(structure_factor.begin(), structure_factor.end());
     for (double& value : power) value /= numerics::area(setting.grid);
-    std::vector<double> result;
-    for (const int cells : setting.boxes) result.push_back(numerics::box_variance(setting.grid, power, cells, cells));
-    return result;
-}
-
-/// Number fluctuations in boxes that follow from a structure factor.
-void predict_boxes(const std::string& what, std::span<const double> structure_factor, Report& report) {
-    const std::vector<double> variances = box_variances(report.setting, structure_factor);
-    Prediction deviation{what + "_number_deviation", {}}, exponent{what + "_number_exponent", {}};
-    const std::vector<int>& boxes = report.setting.boxes;
-    for (std::size_t b = 0; b < variances.size(); ++b) {
-        deviation.values.push_back(std::sqrt(variances[b]));
-        exponent.values.push_back(b + 1 < variances.size()
-                                      ? 0.5 * std::log(variances[b + 1] / variances[b]) /
-                                            (2.0 * std::log(static_cast<double>(boxes[b + 1]) / boxes[b]))
-                                      : not_a_number);
+    for (const measure::BoxFamily& family : measure::box_families()) {
+        const std::vector<int>& sides = setting.*family.sides;
+        const auto named = [&](const char* result) { return what + "_number_" + result + family.ending; };
+        Prediction variance{named("variance"), {}}, deviation{named("deviation"), {}}, exponent{named("exponent"), {}};
+        for (const int side : sides)
+            variance.values.push_back(
+                numerics::box_variance(setting.grid, power, family.along_x * side, family.along_y * side));
+        for (std::size_t b = 0; b < sides.size(); ++b) {
+            deviation.values.push_back(std::sqrt(variance.values[b]));
+            exponent.values.push_back(b + 1 < sides.size()
+                                          ? 0.5 * std::log(variance.values[b + 1] / variance.values[b]) /
+                                                (2.0 * std::log(static_cast<double>(sides[b + 1]) / sides[b]))
+                                          : not_a_number);
+        }
+        report.predictions.insert(report.predictions.end(), {variance, deviation, exponent});
     }
-    report.predictions.push_back({what + "_number_variance", variances});
-    report.predictions.push_back(std::move(deviation));
-    report.predictions.push_back(std::move(exponent));
 }
 
 /// Directions that the mean order of a run has taken, by their share of its samples: p and -p are one, for S(q) is that of both.
@@ -156,6 +154,7 @@ std::vector<physics::StructureFactor> predicted_modes(const physics::Equations& 
     try {
         std::vector<physics::StructureFactor> modes = flock_modes(equations, *state, report, orders);
         report.about = size;
+        report.about_flock = true;
         return modes;
     } catch (const Error& error) {
         explain(error, "; see drover stability");

@@ -46,19 +46,22 @@ void add_array(const Report& report, const std::string& name, const std::string&
     }
 }
 
-void add_boxes(const Report& report, const std::string& what, std::string& out) {
-    const measure::SummaryRow* number = measure::find_row(report.summary, what + "_number");
-    const measure::SummaryRow* deviation = measure::find_row(report.summary, what + "_number_deviation");
-    const measure::SummaryRow* exponent = measure::find_row(report.summary, what + "_number_exponent");
+void add_boxes(const Report& report, const std::string& what, const measure::BoxFamily& family, std::string& out) {
+    const auto row = [&](const char* result) {
+        return measure::find_row(report.summary, what + result + family.ending);
+    };
+    const measure::SummaryRow *number = row("_number"), *deviation = row("_number_deviation"),
+                              *exponent = row("_number_exponent");
     if (number == nullptr || deviation == nullptr || exponent == nullptr) return;
-    const Prediction* linear = find_prediction(report, what + "_number_deviation");
-    const Prediction* linear_exponent = find_prediction(report, what + "_number_exponent");
-    out +=
-        text("\nfluctuations of the number of {}s in square boxes: DN ~ N^exponent from each box to the next\n", what);
-    out += text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}\n", "side [mm]", "N", "DN", "error",
-                "linear", "sigmas", "exponent", "error", "linear");
+    const Prediction* linear = find_prediction(report, deviation->name);
+    const Prediction* linear_exponent = find_prediction(report, exponent->name);
+    out += text("\nfluctuations of the number of {}s, each in a {}: DN ~ N^exponent from each box to the next\n", what,
+                family.shape);
+    out += text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}\n",
+                family.along_x == family.along_y ? "side [mm]" : "short side", "N", "DN", "error", "linear", "sigmas",
+                "exponent", "error", "linear");
     for (std::size_t b = 0; b < number->estimates.size(); ++b) {
-        const double side = report.setting.grid.lx / report.setting.grid.nx * report.setting.boxes[b];
+        const double side = report.setting.grid.lx / report.setting.grid.nx * (report.setting.*family.sides)[b];
         const double predicted = linear ? linear->values[b] : NAN;
         out += text("{} {} {} {} {} {}", cell(side), cell(number->estimates[b].mean),
                     cell(deviation->estimates[b].mean), error_cell(deviation->estimates[b]), cell(predicted),
@@ -93,8 +96,10 @@ std::string report_text(const Report& report) {
          {"structure_factor_rods", "structure_factor_beads", "structure_factor_order_along",
           "structure_factor_order_across", "structure_factor_velocity_along", "structure_factor_velocity_across"})
         add_array(report, name, "|q| [1/mm]", report.setting.shells.q, shells, out);
-    add_boxes(report, "rod", out);
-    add_boxes(report, "bead", out);
+    // The long boxes tell something new of a flock alone; the archive and --json have them always.
+    for (const measure::BoxFamily& family : measure::box_families())
+        if (family.along_x == family.along_y || report.about_flock)
+            for (const char* what : {"rod", "bead"}) add_boxes(report, what, family, out);
     if (!report.about.empty()) out += "\nlinear: the linear theory about " + report.about + ", on the same grid\n";
     if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";

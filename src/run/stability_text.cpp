@@ -1,4 +1,5 @@
 // run/stability_text.cpp: the stability of a scene for people.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -42,11 +43,15 @@ void add_slow_modes(const StateStability& one, std::string& out) {
     const bool isotropic = one.state.point.order.norm() == 0.0;
     out +=
         text("  long waves, s = -i u q - gamma q^2: {}u [mm/s] (gamma [mm^2/s])\n", isotropic ? "" : "angle to p0, ");
+    double largest = 0.0;
+    for (const SlowAngle& at : one.slow)
+        for (const physics::SlowMode& mode : at.modes) largest = std::max(largest, std::abs(mode.speed));
+    const auto rounded = [&](double speed) { return std::abs(speed) > 1e-12 * largest ? speed : 0.0; };
     for (const SlowAngle& at : one.slow) {
         if (isotropic && at.angle > 0.0) break;
         out += isotropic ? text("{:>8}", "") : text("{:>8.0f}", at.angle / degree);
         for (const physics::SlowMode& mode : at.modes) {
-            out += text("   {:>10.4g}", mode.speed.real() + 0.0);
+            out += text("   {:>10.4g}", rounded(mode.speed.real()));
             if (mode.speed.imag() != 0.0)
                 out += text(" {} {:.4g} i", mode.speed.imag() > 0.0 ? "+" : "-", std::abs(mode.speed.imag()));
             out +=

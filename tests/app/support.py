@@ -10,6 +10,7 @@ import h5py
 if not os.environ.get("DROVER"):
     raise RuntimeError("DROVER is not set; expected the program, as in DROVER=build/release/drover pytest tests/app")
 DROVER = str(Path(os.environ["DROVER"]).absolute())
+MODELS = Path(__file__).resolve().parents[2] / "models"
 
 # A stochastic run of every linear term on a small grid: half a second and less.
 SMALL = {
@@ -33,6 +34,11 @@ SMALL = {
     "output.sample_every": 0.5,
     "run.seed": 7,
 }
+
+
+def settings(keys):
+    """The options for "section.key=value"."""
+    return [word for key in keys for word in ("--set", key)]
 
 
 def toml_value(value):

@@ -17,6 +17,8 @@ COMMANDS = {
     "run": ["scene", "--set", "--output", "--threads", "--overwrite", "--json", "--quiet"],
     "restart": ["archive", "--set", "--threads", "--json", "--quiet"],
     "sweep": ["scene", "--set", "--output", "--vary", "--seeds", "--ramp", "--workers", "--json", "--quiet"],
+    "stability": ["scene", "--set", "--output", "--threads", "--overwrite", "--json"],
+    "boundary": ["scene", "--set", "--x", "--y", "--convention", "--output", "--threads", "--overwrite", "--json"],
     "check": ["scene", "--set", "--output", "--threads", "--resolved"],
     "explain": ["scene", "--set", "--output", "--threads", "--json"],
     "info": ["archive", "--scene", "--json"],

@@ -4,14 +4,12 @@ Grids and times are shortened by --set so that all of them take half a minute.
 """
 import math
 import re
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from support import drover, drover_json
+from support import MODELS, drover, drover_json, settings
 
-MODELS = Path(__file__).resolve().parents[2] / "models"
 SCENES = sorted(path.stem for path in MODELS.glob("*.toml"))
 
 # What is shortened, for scenes whose physics is asserted below or that merely have to run.
@@ -28,10 +26,6 @@ SHORT = {
     "barenblatt": ["grid.nx=128", "grid.ny=128"],
     "quench": ["grid.nx=64", "grid.ny=64", "grid.lx=64", "grid.ly=64", "time.end=100"],
 }
-
-
-def settings(keys):
-    return [word for key in keys for word in ("--set", key)]
 
 
 class Ran:

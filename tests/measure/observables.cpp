@@ -159,15 +159,20 @@ TEST(StructureFactor, of_one_wave_of_rods_lies_in_its_shell_and_sector_alone) {
                     both / modes_beside(setting, mode));
         for (const double value : scene("structure_factor_order_direction"))
             EXPECT_TRUE(std::isnan(value) || value < 1e-28) << "more than the square of a rounding";
-        const std::vector<double> variance = scene("rod_number_variance");
-        for (std::size_t b = 0; b < variance.size(); ++b) {
-            const auto side = [&](int k, int n, double length) {  // of the sum of a wave over a row of cells
-                return k == 0
-                           ? setting.boxes[b] * length / n
-                           : length / n * std::sin(tau / 2.0 * k * setting.boxes[b] / n) / std::sin(tau / 2.0 * k / n);
-            };
-            const double amplitude = 0.5 * side(kx, oblong.nx, oblong.lx) * side(ky, oblong.ny, oblong.ly);
-            EXPECT_NEAR(variance[b], amplitude * amplitude / 2.0, 1e-12);  // rounding
+        for (const BoxFamily& family : box_families()) {
+            const std::vector<double> variance = scene(std::string("rod_number_variance") + family.ending);
+            const std::vector<int>& sides = setting.*family.sides;
+            ASSERT_EQ(variance.size(), sides.size());
+            for (std::size_t b = 0; b < variance.size(); ++b) {
+                const auto side = [](int cells, int k, int n,
+                                     double length) {  // of the sum of a wave over a row of cells
+                    return k == 0 ? cells * length / n
+                                  : length / n * std::sin(tau / 2.0 * k * cells / n) / std::sin(tau / 2.0 * k / n);
+                };
+                const double amplitude = 0.5 * side(family.along_x * sides[b], kx, oblong.nx, oblong.lx) *
+                                         side(family.along_y * sides[b], ky, oblong.ny, oblong.ly);
+                EXPECT_NEAR(variance[b], amplitude * amplitude / 2.0, 1e-12);  // rounding
+            }
         }
     }
 }

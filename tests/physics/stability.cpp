@@ -267,5 +267,15 @@ TEST(Instabilities, in_a_field_are_searched_all_round) {
     EXPECT_NEAR(instabilities(held, stationary_states(held).states.at(0), search).at(0).rate, expected, 1e-6);
 }
 
+TEST(Instabilities, of_a_flock_against_its_field_is_that_it_turns_as_a_whole) {
+    Model model = flock_model({});
+    model.orienting_field = {.x = 0.01, .y = 0.0};
+    const Equations e(model);
+    const StationaryStates found = stationary_states(e);
+    ASSERT_EQ(found.states.size(), 3u);
+    EXPECT_TRUE(instabilities(e, found.states[0], search).empty());
+    EXPECT_EQ(instabilities(e, found.states[2], search).at(0).name, "uniform");
+}
+
 }  // namespace
 }  // namespace drover::physics

@@ -131,6 +131,14 @@ TEST(EffectiveCoefficients, are_the_combinations_of_the_closed_forms) {
     EXPECT_TRUE(std::isnan(found.neutral_wavenumber));
 }
 
+TEST(EffectiveCoefficients, of_beads_that_carry_nothing_ask_no_drag) {
+    const Letters l{.gamma = 0.0, .alpha = 0.0};
+    const EffectiveCoefficients found = effective_coefficients(Equations(flock_model(l)), l.rho, 0.9);
+    EXPECT_EQ(found.relaxation, l.a);
+    EXPECT_EQ(found.inertia, 1.0);
+    EXPECT_NEAR(found.correlation_length, std::sqrt(l.k3 / l.a), 1e-15);
+}
+
 TEST(EffectiveCoefficients, have_the_slopes_of_the_effective_relaxation) {
     Model model = flock_model({});
     model.relaxation.rate_terms = {"-0.1 sigma", "-0.05 rho"};

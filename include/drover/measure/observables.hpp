@@ -22,6 +22,7 @@ struct Setting {
     numerics::Shells shells;
     numerics::Sectors sectors;
     std::vector<int> boxes;           ///< box sides, in cells: a box has as many cells along x as along y
+    std::vector<int> long_boxes;      ///< shorter sides of the boxes that are four times longer one way, in cells
     int degree = 1;                   ///< of the products: which modes are kept
     std::vector<double> separations;  ///< mean distance in each bin of the pair correlation [mm]
     std::vector<int> separation_bin;  ///< of each grid point as a displacement, -1 for none
@@ -51,7 +52,18 @@ struct Moment {
 };
 
 /// An axis of an observable.
-enum class ObservableAxis { shell, sector, box, separation, term };
+enum class ObservableAxis { shell, sector, box, long_box, separation, term };
+
+/// Boxes of one shape, by size: their results end in `ending`.
+struct BoxFamily {
+    const char* ending;
+    const char* shape;  ///< for people
+    ObservableAxis axis;
+    std::vector<int> Setting::*sides;  ///< the shorter one, in cells
+    int along_x, along_y;              ///< times that side
+};
+/// Squares; and boxes four times longer along x and along y, which tell the directions of a flock apart.
+std::span<const BoxFamily> box_families();
 
 struct Observable {
     std::string name;

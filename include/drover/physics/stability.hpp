@@ -57,7 +57,7 @@ numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, 
 /// A kind of instability: its fastest wave.
 struct Instability {
     /// Of the isotropic state: "order" (a flock forms), "phase separation".  Of a flock: "banding" (waves along p0), "oblique",
-    /// "phase separation" (waves across p0 that stand still).
+    /// "phase separation" (waves across p0 that stand still), "uniform" (the whole of it turns or grows, without a wave).
     std::string name;
     double rate = 0.0, frequency = 0.0;  ///< Re s, -Im s [1/s]
     double q = 0.0, angle = 0.0;         ///< [1/mm], [rad]

@@ -22,6 +22,7 @@ struct Report {
     std::vector<Prediction> predictions;
     std::string no_prediction;  ///< why there is none: "" when there is
     std::string about;          ///< the uniform state that the predictions are about, for people
+    bool about_flock = false;   ///< it has order
     double time = 0.0;          ///< of the last sample [s]
 };
 

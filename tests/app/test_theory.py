@@ -1,0 +1,184 @@
+"""tests/app/test_theory.py: drover stability and drover boundary, and linear theory beside the measurements of a flock."""
+import math
+
+import h5py
+import numpy as np
+import pytest
+from refusal import refused
+from support import MODELS, drover, drover_json, settings
+
+FLOCK = MODELS / "flock.toml"
+
+
+def state_named(told, name):
+    return next(state for state in told["states"] if state["name"] == name)
+
+
+# --- stability
+
+def test_stability_of_a_flock_is_that_of_its_closed_forms(tmp_path):
+    told = drover_json(tmp_path, "stability", FLOCK)
+    # models/flock.toml: sigma = 0.02, rho = 0.8, m = 2.1, u = 3.6, Gamma = alpha = 33.6, E = 168, F = 420, a = b = 0.4, lambda = 0.6, A = 1, B = 40.
+    gain, u, sigma, rho, p0 = 0.6, 3.6, 0.02, 0.8, math.sqrt(0.5)
+    chi, abar_a, bbar = 1.0 + 2.1 * rho * gain / 33.6, 1.0 + 0.6 * 168.0 / 33.6, 40.0 + 0.6 * 420.0 / 33.6
+    found = told["coefficients"]
+    for key, expected in {"inertia": chi, "relaxation": -0.2, "pressure_beads": abar_a, "pressure_rods": bbar,
+                          "sound_stiffness": u * sigma * bbar + rho * abar_a}.items():
+        assert found[key] == pytest.approx(expected, rel=1e-12)
+    flock = state_named(told, "ordered")
+    assert flock["stable"] and np.hypot(*flock["order"]) == pytest.approx(p0, rel=1e-12)
+    across = [mode["speed"] for mode in flock["slow_modes"] if mode["angle"] == 90.0]
+    assert sorted(across) == pytest.approx([-math.sqrt(found["sound_stiffness"] / chi), 0.0, math.sqrt(found["sound_stiffness"] / chi)],
+                                           abs=1e-12)
+    isotropic = state_named(told, "isotropic")
+    assert [one["name"] for one in isotropic["instabilities"]] == ["order"]
+    assert isotropic["instabilities"][0]["grows_to"] == pytest.approx(found["neutral_wavenumber"], rel=1e-9)
+    text = drover(tmp_path, "stability", FLOCK).stdout
+    for words in ("abar", "chi", "state: isotropic", "state: ordered, |p| = 0.707107", "stable against all waves", "shot noise"):
+        assert words in text
+
+
+def test_stability_writes_its_maps_with_axes_and_origin(tmp_path):
+    drover(tmp_path, "stability", MODELS / "banding.toml", "--output", "maps.h5", *settings(["stability.angles=19"]))
+    with h5py.File(tmp_path / "maps.h5") as file:
+        assert file.attrs["scene_file"].decode() == "banding.toml" and b"drover stability" in file.attrs["title"]
+        growth = file["ordered/growth_rate"]
+        assert growth.shape == (19, 96, 3) and growth.attrs["units"] == b"s-1"
+        q, angle = file["ordered/wavenumber"][:], file["ordered/angle"][:]
+        # Along p0 the branches are those of [[0, -iq], [nu p0' - i B q, -nu - i w p0 q - K q^2]] and of p across.
+        p0, nu = math.sqrt(0.1), 0.2
+        for k in (0, 40, 95):
+            m = np.array([[0, -1j * q[k]], [nu / (2 * p0) - 1j * q[k], -nu - 1j * p0 * q[k] - q[k]**2]])
+            expected = np.append(np.linalg.eigvals(m), -q[k]**2 - 1j * p0 * q[k])
+            found = growth[0, k, :] - 1j * file["ordered/frequency"][0, k, :]
+            assert np.abs(found[:, None] - expected[None, :]).min(axis=1).max() < 1e-12
+        assert angle[0] == 0.0 and angle[-1] == 90.0
+    refused(tmp_path, ["stability", MODELS / "banding.toml", "--output", "maps.h5"], ["maps.h5", "exists"])
+    drover(tmp_path, "stability", MODELS / "banding.toml", "--output", "maps.h5", "--overwrite")
+
+
+@pytest.mark.parametrize("keys, words", [
+    (["drag.coefficient=0"], "drag.coefficient is 0: beads driven by order gain speed for ever"),
+    (["relaxation.saturation=0"], "relaxation.saturation is 0: order grows without bound"),
+    (["relaxation.rate=2"], "is not below 0"),
+    (["relaxation.rate=0.6"], "long waves: at the threshold"),
+])
+def test_stability_at_the_extremes_says_what_there_is_not(tmp_path, keys, words):
+    ended = drover(tmp_path, "stability", FLOCK, *settings(keys))
+    assert words in ended.stdout and ended.stderr == "" and "nan" not in ended.stdout
+    assert state_named(drover_json(tmp_path, "stability", FLOCK, *settings(keys)), "isotropic")
+
+
+def test_a_search_without_room_is_refused(tmp_path):
+    refused(tmp_path, ["stability", FLOCK, *settings(["stability.least=9", "stability.most=2"])], ["stability.least", "expected stability.least below stability.most"])
+
+
+# --- boundary
+
+TABLE = """
+[fields]
+bead_density = true
+bead_velocity = "dynamic"
+[uniform]
+bead_area = 0.5
+rod_area = 4.0
+rod_density = 0.03
+[drag]
+coefficient = 1
+[relaxation]
+saturation = 1
+[table]
+bead_density = [0.4, 1.0, 1.6]
+rod_density = [0.01, 0.05]
+relaxation_rate = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+driving_strength = [0.4, 0.4, 1.0, 1.0, 1.6, 1.6]
+driving_strength_error = [0.04, 0.04, 0.04, 0.04, 0.04, 0.04]
+[weathercock]
+strength = 1.0
+"""
+
+
+def test_boundary_of_rods_with_drag_lies_at_a_gain_of_two(tmp_path):
+    # One rod turns by lambda_s, with rotational diffusion a: order where lambda_s alpha/(Gamma a) = 2, half of it for lambda.
+    told = drover_json(tmp_path, "boundary", FLOCK, "--x", "weathercock.strength = 0.2:2", "--y", "relaxation.rate = 0.1:1",
+                       "--convention", "mean", "--convention", "single-rod", *settings(['boundary.lines=["onset"]']))
+    assert [(one["limit"], one["convention"]) for one in told["traced"]] == [("onset", "mean"), ("onset", "single-rod")]
+    for one, gain in zip(told["traced"], (1.0, 2.0)):
+        (line,) = one["lines"]
+        points = np.array([[point["x"], point["y"]] for point in line["points"]])
+        assert np.abs(points[:, 0] - gain * points[:, 1]).max() < 1e-8 * 2.0
+
+
+def test_boundary_of_a_table_in_area_fractions_has_its_error_band(tmp_path):
+    (tmp_path / "table.toml").write_text(TABLE)
+    told = drover_json(tmp_path, "boundary", "table.toml", "--x", "bead_area_fraction = 0.1:0.9", "--y", "rod_area_fraction = 0.03:0.25",
+                       "--output", "plane.h5")
+    onset = next(one for one in told["traced"] if one["limit"] == "onset")
+    (line,) = onset["lines"]
+    assert not line["closed"]
+    for point in line["points"]:
+        assert point["x"] == pytest.approx(0.5, abs=1e-8)  # alpha = rho = 1 at an area fraction of 0.5
+        assert 0.04 - 1e-9 <= point["y"] <= 0.2 + 1e-9  # the table's rods
+        # alpha is as uncertain as its nodes there, two of them of equal weight at most: d x = 0.5 d alpha.
+        assert 0.5 * 0.04 / math.sqrt(2) - 1e-4 <= abs(point["error_x"]) <= 0.5 * 0.04 + 1e-4
+    with h5py.File(tmp_path / "plane.h5") as file:
+        assert file.attrs["boundary_x"] == b"bead_area_fraction"
+        regime = file["map/regime"][:]
+        x = file["map/map_x"][:]
+        covered = regime[48]
+        assert (covered[x < 0.2] == -1).all() and (covered[(x > 0.21) & (x < 0.49)] == 0).all() and (covered[x > 0.81] == -1).all()
+
+
+@pytest.mark.parametrize("arguments, names", [
+    ([], ["boundary.x is not given", "--x"]),
+    (["--x", "driving.strenth = 1:2", "--y", "relaxation.rate = 0:1"], ["did you mean driving.strength?"]),
+    (["--x", "driving.strength = 2:1", "--y", "relaxation.rate = 0:1"], ["expected the smaller number first"]),
+    (["--x", "driving.strength = 1", "--y", "relaxation.rate = 0:1"], ["expected first:last"]),
+    (["--x", "driving.strength = 1:two", "--y", "relaxation.rate = 0:1"], ['"two"', "expected numbers"]),
+    (["--x", "drag.coefficient = -1:2", "--y", "relaxation.rate = 0:1"], ["out of the range"]),
+    (["--x", "driving.strength = 1:2", "--y", "driving.strength = 0:1"], ["are both driving.strength"]),
+    (["--x", "rod_area_fraction = 0.1:0.2", "--y", "relaxation.rate = 0:1"], ["uniform.rod_area = 0", "expected > 0"]),
+    (["--x", "driving.strength = 1:2", "--y", "relaxation.rate = 0:1", "--set", 'boundary.errors=["relaxation.rate = 0"]'],
+     ["expected a standard error > 0"]),
+    (["--x", "driving.strength = 1:2", "--y", "relaxation.rate = 0:1", "--set", 'boundary.lines=["onsets"]'], ['did you mean "onset"?']),
+])
+def test_a_plane_that_is_none_is_refused(tmp_path, arguments, names):
+    refused(tmp_path, ["boundary", FLOCK, *arguments], names)
+
+
+def test_an_axis_that_a_table_has_taken_is_refused(tmp_path):
+    (tmp_path / "table.toml").write_text(TABLE)
+    refused(tmp_path, ["boundary", "table.toml", "--x", "driving.strength = 1:2", "--y", "drag.coefficient = 0.5:1"], ["driving.strength", "takes from its table"])
+
+
+# --- beside a run
+
+def test_fluctuations_of_a_flock_in_the_linear_regime_are_those_of_its_theory(tmp_path):
+    # The scene of giant fluctuations with a millionth of its noise: corrections are a thousandth of the linear theory.  dt = 0.1: the
+    # flock's own rates, 1 /s, are then right to (rate dt)^2/12 = 1e-3.
+    quiet = ["noise.order=32e-6", "noise.rods=9.6e-6", "grid.nx=32", "grid.ny=32", "time.dt=0.1", "time.end=2400", "output.frame_every=0"]
+    told = drover_json(tmp_path, "run", MODELS / "number-fluctuations.toml", "--quiet", *settings(quiet))
+    assert told["linear_about"].startswith("the ordered state, |p| = 11.31")
+    deviations = []
+    for what in ("rod", "bead"):
+        for shape in ("", "_long_x", "_long_y"):
+            for result in ("deviation", "exponent"):
+                row = told["results"][f"{what}_number_{result}{shape}"]
+                for value, linear in zip(row["values"], row["linear"]):
+                    if linear is None:
+                        continue  # there is no larger box
+                    assert value["error"] is not None, (what, shape, result, value)
+                    deviations.append((value["mean"] - linear) / value["error"])
+    assert len(deviations) == 58
+    # Neighbouring boxes go together; all of 58 within 4 errors, from some 20 blocks, is what chance allows.
+    assert np.abs(deviations).max() < 4.0, deviations
+    assert np.sqrt(np.mean(np.square(deviations))) < 1.6
+
+
+def test_a_run_of_a_flock_that_must_break_says_why_there_is_no_prediction(tmp_path):
+    # Beads that attract rods: oblique waves grow.
+    keys = ["pressure.beads=-40", "time.end=2", "output.frame_every=0", "output.sample_every=0.2", "grid.nx=24", "grid.ny=24", "analysis.warm_up=0"]
+    told = drover_json(tmp_path, "run", FLOCK, "--quiet", *settings(keys))
+    assert told["linear_about"] == "" and "the ordered state" in told["no_prediction"] and "drover stability" in told["no_prediction"]
+    unstable = state_named(drover_json(tmp_path, "stability", FLOCK, *settings(keys)), "ordered")
+    assert unstable["instabilities"][0]["name"] == "oblique"
