@@ -319,6 +319,15 @@ void split_powers(const Setting& setting, std::span<const Complex> x, std::span<
 }
 }  // namespace
 
+namespace {
+/// Shorter sides of long boxes; on the least of grids the longer side is the whole cell's.
+std::vector<int> long_ladder(int n) {
+    std::vector<int> sides = numerics::box_ladder(n / 4);
+    if (sides.empty()) sides.push_back(1);
+    return sides;
+}
+}  // namespace
+
 Setting make_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
                      std::vector<std::string> power_terms) {
     Setting setting{.grid = grid,
@@ -326,7 +335,7 @@ Setting make_setting(const numerics::Grid& grid, const physics::Form& form, int 
                     .shells = numerics::shells(grid, degree),
                     .sectors = numerics::sectors(grid, direction_sectors),
                     .boxes = numerics::box_ladder(std::min(grid.nx, grid.ny)),
-                    .long_boxes = numerics::box_ladder(std::min(grid.nx, grid.ny) / 4),
+                    .long_boxes = long_ladder(std::min(grid.nx, grid.ny)),
                     .degree = degree,
                     .separations = {},
                     .separation_bin = {},

@@ -18,7 +18,8 @@ constexpr const char* example = "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation
 
 Varied varied_of(const std::string& written, const Where& where) {
     const auto [key, values] = read_written(written, list, example, where);
-    require(key.find('.') != std::string::npos, where, "{} has \"{}\"; expected {}", list, written, example);
+    require(key.find('.') != std::string::npos, where, "{} has \"{}\"; expected \"section.key = values\", as in {}",
+            list, written, example);
     const auto number_of = [&](const std::string& word) { return read_number(word, written, list, example, where); };
     Varied varied{.key = key, .values = {}};
     if (values.find(':') == std::string::npos) {

@@ -19,7 +19,7 @@ Written read_written(const std::string& written, const std::string& list, const 
                      const Where& where) {
     const std::size_t equals = written.find('=');
     require(equals != std::string::npos && !trimmed(written.substr(0, equals)).empty(), where,
-            "{} has \"{}\"; expected {}", list, written, example);
+            "{} has \"{}\"; expected \"section.key = values\", as in {}", list, written, example);
     return {.key = trimmed(written.substr(0, equals)), .value = trimmed(written.substr(equals + 1))};
 }
 

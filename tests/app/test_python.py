@@ -139,7 +139,7 @@ def test_every_array_of_a_group_has_a_unit_a_meaning_and_named_axes(archive, gro
     with xarray.open_dataset(archive, group=group, engine="netcdf4") as dataset:
         for array in dataset.variables.values():
             assert array.attrs["units"] and array.attrs["long_name"]
-            assert set(array.dims) <= {"time", "wavenumber", "direction", "box_side", "separation"}
+            assert set(array.dims) <= {"time", "wavenumber", "direction", "box_side", "long_box_side", "separation"}
         if group == "observables":
             assert numpy.array_equal(dataset.time, numpy.arange(121) * 0.5)  # halves: exact
             assert dataset.structure_factor_rods.dims == ("time", "wavenumber")

@@ -140,7 +140,7 @@ def rows_at(path, group, times):
         all_times = file[group + "/time"][()]
         rows = [int(np.flatnonzero(np.abs(all_times - time) < 1e-9)[0]) for time in times]
         for name, item in file[group or "/"].items():
-            if isinstance(item, h5py.Dataset) and item.shape[:1] == (len(all_times),) and name not in ("x", "y"):
+            if isinstance(item, h5py.Dataset) and item.shape and (name == "time" or any(scale.name.endswith("/time") for scale in item.dims[0].values())):
                 found[name] = item[()][rows].tobytes()
     return found
 
