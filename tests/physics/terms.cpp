@@ -5,6 +5,7 @@
 
 #include "drover/base/random.hpp"
 #include "full_model.hpp"
+#include "modes.hpp"
 
 namespace drover::physics {
 namespace {
@@ -12,13 +13,6 @@ namespace {
 using numerics::Complex;
 
 constexpr numerics::Grid grid{20, 24, 7.0, 9.0};  // modes |k| < 4 are kept for products up to degree 4
-
-/// Component of a form at each place of a Symbol, -1 where it has none.
-std::array<int, places> components(const Form& form) {
-    const auto second = [](int first) { return first < 0 ? -1 : first + 1; };
-    return {form.bead_density,          form.rod_density, form.bead_velocity,
-            second(form.bead_velocity), form.polar_order, second(form.polar_order)};
-}
 
 /// Numbers between -1 and 1 that do not repeat.
 class Numbers {
@@ -39,16 +33,6 @@ UniformPoint random_point(Numbers& numbers) {
             .rod_density = 0.8 + 0.4 * numbers.next(),
             .velocity = vector(),
             .order = vector()};
-}
-
-numerics::Spectra uniform_state(const Form& form, const UniformPoint& point) {
-    numerics::Spectra state(grid, numerics::components(layout(form)));
-    const std::array<double, places> values{point.bead_density, point.rod_density, point.velocity.x(),
-                                            point.velocity.y(), point.order.x(),   point.order.y()};
-    const auto at = components(form);
-    for (std::size_t place = 0; place < places; ++place)
-        if (at[place] >= 0) state[at[place]][0] = values[place];
-    return state;
 }
 
 /// A slaved velocity in balance at the point: what the eliminated symbol is about.
@@ -76,7 +60,7 @@ double difference(const Equations& e, UniformPoint point, const Reference& about
         constexpr double step = 1e-4;  // truncation step^2 = 1e-8, rounding 1e-16/step = 1e-12
         numerics::Spectra rates[2];
         for (int sign : {0, 1}) {
-            numerics::Spectra state = uniform_state(e.form, point);
+            numerics::Spectra state = uniform_state(e.form, grid, point);
             state[at[column]][mode] += (sign == 0 ? 0.5 : -0.5) * step;
             if (kx == 0)
                 state[at[column]][static_cast<std::size_t>(grid.ny - ky) * numerics::columns(grid)] =
@@ -147,7 +131,7 @@ TEST(Terms, the_linear_part_about_the_reference_leaves_no_linear_remainder_there
         WholeRate rate(e, grid, about, threads);
         const UniformPoint rest{.bead_density = about.bead_density, .rod_density = about.rod_density};
         constexpr double step = 1e-5;
-        numerics::Spectra state = uniform_state(e.form, rest), found(grid, state.count());
+        numerics::Spectra state = uniform_state(e.form, grid, rest), found(grid, state.count());
         for (int c = 0; c < state.count(); ++c)
             state[c][2 * numerics::columns(grid) + 1] += Complex(step, 0.3 * step * c);
         (*rate.rest)(0.0, state, found);
