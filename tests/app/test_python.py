@@ -1,5 +1,4 @@
 """tests/app/test_python.py: archives as Python users meet them: xarray, h5py, drover.open_run, drover.figure."""
-import itertools
 import os
 import shutil
 import signal
@@ -14,11 +13,11 @@ import numpy
 import pytest
 import xarray
 from matplotlib import image
-from matplotlib.quiver import QuiverKey
-from matplotlib.text import Text
 
 import drover
 from drover import figure, panels, results
+import pictures
+from pictures import share_of
 
 SCENE = """
 [uniform]
@@ -331,31 +330,8 @@ def draw(path, *arguments):
     return image.imread(done.stdout.strip())
 
 
-def share_of(picture, colour):
-    wanted = numpy.array([int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5)])
-    return (abs(picture[:, :, :3] - wanted).max(axis=2) < 0.02).mean()
-
-
-def pieces(axes, renderer):
-    """What a panel takes of the paper: its frame, its axes with their labels, and its texts."""
-    texts = [child for child in axes.get_children() if isinstance(child, Text) and child.get_text()]
-    texts += [child.text for child in axes.get_children() if isinstance(child, QuiverKey)]
-    boxes = [axis.get_tightbbox(renderer) for axis in (axes.xaxis, axes.yaxis)]
-    boxes += [text.get_window_extent(renderer) for text in texts]
-    return [axes.get_window_extent(renderer), *(box for box in boxes if box is not None)]
-
-
 def overlaps(opened):
-    """What of a panel, the title or the caption runs into another one's, or over the edge of the picture."""
-    picture = figure.draw(opened)
-    picture.canvas.draw()
-    renderer = picture.canvas.get_renderer()
-    parts = [pieces(axes, renderer) for axes in picture.axes]
-    parts += [[text.get_window_extent(renderer)] for text in picture.texts]
-    beyond = [box for box in itertools.chain(*parts)
-              if box.x0 < 0 or box.y0 < 0 or box.x1 > picture.bbox.x1 or box.y1 > picture.bbox.y1]
-    pairs = (pair for these, those in itertools.combinations(parts, 2) for pair in itertools.product(these, those))
-    return beyond + [pair for pair in pairs if pair[0].overlaps(pair[1])]
+    return pictures.overlaps(figure.draw(opened))
 
 
 def test_the_command_writes_a_png_beside_the_archive_and_prints_its_name(copy):

@@ -5,9 +5,13 @@
         run.frames.rod_density.isel(time=-1).plot()
         run.summary.structure_factor_rods.plot(xscale="log", yscale="log")
 
-`python3 -m drover.figure isotropic.h5` draws one picture of a run.
+    with drover.open_theory("flock.h5") as theory:      # what drover stability or drover boundary wrote
+        theory.groups["ordered"].growth_rate.max("branch").plot(xscale="log")
+
+`python3 -m drover.figure isotropic.h5` draws one picture of an archive of any kind.
 """
 from drover.archive import Run, open_run
 from drover.error import DroverError
+from drover.theory import Theory, open_theory
 
-__all__ = ["DroverError", "Run", "open_run"]
+__all__ = ["DroverError", "Run", "Theory", "open_run", "open_theory"]

@@ -47,7 +47,7 @@ class Run:
 def open_run(path):
     """The run in an archive, a file that `drover run` wrote.  Raises DroverError when it is none or is damaged."""
     path = Path(path)
-    return settled(path, lambda: open_once(path))
+    return settled(path, lambda: open_once(path, read_run))
 
 
 def loaded(array, path):
@@ -72,7 +72,8 @@ def settled(path, action):
             time.sleep(0.01)
 
 
-def open_once(path):
+def open_once(path, read):
+    """What a reader makes of an archive that is open."""
     refuse_what_is_no_file(path)
     try:
         store = Store(path)
@@ -88,15 +89,29 @@ def open_once(path):
         raise
 
 
-def read(store, path):
+def read_head(store, path):
+    """The attributes of an archive and its scene."""
     attributes = attributes_of(store.file)
     if "drover_version" not in attributes or not isinstance(attributes.get("scene"), str):
         raise DroverError(f"{path} is HDF5 but no archive of drover (its root has no attributes drover_version and "
                           "scene); expected a file that drover run wrote")
     try:
-        scene = tomllib.loads(attributes["scene"])
+        return attributes, tomllib.loads(attributes["scene"])
     except tomllib.TOMLDecodeError as error:
         raise DroverError(damaged(path, "its scene is not TOML", error)) from error
+
+
+def kind_of(attributes):
+    """Which command wrote an archive: "run", "stability" or "boundary"."""
+    words = str(attributes.get("title", "")).split()
+    return words[1] if words[:1] == ["drover"] and words[1:2] in (["stability"], ["boundary"]) else "run"
+
+
+def read_run(store, path):
+    attributes, scene = read_head(store, path)
+    if kind_of(attributes) != "run":
+        raise DroverError(f"{path} is no run but what drover {kind_of(attributes)} wrote; open it by drover.open_theory, "
+                          f'or a group of it by xarray.open_dataset("{path}", group="{example_group(store)}")')
     frames, observables = (group_dataset(store, group) for group in ("/", "/observables"))
     summary = group_dataset(store, "/summary") if "summary" in store.file else None
     for name in fields_of(scene):
@@ -106,6 +121,10 @@ def read(store, path):
     if 0 in frames.sizes.values():
         raise DroverError(f"{path} holds no frame; its run ended before it began: run its scene again")
     return Run(path, frames, observables, summary, scene, attributes, store)
+
+
+def example_group(store):
+    return next(reversed(list(store.file)), "map")
 
 
 def refuse_what_is_no_file(path):

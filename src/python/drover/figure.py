@@ -1,22 +1,18 @@
-"""drover/figure.py: one picture of a run:  python3 -m drover.figure ARCHIVE [--output PNG] [--frame N]"""
+"""drover/figure.py: one picture of an archive:  python3 -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME]"""
 import argparse
 import io
 import sys
-import textwrap
 from pathlib import Path
 
 import matplotlib
 import numpy
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from drover import panels
-from drover.archive import open_run, settled
+from drover import boundary_figure, panels, stability_figure
+from drover.archive import Run, settled
 from drover.error import DroverError
+from drover.paper import STYLE, add_axes, bar_box, sheet, write_words
+from drover.theory import open_any
 
-STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fontsize": 8.5, "legend.framealpha": 0.85,
-         "axes.spines.top": False, "axes.spines.right": False, "figure.dpi": 200}
-SIZE = (11.6, 7.7)  # inches
 # Where panels go, by the shape of the cell: left, bottom, width, height in inches; the map is fitted into its own.
 SQUARE = {"map": (0.8, 3.2, 3.75, 3.75), "structure": (6.35, 3.2, 2.15, 3.75), "numbers": (9.3, 4.95, 2.1, 2.0),
           "exponents": (9.3, 3.2, 2.1, 1.4), "order": (0.8, 1.2, 10.6, 1.1)}
@@ -38,8 +34,7 @@ def draw(run, frame=-1):
     ratio = run.scene["grid"]["lx"] / run.scene["grid"]["ly"]
     layout = WIDE if ratio > WIDE_FROM else TALL if ratio < TALL_FROM else SQUARE
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=SIZE)
-        FigureCanvasAgg(figure)
+        figure = sheet()
         boxes = {**layout, "map": fitted(layout["map"], ratio)}
         axes = {name: add_axes(figure, box) for name, box in boxes.items()}
         blocks = panels.draw_map(axes["map"], add_axes(figure, bar_box(boxes["map"])), run, frame)
@@ -48,15 +43,21 @@ def draw(run, frame=-1):
         panels.draw_order(axes["order"], run, columns=1 if layout is WIDE else 2)
         for name, words in TITLES.items():
             axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
-        figure.text(0.8 / SIZE[0], 1.0 - 0.32 / SIZE[1], title(run, frame), fontsize=12, va="center")
-        words = textwrap.wrap(caption(run, drawn, blocks), 172)
-        figure.text(0.8 / SIZE[0], 0.66 / SIZE[1], "\n".join(words), fontsize=8.5, va="top", linespacing=1.3)
+        write_words(figure, title(run, frame), caption(run, drawn, blocks))
     return figure
 
 
-def draw_file(path, frame):
-    with open_run(path) as run:
-        return draw(run, frame)
+def draw_file(path, frame=None, state=None):
+    """The picture of an archive of any kind; frame is of a run alone, state of a stability alone."""
+    with open_any(path) as opened:
+        kind = "run" if isinstance(opened, Run) else opened.kind
+        for option, value, its_kind in (("--frame", frame, "run"), ("--state", state, "stability")):
+            if value is not None and kind != its_kind:
+                raise DroverError(f"{path}: {option} {value} is asked for, but drover {kind} wrote this archive; only "
+                                  f"those of drover {its_kind} have one: leave it out")
+        if kind == "run":
+            return draw(opened, -1 if frame is None else frame)
+        return stability_figure.draw(opened, state) if kind == "stability" else boundary_figure.draw(opened)
 
 
 def fitted(box, ratio):
@@ -64,18 +65,6 @@ def fitted(box, ratio):
     left, bottom, width, height = box
     fitted_width = min(width, height * ratio)
     return left, bottom + height - fitted_width / ratio, fitted_width, fitted_width / ratio
-
-
-def bar_box(box):
-    """Room for the colour bar on the right of a box."""
-    left, bottom, width, height = box
-    tall = max(height, 1.1)
-    return left + width + 0.1, bottom + height - tall, 0.14, tall
-
-
-def add_axes(figure, box):
-    left, bottom, width, height = box
-    return figure.add_axes((left / SIZE[0], bottom / SIZE[1], width / SIZE[0], height / SIZE[1]))
 
 
 def title(run, frame):
@@ -118,16 +107,19 @@ def write(figure, path):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m drover.figure", description="One picture of a run.")
-    parser.add_argument("archive", type=Path, help="the archive of the run, such as isotropic.h5")
+    parser = argparse.ArgumentParser(prog="python3 -m drover.figure", description="One picture of an archive: of a run, of "
+                                     "the stability of a scene or of its phase boundaries.")
+    parser.add_argument("archive", type=Path, help="what drover run, stability or boundary wrote, such as isotropic.h5")
     parser.add_argument("--output", type=Path,
                         help="the picture (.png, .pdf or .svg); by default the archive's name with .png")
-    parser.add_argument("--frame", type=int, default=-1,
-                        help="number of the frame from 0; -1, the default, is the last")
+    parser.add_argument("--frame", type=int, help="of a run: number of the frame from 0; -1, the default, is the last")
+    parser.add_argument("--state", help="of a stability: the uniform state, such as isotropic; by default the most "
+                        "ordered one")
     options = parser.parse_args(arguments)
     output = options.output or options.archive.with_suffix(".png")
     try:
-        write(settled(options.archive, lambda: draw_file(options.archive, options.frame)), output)
+        write(settled(options.archive, lambda: draw_file(options.archive, options.frame, options.state)),
+              output)
     except DroverError as error:
         print(f"drover.figure: {error}", file=sys.stderr)
         return 2

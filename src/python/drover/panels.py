@@ -1,4 +1,6 @@
 """drover/panels.py: the panels of the picture of a run, each drawn on axes that it is given."""
+import re
+
 import numpy
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
@@ -28,7 +30,9 @@ COLOUR_PART = 0.99                 # of the pixels lie inside the range of colou
 
 
 def unit_text(unit):
-    """A UDUNITS text as mathtext: "mm-2" is mm^-2."""
+    """A UDUNITS text, or a unit as scenes have it, as mathtext: "mm-2" and "mm^-2" alike."""
+    if "^" in unit:
+        return re.sub(r"\^(-?\d+)", r"$^{\1}$", unit)
     words = []
     for word in unit.split():
         base = word.rstrip("-+0123456789")
@@ -159,8 +163,12 @@ def log_axes(axes, x_alone=False):
     if not x_alone:
         axes.set_yscale("log")
     for axis in (axes.xaxis,) if x_alone else (axes.xaxis, axes.yaxis):
-        axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=20))
-        axis.set_minor_formatter(FuncFormatter(lambda value, _, axis=axis: minor_label(value, axis)))
+        minor_ticks(axis)
+
+
+def minor_ticks(axis):
+    axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=20))
+    axis.set_minor_formatter(FuncFormatter(lambda value, _: minor_label(value, axis)))
 
 
 def minor_label(value, axis):
@@ -170,10 +178,12 @@ def minor_label(value, axis):
 
 
 def make_room_below(axes, entries):
-    """Room for a legend of so many entries at the bottom of logarithmic axes."""
+    """Room for a legend of so many entries at the bottom of axes of any scale."""
     part = (0.25 + 0.19 * entries) / (axes.get_position().height * axes.figure.get_size_inches()[1])
-    bottom, top = axes.get_ylim()
-    axes.set_ylim(bottom * (bottom / top) ** (part / (1.0 - part)), top)
+    scale = axes.yaxis.get_transform()
+    bottom, top = scale.transform(axes.get_ylim())
+    lower = scale.inverted().transform([bottom - (top - bottom) * part / (1.0 - part)])[0]
+    axes.set_ylim(lower, axes.get_ylim()[1])
 
 
 def say_instead(axes, sentence):

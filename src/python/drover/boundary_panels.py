@@ -1,0 +1,132 @@
+"""drover/boundary_panels.py: a plane of two numbers of a model: its regimes, its lines of lost stability, their errors."""
+from dataclasses import dataclass
+
+import numpy
+from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
+from matplotlib.patheffects import withStroke
+
+from drover.panels import GREEN, GREY, PURPLE, VERMILLION
+
+# Names and pale colours of the codes of the map, from -1.
+REGIMES = ("not defined", "isotropic", "isotropic, densities separate", "flock", "flock that bands",
+           "flock that breaks at an angle")
+PALE = ("#ffffff", "#e4e4e4", "#ecd2e1", "#cfe3f2", "#f8d5bf", "#c4e8da")
+# Names, colours and widths of lines by what is lost; the wide ones lie below, so that lines which run together are both seen.
+LIMITS = (("onset of a flock", "#000000", 1.8), ("phase separation", PURPLE, 1.8), ("banding: waves along p0", VERMILLION, 1.4),
+          ("oblique: waves at an angle to p0", GREEN, 3.0))
+OBLIQUE = 3
+CONVENTIONS = ("mean", "single-rod")
+ANGLES_AT = (0.08, 0.36, 0.64, 0.92)  # parts of the length of an oblique line where its angle is written
+ANGLES_APART = 0.07                   # of the side of the plane
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the plane; a closed one ends at its first vertex."""
+
+    limit: int
+    convention: int
+    closed: bool
+    places: numpy.ndarray  # (vertices, 2)
+    errors: numpy.ndarray  # alike
+    angles: numpy.ndarray  # degrees from p0, of the wave that decides
+
+    @property
+    def has_errors(self):
+        return bool((numpy.nan_to_num(self.errors) != 0.0).any())
+
+
+def lines_of(vertices):
+    """The lines of a table of vertices."""
+    columns = {name: vertices[name].values for name in vertices.data_vars}
+    lines = []
+    for number in numpy.unique(columns["line"]):
+        chosen = numpy.flatnonzero(columns["line"] == number)
+        closed = bool(columns["closed"][chosen[0]])
+        if closed and any(columns[name][chosen[0]] != columns[name][chosen[-1]] for name in "xy"):
+            chosen = numpy.append(chosen, chosen[0])
+        places, errors = (numpy.column_stack([columns[f"{start}{axis}"][chosen] for axis in "xy"])
+                          for start in ("", "error_"))
+        lines.append(Line(int(columns["limit"][chosen[0]]), int(columns["convention"][chosen[0]]), closed, places, errors,
+                          columns["angle"][chosen]))
+    return lines
+
+
+def draw_regimes(axes, regimes, extent):
+    """The map as pale colours; returns the codes that it has."""
+    axes.imshow(regimes.values, origin="lower", extent=extent, aspect="auto", interpolation="nearest", zorder=0,
+                cmap=ListedColormap(PALE), vmin=-1.5, vmax=len(PALE) - 1.5)
+    codes = sorted({int(code) for code in numpy.unique(regimes.values) if -1 <= code < len(PALE) - 1})
+    if -1 in codes:
+        axes.contourf(regimes["map_x"], regimes["map_y"], regimes.values == -1.0, levels=[0.5, 1.5], colors="none",
+                      hatches=["////"], zorder=0)
+    return codes
+
+
+def draw_line(axes, line, dashed):
+    _, colour, width = LIMITS[line.limit]
+    axes.plot(*line.places.T, color=colour, linewidth=width, linestyle=(0, (4, 1.6)) if dashed else "-",
+              zorder=5.0 - 0.5 * width, solid_capstyle="butt", dash_capstyle="butt")
+
+
+def draw_ribbon(axes, line, sides):
+    """One standard error on both sides of a line, where it has any; each piece between not-a-numbers by itself."""
+    defined = numpy.isfinite(line.errors).all(axis=1)
+    for piece in numpy.split(numpy.arange(len(defined)), numpy.flatnonzero(numpy.diff(defined.astype(int))) + 1):
+        if len(piece) < 2 or not defined[piece[0]]:
+            continue
+        errors = on_one_side(line.errors[piece] / sides) * sides
+        ribbon = numpy.vstack([line.places[piece] + errors, (line.places[piece] - errors)[::-1]])
+        colour = LIMITS[line.limit][1]
+        axes.add_patch(PathPatch(Path(ribbon, closed=False), facecolor=colour, alpha=0.2, linewidth=0, zorder=1.5))
+        for side in (errors, -errors):
+            axes.plot(*(line.places[piece] + side).T, color=colour, alpha=0.6, linewidth=0.5, zorder=1.6)
+
+
+def on_one_side(errors):
+    """Errors on the same side all along a line: each turned, where need be, to where the one before it points."""
+    turns = numpy.sign(numpy.einsum("ij,ij->i", errors[1:], errors[:-1]))
+    turns[turns == 0.0] = 1.0
+    return errors * numpy.cumprod(numpy.append(1.0, turns))[:, None]
+
+
+def write_angles(axes, lines, origin, sides):
+    """The angles of the waves that decide, beside a few points of each oblique line; returns whether any was written."""
+    written = []
+    for line in (line for line in lines if line.limit == OBLIQUE and len(line.places) > 1):
+        places = (line.places - origin) / sides
+        lengths = numpy.append(0.0, numpy.cumsum(numpy.hypot(*numpy.diff(places, axis=0).T)))
+        for part in ANGLES_AT:
+            n = int(numpy.searchsorted(lengths, part * lengths[-1]))
+            n = min(n, len(places) - 1)
+            near = [other for other in written if numpy.hypot(*(places[n] - other)) < ANGLES_APART]
+            if near or not 0.5 <= line.angles[n] or not ((places[n] > 0.04) & (places[n] < 0.96)).all():
+                continue
+            along = places[min(n + 1, len(places) - 1)] - places[max(n - 1, 0)]
+            aside = numpy.array([abs(along[1]), -numpy.copysign(1.0, along[1]) * along[0]])  # to the right
+            offset = 9.0 * aside / (numpy.hypot(*aside) or 1.0)
+            axes.annotate(f"{line.angles[n]:.0f}°", line.places[n], offset, textcoords="offset points", ha="left",
+                          va="center", fontsize=8, color="#00664a", zorder=6,
+                          path_effects=[withStroke(linewidth=2, foreground="white")])
+            written.append(places[n])
+    return bool(written)
+
+
+def regime_keys(codes):
+    return [Patch(facecolor=PALE[code + 1], edgecolor=GREY, linewidth=0.6, label=REGIMES[code + 1],
+                  hatch="////" if code == -1 else None) for code in codes]
+
+
+def line_keys(lines, conventions):
+    """What lines are, by colour; what dashes are, where there are two conventions; and ribbons."""
+    keys = [Line2D([], [], color=colour, linewidth=width, label=words)
+            for limit, (words, colour, width) in enumerate(LIMITS) if any(line.limit == limit for line in lines)]
+    if len(conventions) > 1:
+        keys += [Line2D([], [], color=GREY, linewidth=1.6, linestyle=style, label=f"{CONVENTIONS[convention]} convention")
+                 for convention, style in zip(conventions, ("-", (0, (4, 1.6))))]
+    if any(line.has_errors for line in lines):
+        keys.append(Patch(facecolor=GREY, alpha=0.35, linewidth=0, label="± one standard error"))
+    return keys

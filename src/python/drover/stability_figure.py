@@ -1,0 +1,96 @@
+"""drover/stability_figure.py: one picture of the stability of a uniform state: growth, sound, damping, structure factors."""
+import matplotlib
+
+from drover import stability_panels as panels
+from drover.error import DroverError
+from drover.paper import STYLE, add_axes, bar_box, sheet, write_words
+
+# Room for the panels, in inches: left, bottom, right, top; between columns and rows.
+ROOM, GAPS = (0.85, 1.3, 11.35, 6.95), (0.95, 0.95)
+BAR = 0.75  # of the colour bar with its ticks
+
+
+@matplotlib.rc_context(STYLE)
+def draw(theory, name=None):
+    """The picture of one state, by default the most ordered one, a matplotlib Figure.  Raises DroverError when there is no
+    such state."""
+    state = state_of(theory, name)
+    chosen = panels_of(state)
+    figure = sheet()
+    for letter, (words, draw_panel), box in zip("abcdef", chosen, boxes(len(chosen))):
+        if draw_panel is panels.draw_growth_map:
+            box = (*box[:2], box[2] - BAR, box[3])
+            axes = add_axes(figure, box)
+            draw_panel(axes, add_axes(figure, bar_box(box)), state)
+        else:
+            axes = add_axes(figure, box)
+            draw_panel(axes, state)
+        axes.set_title(f"({letter}) {words}", loc="left")
+    scene = theory.attributes.get("scene_file", "?")
+    write_words(figure, f"{scene}: linear theory of its uniform state “{state.words}”", caption(state))
+    return figure
+
+
+def state_of(theory, name):
+    if not theory.groups:
+        raise DroverError(f"{theory.path} holds no uniform state; there is nothing to draw: its scene has none")
+    names = list(theory.groups)
+    if name is None:
+        name = next((known for known in panels.STATES if known in names), names[0])
+    name = name.replace(" ", "_")
+    if name not in names:
+        raise DroverError(f'{theory.path} holds no state "{name}"; expected {" or ".join(names)}')
+    return panels.State(name, theory.groups[name], theory.path)
+
+
+def panels_of(state):
+    """Title and drawing of each panel for which the state has data."""
+    chosen = []
+    if not state.is_isotropic:
+        rate = panels.with_unit("fastest growth rate", state.data["growth_rate"])
+        chosen.append((rate, panels.draw_growth_map))
+    chosen.append(("growth of every mode", panels.draw_branches))
+    if state.is_isotropic and state.holds("frequency"):
+        chosen.append(("frequency of every mode", panels.draw_frequencies))
+    for name, words in (("slow_speed", "speeds of slow modes"), ("slow_damping", "dampings of slow modes")):
+        if not state.is_isotropic and state.is_defined(name):
+            chosen.append((words, lambda axes, state, name=name: panels.draw_slow(axes, state, name)))
+    for start in ("structure_factor_", "dynamic_structure_factor_"):
+        if state.parts(start):
+            chosen.append((panels.factor_title(state, start),
+                           lambda axes, state, start=start: panels.draw_factor(axes, state, start)))
+    return chosen
+
+
+def boxes(count):
+    """Places of so many panels, row by row from the top."""
+    columns = 1 if count < 3 else 2 if count < 5 else 3
+    rows = -(-count // columns)
+    left, bottom, right, top = ROOM
+    width = (right - left - (columns - 1) * GAPS[0]) / columns
+    height = (top - bottom - (rows - 1) * GAPS[1]) / rows
+    return [(left + column * (width + GAPS[0]), top - height - row * (height + GAPS[1]), width, height)
+            for row in range(rows) for column in range(columns)]
+
+
+def caption(state):
+    """What a stranger needs to read the picture."""
+    words = [f"Small waves exp(i q·x + s t) on the uniform state “{state.words}”; where Re s > 0 they grow."]
+    fastest = state.fastest
+    if state.is_isotropic:
+        words.append("They are the same at all angles of q.")
+    if fastest is None:
+        words.append("None of them grows.")
+    else:
+        where = "" if state.is_isotropic else f", {fastest[2]:.3g}\u00a0degrees from the order p0"
+        words.append(f"The fastest of those drawn grows at {fastest[0]:.4g}\u00a0/s, at |q| = {fastest[1]:.4g}\u00a0/mm{where}"
+                     + (" (the star); on the black line waves neither grow nor decay." if where else "."))
+    if not state.is_isotropic and state.is_defined("slow_speed"):
+        words.append("Slow modes have s = −i u q − γ q² as q → 0, coloured in the order of their speeds at each angle"
+                     + (" (nothing is drawn where two meet and γ has no value)."
+                        if bool(state.array("slow_damping").isnull().any()) else "."))
+    q = panels.sound_wavenumber(state)
+    if state.parts("structure_factor_"):
+        words.append("Structure factors are those of the noise of the scene, drawn where no mode grows"
+                     + (f"; the dynamic one is at |q| = {q}\u00a0/mm." if q else "."))
+    return " ".join(words)

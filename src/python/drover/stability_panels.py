@@ -1,0 +1,275 @@
+"""drover/stability_panels.py: the panels of the picture of a uniform state's stability, each drawn on axes it is given."""
+import re
+from dataclasses import dataclass
+
+import numpy
+from matplotlib.colors import SymLogNorm
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
+
+from drover.archive import loaded
+from drover.panels import (BLUE, GREEN, GREY, PURPLE, ROUNDING, STEPS, VERMILLION, key_of, log_axes, make_room_below, minor_ticks,
+                           with_unit)
+
+LINES = (("-", BLUE), ("--", VERMILLION), ("-.", GREEN), (":", PURPLE))  # by angle or slow mode
+# Structure factors: words for them where q is along x and there is no order, and of panels that show one of them alone.
+PARTS = (("rods", r"rods, $S_\sigma$", "rods", ("-", BLUE)),
+         ("beads", r"beads, $S_\rho$", "beads", (":", PURPLE)),
+         ("order_along_p0", r"order along $\mathbf{q}$", r"the order along $\mathbf{p}_0$", ("--", VERMILLION)),
+         ("order_across_p0", r"order across $\mathbf{q}$", r"the order across $\mathbf{p}_0$", ("-.", GREEN)))
+PREFERRED = ("rods", "beads", "order_across_p0", "order_along_p0")  # where one is drawn at several angles
+STATES = ("ordered", "along_the_field", "isotropic")  # the most ordered first
+DECADES = 5           # of growth rates that a symmetric logarithmic axis shows on the larger side
+SPIKE = 4.0           # times the typical range of a curve; what is beyond is cut off
+
+
+@dataclass(frozen=True)
+class State:
+    """One uniform state: its group of the archive and what panels ask of it."""
+
+    name: str
+    data: object  # xarray.Dataset
+    path: object
+
+    @property
+    def is_isotropic(self):
+        return self.name == "isotropic"
+
+    @property
+    def words(self):
+        return self.name.replace("_", " ")
+
+    def array(self, name):
+        return loaded(self.data[name], self.path)
+
+    def holds(self, name):
+        """Whether there is anything to be seen of an array."""
+        return name in self.data and bool((numpy.nan_to_num(self.array(name).values) != 0.0).any())
+
+    def is_defined(self, name):
+        return name in self.data and bool(numpy.isfinite(self.array(name).values).any())
+
+    @property
+    def fastest(self):
+        """Growth rate, wavenumber and angle of the fastest growing wave of the map; None when none grows."""
+        rates = self.array("growth_rate")
+        most = rates.max("branch")
+        place = most.argmax(("angle", "wavenumber"))
+        rate = float(most[place])
+        if not rate > ROUNDING * float(abs(rates).max()):
+            return None
+        return rate, float(most["wavenumber"][place["wavenumber"]]), float(most["angle"][place["angle"]])
+
+    def angles(self, more=()):
+        """Angles that curves are drawn at, in degrees: those of the map next to 0, to its middle and to its end, or to 180
+        where it goes all the way round."""
+        if self.is_isotropic:
+            return [float(self.data["angle"][0])]
+        end = min(180.0, float(self.data["angle"][-1]))
+        chosen = [float(self.data["angle"].sel(angle=wish, method="nearest")) for wish in (0.0, end / 2.0, end)]
+        return sorted({*chosen, *more})
+
+    def parts(self, start):
+        """Structure factors of which there is anything to be seen at the angles that are drawn: those rows of PARTS."""
+        names = [(part, start + part[0]) for part in PARTS if start + part[0] in self.data]
+        return [part for part, name in names if bool((self.array(name).sel(angle=self.angles()) > 0.0).any())]
+
+
+def angle_text(angle):
+    return f"{angle:.3g}°"
+
+
+def angle_axis(axis, array):
+    low, high = (float(array["angle"][place]) for place in (0, -1))
+    axis.set_major_locator(FixedLocator(numpy.arange(low, high + 1e-9, 90.0 if high > 100.0 else 15.0)))
+    axis.axes.margins(x=0.0)
+
+
+def symmetric_log(axis, values, linear):
+    """A logarithmic axis on both sides of 0, with so few ticks that they can be read."""
+    axis.axes.set_yscale("symlog", linthresh=linear, linscale=1.0)
+    low, high = values
+    axis.axes.set_ylim(low, high)
+    axis.set_major_locator(FixedLocator(symmetric_ticks(low, high, linear)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: power_text(value)))
+    axis.set_minor_locator(NullLocator())
+
+
+def symmetric_ticks(low, high, linear):
+    first, last = numpy.log10(linear), numpy.log10(max(-low, high, 10.0 * linear))
+    step = max(1, int(numpy.ceil((last - first) / 4.0)))
+    powers = 10.0 ** numpy.arange(numpy.floor(last), first - 0.5, -step)
+    return [value for value in sorted({*(-powers), 0.0, *powers}) if low <= value <= high]
+
+
+def power_text(value):
+    if value == 0.0:
+        return "$0$"
+    power = round(numpy.log10(abs(value)))
+    return rf"${'-' if value < 0.0 else ''}10^{{{power}}}$"
+
+
+def linear_range(rates, fastest):
+    """The power of ten below which a symmetric logarithmic axis is linear."""
+    most = float(abs(rates).max())
+    least = max(most * 10.0 ** -DECADES, 0.1 * float(abs(rates).min()))
+    if fastest is not None:
+        least = min(0.1 * fastest[0], 1e-2 * most)
+    return 10.0 ** numpy.floor(numpy.log10(least)) if least > 0.0 else 1e-6
+
+
+def draw_growth_map(axes, bar_axes, state):
+    """The rate of the fastest mode over |q| and angle, the line where it changes sign, and the wave that grows fastest."""
+    rates, fastest = state.array("growth_rate").max("branch"), state.fastest
+    most, linear = float(abs(rates).max()) or 1.0, linear_range(rates, fastest)
+    norm = SymLogNorm(linear, linscale=1.0, vmin=-most, vmax=most)
+    image = axes.pcolormesh(rates["wavenumber"], rates["angle"], rates.values, cmap="RdBu_r", norm=norm,
+                            shading="nearest", rasterized=True)
+    log_axes(axes, x_alone=True)
+    axes.set_xlim(float(rates["wavenumber"][0]), float(rates["wavenumber"][-1]))
+    axes.set_ylim(float(rates["angle"][0]), float(rates["angle"][-1]))
+    angle_axis(axes.yaxis, rates)
+    if fastest is not None:
+        if float(rates.min()) < 0.0:
+            axes.contour(rates["wavenumber"], rates["angle"], rates.values, levels=[0.0], colors="black", linewidths=1.2)
+        axes.plot(*fastest[1:], marker="*", markersize=11, color="black", markeredgecolor="white", clip_on=False, zorder=5)
+    axes.set_xlabel(with_unit(r"wavenumber $|\mathbf{q}|$", rates["wavenumber"]))
+    axes.set_ylabel(r"angle of $\mathbf{q}$ to $\mathbf{p}_0$ [degrees]")
+    bar = axes.figure.colorbar(image, cax=bar_axes, ticks=symmetric_ticks(-most, most, linear),
+                               format=FuncFormatter(lambda value, _: power_text(value)))
+    bar.ax.yaxis.set_minor_locator(NullLocator())
+
+
+def draw_branches(axes, state):
+    """Growth rates of all modes over |q|, at a few angles."""
+    rates, fastest = state.array("growth_rate"), state.fastest
+    angles = state.angles(() if fastest is None or state.is_isotropic else (fastest[2],))
+    if len(angles) > 3:  # the fastest is worth more than the middle
+        angles.remove(next(angle for angle in angles[1:-1] if angle != fastest[2]))
+    for angle, (line, colour) in zip(angles, LINES):
+        at = rates.sel(angle=angle)
+        axes.plot(at["wavenumber"], at.values, color=colour, linestyle=line, linewidth=1.1)
+    axes.axhline(0.0, color="black", linewidth=0.7, zorder=1)
+    log_axes(axes, x_alone=True)
+    axes.set_xlim(float(rates["wavenumber"][0]), float(rates["wavenumber"][-1]))
+    linear = linear_range(rates, fastest)
+    symmetric_log(axes.yaxis, (-1.5 * float(max(-rates.min(), linear)), 3.0 * max(fastest[0] if fastest else 0.0, linear)),
+                  linear)
+    axes.set_xlabel(with_unit(r"wavenumber $|\mathbf{q}|$", rates["wavenumber"]))
+    axes.set_ylabel(with_unit(r"growth rate Re $s$", rates))
+    if not state.is_isotropic:
+        legend_below(axes, angle_keys(angles, fastest))
+
+
+def legend_below(axes, keys):
+    """A legend at the bottom, side by side as far as there is room."""
+    width = axes.get_position().width * axes.figure.get_size_inches()[0]
+    longest = 0.5 + 0.065 * max(len(re.sub(r"\\math\w+|[${}^\\]", "", key.get_label())) for key in keys)
+    columns = max(1, min(len(keys), int(width / longest)))
+    make_room_below(axes, -(-len(keys) // columns))
+    axes.legend(handles=keys, loc="lower left", handlelength=2.0, ncol=columns, columnspacing=1.0, borderaxespad=0.3)
+
+
+def draw_frequencies(axes, state):
+    """Angular frequencies of all modes over |q|, at the first angle."""
+    array = state.array("frequency")[0]
+    axes.plot(array["wavenumber"], array.values, color=BLUE, linewidth=1.1)
+    log_axes(axes, x_alone=True)
+    axes.set_xlim(float(array["wavenumber"][0]), float(array["wavenumber"][-1]))
+    most = float(abs(array).max())
+    axes.set_ylim(-1.1 * most, 1.1 * most)
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
+    axes.set_xlabel(with_unit(r"wavenumber $|\mathbf{q}|$", array["wavenumber"]))
+    axes.set_ylabel(with_unit(r"frequency $\omega = -$Im $s$", array))
+
+
+def angle_keys(angles, fastest=None):
+    said = {fastest[2]: " (fastest)"} if fastest else {}
+    return [key_of(angle_text(angle) + said.get(angle, ""), colour, line=line)
+            for angle, (line, colour) in zip(angles, LINES)]
+
+
+def draw_slow(axes, state, name):
+    """Speeds or dampings of the slow modes over the angle; growth along with the speeds where a speed is complex."""
+    array = state.array(name)
+    for mode, (line, colour) in zip(array["slow_mode"].values, LINES * len(array["slow_mode"])):
+        axes.plot(array["angle"], array.sel(slow_mode=mode).values, color=colour, linestyle=line, linewidth=1.3)
+    shown = [array.values]
+    if name == "slow_speed" and state.holds("slow_growth"):
+        growth = state.array("slow_growth")
+        shown.append(growth.values)
+        axes.plot(growth["angle"], growth.values, color="black", linewidth=0.9, zorder=1)
+        axes.legend(handles=[key_of("Re $u$", BLUE, line="-"), key_of("Im $u$: above 0 it grows", "black", line="-")])
+    axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=1)
+    axes.set_ylim(*range_without_spikes(numpy.concatenate([values.ravel() for values in shown])))
+    angle_axis(axes.xaxis, array)
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
+    axes.set_xlabel(r"angle of $\mathbf{q}$ to $\mathbf{p}_0$ [degrees]")
+    axes.set_ylabel(with_unit("speed $u$" if name == "slow_speed" else r"damping $\gamma$", array))
+
+
+def range_without_spikes(values):
+    """Limits of an axis that hold all values but those far beyond the others: dampings have poles where speeds meet."""
+    values = values[numpy.isfinite(values)]
+    low, high = numpy.quantile(values, (0.05, 0.95))
+    width = max(high, 0.0) - min(low, 0.0) or 1.0
+    low = min(0.0, max(values.min(), low - SPIKE * width))
+    high = max(0.0, min(values.max(), high + SPIKE * width))
+    margin = 0.06 * ((high - low) or 1.0)
+    return low - margin, high + margin
+
+
+def factor_curves(state, start):
+    """Curves of a panel of structure factors: label, style and array over the other axis; and whether all have one unit."""
+    if not state.is_isotropic:
+        array = state.array(start + preferred(state, start)[0])
+        return [(angle_text(angle), style, array.sel(angle=angle)) for angle, style in zip(state.angles(), LINES)], True
+    parts = state.parts(start)
+    arrays = [state.array(start + part[0]) for part in parts]
+    alike = len({array.attrs.get("units") for array in arrays}) == 1
+    return [(label if alike else with_unit(label, array), style, array[0])
+            for (_, label, _, style), array in zip(parts, arrays)], alike
+
+
+def preferred(state, start):
+    return min(state.parts(start), key=lambda part: PREFERRED.index(part[0]))
+
+
+def factor_title(state, start):
+    words = r"$S(\mathbf{q}, \omega)$" if start.startswith("dynamic") else r"$S(\mathbf{q})$"
+    return words if state.is_isotropic else f"{words} of {preferred(state, start)[2]}"
+
+
+def draw_factor(axes, state, start):
+    """Structure factors over |q| ("structure_factor_") or over the frequency ("dynamic_structure_factor_")."""
+    curves, alike = factor_curves(state, start)
+    dynamic, keys = start.startswith("dynamic"), []
+    for label, (line, colour), array in curves:
+        values = numpy.where(array.values > 0.0, array.values, numpy.nan)
+        if not numpy.isfinite(values).any():
+            continue
+        axes.plot(array[array.dims[0]], values, color=colour, linestyle=line, linewidth=1.3)
+        keys.append(key_of(label, colour, line=line))
+    array = curves[0][2]
+    axis = array[array.dims[0]]
+    if dynamic:
+        axes.set_yscale("log")
+        minor_ticks(axes.yaxis)
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
+        axes.set_xlabel(with_unit(r"frequency $\omega$", axis))
+    else:
+        log_axes(axes)
+        axes.set_xlabel(with_unit(r"wavenumber $|\mathbf{q}|$", axis))
+    low, high = axes.get_ylim()
+    axes.set_ylim(min(low, 0.15 * high), high)  # so little changes that a ratio should be seen as such
+    label = "dynamic structure factor" if dynamic else "structure factor"
+    axes.set_xlim(float(axis[0]), float(axis[-1]))
+    axes.set_ylabel(with_unit(label, array) if alike else label)
+    legend_below(axes, keys)
+
+
+def sound_wavenumber(state):
+    """|q| of the dynamic structure factor as the archive says it, or None."""
+    start = "dynamic_structure_factor_"
+    names = [state.data[start + part[0]].attrs.get("long_name", "") for part in state.parts(start)]
+    found = re.search(r"\|q\| = (\S+)", " ".join(names))
+    return found.group(1) if found else None

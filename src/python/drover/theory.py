@@ -1,0 +1,80 @@
+"""drover/theory.py: linear theory read back from the archives of drover stability and drover boundary."""
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+
+from drover.archive import kind_of, open_once, read_head, read_run, settled
+from drover.error import DroverError
+from drover.stored import Store, group_dataset
+
+BRANCH, SLOW = ("angle", "wavenumber", "branch"), ("angle", "slow_mode")
+# Axes of what a group must hold, by the command that wrote it; a boundary's groups are known by their names.
+NEEDED = {"stability": {"growth_rate": BRANCH},
+          "boundary": {name: ("vertex",) for name in ("line", "limit", "convention", "closed", "x", "y", "error_x",
+                                                      "error_y", "angle")},
+          "map": {"regime": ("map_y", "map_x")}}
+# Axes of what it may hold.
+KNOWN = {"frequency": BRANCH, "slow_speed": SLOW, "slow_growth": SLOW, "slow_damping": SLOW}
+FACTORS = {"structure_factor_": ("angle", "wavenumber"), "dynamic_structure_factor_": ("angle", "frequency_axis")}
+
+
+@dataclass(frozen=True)
+class Theory:
+    """What drover stability or drover boundary wrote.  Arrays stay in the file until they are used; close() it, or open
+    it by `with`."""
+
+    path: Path
+    kind: str         # "stability" or "boundary"
+    groups: dict      # name -> xarray.Dataset: of each uniform state ("ordered", ...), or "boundary" and "map"
+    scene: dict       # every key with its value: scene["relaxation"]["rate"]
+    attributes: dict  # where it came from: version, commit, host, ...
+    store: Store
+
+    def close(self):
+        self.store.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def open_theory(path):
+    """The archive that drover stability or drover boundary wrote.  Raises DroverError when it is none or is damaged."""
+    path = Path(path)
+    return settled(path, lambda: open_once(path, read_theory))
+
+
+def open_any(path):
+    """A Run or a Theory.  Raises DroverError when the file is no archive or is damaged."""
+    path = Path(path)
+
+    def read(store, path):
+        return read_run(store, path) if kind_of(read_head(store, path)[0]) == "run" else read_theory(store, path)
+
+    return settled(path, lambda: open_once(path, read))
+
+
+def read_theory(store, path):
+    attributes, scene = read_head(store, path)
+    kind = kind_of(attributes)
+    if kind == "run":
+        raise DroverError(f"{path} is a run; expected what drover stability or drover boundary wrote: open it by "
+                          "drover.open_run")
+    names = [name for name in store.file if isinstance(store.file.get(name, getlink=True), h5py.HardLink)]
+    names = [name for name in names if isinstance(store.file[name], h5py.Group)]
+    groups = {name: group_dataset(store, name) for name in names if kind == "stability" or name in NEEDED}
+    for name, group in groups.items():
+        check_group(path, name, group, NEEDED["stability" if kind == "stability" else name])
+    return Theory(path, kind, groups, scene, attributes, store)
+
+
+def check_group(path, group, dataset, needed):
+    factors = {name: axes for name in dataset for start, axes in FACTORS.items() if str(name).startswith(start)}
+    for name, axes in {**KNOWN, **factors, **needed}.items():
+        missing = name not in dataset and name in needed
+        if missing or (name in dataset and dataset[name].dims != axes):
+            raise DroverError(f"{path}: the group {group} holds no {name} over {', '.join(axes)}; expected it in an "
+                              "archive of drover: it is of another version, or damaged")
