@@ -83,7 +83,7 @@ void add_boundary(CLI::App& program, Action& action) {
             if (options->json) std::puts(report_json(report).dump(2).c_str());
             else std::fputs(run::boundary_text(report).c_str(), stdout);
             if (!options->json && !options->output.empty())
-                std::printf("\n%s: lines and map\n", options->output.c_str());
+                std::printf("\n%s: all vertices, and the map of states\n", options->output.c_str());
             return run::exit_done;
         };
     });

@@ -175,7 +175,8 @@ const std::vector<Row<StabilityPlan>>& schema<StabilityPlan>() {
         {.name = "angles",
          .member = &StabilityPlan::angles,
          .range = {.least = 2, .most = 4096},
-         .sentence = "of the map, between q and p0: a quarter turn, or a whole one in a field from outside"},
+         .sentence = "of the map, between q and p0, on a quarter turn; in a field from outside four times as many on a "
+                     "whole one"},
         {.name = "least",
          .member = &StabilityPlan::least,
          .unit = "1/mm",

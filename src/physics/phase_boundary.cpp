@@ -171,7 +171,7 @@ std::vector<double> margins_along(const PlaneModels& models, const std::vector<B
 /// d(margin)/d(axis scaled to 1) at each point, by central differences; one-sided at the edge of the plane.
 std::vector<double> slopes(const PlaneModels& models, const PlaneAxis& axis, double BoundaryPoint::*place,
                            const std::vector<BoundaryPoint>& line, Limit limit, Threads& threads) {
-    constexpr double part = 1e-4;  // error 1e-8 of third derivatives
+    constexpr double part = 1e-6;  // small beside the way to where another mode takes over; rounding 1e-12/part
     const double step = part * (axis.to - axis.from);
     const auto moved = [&](double sign) {
         std::vector<BoundaryPoint> result = line;
@@ -193,7 +193,8 @@ std::vector<double> slopes(const PlaneModels& models, const PlaneAxis& axis, dou
 std::vector<double> margin_variances(const Plane& plane, const PlaneModels& models,
                                      const std::vector<BoundaryPoint>& line, Limit limit,
                                      const std::vector<Uncertain>& uncertain, Threads& threads) {
-    constexpr double part = 0.1;  // of a standard error: the band is that of the slopes
+    constexpr double part =
+        1e-3;  // of a standard error: the slope, on one side of a kink where another mode takes over
     std::vector<double> variances(line.size());
     for (const Uncertain& one : uncertain) {
         std::array<std::vector<double>, 2> sides;

@@ -3,6 +3,7 @@
 
 #include <gsl/gsl_poly.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -67,8 +68,16 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
     };
     const double size = field.norm();
     if (size > 0.0) {
-        for (const double p : orders(b, a, size))
-            add(p > 0.0 ? "along the field" : "against the field", p * field / size, false);
+        const std::vector<double> found = orders(b, a, size);
+        for (const double p : found) {
+            // Of two on one side the one with less order has a name of its own.
+            const bool less = std::any_of(found.begin(), found.end(), [&](double other) {
+                return (other > 0.0) == (p > 0.0) && std::abs(other) > std::abs(p);
+            });
+            add(p > 0.0 ? (less ? "weakly along the field" : "along the field")
+                        : (less ? "weakly against the field" : "against the field"),
+                p * field / size, false);
+        }
         if (result.states.empty())
             result.no_order = "nothing holds the order against the field: a - lambda alpha/Gamma and b are 0";
         return result;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
 #include "run/written_values.hpp"
 
@@ -84,7 +85,8 @@ physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, cons
     return axis;
 }
 
-std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene) {
+std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene, const physics::PlaneAxis& x,
+                                                  const physics::PlaneAxis& y) {
     std::vector<physics::Uncertain> result = physics::table_errors(scene.model);
     const std::string list = "boundary.errors", example = "\"relaxation.rate = 0.02\"";
     const Where where = io::place_of(scene, list);
@@ -92,6 +94,8 @@ std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene) {
         const auto [key, value] = read_written(written, list, example, where);
         const double error = read_number(value, written, list, example, where);
         require(error > 0.0, where, "{} has \"{}\"; expected a standard error > 0", list, written);
+        require(key != x.name && key != y.name, where,
+                "{} names {}, an axis of the plane, whose place is given; expected another number", list, key);
         const io::ModelNumber number = io::model_number(key, where);
         check_not_tabulated(scene.model, list, key, where);
         result.push_back({.name = key, .error = error, .add = [in = number.in](physics::Model& model, double change) {
@@ -140,7 +144,7 @@ BoundaryReport make_boundary(const io::Scene& scene, Threads& threads) {
     require(!plan.lines.empty(), io::place_of(scene, "boundary.lines"),
             "boundary.lines is empty; expected at least one of onset, "
             "phase-separation, banding, oblique");
-    const std::vector<physics::Uncertain> uncertain = uncertain_numbers(scene);
+    const std::vector<physics::Uncertain> uncertain = uncertain_numbers(scene, report.x, report.y);
     report.uncertain = uncertain.size();
     physics::Plane plane{.model = scene.model, .x = report.x, .y = report.y};
     std::vector<std::string> conventions = plan.conventions;
@@ -203,55 +207,109 @@ std::string boundary_text(const BoundaryReport& report) {
     return out;
 }
 
-std::vector<io::ResultTable> boundary_tables(const BoundaryReport& report) {
-    std::vector<double> vertex, line_of, limit_of, convention_of, closed_of, x, y, error_x, error_y, angle;
+namespace {
+/// A unit of the schema as UDUNITS reads it: [p] is that of the order.
+std::string udunits(std::string unit, const physics::Form& form) {
+    const std::string order = form.order_is_density ? "(mm^-2)" : "1";
+    for (std::size_t at = unit.find("[p]"); at != std::string::npos; at = unit.find("[p]")) unit.replace(at, 3, order);
+    return unit;
+}
+
+/// The plane itself, whether lines were found in it or not.
+io::ResultTable plane_table(const BoundaryReport& report, const std::string& unit_x, const std::string& unit_y) {
+    std::vector<double> sharp, sharp_x, sharp_y;
+    bool complete = true;
+    for (const TracedLines& traced : report.traced) {
+        complete = complete && traced.boundary.complete;
+        for (const numerics::PlanePoint& point : traced.boundary.sharp) {
+            sharp.push_back(static_cast<double>(sharp.size()));
+            sharp_x.push_back(point.x);
+            sharp_y.push_back(point.y);
+        }
+    }
+    io::ResultTable table{
+        .group = "/plane",
+        .axes = {},
+        .quantities = {{"x_from", unit_x, "least " + report.x.name, {}},
+                       {"x_to", unit_x, "largest " + report.x.name, {}},
+                       {"y_from", unit_y, "least " + report.y.name, {}},
+                       {"y_to", unit_y, "largest " + report.y.name, {}},
+                       {"complete", "1", "1: every line is refined to boundary.chord", {}}},
+        .values = {{report.x.from}, {report.x.to}, {report.y.from}, {report.y.to}, {complete ? 1.0 : 0.0}}};
+    if (sharp.empty()) return table;
+    table.axes.push_back({"sharp", "1", "cusps, double points and corners that are not resolved further", sharp});
+    table.quantities.push_back({"sharp_x", unit_x, report.x.name, {"sharp"}});
+    table.quantities.push_back({"sharp_y", unit_y, report.y.name, {"sharp"}});
+    table.values.push_back(sharp_x);
+    table.values.push_back(sharp_y);
+    return table;
+}
+
+/// The vertices of all lines, one line after the other.
+io::ResultTable line_table(const BoundaryReport& report, const std::string& unit_x, const std::string& unit_y) {
+    io::ResultTable table{.group = "/boundary",
+                          .axes = {{"vertex", "1", "vertices of all lines, one line after the other", {}}},
+                          .quantities = {},
+                          .values = {}};
+    std::vector<double>& vertices = table.axes.front().values;
+    std::vector<std::vector<double>>& columns = table.values;
+    for (const auto& [name, unit, meaning] :
+         {std::tuple<std::string, std::string, std::string>{"line", "1", "number of the line"},
+          {"limit", "1", "what is lost: 0 onset, 1 phase-separation, 2 banding, 3 oblique"},
+          {"convention", "1", "of lambda: 0 mean, 1 single-rod"},
+          {"closed", "1", "1: the line ends where it begins"},
+          {"x", unit_x, report.x.name},
+          {"y", unit_y, report.y.name},
+          {"error_x", unit_x, "standard error of the line's place, its part along x"},
+          {"error_y", unit_y, "standard error of the line's place, its part along y"},
+          {"angle", "degree", "angle to p0 of the wave that decides"}}) {
+        table.quantities.push_back({name, unit, meaning, {"vertex"}});
+        columns.emplace_back();
+    }
     double line_number = 0.0;
     for (const TracedLines& traced : report.traced)
         for (const physics::BoundaryLine& line : traced.boundary.lines) {
             for (const physics::BoundaryPoint& point : line.points) {
-                vertex.push_back(static_cast<double>(vertex.size()));
-                line_of.push_back(line_number);
-                limit_of.push_back(static_cast<double>(traced.limit));
-                convention_of.push_back(traced.convention == "single-rod" ? 1.0 : 0.0);
-                closed_of.push_back(line.closed ? 1.0 : 0.0);
-                x.push_back(point.x);
-                y.push_back(point.y);
-                error_x.push_back(point.error_x);
-                error_y.push_back(point.error_y);
-                angle.push_back(point.angle / degree);
+                vertices.push_back(static_cast<double>(vertices.size()));
+                const double row[]{line_number,
+                                   static_cast<double>(traced.limit),
+                                   traced.convention == "single-rod" ? 1.0 : 0.0,
+                                   line.closed ? 1.0 : 0.0,
+                                   point.x,
+                                   point.y,
+                                   point.error_x,
+                                   point.error_y,
+                                   point.angle / degree};
+                for (std::size_t c = 0; c < columns.size(); ++c) columns[c].push_back(row[c]);
             }
             line_number += 1.0;
         }
-    std::vector<io::ResultTable> tables;
-    const std::vector<std::string> along{"vertex"};
-    if (!vertex.empty())
-        tables.push_back(
-            {.group = "/boundary",
-             .axes = {{"vertex", "1", "vertices of all lines, one line after the other", vertex}},
-             .quantities = {{"line", "1", "number of the line", along},
-                            {"limit", "1", "what is lost: 0 onset, 1 phase-separation, 2 banding, 3 oblique", along},
-                            {"convention", "1", "of lambda: 0 mean, 1 single-rod", along},
-                            {"closed", "1", "1: the line ends where it begins", along},
-                            {"x", report.x.unit, report.x.name, along},
-                            {"y", report.y.unit, report.y.name, along},
-                            {"error_x", report.x.unit, "standard error of the line's place, its part along x", along},
-                            {"error_y", report.y.unit, "standard error of the line's place, its part along y", along},
-                            {"angle", "degree", "angle to p0 of the wave that decides", along}},
-             .values = {line_of, limit_of, convention_of, closed_of, x, y, error_x, error_y, angle}});
-    if (report.map_x.empty()) return tables;
+    return table;
+}
+
+io::ResultTable map_table(const BoundaryReport& report, const std::string& unit_x, const std::string& unit_y) {
     std::vector<double> regimes;
     for (const Regime regime : report.regimes) regimes.push_back(static_cast<double>(regime));
     const std::vector<std::string> plane{"map_y", "map_x"};
-    tables.push_back({.group = "/map",
-                      .axes = {{"map_y", report.y.unit, report.y.name, report.map_y},
-                               {"map_x", report.x.unit, report.x.name, report.map_x}},
-                      .quantities = {{"regime", "1",
-                                      "-1 not defined, 0 isotropic, 1 isotropic and separating, 2 flock, 3 flock that "
-                                      "bands, 4 flock that breaks "
-                                      "obliquely",
-                                      plane},
-                                     {"effective_relaxation", "s-1", "abar = a - lambda alpha/Gamma", plane}},
-                      .values = {regimes, report.effective_relaxation}});
+    return {.group = "/map",
+            .axes = {{"map_y", unit_y, report.y.name, report.map_y}, {"map_x", unit_x, report.x.name, report.map_x}},
+            .quantities = {{"regime", "1",
+                            "-1 not defined, 0 isotropic, 1 isotropic and separating, 2 flock, 3 flock that bands, 4 "
+                            "flock that breaks "
+                            "obliquely",
+                            plane},
+                           {"effective_relaxation", "s-1", "abar = a - lambda alpha/Gamma", plane}},
+            .values = {regimes, report.effective_relaxation}};
+}
+}  // namespace
+
+std::vector<io::ResultTable> boundary_tables(const BoundaryReport& report) {
+    const physics::Form form = physics::form(report.scene.model);
+    const std::string unit_x = udunits(report.x.unit, form), unit_y = udunits(report.y.unit, form);
+    std::vector<io::ResultTable> tables{plane_table(report, unit_x, unit_y)};
+    io::ResultTable lines = line_table(report, unit_x, unit_y);
+    if (!lines.axes.front().values.empty()) tables.push_back(std::move(lines));
+    if (!report.map_x.empty()) tables.push_back(map_table(report, unit_x, unit_y));
     return tables;
 }
 

@@ -218,7 +218,7 @@ std::vector<double> frequencies_of(const physics::Equations& e, const physics::U
     for (const double angle : angles)
         for (const std::complex<double> s :
              physics::mode_rates(e, point, physics::wavevector_from_order(point, q, angle)))
-            most = std::max(most, std::abs(s.imag()));
+            if (std::abs(s.imag()) > 1e-9 * std::abs(s)) most = std::max(most, std::abs(s.imag()));  // else rounding
     if (most == 0.0)
         for (const std::complex<double> s :
              physics::mode_rates(e, point, physics::wavevector_from_order(point, q, 0.0)))
@@ -245,6 +245,7 @@ void add_dynamic_structure(const physics::Equations& e, const physics::UniformPo
             }
         }
     });
+    table.add("sound_wavenumber", "mm-1", "wavenumber |q| of the dynamic structure factors", {}, 1) = {q};
     for (std::size_t p = 0; p < parts.size(); ++p)
         table.add("dynamic_structure_factor_" + parts[p].name, parts[p].unit + " s",
                   text("S(q, omega) at |q| = {:.6g} /mm; its integral over omega/(2 pi) is S(q)", q),
@@ -267,7 +268,8 @@ std::vector<io::ResultTable> stability_tables(const StabilityReport& report, Thr
         if (turned) state.point = order_along_x(state.point);
         const double whole = turned ? 0.5 * pi : 2.0 * pi;
         std::vector<double> angles, degrees, branches, slow;
-        for (int a = 0; a < plan.angles; ++a) angles.push_back(whole * a / (plan.angles - 1));
+        const int steps = (plan.angles - 1) * (turned ? 1 : 4);  // right angles among them
+        for (int a = 0; a <= steps; ++a) angles.push_back(whole * a / steps);
         for (const double angle : angles) degrees.push_back(angle / degree);
         const physics::ModeMap map = physics::mode_map(equations, state, wavenumbers, angles, threads);
         for (int b = 0; b < map.modes.front().rates.size(); ++b) branches.push_back(b);

@@ -91,9 +91,8 @@ std::string stability_text(const StabilityReport& report) {
     const physics::UniformState& uniform = report.scene.model.uniform;
     std::string out = text("form: {}\n", report.form);
     const physics::Form form = physics::form(report.scene.model);
-    if (form.bead_density >= 0) out += text("rho = {:.6g} /mm^2  ", uniform.bead_density);
-    if (form.rod_density >= 0) out += text("sigma = {:.6g} /mm^2", uniform.rod_density);
-    out += "\n";
+    if (form.bead_density >= 0) out += text("rho = {:.6g} /mm^2\n", uniform.bead_density);
+    if (form.rod_density >= 0) out += text("sigma = {:.6g} /mm^2\n", uniform.rod_density);
     add_coefficients(report, out);
     for (const StateStability& one : report.states) {
         const physics::UniformPoint& point = one.state.point;

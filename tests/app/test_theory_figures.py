@@ -246,7 +246,7 @@ def test_xarray_opens_every_group_with_named_axes_meanings_and_units(request, na
     path = request.getfixturevalue(name)
     with h5py.File(path) as file:
         groups = list(file)
-        assert groups == (["isotropic", "ordered"] if name == "bands" else ["boundary", "map"])
+        assert groups == (["isotropic", "ordered"] if name == "bands" else ["boundary", "map", "plane"])
     for group in groups:
         dataset = opened(path, group)
         assert len(dataset.data_vars) > 1
@@ -283,7 +283,7 @@ def test_an_option_of_another_kind_is_refused_with_a_sentence(request, name, arg
 
 
 def test_each_opener_names_the_other(bands, plane):
-    for path, group in ((bands, "ordered"), (plane, "map")):
+    for path, group in ((bands, "ordered"), (plane, "plane")):
         with pytest.raises(package.DroverError, match=rf'drover.open_theory, or a group of it by .*group="{group}"'):
             package.open_run(path)
     scene = write_scene(bands.parent, {"time.end": 1.0, "output.frame_every": 0.5}, "run.toml")

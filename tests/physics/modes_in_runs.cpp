@@ -53,7 +53,8 @@ struct Wave {
     std::size_t partner() const { return static_cast<std::size_t>((grid.ny - ky) % grid.ny) * numerics::columns(grid); }
     WaveModes modes() const {
         const Equations equations(model);
-        return WaveModes(rate_matrix(equations, about, numerics::wavevector(grid, static_cast<std::size_t>(kx), row())));
+        return WaveModes(
+            rate_matrix(equations, about, numerics::wavevector(grid, static_cast<std::size_t>(kx), row())));
     }
 };
 

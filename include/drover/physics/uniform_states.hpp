@@ -10,7 +10,7 @@ namespace drover::physics {
 
 /// A uniform stationary state.
 struct StationaryState {
-    std::string name;             ///< isotropic, ordered, along the field, against the field
+    std::string name;             ///< isotropic; ordered; along the field, against the field, each also weakly
     UniformPoint point;           ///< without a field from outside the order of a flock lies along x
     bool free_direction = false;  ///< every direction of p will do: the flock chose one
 };

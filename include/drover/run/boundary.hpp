@@ -35,7 +35,7 @@ BoundaryReport make_boundary(const io::Scene& scene, Threads& threads);
 /// For people: each line with some of its points.
 std::string boundary_text(const BoundaryReport& report);
 
-/// The vertices of all lines, and the map.
+/// The plane, the vertices of all lines where there are any, and the map.
 std::vector<io::ResultTable> boundary_tables(const BoundaryReport& report);
 
 }  // namespace drover::run

@@ -269,7 +269,4 @@ def draw_factor(axes, state, start):
 
 def sound_wavenumber(state):
     """|q| of the dynamic structure factor as the archive says it, or None."""
-    start = "dynamic_structure_factor_"
-    names = [state.data[start + part[0]].attrs.get("long_name", "") for part in state.parts(start)]
-    found = re.search(r"\|q\| = (\S+)", " ".join(names))
-    return found.group(1) if found else None
+    return f"{float(state.data['sound_wavenumber']):.4g}" if "sound_wavenumber" in state.data else None
