@@ -29,7 +29,7 @@ Model noisy_flock() {
             .viscosity = {.shear = 0.3, .bulk = 0.1},
             .driving = {.strength = 1.5},
             .compressibility = {.beads = 1.1, .rods = 0.4},
-            .relaxation = {.rate = 0.18, .rate_terms = {"-0.1 sigma"}, .saturation = 0.8},
+            .relaxation = {.rate = 0.34, .rate_terms = {"-0.3 sigma"}, .saturation = 0.8},
             .elasticity = {.stiffness = 0.5, .splay = 0.2},
             .weathercock = {.strength = 0.8},
             .advection = {.strength = 0.6},
@@ -162,7 +162,7 @@ TEST(FlockSpectrum, of_a_model_wrong_in_one_thing_fails_the_same_test) {
 
 /// Coefficients of noisy_flock() at q = 0.
 struct MeanOrder {
-    double alpha = 1.5, lambda = 0.8, gamma = 2.0, mass = 1.3 * 1.2, a = 0.18 - 0.1 * 0.8, b = 0.8;
+    double alpha = 1.5, lambda = 0.8, gamma = 2.0, mass = 1.3 * 1.2, a = 0.34 - 0.3 * 0.8, b = 0.8;
     double square = (lambda * alpha / gamma - a) / b;  ///< p0^2
     double chi = 1.0 + mass * lambda * alpha / (gamma * gamma);
 
