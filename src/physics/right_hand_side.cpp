@@ -362,6 +362,10 @@ void RightHandSide::Work::check_densities() const {
     }
     for (const auto& [name, c] : named(e)) {
         if (!c->table()) continue;
+        // No term of this right-hand side reads the coefficient: its densities are not on the grid.
+        if ((c->depends_on_beads() && !std::isfinite(extremes.bead_least)) ||
+            (c->depends_on_rods() && !std::isfinite(extremes.rod_least)))
+            continue;
         const auto finite = [](double value) { return std::isfinite(value) ? value : 0.0; };
         for (const auto& [beads, rods] :
              {std::pair{extremes.bead_least, extremes.rod_least}, std::pair{extremes.bead_most, extremes.rod_most}})
