@@ -316,7 +316,6 @@ def test_a_form_with_fewer_fields_makes_fewer_transforms(tmp_path):
     assert 0 < transforms[0] < transforms[1] < transforms[2]
 
 
-def test_explain_of_a_large_grid_is_quick_and_says_that_it_scaled(tmp_path):
-    text = drover(tmp_path, "explain", MODELS / "number-fluctuations.toml", "--set", "grid.nx=2048", "--set", "grid.ny=2048",
-                  seconds=10).stdout
+def test_explain_of_a_large_grid_says_that_it_scaled(tmp_path):
+    text = drover(tmp_path, "explain", MODELS / "number-fluctuations.toml", "--set", "grid.nx=2048", "--set", "grid.ny=2048").stdout
     assert "smaller grid" in text and "an estimate" in text

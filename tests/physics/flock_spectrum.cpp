@@ -125,7 +125,7 @@ Verdict verdict_of_runs(const Law& law, const Model& model, double dt, int steps
     return verdict(tally);
 }
 
-TEST(FlockSpectrum, of_the_whole_model_with_little_noise_is_the_lyapunov_solution_about_its_own_direction) {
+TEST(FlockSpectrumStatistics, of_the_whole_model_with_little_noise_is_the_lyapunov_solution_about_its_own_direction) {
     const Model model = noisy_flock();
     const Law law(model, direction);
     ASSERT_GT(law.slowest, 0.1) << "a stable flock that forgets within the times below";
@@ -141,7 +141,7 @@ TEST(FlockSpectrum, of_the_whole_model_with_little_noise_is_the_lyapunov_solutio
 
 // What the test can see: runs of a model that is wrong in one thing leave the law within the 3 s of the runs, and a law that is
 // wrong is not forgotten in them.
-TEST(FlockSpectrum, of_a_model_wrong_in_one_thing_fails_the_same_test) {
+TEST(FlockSpectrumStatistics, of_a_model_wrong_in_one_thing_fails_the_same_test) {
     const Model model = noisy_flock();
     const Law law(model, direction);
     const auto least = [&](const Law& expected, const Model& wrong) {

@@ -94,7 +94,7 @@ Sample sampled(const numerics::System& system, MakeStepper make_stepper) {
     return sample;
 }
 
-TEST(StationarySpectrum, of_the_noisy_linear_model_is_the_lyapunov_solution_at_any_step) {
+TEST(StationarySpectrumStatistics, of_the_noisy_linear_model_is_the_lyapunov_solution_at_any_step) {
     Threads threads(1);
     const numerics::System system = linear_system(model, grid);
     for (const double dt_rate : {0.1, 1.0, 10.0}) {
@@ -112,7 +112,7 @@ TEST(StationarySpectrum, of_the_noisy_linear_model_is_the_lyapunov_solution_at_a
 // A method that knows the linear part exactly but holds the noise still over a step has (2/z) tanh(z/2) of the variance,
 // z = rate dt.  The test must see that.  (At dt|s|max = 0.1 the fastest mode lacks 8 parts in 10^4, which this many
 // realisations cannot tell.)
-TEST(StationarySpectrum, of_noise_frozen_over_the_step_fails_the_same_test) {
+TEST(StationarySpectrumStatistics, of_noise_frozen_over_the_step_fails_the_same_test) {
     Threads threads(1);
     Model plain = model;
     plain.noise.rods = 0.0;
