@@ -75,7 +75,9 @@ void add_boundary(CLI::App& program, Action& action) {
             if (!options->conventions.empty())
                 overrides.push_back("boundary.conventions=" + toml_text(options->conventions));
             const io::Scene scene = io::read_scene(options->scene, overrides);
-            Threads threads(options->threads > 0 ? options->threads : usable_cores());
+            Threads threads(options->threads > 0    ? options->threads
+                            : scene.run.threads > 0 ? scene.run.threads
+                                                    : usable_cores());
             const run::BoundaryReport report = run::make_boundary(scene, threads);
             if (!options->output.empty())
                 write_results(options->output, "boundary", scene, threads.count(), run::boundary_tables(report),

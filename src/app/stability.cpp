@@ -39,6 +39,7 @@ nlohmann::json state_json(const run::StateStability& one) {
                                  {"angle", found.angle / degree},
                                  {"grows_from", found.least},
                                  {"grows_to", number_json(found.most)},
+                                 {"at_longest", found.at_longest},
                                  {"at_shortest", found.at_shortest}});
     for (const run::SlowAngle& at : one.slow)
         for (const physics::SlowMode& mode : at.modes)
@@ -54,7 +55,7 @@ nlohmann::json state_json(const run::StateStability& one) {
             {"instabilities", instabilities},
             {"slow_modes", slow},
             {"slow_modes_undefined", one.waves.undefined},
-            {"direction_diffusion_times_area", one.direction_diffusion}};
+            {"direction_diffusion_times_area", number_json(one.direction_diffusion)}};
 }
 }  // namespace
 

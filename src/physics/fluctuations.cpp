@@ -4,7 +4,9 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 
+#include "drover/physics/long_waves.hpp"
 #include "drover/physics/stability.hpp"
 
 namespace drover::physics {
@@ -99,23 +101,12 @@ std::vector<StructureFactor> structure_factors(const Equations& equations, const
 
 double direction_diffusion(const Equations& equations, const StationaryState& about) {
     if (!about.free_direction) return 0.0;
-    // The slow mode at q = 0 is a turn of p and v together; noise on p turns it by its dual, which is normal to p.
-    const std::vector<int> present = places_of(equations.form);
-    const Eigen::MatrixXd m = linear_symbol(equations, about.point, {})(present, present).real();
-    const auto n = m.rows();
-    Eigen::VectorXd turn = Eigen::VectorXd::Zero(n);
-    const auto set = [&](Eigen::Index first, const Eigen::Vector2d& v) {
-        turn.segment<2>(first) = Eigen::Vector2d(-v.y(), v.x());
-    };
-    set(n - 2, about.point.order);
-    if (equations.form.velocity == Velocity::dynamic) set(n - 4, about.point.velocity);
-    // Conserved densities have null vectors of their own on the left; they carry no turn and no noise at q = 0.
-    const Eigen::Index first = equations.form.velocity == Velocity::dynamic ? n - 4 : n - 2;
-    const Eigen::MatrixXd block = m.bottomRightCorner(n - first, n - first);
-    const Eigen::VectorXd dual = block.transpose().fullPivLu().kernel().col(0);
-    const double overlap = dual.dot(turn.tail(n - first));
-    const Eigen::Vector2d order = dual.tail<2>() / overlap;
-    return 0.5 * equations.model.noise.order * order.squaredNorm();
+    // The slow mode behind those of the densities is a turn of p and v together; noise on p turns it by its dual, which is normal to p.
+    const LongWaves waves = long_waves(equations, about);
+    if (!waves.undefined.empty()) return std::numeric_limits<double>::quiet_NaN();
+    const auto turn = (equations.form.bead_density >= 0 ? 1 : 0) + (equations.form.rod_density >= 0 ? 1 : 0);
+    const Eigen::Vector2d dual = waves.left.row(turn).segment<2>(at_order_x);
+    return 0.5 * equations.model.noise.order * dual.squaredNorm();
 }
 
 }  // namespace drover::physics

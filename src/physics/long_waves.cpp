@@ -61,6 +61,7 @@ double least_pivot(const Eigen::FullPivLU<Matrix>& lu) {
 /// Modes at q = 0 that neither grow nor decay: moved right and left moved are dual, left moved right = 1.
 struct Slow {
     Small right, left;  ///< columns, rows
+    Small fast;         ///< the fast answer to a push on fast modes: constant fast y = y, left moved fast y = 0
     std::string undefined;
 };
 
@@ -120,6 +121,8 @@ Slow slow_at_rest(const Equations& e, const StationaryState& about, const Expans
         result.right(d, d) = result.left(d, d) = 1.0;
         result.right.block(densities, d, rest, 1) = answer;
     }
+    result.fast = Small::Zero(n, n);
+    result.fast.bottomRightCorner(rest, rest) = inverse - changes * (left * mass * inverse);
     return result;
 }
 }  // namespace
@@ -131,16 +134,11 @@ LongWaves long_waves(const Equations& equations, const StationaryState& about) {
     result.undefined = slow.undefined;
     if (!slow.undefined.empty() || slow.right.cols() == 0) return result;
     const Small &right = slow.right, &left = slow.left;
-    const Small constant = chosen(f.constant, f.present), moved = chosen(f.moved, f.present);
-    const auto n = constant.rows();
-
-    // The fast answer x to y: constant x = y, left moved x = 0.  On slow fields this matrix is `moved`, on fast ones `constant`.
-    const Small both = constant + moved * right * (left * moved);
-    const Eigen::FullPivLU<Small> by_both(both);
+    const Small moved = chosen(f.moved, f.present);
+    const auto n = moved.rows();
     const Small project = Small::Identity(n, n) - moved * right * left;
     const auto through = [&](const Matrix6& a, const Matrix6& b) -> Small {
-        const Small fast = by_both.solve(project * chosen(b, f.present) * right);
-        return left * chosen(a, f.present) * fast;
+        return left * chosen(a, f.present) * (slow.fast * (project * chosen(b, f.present) * right));
     };
     const auto between = [&](const Matrix6& m) -> Small { return left * chosen(m, f.present) * right; };
     result.speed_x = -between(f.first_x);
@@ -149,7 +147,11 @@ LongWaves long_waves(const Equations& equations, const StationaryState& about) {
     result.damping_yy = -between(f.second_yy) - through(f.first_y, f.first_y);
     result.damping_xy = -between(f.second_xy) - through(f.first_x, f.first_y) - through(f.first_y, f.first_x);
     result.right = Small::Zero(places, right.cols());
-    for (Eigen::Index i = 0; i < n; ++i) result.right.row(f.present[static_cast<std::size_t>(i)]) = right.row(i);
+    result.left = Small::Zero(left.rows(), places);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        result.right.row(f.present[static_cast<std::size_t>(i)]) = right.row(i);
+        result.left.col(f.present[static_cast<std::size_t>(i)]) = left.col(i);
+    }
     return result;
 }
 

@@ -24,14 +24,14 @@ bool has_values(const Equations& e, double beads, double rods) {
 
 /// The least margin over angles off p0: sampled, then refined about the least sample.
 Margin least_over_angles(const LongWaves& waves, double direction, bool quarter) {
-    const int samples = quarter ? 18 : 72;  // every 5 degrees
+    const int samples = quarter ? 18 : 36;  // every 5 degrees of a quarter or of half a turn
     const double step = right_angle / 18.0;
     const auto at = [&](double angle) { return slow_growth(waves, direction + angle).margin(); };
     Margin least{.value = std::numeric_limits<double>::infinity(), .angle = step};
     for (int n = 1; n <= samples; ++n)
         if (const double value = at(n * step); value < least.value) least = {.value = value, .angle = n * step};
     double width = 0.5 * step;
-    // Closing in by halves, five angles a time; a kink between two modes does no harm.
+    // Closing in by halves; a kink between two modes does no harm.
     for (int i = 0; i < 16 && width > 1e-6; ++i, width *= 0.5)
         for (const double angle : {least.angle - width, least.angle + width}) {
             if (quarter && (angle <= 0.0 || angle > right_angle)) continue;
@@ -61,21 +61,21 @@ namespace {
 Margin margin_at(const Equations& e, double bead_density, double rod_density, Limit limit, const double* one_angle) {
     if (!has_values(e, bead_density, rod_density)) return {.value = none};
     const double abar = effective_coefficients(e, bead_density, rod_density).relaxation;
-    if (limit == Limit::onset) return {.value = abar};
-    const bool flock = limit != Limit::phase_separation;
-    if (!flock && !(abar > 0.0)) return {.value = none};
-    // The flock: the largest order.  With a field from outside there is no isotropic state.
+    const bool flock = limit == Limit::banding || limit == Limit::oblique;
+    if (limit == Limit::phase_separation && !(abar > 0.0)) return {.value = none};
+    // The flock: the largest order.  With a field from outside there is no isotropic state, and nothing sets in.
     const StationaryStates found = stationary_states(e, bead_density, rod_density);
     const StationaryState* state = nullptr;
     for (const StationaryState& one : found.states)
         if (flock == (one.point.order.norm() > 0.0) && (!state || one.point.order.norm() > state->point.order.norm()))
             state = &one;
     if (!state) return {.value = none};
+    if (limit == Limit::onset) return {.value = abar};
     const LongWaves waves = long_waves(e, *state);
     if (!waves.undefined.empty() || waves.right.cols() == 0) return {.value = none};
-    const double direction = flock ? std::atan2(state->point.order.y(), state->point.order.x()) : 0.0;
+    const double direction = direction_of(state->point);
     if (one_angle) return {.value = slow_growth(waves, direction + *one_angle).margin(), .angle = *one_angle};
-    if (limit == Limit::oblique) return least_over_angles(waves, direction, state->free_direction);
+    if (limit == Limit::oblique) return least_over_angles(waves, direction, is_mirrored(state->point));
     return {.value = slow_growth(waves, direction).margin()};
 }
 }  // namespace

@@ -54,7 +54,7 @@ ModeRates mode_rates(const Equations& equations, const UniformPoint& about, cons
 }
 
 numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, double angle) {
-    const double direction = about.order.norm() > 0.0 ? std::atan2(about.order.y(), about.order.x()) : 0.0;
+    const double direction = direction_of(about);
     return {.x = q * std::cos(direction + angle), .y = q * std::sin(direction + angle)};
 }
 
@@ -128,10 +128,13 @@ struct Landscape {
     const Equations& equations;
     const UniformPoint& about;
     double at(double log_q, double angle) const { return growth(equations, about, std::exp(log_q), angle).rate; }
-    /// Rounding of rates makes no growth.
+    /// Rounding makes no growth: that of a mode is the matrix's times the mode's condition, large where modes nearly fall together.
     bool grows(double log_q, double angle) const {
-        const ModeRates rates = mode_rates(equations, about, wavevector_from_order(about, std::exp(log_q), angle));
-        return rates.real().maxCoeff() > 1e-13 * rates.cwiseAbs().maxCoeff();
+        const Modes all = modes(equations, about, wavevector_from_order(about, std::exp(log_q), angle));
+        const double size = std::numeric_limits<double>::epsilon() * all.rates.cwiseAbs().maxCoeff();
+        for (Eigen::Index k = 0; k < all.rates.size(); ++k)
+            if (all.rates(k).real() > 4.0 * size * all.duals.row(k).norm() * all.shapes.col(k).norm()) return true;
+        return false;
     }
 };
 
@@ -200,17 +203,14 @@ std::pair<double, double> climbed(const Landscape& land, double log_q, double an
     return {gsl_vector_get(search->x, 0), gsl_vector_get(search->x, 1)};
 }
 
+/// Of a wave on a flock.
 std::string name_of(const Equations& equations, const StationaryState& about, const Growth& found, double angle) {
-    // What grows without any wave, at q = 0: order, or of an ordered state its direction or size.
-    const ModeRates uniform = mode_rates(equations, about.point, {});
-    const bool without_waves = uniform.real().maxCoeff() > 1e-13 * uniform.cwiseAbs().maxCoeff();
-    if (about.point.order.norm() == 0.0) return without_waves ? "order" : "phase separation";
-    if (without_waves) return "uniform";
     const double along = std::abs(std::sin(angle)), across = std::abs(std::cos(angle));
     if (along < 1e-6) return "banding";
     if (across < 1e-6 && std::abs(found.frequency) < 1e-9 * std::abs(found.rate)) {
         const LongWaves slow = long_waves(equations, about);
-        if (!slow.undefined.empty() || slow_growth(slow, angle).first == 0.0) return "phase separation";
+        if (!slow.undefined.empty() || slow_growth(slow, direction_of(about.point) + angle).first == 0.0)
+            return "phase separation";
     }
     return "oblique";
 }
@@ -235,49 +235,91 @@ void set_range(const Landscape& land, const std::vector<double>& log_q, Instabil
 }
 }  // namespace
 
+namespace {
+/// What grows without any wave, at q = 0; 0: nothing.
+double uniform_growth(const Equations& equations, const UniformPoint& about) {
+    const ModeRates rates = mode_rates(equations, about, {});
+    const double most = rates.real().maxCoeff();
+    return most > 1e-13 * rates.cwiseAbs().maxCoeff() ? most : 0.0;
+}
+
+Instability found_at(const Landscape& land, const std::vector<double>& log_q, const std::string& name, double x,
+                     double angle) {
+    const Growth here = growth(land.equations, land.about, std::exp(x), angle);
+    const double step = log_q[1] - log_q[0];
+    Instability one{.name = name,
+                    .rate = here.rate,
+                    .frequency = here.frequency,
+                    .q = std::exp(x),
+                    .angle = angle,
+                    .at_longest = x<log_q.front() + 1e-6 * step, .at_shortest = x> log_q.back() - 1e-6 * step};
+    set_range(land, log_q, one);
+    return one;
+}
+
+double refined(const Landscape& land, const std::vector<double>& log_q, double x, double angle) {
+    const double step = log_q[1] - log_q[0];
+    const double fine = golden_maximum(std::max(x - step, log_q.front()), std::min(x + step, log_q.back()),
+                                       [&](double y) { return land.at(y, angle); });
+    return land.at(fine, angle) > land.at(x, angle) ? fine : x;
+}
+
+/// The fastest place of the search at an angle.
+std::pair<double, double> fastest_at(const Landscape& land, const std::vector<double>& log_q, double angle) {
+    double most = -infinite, where = log_q.front();
+    for (const double x : log_q)
+        if (const double rate = land.at(x, angle); rate > most) most = rate, where = x;
+    return {most, where};
+}
+
+/// Whether the fastest mode of a wave moves a density.
+bool moves_density(const Landscape& land, double x) {
+    const Modes all = modes(land.equations, land.about, wavevector_from_order(land.about, std::exp(x), 0.0));
+    const auto densities = all.shapes.rows() - (land.equations.form.velocity == Velocity::dynamic ? 4 : 2);
+    return all.shapes.col(0).head(densities).cwiseAbs().sum() > 1e-9;
+}
+
+std::vector<Instability> isotropic_instabilities(const Landscape& land, const std::vector<double>& log_q) {
+    std::vector<Instability> found;
+    const double uniform = uniform_growth(land.equations, land.about),
+                 x = refined(land, log_q, fastest_at(land, log_q, 0.0).second, 0.0);
+    if (!land.grows(x, 0.0)) return found;
+    // Order grows without a wave, or in waves that move no density; densities that attract make waves of their own.
+    const bool waves = land.at(x, 0.0) > uniform * (1.0 + 1e-6) && moves_density(land, x);
+    if (waves) found.push_back(found_at(land, log_q, "phase separation", x, 0.0));
+    if (!waves || uniform > 0.0) found.push_back(found_at(land, log_q, "order", waves ? log_q.front() : x, 0.0));
+    return found;
+}
+}  // namespace
+
 std::vector<Instability> instabilities(const Equations& equations, const StationaryState& about, const Search& search) {
     const Landscape land{equations, about.point};
     const std::vector<double> log_q = even_logarithms(search);
-    const bool isotropic = about.point.order.norm() == 0.0;
-    // Mirror images: of an isotropic state every angle is one; of a flock without field a quarter turn holds all.
-    const bool quarter = isotropic || about.free_direction;
-    const double whole = isotropic ? 0.0 : quarter ? right_angle : 4.0 * right_angle;
-    const int angles = isotropic ? 1 : quarter ? angle_steps + 1 : 4 * angle_steps + 1;
-    const double step_angle = angles > 1 ? whole / (angles - 1) : 0.0, step_q = log_q[1] - log_q[0];
-    std::vector<double> best(static_cast<std::size_t>(angles)), best_at(best.size());
-    for (int a = 0; a < angles; ++a) {
-        double most = -infinite, where = log_q.front();
-        for (const double x : log_q)
-            if (const double rate = land.at(x, a * step_angle); rate > most) most = rate, where = x;
-        best[static_cast<std::size_t>(a)] = most;
-        best_at[static_cast<std::size_t>(a)] = where;
-    }
+    if (is_isotropic(about.point)) return isotropic_instabilities(land, log_q);
+    // Rates at q and -q are conjugate: half a turn holds all, a quarter where the state is its own mirror image.
+    const bool quarter = is_mirrored(about.point);
+    const int steps = quarter ? angle_steps : 2 * angle_steps;
+    const double step_angle = right_angle / angle_steps, uniform = uniform_growth(equations, about.point);
+    std::vector<std::pair<double, double>> best;  // rate, place
+    for (int a = 0; a <= steps; ++a) best.push_back(fastest_at(land, log_q, a * step_angle));
     std::vector<Instability> found;
+    const bool ordered = about.point.order.norm() > 0.0;
+    if (uniform > 0.0) found.push_back({.name = ordered ? "uniform" : "order", .rate = uniform});
     const auto add = [&](double x, double angle) {
-        if (!land.grows(x, angle)) return;
+        if (!land.grows(x, angle) || land.at(x, angle) <= uniform * (1.0 + 1e-6)) return;
         const Growth here = growth(equations, about.point, std::exp(x), angle);
-        Instability one{.name = name_of(equations, about, here, angle),
-                        .rate = here.rate,
-                        .frequency = here.frequency,
-                        .q = std::exp(x),
-                        .angle = angle,
-                        .at_shortest = x > log_q.back() - 1e-6 * step_q};
-        set_range(land, log_q, one);
-        found.push_back(one);
+        const std::string name = ordered ? name_of(equations, about, here, angle) : "phase separation";
+        found.push_back(found_at(land, log_q, name, x, angle));
     };
-    for (int a = 0; a < angles; ++a) {
-        const auto n = static_cast<std::size_t>(a);
-        const bool end = a == 0 || a == angles - 1;
-        const double angle = a * step_angle, x = best_at[n];
-        if (end && quarter) {
-            // Along p0 and across it symmetry keeps a wave at its angle.
-            const double fine = golden_maximum(std::max(x - step_q, log_q.front()), std::min(x + step_q, log_q.back()),
-                                               [&](double y) { return land.at(y, angle); });
-            add(land.at(fine, angle) > land.at(x, angle) ? fine : x, angle);
-        } else if (!end && best[n] > best[n - 1] && best[n] >= best[n + 1]) {
-            auto [fine, turned] = climbed(land, x, angle, 0.3 * step_q, 0.3 * step_angle);
+    for (int a = 0; a <= (quarter ? steps : steps - 1); ++a) {
+        const auto rate = [&](int n) { return best[static_cast<std::size_t>((n + steps) % steps)].first; };
+        const double angle = a * step_angle, x = best[static_cast<std::size_t>(a)].second;
+        if (quarter && (a == 0 || a == steps)) {
+            add(refined(land, log_q, x, angle), angle);  // symmetry keeps a wave at its angle
+        } else if (rate(a) > rate(a - 1) && rate(a) >= (quarter && a + 1 == steps ? best.back().first : rate(a + 1))) {
+            auto [fine, turned] = climbed(land, x, angle, 0.3 * (log_q[1] - log_q[0]), 0.3 * step_angle);
             fine = std::clamp(fine, log_q.front(), log_q.back());
-            if (land.at(fine, turned) <= best[n]) fine = x, turned = angle;
+            if (land.at(fine, turned) <= best[static_cast<std::size_t>(a)].first) fine = x, turned = angle;
             // A maximum that slides to an end is that of the end, which stands there already.
             if (!quarter || (turned > 1e-6 && turned < right_angle - 1e-6)) add(fine, turned);
         }

@@ -88,6 +88,7 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
         result.no_order =
             text("a - lambda alpha/Gamma = {:.6g} /s < 0, but relaxation.saturation is 0: order grows without bound",
                  a);
+    else if (b < 0.0) result.no_order = text("relaxation.saturation is {:.6g} < 0: order grows without bound", b);
     else if (a == 0.0 && b == 0.0) result.no_order = "a - lambda alpha/Gamma and b are 0: every order stays as it is";
     else result.no_order = text("a - lambda alpha/Gamma = {:.6g} /s is not below 0", a);
     return result;
@@ -119,6 +120,16 @@ StationaryStates without_drag(const Equations& e, const Values& c, const Uniform
     return result;
 }
 }  // namespace
+
+double direction_of(const UniformPoint& point) {
+    const Eigen::Vector2d& v = point.order.norm() > 0.0 ? point.order : point.velocity;
+    return v.norm() > 0.0 ? std::atan2(v.y(), v.x()) : 0.0;
+}
+
+bool is_mirrored(const UniformPoint& point) {
+    const Eigen::Vector2d &p = point.order, &v = point.velocity;
+    return std::abs(p.x() * v.y() - p.y() * v.x()) <= 1e-12 * p.norm() * v.norm();
+}
 
 StationaryStates stationary_states(const Equations& e, double bead_density, double rod_density) {
     const Values c = values_at(e, bead_density, rod_density);
@@ -181,7 +192,7 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
         product == 0.0 ? -c.a.value / k.stiffness : -2.0 * drag * r.relaxation / (middle + std::sqrt(under));
     if (square < 0.0) r.correlation_length = 1.0 / std::sqrt(-square);
     else if (square == 0.0) r.correlation_length = std::numeric_limits<double>::infinity();
-    else r.neutral_wavenumber = std::sqrt(square);
+    else if (r.relaxation < 0.0) r.neutral_wavenumber = std::sqrt(square);
     return r;
 }
 

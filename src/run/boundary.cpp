@@ -47,6 +47,18 @@ void check_not_tabulated(const physics::Model& model, const std::string& list, c
                 "{} names {}, which the scene takes from its table; choose a number that the model reads", list, key);
 }
 
+/// What no uniform state knows of.
+void check_moves(const std::string& list, const std::string& key, const Where& where) {
+    require(!key.starts_with("noise.") && key != "uniform.rod_area" && key != "uniform.bead_area", where,
+            "{} names {}, which moves no boundary; choose another number", list, key);
+}
+
+/// 0 for a key of the bead density, 1 for one of the rods', -1 for others.
+int density_of(const std::string& key) {
+    if (key == "uniform.bead_density" || key == "bead_area_fraction") return 0;
+    return key == "uniform.rod_density" || key == "rod_area_fraction" ? 1 : -1;
+}
+
 physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
     const Where where = io::place_of(scene, list);
     const std::string example = "\"driving.strength = 0.5:2\"";
@@ -77,6 +89,7 @@ physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, cons
     }
     const io::ModelNumber number = io::model_number(key, where);
     check_not_tabulated(scene.model, list, key, where);
+    check_moves(list, key, where);
     check_range(list, written, number.range, axis.from, where);
     check_range(list, written, number.range, axis.to, where);
     axis.unit = number.unit.empty() ? "1" : number.unit;
@@ -98,6 +111,9 @@ std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene, const 
                 "{} names {}, an axis of the plane, whose place is given; expected another number", list, key);
         const io::ModelNumber number = io::model_number(key, where);
         check_not_tabulated(scene.model, list, key, where);
+        check_moves(list, key, where);
+        require(density_of(key) < 0 || (density_of(key) != density_of(x.name) && density_of(key) != density_of(y.name)),
+                where, "{} names {}, a density whose place in the plane is given; expected another number", list, key);
         result.push_back({.name = key, .error = error, .add = [in = number.in](physics::Model& model, double change) {
                               in(model) += change;
                           }});
@@ -139,8 +155,10 @@ BoundaryReport make_boundary(const io::Scene& scene, Threads& threads) {
     BoundaryReport report{.scene = scene,
                           .x = axis_of(scene, "boundary.x", plan.x),
                           .y = axis_of(scene, "boundary.y", plan.y)};
-    require(report.x.name != report.y.name, io::place_of(scene, "boundary.y"),
-            "boundary.x and boundary.y are both {}; expected two numbers", report.x.name);
+    require(report.x.name != report.y.name &&
+                (density_of(report.x.name) < 0 || density_of(report.x.name) != density_of(report.y.name)),
+            io::place_of(scene, "boundary.y"), "boundary.x is {} and boundary.y is {}; expected two different numbers",
+            report.x.name, report.y.name);
     require(!plan.lines.empty(), io::place_of(scene, "boundary.lines"),
             "boundary.lines is empty; expected at least one of onset, "
             "phase-separation, banding, oblique");
@@ -173,15 +191,25 @@ std::vector<std::size_t> chosen_points(std::size_t count) {
     return chosen;
 }
 
+/// How far the line moves along one axis, the other being held: the shift along the gradient, in a plane laid on a square, seen from that axis.
+double shift_along(const BoundaryReport& report, const physics::BoundaryPoint& point, bool x) {
+    const double by_x = point.error_x / (report.x.to - report.x.from),
+                 by_y = point.error_y / (report.y.to - report.y.from);
+    return (by_x * by_x + by_y * by_y) / std::abs(x ? by_x : by_y) *
+           (x ? report.x.to - report.x.from : report.y.to - report.y.from);
+}
+
 void add_line(const BoundaryReport& report, const physics::BoundaryLine& line, std::string& out) {
     const bool angles = line.limit == physics::Limit::oblique, errors = report.uncertain > 0;
     out += text("  {} of {} points\n", line.closed ? "closed" : "open", line.points.size());
-    out += text("  {:>24} {:>24}{}{}\n", report.x.name, report.y.name,
-                errors ? text(" {:>12} {:>12}", "error x", "error y") : "", angles ? text(" {:>10}", "angle") : "");
+    out +=
+        text("  {:>24} {:>24}{}{}\n", report.x.name, report.y.name,
+             errors ? text(" {:>12} {:>12}", "shift in x", "shift in y") : "", angles ? text(" {:>10}", "angle") : "");
     for (const std::size_t i : chosen_points(line.points.size())) {
         const physics::BoundaryPoint& point = line.points[i];
         out += text("  {:>24.8g} {:>24.8g}", point.x, point.y);
-        if (errors) out += text(" {:>12.3g} {:>12.3g}", std::abs(point.error_x), std::abs(point.error_y));
+        if (errors)
+            out += text(" {:>12.3g} {:>12.3g}", shift_along(report, point, true), shift_along(report, point, false));
         if (angles) out += text(" {:>10.1f}", point.angle / degree);
         out += '\n';
     }
@@ -260,8 +288,10 @@ io::ResultTable line_table(const BoundaryReport& report, const std::string& unit
           {"closed", "1", "1: the line ends where it begins"},
           {"x", unit_x, report.x.name},
           {"y", unit_y, report.y.name},
-          {"error_x", unit_x, "standard error of the line's place, its part along x"},
-          {"error_y", unit_y, "standard error of the line's place, its part along y"},
+          {"error_x", unit_x,
+           "standard error of the line's place, its part along x: a shift along the gradient in the plane laid on a "
+           "square"},
+          {"error_y", unit_y, "the same, its part along y"},
           {"angle", "degree", "angle to p0 of the wave that decides"}}) {
         table.quantities.push_back({name, unit, meaning, {"vertex"}});
         columns.emplace_back();

@@ -86,16 +86,27 @@ std::vector<Direction> directions(const std::vector<Eigen::Vector2d>& orders) {
     return result;
 }
 
-/// The stationary state whose order is nearest to that of a run.
-const physics::StationaryState* nearest_state(const physics::StationaryStates& found, double order) {
+/// The stationary state that a run is in: by its mean order as a vector where a field holds the direction, else by the size of the order.
+const physics::StationaryState* nearest_state(const physics::StationaryStates& found,
+                                              const std::vector<Eigen::Vector2d>& orders) {
+    double size = 0.0;
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& one : orders) {
+        size += one.norm() / static_cast<double>(orders.size());
+        mean += one / static_cast<double>(orders.size());
+    }
+    const bool held = std::none_of(found.states.begin(), found.states.end(),
+                                   [](const auto& state) { return state.point.order.norm() == 0.0; });
+    const auto miss = [&](const physics::StationaryState& state) {
+        return held ? (state.point.order - mean).norm() : std::abs(state.point.order.norm() - size);
+    };
     const physics::StationaryState* nearest = nullptr;
-    const auto miss = [&](const physics::StationaryState& state) { return std::abs(state.point.order.norm() - order); };
     for (const physics::StationaryState& state : found.states)
         if (!nearest || miss(state) < miss(*nearest)) nearest = &state;
     return nearest;
 }
 
-/// Structure factors about a flock, over the directions that it has taken.
+/// Structure factors about a flock, over the directions that it has taken, or about a state that something from outside holds.
 std::vector<physics::StructureFactor> flock_modes(const physics::Equations& equations,
                                                   const physics::StationaryState& flock, const Report& report,
                                                   const std::vector<Eigen::Vector2d>& orders) {
@@ -127,20 +138,18 @@ std::vector<physics::StructureFactor> predicted_modes(const physics::Equations& 
         report.no_prediction = "without noise the stationary state of the linear theory is uniform";
         return {};
     }
-    double order = 0.0;
-    for (const Eigen::Vector2d& one : orders) order += one.norm() / static_cast<double>(orders.size());
     const physics::StationaryStates states = physics::stationary_states(equations);
-    const physics::StationaryState* state = nearest_state(states, order);
+    const physics::StationaryState* state = nearest_state(states, orders);
     if (state == nullptr) {
         report.no_prediction = "there is no uniform stationary state: " + states.no_order;
         return {};
     }
-    const std::string size = text("the {} state, |p| = {:.4g} and |v| = {:.4g} mm/s", state->name,
+    const std::string size = text("the state \"{}\", |p| = {:.4g} and |v| = {:.4g} mm/s", state->name,
                                   state->point.order.norm(), state->point.velocity.norm());
     const auto explain = [&](const Error& error, const std::string& fastest) {
         report.no_prediction = text("the linear theory about {} has {}{}", size, error.what(), fastest);
     };
-    if (state->point.order.norm() == 0.0) {
+    if (physics::is_isotropic(state->point)) {
         try {
             std::vector<physics::StructureFactor> modes = physics::structure_factors(system, report.setting.form);
             report.about = size;
@@ -154,7 +163,7 @@ std::vector<physics::StructureFactor> predicted_modes(const physics::Equations& 
     try {
         std::vector<physics::StructureFactor> modes = flock_modes(equations, *state, report, orders);
         report.about = size;
-        report.about_flock = true;
+        report.about_flock = state->point.order.norm() > 0.0;
         return modes;
     } catch (const Error& error) {
         explain(error, "; see drover stability");

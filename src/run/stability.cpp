@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -61,7 +62,7 @@ StabilityReport make_stability(const io::Scene& scene) {
                            .waves = physics::long_waves(equations, state),
                            .slow = {},
                            .direction_diffusion = physics::direction_diffusion(equations, state)};
-        const double direction = std::atan2(state.point.order.y(), state.point.order.x());
+        const double direction = physics::direction_of(state.point);
         if (one.waves.undefined.empty())
             for (const double angle : {0.0, 30.0, 60.0, 90.0})
                 one.slow.push_back({angle * degree, physics::slow_modes(one.waves, direction + angle * degree)});
@@ -148,7 +149,7 @@ void add_slow_modes(const StateStability& state, const std::vector<double>& angl
     const std::size_t size = angles.size() * count;
     // Taken once each: a reference is good only until the next is added.
     std::vector<double> speed(size), growth(size), damping(size);
-    const double direction = std::atan2(state.state.point.order.y(), state.state.point.order.x());
+    const double direction = physics::direction_of(state.state.point);
     for (std::size_t a = 0; a < angles.size(); ++a) {
         const std::vector<physics::SlowMode> modes = physics::slow_modes(state.waves, direction + angles[a]);
         for (std::size_t k = 0; k < count; ++k) {
@@ -163,30 +164,30 @@ void add_slow_modes(const StateStability& state, const std::vector<double>& angl
               axes, size) = damping;
 }
 
-/// Parts of a structure matrix that a form has: name, unit, value.
+/// Parts of a structure matrix that a form has.
 struct Part {
     std::string name, unit;
-    int place;
+    std::function<double(const physics::Symbol&)> value;
 };
-std::vector<Part> parts_of(const physics::Form& form) {
+std::vector<Part> parts_of(const physics::Form& form, double direction) {
     std::vector<Part> parts;
-    if (form.rod_density >= 0) parts.push_back({"rods", "mm-2", physics::at_rods});
-    if (form.bead_density >= 0) parts.push_back({"beads", "mm-2", physics::at_beads});
-    const std::string order = form.order_is_density ? "mm-2" : "mm2";
-    parts.push_back({"order_along_p0", order, physics::at_order_x});
-    parts.push_back({"order_across_p0", order, physics::at_order_y});
+    const auto density = [&](const char* name, physics::Place place) {
+        parts.push_back({name, "mm-2", [place](const physics::Symbol& s) { return s(place, place).real(); }});
+    };
+    if (form.rod_density >= 0) density("rods", physics::at_rods);
+    if (form.bead_density >= 0) density("beads", physics::at_beads);
+    const std::string unit = form.order_is_density ? "mm-2" : "mm2";
+    const auto order = [&](const char* name, double angle) {
+        parts.push_back({name, unit, [c = std::cos(angle), sn = std::sin(angle)](const physics::Symbol& s) {
+                             using namespace physics;
+                             return c * c * s(at_order_x, at_order_x).real() +
+                                    sn * sn * s(at_order_y, at_order_y).real() +
+                                    2.0 * c * sn * s(at_order_x, at_order_y).real();
+                         }});
+    };
+    order("order_along_p0", direction);
+    order("order_across_p0", direction + 0.5 * pi);
     return parts;
-}
-
-/// Turns the x axis along the order of a state, as structure_matrix about the turned state has it.
-physics::UniformPoint order_along_x(physics::UniformPoint point) {
-    const double size = point.order.norm();
-    if (size == 0.0) return point;
-    const Eigen::Vector2d e = point.order / size;
-    const Eigen::Vector2d v(e.dot(point.velocity), e.x() * point.velocity.y() - e.y() * point.velocity.x());
-    point.order = {size, 0.0};
-    point.velocity = v;
-    return point;
 }
 
 void add_structure_factors(const physics::Equations& e, const physics::UniformPoint& point,
@@ -202,12 +203,12 @@ void add_structure_factors(const physics::Equations& e, const physics::UniformPo
                 matrices[n] = physics::structure_matrix(e, point, q);
         }
     });
-    for (const Part& part : parts_of(e.form)) {
+    for (const Part& part : parts_of(e.form, physics::direction_of(point))) {
         std::vector<double>& out =
             table.add("structure_factor_" + part.name, part.unit,
                       "equal-time structure factor of the linear theory; not-a-number where a mode grows",
                       {"angle", "wavenumber"}, size);
-        for (std::size_t n = 0; n < size; ++n) out[n] = matrices[n](part.place, part.place).real();
+        for (std::size_t n = 0; n < size; ++n) out[n] = part.value(matrices[n]);
     }
 }
 
@@ -232,7 +233,7 @@ void add_dynamic_structure(const physics::Equations& e, const physics::UniformPo
                            const std::vector<double>& angles, const std::vector<double>& frequencies, Threads& threads,
                            StateTable& table) {
     const std::size_t width = frequencies.size(), size = angles.size() * width;
-    const std::vector<Part> parts = parts_of(e.form);
+    const std::vector<Part> parts = parts_of(e.form, physics::direction_of(point));
     std::vector<std::vector<double>> values(parts.size(), std::vector<double>(size, not_a_number));
     threads.for_chunks(angles.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t a = begin; a < end; ++a) {
@@ -240,8 +241,7 @@ void add_dynamic_structure(const physics::Equations& e, const physics::UniformPo
             if (physics::mode_rates(e, point, at).real().maxCoeff() >= 0.0) continue;
             for (std::size_t k = 0; k < width; ++k) {
                 const physics::Symbol s = physics::dynamic_structure_matrix(e, point, at, frequencies[k]);
-                for (std::size_t p = 0; p < parts.size(); ++p)
-                    values[p][a * width + k] = s(parts[p].place, parts[p].place).real();
+                for (std::size_t p = 0; p < parts.size(); ++p) values[p][a * width + k] = parts[p].value(s);
             }
         }
     });
@@ -262,14 +262,12 @@ std::vector<io::ResultTable> stability_tables(const StabilityReport& report, Thr
     const double sound = plan.sound > 0.0 ? plan.sound : longest_wave(report.scene.grid);
     std::vector<io::ResultTable> tables;
     for (const StateStability& one : report.states) {
-        // With p0 along x, so that parts along and across it are x and y.
-        const bool turned = one.state.free_direction || one.state.point.order.norm() == 0.0;
-        physics::StationaryState state = one.state;
-        if (turned) state.point = order_along_x(state.point);
-        const double whole = turned ? 0.5 * pi : 2.0 * pi;
+        // Rates at q and -q are conjugate: half a turn holds all, a quarter where the state is its own mirror image.
+        const physics::StationaryState& state = one.state;
+        const int quarters = physics::is_mirrored(state.point) ? 1 : 2;
         std::vector<double> angles, degrees, branches, slow;
-        const int steps = (plan.angles - 1) * (turned ? 1 : 4);  // right angles among them
-        for (int a = 0; a <= steps; ++a) angles.push_back(whole * a / steps);
+        const int steps = (plan.angles - 1) * quarters;
+        for (int a = 0; a <= steps; ++a) angles.push_back(0.5 * pi * quarters * a / steps);
         for (const double angle : angles) degrees.push_back(angle / degree);
         const physics::ModeMap map = physics::mode_map(equations, state, wavenumbers, angles, threads);
         for (int b = 0; b < map.modes.front().rates.size(); ++b) branches.push_back(b);
@@ -277,12 +275,14 @@ std::vector<io::ResultTable> stability_tables(const StabilityReport& report, Thr
         const std::vector<double> frequencies = frequencies_of(equations, state.point, sound, angles, plan.frequencies);
         std::string group = "/" + one.state.name;
         std::replace(group.begin(), group.end(), ' ', '_');
-        StateTable table(group,
-                         {{"angle", "degree", "angle of the wavevector from p0 (from x without order)", degrees},
-                          {"wavenumber", "mm-1", "wavenumber |q|", wavenumbers},
-                          {"branch", "1", "branch of the modes, followed from the smallest q along p0", branches},
-                          {"slow_mode", "1", "slow modes at each angle, by their speed", slow},
-                          {"frequency_axis", "s-1", "angular frequency omega", frequencies}});
+        StateTable table(
+            group, {{"angle", "degree",
+                     "angle of the wavevector from p0 (without order from the velocity of the beads, at rest from x)",
+                     degrees},
+                    {"wavenumber", "mm-1", "wavenumber |q|", wavenumbers},
+                    {"branch", "1", "branch of the modes, followed from the smallest q along p0", branches},
+                    {"slow_mode", "1", "slow modes at each angle, by their speed", slow},
+                    {"frequency_axis", "s-1", "angular frequency omega", frequencies}});
         add_branches(equations, map, table);
         add_slow_modes(one, angles, table);
         if (noisy) {

@@ -13,7 +13,7 @@ constexpr double degree = std::numbers::pi / 180.0;
 void add_coefficients(const StabilityReport& report, std::string& out) {
     const physics::EffectiveCoefficients& c = report.coefficients;
     const auto add = [&](const char* name, double value, const char* unit, const char* meaning) {
-        if (!std::isnan(value)) out += text("  {:<8} {:>12.6g} {:<8} {}\n", name, value, unit, meaning);
+        if (std::isfinite(value)) out += text("  {:<8} {:>12.6g} {:<8} {}\n", name, value, unit, meaning);
     };
     const physics::Form form = physics::form(report.scene.model);
     const bool beads = form.bead_density >= 0, rods = form.rod_density >= 0;
@@ -40,7 +40,7 @@ void add_slow_modes(const StateStability& one, std::string& out) {
         return;
     }
     if (one.slow.empty() || one.slow.front().modes.empty()) return;
-    const bool isotropic = one.state.point.order.norm() == 0.0;
+    const bool isotropic = physics::is_isotropic(one.state.point);
     out +=
         text("  long waves, s = -i u q - gamma q^2: {}u [mm/s] (gamma [mm^2/s])\n", isotropic ? "" : "angle to p0, ");
     double largest = 0.0;
@@ -78,8 +78,13 @@ void add_instabilities(const StateStability& one, const StabilityReport& report,
     for (const physics::Instability& found : one.instabilities) {
         out += text("    {:<17} grows at {:.5g} /s", found.name, found.rate);
         if (found.frequency != 0.0) out += text(", turning by {:.4g} /s,", std::abs(found.frequency));
-        out += text(" at |q| = {:.4g} /mm (a wave of {:.4g} mm)", found.q, 2.0 * std::numbers::pi / found.q);
-        if (one.state.point.order.norm() > 0.0) out += text(", {:.1f} degrees from p0", found.angle / degree);
+        if (found.q == 0.0) {
+            out += " as a whole, without a wave\n";
+            continue;
+        }
+        if (found.at_longest) out += ", the longer the wave the faster";
+        else out += text(" at |q| = {:.4g} /mm (a wave of {:.4g} mm)", found.q, 2.0 * std::numbers::pi / found.q);
+        if (!physics::is_isotropic(one.state.point)) out += text(", {:.1f} degrees from p0", found.angle / degree);
         out += "; " + range_text(found) + "\n";
         if (found.at_shortest)
             out += "      it grows fastest at the shortest wave searched: nothing in the model stops short waves\n";

@@ -167,6 +167,31 @@ TEST(SlowModes, miss_the_eigenvalues_by_the_next_order_in_q) {
     }
 }
 
+TEST(SlowModes, near_onset_do_not_depend_on_the_unit_of_density) {
+    // J = u sigma p: sigma, its slope of a and B in another unit change nothing else.
+    const auto modes_of = [](double s) {
+        const Model model{.uniform = {.rod_density = 1.0 * s},
+                          .current = {.speed = 1.0, .kind = "density-order"},
+                          .relaxation = {.rate = 1.0 - 1e-4,
+                                         .rate_terms = {text("{} sigma", -1.0 / s)},
+                                         .saturation = 1.0},
+                          .elasticity = {.stiffness = 1.0},
+                          .pressure = {.rods = 1.0 / s}};
+        const Equations e(model);
+        return slow_modes(long_waves(e, flock_of(e)), 0.0);
+    };
+    const std::vector<SlowMode> plain = modes_of(1.0);
+    for (const double s : {1e-6, 1e6}) {
+        const std::vector<SlowMode> found = modes_of(s);
+        ASSERT_EQ(found.size(), plain.size());
+        for (std::size_t i = 0; i < plain.size(); ++i) {
+            // abar = -1e-4 is a difference of numbers of order one: twelve digits are left, of which the root and the square take some.
+            EXPECT_NEAR(found[i].speed.real(), plain[i].speed.real(), 1e-9 * std::abs(plain.back().speed));
+            EXPECT_NEAR(found[i].damping.real(), plain[i].damping.real(), 1e-9 * (1.0 + std::abs(plain[i].damping)));
+        }
+    }
+}
+
 TEST(SlowModes, of_beads_that_nothing_holds_back_are_sound) {
     // No drag, no driving: rho d_t v = -E grad rho; s = +- i sqrt(E) q - (eta + zeta) q^2/(2 rho), and -eta q^2/rho across.
     Letters l{.gamma = 0.0, .alpha = 0.0, .f = 0.0};

@@ -267,6 +267,48 @@ TEST(Instabilities, in_a_field_are_searched_all_round) {
     EXPECT_NEAR(instabilities(held, stationary_states(held).states.at(0), search).at(0).rate, expected, 1e-6);
 }
 
+TEST(Instabilities, in_a_field_keep_their_names_and_stand_once) {
+    const Model rods{.uniform = {.rod_density = 1.1},
+                     .current = {.speed = 1.0},
+                     .relaxation = {.rate = 1.0, .rate_terms = {"-1 sigma"}, .saturation = 1.0},
+                     .elasticity = {.stiffness = 1.0},
+                     .advection = {.strength = 1.0},
+                     .pressure = {.rods = 1.0}};
+    Model held = rods;
+    held.orienting_field = {.x = 3e-7, .y = 4e-7};
+    const Equations free(rods), with(held);
+    EXPECT_EQ(names(instabilities(with, stationary_states(with).states.at(0), search)),
+              names(instabilities(free, flock_of(free), search)));
+    // Against the field it turns as a whole at h/p, and the faster waves keep their names.
+    const std::vector<std::string> against = names(instabilities(with, stationary_states(with).states.back(), search));
+    EXPECT_EQ(against.front(), "oblique");
+    EXPECT_EQ(std::count(against.begin(), against.end(), "uniform"), 1);
+}
+
+TEST(Instabilities, of_attracting_rods_past_the_threshold_are_both_told) {
+    const Equations e(Model{.uniform = {.rod_density = 1.0},
+                            .current = {.speed = 1.0},
+                            .relaxation = {.rate = -0.001, .saturation = 1.0},
+                            .elasticity = {.stiffness = 0.5},
+                            .pressure = {.rods = -5.0}});
+    EXPECT_EQ(names(instabilities(e, isotropic_of(e), search)),
+              (std::vector<std::string>{"phase separation", "order"}));
+}
+
+TEST(Instabilities, are_no_rounding_however_stiff_the_beads_or_defective_the_modes) {
+    Letters free{.gamma = 0.0, .alpha = 0.0, .f = 0.0, .a = -1.0, .w = 0.0, .pressure_a = 0.0};
+    Model model = flock_model(free);
+    const Equations defective(model);
+    for (const Instability& one : instabilities(defective, stationary_states(defective).states.back(), search))
+        EXPECT_GT(one.rate, 1e-6) << one.name;
+    Model stiff = flock_model({});
+    stiff.inertia.bead_mass = 1e-13;
+    const Equations light(stiff);
+    const std::vector<Instability> found = instabilities(light, isotropic_of(light), search);
+    ASSERT_FALSE(found.empty());
+    EXPECT_EQ(found[0].name, "order");
+}
+
 TEST(Instabilities, of_a_flock_against_its_field_is_that_it_turns_as_a_whole) {
     Model model = flock_model({});
     model.orienting_field = {.x = 0.01, .y = 0.0};

@@ -26,7 +26,7 @@ std::vector<StructureFactor> structure_factors(const Equations& equations, const
                                                const numerics::Grid& grid, int degree, Threads& threads);
 
 /// How the direction theta of the mean order of a flock walks: <theta^2> = 2 D t after its fast modes have settled, D = this/area
-/// [rad^2 mm^2/s].  Closed form without field: 2 D area = Delta/(p0 chi)^2.  Zero without a free direction.
+/// [rad^2 mm^2/s].  Closed form without field: 2 D area = Delta/(p0 chi)^2.  Zero without a free direction; not-a-number where long_waves is undefined.
 double direction_diffusion(const Equations& equations, const StationaryState& about);
 
 }  // namespace drover::physics

@@ -26,7 +26,8 @@ struct LongWaves {
     using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, places, places>;
     Small speed_x, speed_y;                    ///< U
     Small damping_xx, damping_yy, damping_xy;  ///< -D = D_xx c^2 + D_yy s^2 + D_xy c s
-    Small right;                               ///< slow fields in the places of a Symbol, a column each
+    Small left;             ///< its duals, a row each: what a push on the fields does to the slow modes
+    Small right;            ///< slow fields in the places of a Symbol, a column each
     std::string undefined;  ///< why there is no such expansion (a fast mode has become slow); empty: there is
 };
 

@@ -15,7 +15,7 @@ enum class Limit {
     onset,             ///< abar = a - lambda alpha/Gamma = 0: the isotropic state gives way to a flock
     phase_separation,  ///< of the isotropic state, where abar > 0: a combination of the densities stops diffusing
     banding,           ///< of the flock: long waves along p0 grow
-    oblique            ///< of the flock: long waves at some other angle to p0 grow, across it included
+    oblique  ///< of the flock: long waves at some angle off p0 grow, however small: where banding does, so does this
 };
 /// "onset", "phase-separation", "banding", "oblique".
 std::string limit_name(Limit limit);

@@ -60,8 +60,9 @@ struct Instability {
     /// "phase separation" (waves across p0 that stand still), "uniform" (the whole of it turns or grows, without a wave).
     std::string name;
     double rate = 0.0, frequency = 0.0;  ///< Re s, -Im s [1/s]
-    double q = 0.0, angle = 0.0;         ///< [1/mm], [rad]
+    double q = 0.0, angle = 0.0;         ///< [1/mm], [rad]; q = 0: without a wave
     double least = 0.0, most = 0.0;      ///< at this angle waves grow between these [1/mm]; infinite: beyond the search
+    bool at_longest = false;             ///< the longer the wave the faster it grows, down to the smallest |q| searched
     bool at_shortest = false;            ///< still growing faster where the search ends: the model has no shortest wave
 };
 

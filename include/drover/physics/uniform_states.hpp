@@ -15,6 +15,17 @@ struct StationaryState {
     bool free_direction = false;  ///< every direction of p will do: the flock chose one
 };
 
+/// Without order and with the beads at rest: every direction is like every other.
+inline bool is_isotropic(const UniformPoint& point) {
+    return point.order.norm() == 0.0 && point.velocity.norm() == 0.0;
+}
+
+/// From where angles of waves are counted: the direction of the order; without it that of the beads' velocity; at rest the x axis [rad].
+double direction_of(const UniformPoint& point);
+
+/// Whether the mirror image of the state in the line of its direction is the state itself: order and velocity on one line.
+bool is_mirrored(const UniformPoint& point);
+
 struct StationaryStates {
     std::vector<StationaryState> states;  ///< isotropic first; may be empty
     std::string no_order;                 ///< why there is no ordered state; empty when there is one
