@@ -115,7 +115,7 @@ Model model_at(const Plane& plane, const numerics::PlanePoint& point) {
 Model middle_model(const Plane& plane) {
     Model model = model_at(plane, {.x = 0.5 * (plane.x.from + plane.x.to), .y = 0.5 * (plane.y.from + plane.y.to)});
     // Where the middle lies beyond a table the coefficients themselves still serve the rest of the plane.
-    if (plane.x.is_density && plane.y.is_density) model.uniform = plane.model.uniform;
+    model.uniform = plane.model.uniform;
     return model;
 }
 }  // namespace
@@ -135,6 +135,7 @@ public:
             return margin_at(base_, densities.uniform.bead_density, densities.uniform.rod_density, limit, one_angle);
         }
         const Model model = model_at(plane_, point);
+        if (!has_values(base_, model.uniform.bead_density, model.uniform.rod_density)) return {.value = none};
         try {
             return margin_at(Equations(model, base_), model.uniform.bead_density, model.uniform.rod_density, limit,
                              one_angle);

@@ -221,7 +221,11 @@ std::string boundary_text(const BoundaryReport& report) {
                            report.x.unit, report.y.name, report.y.from, report.y.to, report.y.unit);
     out += text("islands wider than 1/{} of the plane are found for certain; points lie on their line to rounding\n",
                 report.scene.boundary.cells);
-    if (report.uncertain > 0) out += text("errors: standard errors, from those of {} numbers\n", report.uncertain);
+    if (report.uncertain > 0)
+        out += text(
+            "shifts: standard errors of where the line runs, along x at the same y and along y at the same x, from "
+            "those of {} numbers\n",
+            report.uncertain);
     for (const TracedLines& traced : report.traced) {
         const physics::Boundary& boundary = traced.boundary;
         out += text("\n{} (lambda: {}): {} line{}\n", physics::limit_name(traced.limit), traced.convention,

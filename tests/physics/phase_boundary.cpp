@@ -211,6 +211,26 @@ TEST(PhaseBoundary, beyond_a_table_is_not_drawn) {
     EXPECT_NEAR(high, 1.5, 0.005);
 }
 
+TEST(PhaseBoundary, beyond_a_table_is_not_drawn_beside_another_number_either) {
+    Plane plane = density_plane(0.0, {});
+    plane.model.table = {.bead_density = {0.5, 1.5}, .relaxation_rate = {1.0, -1.0}};
+    plane.model.uniform = {.rod_density = 1.0, .bead_density = 1.0};
+    plane.x = beads(0.6, 3.0);
+    plane.y =
+        coefficient("relaxation.saturation", 0.5, 2.0, [](Model& m, double value) { m.relaxation.saturation = value; });
+    Threads threads(1);
+    const Boundary found = trace_boundary(plane, Limit::onset, {}, {.cells = 16}, threads);
+    ASSERT_EQ(found.lines.size(), 1u);
+    EXPECT_LT(farthest(found, [](const BoundaryPoint& p) { return std::abs(p.x - 1.0); }), 1e-8);
+}
+
+TEST(PhaseBoundary, in_a_field_has_no_onset) {
+    Plane plane = density_plane(1.0, {"-1 rho"});
+    plane.model.orienting_field = {.x = 0.01};
+    Threads threads(1);
+    EXPECT_TRUE(trace_boundary(plane, Limit::onset, {}, {.cells = 8}, threads).lines.empty());
+}
+
 TEST(PhaseBoundary, of_a_model_that_cannot_be_names_the_point) {
     Plane plane{.model = flock_model({}),
                 .x = coefficient("drag.coefficient", -1.0, 2.0,
