@@ -60,8 +60,8 @@ namespace {
 /// The margin, at all angles that the limit speaks of or at one alone.
 Margin margin_at(const Equations& e, double bead_density, double rod_density, Limit limit, const double* one_angle) {
     if (!has_values(e, bead_density, rod_density)) return {.value = none};
-    const double abar = effective_coefficients(e, bead_density, rod_density).relaxation;
     const bool flock = limit == Limit::banding || limit == Limit::oblique;
+    const double abar = flock ? none : effective_coefficients(e, bead_density, rod_density).relaxation;
     if (limit == Limit::phase_separation && !(abar > 0.0)) return {.value = none};
     // The flock: the largest order.  With a field from outside there is no isotropic state, and nothing sets in.
     const StationaryStates found = stationary_states(e, bead_density, rod_density);
@@ -118,9 +118,6 @@ Model middle_model(const Plane& plane) {
     model.uniform = plane.model.uniform;
     return model;
 }
-}  // namespace
-
-namespace {
 /// The models of a plane: made anew at each point, or once when both axes are densities.
 class PlaneModels {
 public:
@@ -149,8 +146,8 @@ private:
     Equations base_;
 };
 
-std::vector<Margin> margins(const PlaneModels& models, const std::vector<numerics::PlanePoint>& points, Limit limit,
-                            Threads& threads) {
+std::vector<Margin> margins_at(const PlaneModels& models, const std::vector<numerics::PlanePoint>& points, Limit limit,
+                               Threads& threads) {
     std::vector<Margin> result(points.size());
     threads.for_chunks(points.size(), 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) result[i] = models.margin(points[i], limit);
@@ -229,7 +226,7 @@ void add_errors(const Plane& plane, const PlaneModels& models, Limit limit, cons
 
 std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::PlanePoint>& points, Limit limit,
                             Threads& threads) {
-    return margins(PlaneModels(plane), points, limit, threads);
+    return margins_at(PlaneModels(plane), points, limit, threads);
 }
 
 Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncertain>& uncertain,
@@ -242,7 +239,7 @@ Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncer
     Boundary result{.sharp = contour.sharp, .evaluations = contour.evaluations, .complete = contour.complete};
     for (const numerics::ContourLine& traced : contour.lines) {
         BoundaryLine line{.limit = limit, .closed = traced.closed};
-        const std::vector<Margin> at = margins(models, traced.points, limit, threads);
+        const std::vector<Margin> at = margins_at(models, traced.points, limit, threads);
         for (std::size_t i = 0; i < at.size(); ++i)
             line.points.push_back({.x = traced.points[i].x, .y = traced.points[i].y, .angle = at[i].angle});
         if (!uncertain.empty()) add_errors(plane, models, limit, uncertain, threads, line.points);

@@ -233,9 +233,6 @@ void set_range(const Landscape& land, const std::vector<double>& log_q, Instabil
             break;
         }
 }
-}  // namespace
-
-namespace {
 /// What grows without any wave, at q = 0; 0: nothing.
 double uniform_growth(const Equations& equations, const UniformPoint& about) {
     const ModeRates rates = mode_rates(equations, about, {});
@@ -252,7 +249,8 @@ Instability found_at(const Landscape& land, const std::vector<double>& log_q, co
                     .frequency = here.frequency,
                     .q = std::exp(x),
                     .angle = angle,
-                    .at_longest = x<log_q.front() + 1e-6 * step, .at_shortest = x> log_q.back() - 1e-6 * step};
+                    .at_longest = (x < log_q.front() + 1e-6 * step),
+                    .at_shortest = (x > log_q.back() - 1e-6 * step)};
     set_range(land, log_q, one);
     return one;
 }

@@ -37,13 +37,9 @@ void check_range(const std::string& list, const std::string& written, const Rang
 /// A number whose place a table has taken moves nothing.
 void check_not_tabulated(const physics::Model& model, const std::string& list, const std::string& key,
                          const Where& where) {
-    const physics::TableData& t = model.table;
-    for (const auto& [number, nodes] :
-         {std::pair{"relaxation.rate", &t.relaxation_rate},
-          std::pair{"relaxation.saturation", &t.relaxation_saturation},
-          std::pair{"drag.coefficient", &t.drag_coefficient}, std::pair{"driving.strength", &t.driving_strength},
-          std::pair{"weathercock.strength", &t.weathercock_strength}})
-        require(key != number || nodes->empty(), where,
+    const physics::Equations equations(model);
+    for (const auto& [number, coefficient] : named(equations))
+        require(key != number || coefficient->table() == nullptr, where,
                 "{} names {}, which the scene takes from its table; choose a number that the model reads", list, key);
 }
 

@@ -114,7 +114,7 @@ std::vector<physics::StructureFactor> flock_modes(const physics::Equations& equa
     const auto about = [&](double angle) {
         physics::UniformPoint point = flock.point;
         if (flock.free_direction) {
-            const Eigen::Rotation2D<double> turn(angle - std::atan2(point.order.y(), point.order.x()));
+            const Eigen::Rotation2D<double> turn(angle - physics::direction_of(point));
             point.order = turn * point.order;
             point.velocity = turn * point.velocity;
         }

@@ -7,8 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "drover/numerics/wavenumbers.hpp"
-
 namespace drover::run {
 
 namespace {
@@ -29,11 +27,12 @@ physics::Search search_of(const io::Scene& scene) {
     return search;
 }
 
+bool is_noisy(const physics::Noise& noise) { return noise.order != 0.0 || noise.rods != 0.0 || noise.beads != 0.0; }
+
 std::vector<std::string> notes_of(const physics::Equations& e) {
     std::vector<std::string> notes;
     const physics::Noise& noise = e.model.noise;
-    const bool noisy = noise.order != 0.0 || noise.rods != 0.0 || noise.beads != 0.0;
-    if (noisy && e.form.rod_density >= 0 && noise.rods == 0.0)
+    if (is_noisy(noise) && e.form.rod_density >= 0 && noise.rods == 0.0)
         notes.push_back(
             "without noise.rods sigma has no shot noise: DN^2/N goes to 0 in small boxes, where particles go to 1");
     for (const auto& [key, coefficient] : named(e))
@@ -257,8 +256,6 @@ std::vector<io::ResultTable> stability_tables(const StabilityReport& report, Thr
     const physics::Equations equations(report.scene.model);
     const io::StabilityPlan& plan = report.scene.stability;
     const std::vector<double> wavenumbers = logarithmic(report.search.least, report.search.most, plan.wavenumbers);
-    const physics::Noise& noise = report.scene.model.noise;
-    const bool noisy = noise.order != 0.0 || noise.rods != 0.0 || noise.beads != 0.0;
     const double sound = plan.sound > 0.0 ? plan.sound : longest_wave(report.scene.grid);
     std::vector<io::ResultTable> tables;
     for (const StateStability& one : report.states) {
@@ -285,7 +282,7 @@ std::vector<io::ResultTable> stability_tables(const StabilityReport& report, Thr
                     {"frequency_axis", "s-1", "angular frequency omega", frequencies}});
         add_branches(equations, map, table);
         add_slow_modes(one, angles, table);
-        if (noisy) {
+        if (is_noisy(report.scene.model.noise)) {
             add_structure_factors(equations, state.point, angles, wavenumbers, threads, table);
             add_dynamic_structure(equations, state.point, sound, angles, frequencies, threads, table);
         }

@@ -216,14 +216,16 @@ TEST(Instabilities, of_densities_that_attract_is_phase_separation) {
     EXPECT_EQ(names(instabilities(e, isotropic_of(e), search)), std::vector<std::string>{"phase separation"});
 }
 
+/// Rods alone that order more where they are dense, past their threshold: the flock breaks into bands.
+const Model banding_rods{.uniform = {.rod_density = 1.1},
+                         .current = {.speed = 1.0},
+                         .relaxation = {.rate = 1.0, .rate_terms = {"-1 sigma"}, .saturation = 1.0},
+                         .elasticity = {.stiffness = 1.0},
+                         .advection = {.strength = 1.0},
+                         .pressure = {.rods = 1.0}};
+
 TEST(Instabilities, of_a_flock_that_order_feeds_are_banding) {
-    const Model rods{.uniform = {.rod_density = 1.1},
-                     .current = {.speed = 1.0},
-                     .relaxation = {.rate = 1.0, .rate_terms = {"-1 sigma"}, .saturation = 1.0},
-                     .elasticity = {.stiffness = 1.0},
-                     .advection = {.strength = 1.0},
-                     .pressure = {.rods = 1.0}};
-    const Equations e(rods);
+    const Equations e(banding_rods);
     const std::vector<Instability> found = instabilities(e, flock_of(e), search);
     ASSERT_FALSE(found.empty());
     EXPECT_NE(std::find_if(found.begin(), found.end(),
@@ -268,15 +270,9 @@ TEST(Instabilities, in_a_field_are_searched_all_round) {
 }
 
 TEST(Instabilities, in_a_field_keep_their_names_and_stand_once) {
-    const Model rods{.uniform = {.rod_density = 1.1},
-                     .current = {.speed = 1.0},
-                     .relaxation = {.rate = 1.0, .rate_terms = {"-1 sigma"}, .saturation = 1.0},
-                     .elasticity = {.stiffness = 1.0},
-                     .advection = {.strength = 1.0},
-                     .pressure = {.rods = 1.0}};
-    Model held = rods;
+    Model held = banding_rods;
     held.orienting_field = {.x = 3e-7, .y = 4e-7};
-    const Equations free(rods), with(held);
+    const Equations free(banding_rods), with(held);
     EXPECT_EQ(names(instabilities(with, stationary_states(with).states.at(0), search)),
               names(instabilities(free, flock_of(free), search)));
     // Against the field it turns as a whole at h/p, and the faster waves keep their names.

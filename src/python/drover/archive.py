@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray
 
 from drover.error import DroverError
-from drover.stored import BROKEN, COMMIT_SECONDS, Store, attributes_of, group_dataset, is_quiet, state_of
+from drover.stored import BROKEN, COMMIT_SECONDS, Held, Store, attributes_of, group_dataset, is_quiet, state_of
 
 
 def fields_of(scene):
@@ -20,7 +20,7 @@ def fields_of(scene):
 
 
 @dataclass(frozen=True)
-class Run:
+class Run(Held):
     """One run.  Arrays stay in the file until they are used; close() it, or open it by `with`.
 
     Of a run that is going on this holds the rows that were there when it was opened: open it again for more.
@@ -33,15 +33,6 @@ class Run:
     scene: dict                     # every key with its value: scene["relaxation"]["rate"]
     attributes: dict                # where it came from: version, commit, seed, host, ...
     store: Store
-
-    def close(self):
-        self.store.close()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
 
 
 def open_run(path):

@@ -75,6 +75,19 @@ class Store:
             self.open()
 
 
+class Held:
+    """What reads from a store until it is closed, by close() or at the end of `with`."""
+
+    def close(self):
+        self.store.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
 class StoredArray(BackendArray):
     """One dataset of a store, of a shape that lies in it, read where it is indexed."""
 

@@ -6,7 +6,7 @@ import h5py
 
 from drover.archive import kind_of, open_once, read_head, read_run, settled
 from drover.error import DroverError
-from drover.stored import Store, group_dataset
+from drover.stored import Held, Store, group_dataset
 
 BRANCH, SLOW = ("angle", "wavenumber", "branch"), ("angle", "slow_mode")
 # Axes of what a group must hold, by the command that wrote it; a boundary's groups are known by their names.
@@ -20,7 +20,7 @@ FACTORS = {"structure_factor_": ("angle", "wavenumber"), "dynamic_structure_fact
 
 
 @dataclass(frozen=True)
-class Theory:
+class Theory(Held):
     """What drover stability or drover boundary wrote.  Arrays stay in the file until they are used; close() it, or open
     it by `with`."""
 
@@ -30,15 +30,6 @@ class Theory:
     scene: dict       # every key with its value: scene["relaxation"]["rate"]
     attributes: dict  # where it came from: version, commit, host, ...
     store: Store
-
-    def close(self):
-        self.store.close()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
 
 
 def open_theory(path):
