@@ -1,0 +1,41 @@
+// dem/bodies.hpp: the bodies of a particle world at one moment, as plain data.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "drover/dem/setup.hpp"
+#include "drover/dem/shape.hpp"
+#include "drover/dem/vector.hpp"
+
+namespace drover::dem {
+
+struct Bead {
+    Vector position;  ///< of its centre [mm]; not wrapped: a bead that went once round a periodic cell of side lx is lx further
+    Vector velocity;  ///< [mm/s]
+    Vector spin;      ///< angular velocity [rad/s]
+    std::uint32_t shape = 0;  ///< of Bodies::shapes
+};
+
+struct Rod {
+    Vector position;  ///< of its centre of mass [mm], not wrapped
+    Vector velocity;  ///< [mm/s]
+    Vector axis{1.0, 0.0, 0.0};  ///< n, from tail to head, of length 1
+    Vector angular_momentum;     ///< [mg mm^2/s]
+    std::uint32_t shape = 0;     ///< of Bodies::shapes
+};
+
+/// Bodies keep their places in these lists for the whole of a run.
+struct Bodies {
+    std::vector<Shape> shapes;
+    std::vector<Bead> beads;
+    std::vector<Rod> rods;
+};
+
+/// How many of each a setup asks, and their shapes: bodies at rest at the origin, for a packing to place.  The diameters of a mixture are dealt
+/// out in their parts as exactly as whole numbers allow; the sizes of rods are drawn from the seed.  Throws an input Error when a shape cannot be.
+Bodies make_bodies(const Setup& setup, std::uint64_t seed, const PlaceOf& place = nowhere);
+
+/// Area of the cell in the plane [mm^2].
+double area(const Cell& cell);
+
+}  // namespace drover::dem

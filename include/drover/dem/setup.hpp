@@ -1,0 +1,139 @@
+// dem/setup.hpp: what a particle world is made of, as plain data: the sections of a scene.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/base/schema.hpp"
+
+namespace drover::dem {
+
+/// The side of the world, in the plane of the plates.
+struct Cell {
+    std::string shape = "periodic";  ///< periodic, rectangle, circle, flower
+    double lx = 45.0, ly = 45.0;     ///< sides, periodic and rectangle [mm]
+    double radius = 25.0;            ///< of the circle; of the inner corners of the flower [mm]
+    int petals = 8;                  ///< arcs of the flower
+    double petal_radius = 12.0;      ///< of each arc, at least radius sin(pi/petals) [mm]
+};
+
+/// Base and lid, which move together: base at z = A (1 + cos(2 pi f t)), lid a gap above it.
+struct Plates {
+    double amplitude = 0.04;   ///< A [mm]; 0: still
+    double frequency = 200.0;  ///< f [1/s]
+    double gap = 1.2;          ///< [mm]
+    bool lid = true;
+};
+
+struct Gravity {
+    double x = 0.0, y = 0.0, z = -9810.0;  ///< acceleration [mm/s^2]
+};
+
+/// Beads: single spheres.
+struct BeadSupply {
+    double area_fraction = 0.0;          ///< projected area of beads over that of the cell, when count is 0
+    int count = 0;                       ///< 0: from area_fraction
+    std::vector<double> diameters{0.8};  ///< [mm]
+    std::vector<double> parts{1.0};      ///< of each diameter, by number
+    double density = 2.7;                ///< [mg/mm^3]
+};
+
+/// Rods: solids of equally spaced spheres on a line, tail to head; n points to the head.
+struct RodSupply {
+    double area_fraction = 0.0;  ///< projected area of lying rods over that of the cell, when count is 0
+    int count = 0;               ///< 0: from area_fraction
+    std::vector<double> diameters{1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72};  ///< [mm]
+    double length = 4.5;                   ///< from tip to tip [mm]
+    std::vector<double> densities{8.7};    ///< of the whole, or where each sphere is the widest [mg/mm^3]
+    double size_tolerance = 0.0;           ///< standard deviation of a rod's size, all of it scaled, beside its mean
+};
+
+/// Coefficients of normal restitution, 0 to 1, by the kinds that meet.
+struct Restitution {
+    double bead_bead = 0.3, rod_bead = 0.3, rod_rod = 0.3;
+    double bead_plate = 0.3, rod_plate = 0.1;
+    double bead_wall = 0.3, rod_wall = 0.3;
+};
+
+/// Coefficients of Coulomb friction, by the kinds that meet.
+struct Friction {
+    double bead_bead = 0.05, rod_bead = 0.05, rod_rod = 0.05;
+    double bead_plate = 0.01, rod_plate = 0.03;
+    double bead_wall = 0.01, rod_wall = 0.01;
+};
+
+/// Noise of the rods: each time a sphere of a rod hits base or lid with normal approach speed v, omega_z += +-strength v.
+struct Kick {
+    double strength = 0.015;  ///< epsilon [rad/mm]
+};
+
+/// What acts on bodies besides gravity and contacts.
+struct BodyForces {
+    double bead_x = 0.0, bead_y = 0.0, rod_x = 0.0, rod_y = 0.0;  ///< on each body [mg mm/s^2]
+    double torque = 0.0;  ///< of a field that orients rods: torque n x h [mg mm^2/s^2]
+    double angle = 0.0;   ///< of that field h, from x [rad]
+    bool hold_beads = false;                                   ///< the mean velocity of the beads is kept at:
+    double bead_velocity_x = 0.0, bead_velocity_y = 0.0;  ///< [mm/s]
+};
+
+/// How contacts are resolved.
+struct ContactControl {
+    std::string law = "simultaneous";  ///< see dem/impact.hpp
+    std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
+    bool track_slip = true;  ///< friction follows the slip through the impact; false: it keeps the direction before
+    int increments = 16;     ///< of an impact whose slip turns
+    double substep = 2e-5;   ///< least time between two impacts of a rod on the plates [s]; shorter ones are taken together
+    double together = 1e-5;  ///< gaps below this act in one impact [mm]
+    double skin = 0.25;      ///< of the neighbour list [mm]
+    double overlap_most = 0.02;  ///< of a radius; beyond it the run stops
+};
+
+/// The bodies at the start.
+struct Packing {
+    std::string kind = "random";  ///< random, aligned (all rods along x), file
+    std::string file;             ///< of kind "file": an H5MD file of the same bodies
+    int frame = -1;               ///< of it; -1: the last
+};
+
+struct Setup {
+    Cell cell;
+    Plates plates;
+    Gravity gravity;
+    BeadSupply beads;
+    RodSupply rods;
+    Restitution restitution;
+    Friction friction;
+    Kick kick;
+    BodyForces forces;
+    ContactControl contacts;
+    Packing packing;
+};
+
+/// Throws an input Error, at the place of its key, for what cannot be.
+void check(const Setup& setup, const PlaceOf& place = nowhere);
+
+}  // namespace drover::dem
+
+namespace drover {
+template <>
+const std::vector<Row<dem::Cell>>& schema<dem::Cell>();
+template <>
+const std::vector<Row<dem::Plates>>& schema<dem::Plates>();
+template <>
+const std::vector<Row<dem::Gravity>>& schema<dem::Gravity>();
+template <>
+const std::vector<Row<dem::BeadSupply>>& schema<dem::BeadSupply>();
+template <>
+const std::vector<Row<dem::RodSupply>>& schema<dem::RodSupply>();
+template <>
+const std::vector<Row<dem::Restitution>>& schema<dem::Restitution>();
+template <>
+const std::vector<Row<dem::Friction>>& schema<dem::Friction>();
+template <>
+const std::vector<Row<dem::Kick>>& schema<dem::Kick>();
+template <>
+const std::vector<Row<dem::BodyForces>>& schema<dem::BodyForces>();
+template <>
+const std::vector<Row<dem::ContactControl>>& schema<dem::ContactControl>();
+template <>
+const std::vector<Row<dem::Packing>>& schema<dem::Packing>();
+}  // namespace drover
