@@ -75,6 +75,7 @@ void add_boundary(CLI::App& program, Action& action) {
             if (!options->conventions.empty())
                 overrides.push_back("boundary.conventions=" + toml_text(options->conventions));
             const io::Scene scene = io::read_scene(options->scene, overrides);
+            io::require_kind(scene, io::SceneKind::fields, "boundary");
             Threads threads(options->threads > 0    ? options->threads
                             : scene.run.threads > 0 ? scene.run.threads
                                                     : usable_cores());

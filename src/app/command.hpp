@@ -25,6 +25,7 @@ void add_explain(CLI::App& program, Action& action);
 void add_stability(CLI::App& program, Action& action);
 void add_boundary(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
+void add_export(CLI::App& program, Action& action);
 void add_schema(CLI::App& program, Action& action);
 
 /// Options that several commands have.
@@ -40,6 +41,9 @@ void add_scene_options(CLI::App& command, SceneOptions& options);
 void add_output_options(CLI::App& command, SceneOptions& options);
 /// The scene with all its overrides.
 io::Scene scene_of(const SceneOptions& options);
+
+/// drover explain of a scene of particles.
+void explain_particles(const io::Scene& scene, bool json);
 
 /// A number, or null when it is not finite.
 nlohmann::json number_json(double value);

@@ -146,15 +146,18 @@ void add_explain(CLI::App& program, Action& action) {
         bool json = false;
     };
     const auto options = std::make_shared<Options>();
-    CLI::App* command =
-        program.add_subcommand("explain",
-                               "what a scene computes and what it costs: fields, terms, transforms, memory, disk");
+    CLI::App* command = program.add_subcommand(
+        "explain", "what a scene computes and what it costs: fields and terms, or bodies; memory, disk, time");
     add_scene_options(*command, *options);
     add_output_options(*command, *options);
     command->add_flag("--json", options->json, "as JSON");
     command->callback([options, &action] {
         action = [options] {
             const io::Scene scene = scene_of(*options);
+            if (scene.kind == io::SceneKind::particles) {
+                explain_particles(scene, options->json);
+                return run::exit_done;
+            }
             const Explanation explanation = explain(scene);
             if (options->json) std::puts(explanation_json(scene, explanation).dump(2).c_str());
             else print(scene, explanation);

@@ -4,20 +4,76 @@
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
+#include "drover/io/trajectory.hpp"
+#include "drover/io/xyz.hpp"
 
 namespace drover::app {
 
 namespace {
+constexpr const char* frames_path = "/time";
+
+std::string times_text(double first, double last) { return text("t = {:.6g} to {:.6g} s", first, last); }
+
+/// What an archive of particles has besides results.
+void print_trajectory(const io::ArchiveReader& archive, const io::Scene& scene) {
+    const std::string spheres = io::spheres_group;
+    const std::vector<double> times = archive.read(spheres + "/position/time").values;
+    const io::Box box = io::box_of(scene.particles);
+    std::printf("%-20s %zu%s\n", "frames", times.size(),
+                times.empty() ? "" : (", " + times_text(times.front(), times.back())).c_str());
+    std::printf("%-20s %zu\n", "spheres", archive.shape(spheres + "/position/value").at(1));
+    for (const auto& [name, group] : {std::pair{"beads", io::beads_group}, {"rods", io::rods_group}})
+        if (const std::string path = std::string(group) + "/position/value"; archive.has(path))
+            std::printf("%-20s %zu\n", name, archive.shape(path).at(1));
+    std::printf("%-20s %s: %g by %g by %g mm\n", "cell", scene.particles.cell.shape.c_str(), box.sides[0], box.sides[1],
+                box.sides[2]);
+    std::printf("%-20s %s (H5MD), /bodies, %s\n", "groups", io::spheres_group, io::series_group);
+}
+
 void print(const io::ArchiveReader& archive, const run::Report& report, bool scene) {
     for (const auto& [name, value] : archive.attributes()) {
         if (name == "scene") continue;
         const std::string written = std::visit([](const auto& held) { return text("{}", held); }, value);
         std::printf("%-20s %s\n", name.c_str(), written.c_str());
     }
-    const std::vector<std::size_t> frames = archive.shape("/time");
-    std::printf("%-20s %zu\n\n", "frames", frames.empty() ? std::size_t{0} : frames.front());
+    if (report.scene.kind == io::SceneKind::particles && io::has_trajectory(archive)) {
+        print_trajectory(archive, report.scene);
+    } else {
+        const std::vector<std::size_t> frames =
+            archive.has(frames_path) ? archive.shape(frames_path) : std::vector<std::size_t>{};
+        std::printf("%-20s %zu\n", "frames", frames.empty() ? std::size_t{0} : frames.front());
+    }
+    std::printf("\n");
     if (scene) std::printf("%s\n", archive.text_attribute("scene").c_str());
     std::fputs(run::report_text(report).c_str(), stdout);
+}
+
+void print_xyz(const std::string& file, bool json) {
+    const io::XyzInfo info = io::read_xyz_info(file);
+    if (json) {
+        const nlohmann::json result{{"frames", info.frames},
+                                    {"particles_least", info.lines_least},
+                                    {"particles_most", info.lines_most},
+                                    {"lattice", info.lattice},
+                                    {"origin", info.origin},
+                                    {"pbc", info.periodic},
+                                    {"properties", info.properties},
+                                    {"times", info.times}};
+        std::puts(result.dump(2).c_str());
+        return;
+    }
+    const auto line = [](const char* name, const std::string& value) {
+        if (!value.empty()) std::printf("%-20s %s\n", name, value.c_str());
+    };
+    line("format", "extended XYZ");
+    line("frames",
+         text("{}{}", info.frames, info.times.empty() ? "" : ", " + times_text(info.times.front(), info.times.back())));
+    line("particles", info.lines_least == info.lines_most ? text("{}", info.lines_most)
+                                                          : text("{} to {}", info.lines_least, info.lines_most));
+    line("lattice", info.lattice);
+    line("origin", info.origin);
+    line("pbc", info.periodic);
+    line("properties", info.properties);
 }
 }  // namespace
 
@@ -27,12 +83,17 @@ void add_info(CLI::App& program, Action& action) {
         bool json = false, scene = false;
     };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = program.add_subcommand("info", "where an archive came from, and its results so far");
+    CLI::App* command =
+        program.add_subcommand("info", "where an archive came from, and its results so far; or what an XYZ file holds");
     command->add_option("archive", options->archive, "the archive, such as isotropic.h5")->required();
     command->add_flag("--scene", options->scene, "also the scene, every key with its value");
     command->add_flag("--json", options->json, "as JSON");
     command->callback([options, &action] {
         action = [options] {
+            if (io::is_xyz(options->archive)) {
+                print_xyz(options->archive, options->json);
+                return run::exit_done;
+            }
             const io::ArchiveReader archive(options->archive);
             const run::Report report = run::make_report(archive);
             if (!options->json) {

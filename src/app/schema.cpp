@@ -28,7 +28,8 @@ nlohmann::json row_json(const Description& row) {
 void print(const std::vector<io::SectionDescription>& sections) {
     std::printf("# Plain numbers are in mm, s and mg.\n");
     for (const io::SectionDescription& section : sections) {
-        std::printf("\n[%s]  # %s\n", section.name.c_str(), section.sentence.c_str());
+        const std::string scenes = section.kind.empty() ? "" : text("scenes of {}: ", section.kind);
+        std::printf("\n[%s]  # %s%s\n", section.name.c_str(), scenes.c_str(), section.sentence.c_str());
         for (const Description& row : section.rows) {
             std::string allowed = type_text(row.standard);
             if (std::isfinite(row.range.least))
@@ -63,6 +64,7 @@ void add_schema(CLI::App& program, Action& action) {
                 nlohmann::json rows = nlohmann::json::array();
                 for (const Description& row : section.rows) rows.push_back(row_json(row));
                 result.push_back({{"name", section.name}, {"sentence", section.sentence}, {"rows", rows}});
+                if (!section.kind.empty()) result.back()["kind"] = section.kind;
             }
             std::puts(result.dump(2).c_str());
             return run::exit_done;

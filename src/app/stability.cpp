@@ -76,6 +76,7 @@ void add_stability(CLI::App& program, Action& action) {
     command->callback([options, &action] {
         action = [options] {
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
+            io::require_kind(scene, io::SceneKind::fields, "stability");
             Threads threads(options->threads > 0 ? options->threads : run::choose_threads(scene));
             const run::StabilityReport report = run::make_stability(scene);
             if (!options->output.empty())

@@ -104,9 +104,10 @@ std::vector<std::string> result_groups(hid_t file, const std::vector<OpenRecordi
         errors.check(H5Oget_info_by_name2(file, name.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
                      "looking at " + name);
         const bool is_recording =
-            std::any_of(recordings.begin(), recordings.end(),
-                        [&](const OpenRecording& recording) { return recording.plan.group == "/" + name; });
-        if (object.type == H5O_TYPE_GROUP && !is_recording) found.push_back(name);
+            std::any_of(recordings.begin(), recordings.end(), [&](const OpenRecording& recording) {
+                return (recording.plan.group + "/").starts_with("/" + name + "/");
+            });
+        if (object.type == H5O_TYPE_GROUP && !is_recording && name != "h5md") found.push_back(name);
     }
     return found;
 }
@@ -119,6 +120,7 @@ void set_rows(const OpenRecording& recording, std::size_t rows, const Hdf5Errors
         errors.check(H5Dset_extent(dataset, extent.data()), text("setting {} rows in {}", rows, recording.plan.group));
     };
     set(recording.datasets.time, {});
+    if (recording.plan.trajectory) set(recording.datasets.step, {});
     for (std::size_t i = 0; i < recording.plan.quantities.size(); ++i)
         set(recording.datasets.quantities[i], shape_of(recording.plan, recording.plan.quantities[i]));
 }
@@ -201,11 +203,11 @@ void check_recorded(const ArchiveReader& reader, const std::string& file, const 
     if (rows > 0) reader.read_row(dataset, rows - 1);  // its chunk is the one that HDF5 will cut: it must be whole
 }
 
-void check_axis(const ArchiveReader& reader, const std::string& file, const std::string& group, const Axis& axis) {
-    const std::string path = path_in(group, axis.name);
+void check_same_values(const ArchiveReader& reader, const std::string& file, const std::string& path,
+                       const std::vector<double>& expected, const char* what) {
     require(reader.has(path), {file}, "has no {}; expected an archive of the same scene", path);
-    require(reader.read(path).values == axis.values, {file},
-            "{} has other coordinates than this scene; expected an archive of the same scene", path);
+    require(reader.read(path).values == expected, {file},
+            "{} has other {} than this scene; expected an archive of the same scene", path, what);
 }
 
 void check_same(const std::filesystem::path& file, const std::vector<Recording>& recordings,
@@ -213,11 +215,16 @@ void check_same(const std::filesystem::path& file, const std::vector<Recording>&
     const ArchiveReader reader(file);
     for (std::size_t r = 0; r < recordings.size(); ++r) {
         const GroupPlan plan = plan_of(recordings[r]);
-        check_recorded(reader, file.string(), path_in(plan.group, "time"), {}, rows[r]);
-        for (const Axis& axis : plan.axes) check_axis(reader, file.string(), plan.group, axis);
+        check_recorded(reader, file.string(), time_path(plan), {}, rows[r]);
+        if (plan.trajectory) {
+            for (const FixedArray& array : plan.trajectory->fixed)
+                check_same_values(reader, file.string(), path_in(plan.group, array.name), array.values, "numbers");
+        } else {
+            for (const Axis& axis : plan.axes)
+                check_same_values(reader, file.string(), path_in(plan.group, axis.name), axis.values, "coordinates");
+        }
         for (const Quantity& quantity : plan.quantities)
-            check_recorded(reader, file.string(), path_in(plan.group, quantity.name), shape_of(plan, quantity),
-                           rows[r]);
+            check_recorded(reader, file.string(), value_path(plan, quantity), shape_of(plan, quantity), rows[r]);
     }
 }
 
@@ -226,12 +233,12 @@ void check_types_and_units(const OpenRecording& recording, const Hdf5Errors& err
         const Quantity& quantity = recording.plan.quantities[i];
         const hid_t dataset = recording.datasets.quantities[i];
         const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, "looking at the type of " + quantity.name);
-        require(H5Tequal(type, H5T_IEEE_F64LE) > 0, {errors.file},
-                "{} does not hold float64 numbers; expected an archive that drover wrote",
-                path_in(recording.plan.group, quantity.name));
+        require(H5Tequal(type, quantity.whole ? H5T_STD_I64LE : H5T_IEEE_F64LE) > 0, {errors.file},
+                "{} does not hold {} numbers; expected an archive that drover wrote",
+                value_path(recording.plan, quantity), quantity.whole ? "int64" : "float64");
         const std::string found = read_text_attribute(dataset, "units", errors);
         require(found == quantity.unit, {errors.file}, "{} has the unit {}; expected {}: the archive of another scene",
-                path_in(recording.plan.group, quantity.name), found, quantity.unit);
+                value_path(recording.plan, quantity), found, quantity.unit);
     }
 }
 
@@ -314,7 +321,8 @@ std::vector<std::size_t> Archive::rows() const {
     return result;
 }
 
-void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays) {
+void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays,
+                     std::int64_t step) {
     const QuietErrors quiet;
     const Hdf5Errors& errors = file_->errors;
     require(recording < file_->recordings.size(), {errors.file}, "there is no recording {}; expected less than {}",
@@ -329,6 +337,8 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
                 arrays[i].size(), count_of(plan, plan.quantities[i]));
     set_rows(into, into.rows + 1, errors);
     write_row(into.datasets.time, into.rows, {}, {&time, 1}, errors);
+    const auto steps = static_cast<double>(step);  // exact: far below 2^53
+    if (plan.trajectory) write_row(into.datasets.step, into.rows, {}, {&steps, 1}, errors);
     for (std::size_t i = 0; i < arrays.size(); ++i)
         write_row(into.datasets.quantities[i], into.rows, shape_of(plan, plan.quantities[i]), arrays[i], errors);
     ++into.rows;
@@ -346,7 +356,7 @@ void Archive::replace(const ResultTable& table) {
                 "{} has {} numbers; expected {}", path_in(table.group, plan.quantities[i].name), table.values[i].size(),
                 count_of(plan, plan.quantities[i]));
     for (const OpenRecording& recording : file_->recordings)
-        require(table.group != "/" && table.group != recording.plan.group, {errors.file},
+        require(table.group != "/" && !(recording.plan.group + "/").starts_with(table.group + "/"), {errors.file},
                 "{} cannot be a table of results; expected a group of its own", table.group);
     if (errors.check(H5Lexists(file_->file, table.group.c_str(), H5P_DEFAULT), "looking for " + table.group) > 0)
         errors.check(H5Ldelete(file_->file, table.group.c_str(), H5P_DEFAULT), "removing " + table.group);

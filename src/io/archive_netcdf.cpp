@@ -38,11 +38,6 @@ void write_text(hid_t object, const char* name, const std::string& value, H5T_st
     write_raw(object, name, type, space, value.c_str(), errors);
 }
 
-void write_description(hid_t dataset, const std::string& unit, const std::string& meaning, const Hdf5Errors& errors) {
-    write_text(dataset, "units", unit, H5T_STR_NULLPAD, errors);
-    write_text(dataset, "long_name", meaning, H5T_STR_NULLPAD, errors);
-}
-
 /// The two attributes by which a scale is known (HDF5 dimension scale specification, 3.1); null-terminated, it says.
 void mark_as_scale(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
     write_text(dataset, "CLASS", "DIMENSION_SCALE", H5T_STR_NULLTERM, errors);
@@ -109,19 +104,6 @@ void join(hid_t group, const GroupPlan& plan, const Hdf5Errors& errors) {
     }
 }
 
-/// The extent and the chunk of a dataset; time, when it has one, comes first and starts with no rows.
-struct Extent {
-    std::vector<hsize_t> now, most, chunk;
-};
-
-Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk) {
-    Extent extent;
-    if (rows_per_chunk > 0) extent = {{0}, {H5S_UNLIMITED}, {rows_per_chunk}};
-    for (const std::size_t size : shape)
-        for (std::vector<hsize_t>* sizes : {&extent.now, &extent.most, &extent.chunk}) sizes->push_back(size);
-    return extent;
-}
-
 /// A cache that holds a whole chunk, so that each is compressed once a commit and not once a row.
 Handle dataset_access(std::size_t chunk_bytes, const Hdf5Errors& errors) {
     constexpr std::size_t least = 1 << 16, slots = 5;
@@ -136,7 +118,42 @@ std::size_t bytes_of(const std::vector<hsize_t>& chunk) {
     return bytes;
 }
 
-Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, const Hdf5Errors& errors) {
+void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
+    const Handle dataset = make_dataset(group, axis.name, extent_of({axis.values.size()}, 0), false, errors);
+    errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.values.data()),
+                 text("writing axis {}", axis.name));
+    write_description(dataset, axis.unit, axis.meaning, errors);
+    if (axis.name == "x") write_text(dataset, "axis", "X", H5T_STR_NULLPAD, errors);
+    if (axis.name == "y") write_text(dataset, "axis", "Y", H5T_STR_NULLPAD, errors);
+    mark_as_scale(dataset, axis.name, errors);
+}
+
+/// A plain number of seconds: a unit "seconds since ..." or "seconds" would be made into dates or durations by xarray.
+Handle make_time(hid_t group, int rows_per_chunk, const Hdf5Errors& errors) {
+    const std::size_t rows = std::max(time_rows_per_chunk, static_cast<std::size_t>(rows_per_chunk));
+    Handle dataset = make_dataset(group, "time", extent_of({}, rows), false, errors);
+    write_description(dataset, "s", "time since the start of the run", errors);
+    write_text(dataset, "axis", "T", H5T_STR_NULLPAD, errors);
+    mark_as_scale(dataset, "time", errors);
+    return dataset;
+}
+
+}  // namespace
+
+void write_description(hid_t dataset, const std::string& unit, const std::string& meaning, const Hdf5Errors& errors) {
+    write_text(dataset, "units", unit, H5T_STR_NULLPAD, errors);
+    write_text(dataset, "long_name", meaning, H5T_STR_NULLPAD, errors);
+}
+
+Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk) {
+    Extent extent;
+    if (rows_per_chunk > 0) extent = {{0}, {H5S_UNLIMITED}, {rows_per_chunk}};
+    for (const std::size_t size : shape)
+        for (std::vector<hsize_t>* sizes : {&extent.now, &extent.most, &extent.chunk}) sizes->push_back(size);
+    return extent;
+}
+
+Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool whole, const Hdf5Errors& errors) {
     const std::string doing = text("making dataset {}", name);
     const Handle creation = errors.own(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, doing);
     errors.check(H5Pset_obj_track_times(creation, false), doing);
@@ -151,33 +168,15 @@ Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, 
     const hid_t made = rank > 0 ? H5Screate_simple(rank, extent.now.data(), extent.most.data()) : H5Screate(H5S_SCALAR);
     const Handle space = errors.own(made, H5Sclose, doing);
     const Handle access = dataset_access(bytes_of(extent.chunk), errors);
-    return errors.own(H5Dcreate2(group, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, access), H5Dclose,
-                      doing);
-}
-
-void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
-    const Handle dataset = make_dataset(group, axis.name, extent_of({axis.values.size()}, 0), errors);
-    errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.values.data()),
-                 text("writing axis {}", axis.name));
-    write_description(dataset, axis.unit, axis.meaning, errors);
-    if (axis.name == "x") write_text(dataset, "axis", "X", H5T_STR_NULLPAD, errors);
-    if (axis.name == "y") write_text(dataset, "axis", "Y", H5T_STR_NULLPAD, errors);
-    mark_as_scale(dataset, axis.name, errors);
-}
-
-/// A plain number of seconds: a unit "seconds since ..." or "seconds" would be made into dates or durations by xarray.
-Handle make_time(hid_t group, int rows_per_chunk, const Hdf5Errors& errors) {
-    const std::size_t rows = std::max(time_rows_per_chunk, static_cast<std::size_t>(rows_per_chunk));
-    Handle dataset = make_dataset(group, "time", extent_of({}, rows), errors);
-    write_description(dataset, "s", "time since the start of the run", errors);
-    write_text(dataset, "axis", "T", H5T_STR_NULLPAD, errors);
-    mark_as_scale(dataset, "time", errors);
-    return dataset;
+    return errors.own(H5Dcreate2(group, name.c_str(), whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT,
+                                 creation, access),
+                      H5Dclose, doing);
 }
 
 Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf5Errors& errors) {
     const std::string doing = text("{} group {}", is_new ? "making" : "opening", group);
-    if (!is_new || group == "/") return errors.own(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, doing);
+    const bool is_there = group == "/" || H5Lexists(file, group.c_str(), H5P_DEFAULT) > 0;
+    if (!is_new || is_there) return errors.own(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, doing);
     const Handle creation = errors.own(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, doing);
     errors.check(H5Pset_link_creation_order(creation, in_order), doing);
     errors.check(H5Pset_attr_creation_order(creation, in_order), doing);
@@ -185,30 +184,56 @@ Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf
     return errors.own(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose, doing);
 }
 
-}  // namespace
-
 GroupPlan plan_of(const Recording& recording) {
-    return {recording.group, recording.axes, recording.quantities, recording.rows_per_chunk};
+    return {recording.group, recording.axes, recording.quantities, recording.rows_per_chunk, recording.trajectory};
 }
 
-GroupPlan plan_of(const ResultTable& table) { return {table.group, table.axes, table.quantities, 0}; }
+GroupPlan plan_of(const ResultTable& table) { return {table.group, table.axes, table.quantities, 0, {}}; }
 
 std::string path_in(const std::string& group, const std::string& name) {
     return group == "/" ? "/" + name : group + "/" + name;
 }
 
+std::string time_path(const GroupPlan& plan) {
+    return plan.trajectory ? path_in(plan.group, plan.quantities.front().name + "/time") : path_in(plan.group, "time");
+}
+
+std::string value_path(const GroupPlan& plan, const Quantity& quantity) {
+    return path_in(plan.group, plan.trajectory ? quantity.name + "/value" : quantity.name);
+}
+
+namespace {
+/// Throws an input Error unless the words between the slashes of a group are plain, and few enough.
+void check_group_name(const std::string& group, std::size_t words_most, const Where& where) {
+    const auto slashes = static_cast<std::size_t>(std::count(group.begin(), group.end(), '/'));
+    require(group == "/" || (group.size() > 1 && group[0] == '/' && group.back() != '/' && slashes <= words_most &&
+                             group.find("//") == std::string::npos),
+            where, "group \"{}\" is not a name like \"/observables\"; expected {} in front", group,
+            words_most == 1 ? "one slash," : "words with a slash");
+}
+}  // namespace
+
 void check(const GroupPlan& plan, const std::string& file) {
     const Where where{file};
-    require(plan.group == "/" ||
-                (plan.group.size() > 1 && plan.group[0] == '/' && plan.group.find('/', 1) == std::string::npos),
-            where, "group \"{}\" is not a name like \"/observables\"; expected one slash, in front", plan.group);
+    check_group_name(plan.group, plan.trajectory ? 2 : 1, where);
     std::set<std::string> names{"time"};
     const auto add_name = [&](const std::string& name) {
-        require(!name.empty() && name.find('/') == std::string::npos && name != ".", where,
+        const bool may_nest = plan.trajectory.has_value() && name == "box/edges";
+        require(!name.empty() && (may_nest || name.find('/') == std::string::npos) && name != ".", where,
                 "\"{}\" in group {} cannot name a dataset; expected a word without slashes", name, plan.group);
         require(names.insert(name).second, where, "group {} has two datasets named {}; expected each name once",
                 plan.group, name);
     };
+    if (plan.trajectory) {
+        require(!plan.quantities.empty() && plan.group != "/", where,
+                "the trajectory {} has no element or is the root; expected a group with positions", plan.group);
+        for (const FixedArray& array : plan.trajectory->fixed) {
+            add_name(array.name);
+            require(array.components >= 1 && !array.values.empty() && array.values.size() % array.components == 0,
+                    where, "{} has {} numbers, {} each; expected whole rows", path_in(plan.group, array.name),
+                    array.values.size(), array.components);
+        }
+    }
     std::set<std::string> axes;
     for (const Axis& axis : plan.axes) {
         add_name(axis.name);
@@ -244,6 +269,7 @@ std::size_t count_of(const GroupPlan& plan, const Quantity& quantity) {
 }
 
 GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
+    if (plan.trajectory) return make_trajectory(file, plan, errors);
     const Handle group = group_handle(file, plan.group, true, errors);
     GroupDatasets made;
     const bool has_time = plan.rows_per_chunk > 0;
@@ -251,7 +277,7 @@ GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& er
     for (const Axis& axis : plan.axes) make_axis(group, axis, errors);
     for (const Quantity& quantity : plan.quantities) {
         const Extent extent = extent_of(shape_of(plan, quantity), static_cast<std::size_t>(plan.rows_per_chunk));
-        made.quantities.push_back(make_dataset(group, quantity.name, extent, errors));
+        made.quantities.push_back(make_dataset(group, quantity.name, extent, quantity.whole, errors));
         write_description(made.quantities.back(), quantity.unit, quantity.meaning, errors);
     }
     join(group, plan, errors);
@@ -259,16 +285,15 @@ GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& er
 }
 
 GroupDatasets open_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
-    const Handle group = group_handle(file, plan.group, false, errors);
-    const auto open = [&](const std::string& name, std::size_t chunk_bytes) {
+    const auto open = [&](const std::string& path, std::size_t chunk_bytes) {
         const Handle access = dataset_access(chunk_bytes, errors);
-        return errors.own(H5Dopen2(group, name.c_str(), access), H5Dclose,
-                          text("opening {}", path_in(plan.group, name)));
+        return errors.own(H5Dopen2(file, path.c_str(), access), H5Dclose, text("opening {}", path));
     };
-    GroupDatasets opened{open("time", 0), {}};
+    GroupDatasets opened{open(time_path(plan), 0), {}, {}};
+    if (plan.trajectory) opened.step = open(path_in(plan.group, plan.quantities.front().name + "/step"), 0);
     for (const Quantity& quantity : plan.quantities) {
         const std::size_t rows = static_cast<std::size_t>(plan.rows_per_chunk);
-        opened.quantities.push_back(open(quantity.name, sizeof(double) * rows * count_of(plan, quantity)));
+        opened.quantities.push_back(open(value_path(plan, quantity), sizeof(double) * rows * count_of(plan, quantity)));
     }
     return opened;
 }
@@ -289,6 +314,23 @@ void write_attribute(hid_t object, const Attribute& attribute, const Hdf5Errors&
     if (const auto* whole = std::get_if<std::int64_t>(&attribute.second))
         write_raw(object, name, H5T_STD_I64LE, space, whole, errors);
     else write_raw(object, name, H5T_IEEE_F64LE, space, &std::get<double>(attribute.second), errors);
+}
+
+void write_list(hid_t object, const char* name, std::span<const std::int64_t> values, const Hdf5Errors& errors) {
+    const hsize_t count = values.size();
+    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "making a dataspace");
+    write_raw(object, name, H5T_STD_I64LE, space, values.data(), errors);
+}
+
+void write_list(hid_t object, const char* name, std::span<const std::string> values, const Hdf5Errors& errors) {
+    std::size_t longest = 1;
+    for (const std::string& value : values) longest = std::max(longest, value.size());
+    std::string letters;
+    for (const std::string& value : values) letters += value + std::string(longest - value.size(), '\0');
+    const hsize_t count = values.size();
+    const Handle type = text_type(longest, H5T_STR_NULLPAD, H5T_CSET_ASCII, errors);
+    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "making a dataspace");
+    write_raw(object, name, type, space, letters.data(), errors);
 }
 
 std::string read_text_attribute(hid_t object, const std::string& name, const Hdf5Errors& errors) {

@@ -144,8 +144,10 @@ std::vector<std::size_t> shape_of(hid_t dataset, const std::string& name, const 
 
 void refuse_other_types(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
     const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, text("looking at the type of {}", name));
-    require(H5Tequal(type, H5T_IEEE_F64LE) > 0 || H5Tequal(type, H5T_IEEE_F64BE) > 0, {errors.file},
-            "{} does not hold float64 numbers; expected an array of those", name);
+    // All of them as wide as a double, which the reader of chunks relies on.
+    for (const hid_t known : {H5T_IEEE_F64LE, H5T_IEEE_F64BE, H5T_STD_I64LE})
+        if (H5Tequal(type, known) > 0) return;
+    fail_input({errors.file}, "{} does not hold float64 numbers or int64 ones; expected an array of those", name);
 }
 
 /// Reads rows into an array of their size.

@@ -3,6 +3,7 @@
 
 #include <toml++/toml.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -35,20 +36,57 @@ void for_model_sections(AnyModel& model, Visit visit) {
     visit("table", "Coefficients measured on a mesh of densities.", model.table);
 }
 
-/// All sections of a scene.
+/// The same of a particle world.
+template <class AnySetup, class Visit>
+void for_particle_sections(AnySetup& setup, Visit visit) {
+    visit("cell", "The side of the world of particles.", setup.cell);
+    visit("plates", "Base and lid, which shake together.", setup.plates);
+    visit("gravity", "Gravity.", setup.gravity);
+    visit("beads", "Single spheres.", setup.beads);
+    visit("rods", "Solids of spheres on a line, tail to head.", setup.rods);
+    visit("restitution", "Coefficients of normal restitution.", setup.restitution);
+    visit("friction", "Coefficients of friction.", setup.friction);
+    visit("kick", "Noise of the rods.", setup.kick);
+    visit("forces", "What acts on bodies besides gravity and contacts.", setup.forces);
+    visit("contacts", "How contacts are resolved.", setup.contacts);
+    visit("packing", "The bodies at the start.", setup.packing);
+}
+
+enum class Belongs { to_fields, to_particles, to_both };
+
+/// All sections of all scenes.
 template <class AnyScene, class Visit>
 void for_sections(AnyScene& scene, Visit visit) {
-    for_model_sections(scene.model, visit);
-    visit("grid", "The periodic cell and its grid.", scene.grid);
-    visit("dealiasing", "How products of fields are kept free of aliases.", scene.dealiasing);
-    visit("time", "How time advances.", scene.time);
-    visit("initial", "The state at the start.", scene.initial);
-    visit("output", "What is written, and when.", scene.output);
-    visit("analysis", "How means are taken.", scene.analysis);
-    visit("run", "What does not change the physics, but the seed.", scene.run);
-    visit("sweep", "Many runs of this scene; for drover sweep alone.", scene.sweep);
-    visit("stability", "Waves to look at; for drover stability alone.", scene.stability);
-    visit("boundary", "A plane of two numbers of the model; for drover boundary alone.", scene.boundary);
+    const auto of = [&](Belongs kind) {
+        return [&visit, kind](const std::string& name, const char* sentence, auto& part) {
+            visit(kind, name, sentence, part);
+        };
+    };
+    const auto fields = of(Belongs::to_fields), both = of(Belongs::to_both);
+    for_model_sections(scene.model, fields);
+    fields("grid", "The periodic cell and its grid.", scene.grid);
+    fields("dealiasing", "How products of fields are kept free of aliases.", scene.dealiasing);
+    for_particle_sections(scene.particles, of(Belongs::to_particles));
+    both("time", "How time advances.", scene.time);
+    fields("initial", "The state at the start.", scene.initial);
+    both("output", "What is written, and when.", scene.output);
+    both("analysis", "How means are taken.", scene.analysis);
+    both("run", "What does not change the physics, but the seed.", scene.run);
+    both("sweep", "Many runs of this scene; for drover sweep alone.", scene.sweep);
+    fields("stability", "Waves to look at; for drover stability alone.", scene.stability);
+    fields("boundary", "A plane of two numbers of the model; for drover boundary alone.", scene.boundary);
+}
+
+/// Keys of shared sections that a scene of particles has not.
+constexpr std::array keys_of_fields{"time.stepper", "time.tolerance", "output.powers"};
+
+bool is_of(const Scene& scene, Belongs section) {
+    return section == Belongs::to_both || (section == Belongs::to_particles) == (scene.kind == SceneKind::particles);
+}
+
+bool is_of(const Scene& scene, const std::string& key) {
+    return scene.kind == SceneKind::fields ||
+           std::find(keys_of_fields.begin(), keys_of_fields.end(), key) == keys_of_fields.end();
 }
 
 Where where_of(const toml::source_region& source, const std::string& file) {
@@ -134,17 +172,52 @@ void apply_override(const std::string& setting, Tables& tables) {
     table.values.insert_or_assign(key, PlacedValue{std::move(value), where});
 }
 
+std::vector<std::string> section_names(Belongs kind) {
+    std::vector<std::string> names;
+    const Scene standard;
+    for_sections(standard, [&](Belongs belongs, const std::string& name, const char*, const auto&) {
+        if (belongs == kind) names.push_back(name);
+    });
+    return names;
+}
+
+/// The kind of a scene, by the sections that are there.  Throws an input Error when they are of both.
+SceneKind kind_of(const Tables& tables) {
+    const auto first_of = [&](Belongs kind) {
+        for (const std::string& name : section_names(kind))
+            if (const auto table = tables.find(name); table != tables.end()) return table;
+        return tables.end();
+    };
+    const auto particles = first_of(Belongs::to_particles), fields = first_of(Belongs::to_fields);
+    if (particles == tables.end()) return SceneKind::fields;
+    if (fields != tables.end())
+        fail_input(fields->second.where,
+                   "[{}] is of a scene of fields, and [{}] ({}) makes this one of particles; expected sections of one "
+                   "kind: take out one of them",
+                   fields->first, particles->first, place_text(particles->second.where));
+    return SceneKind::particles;
+}
+
+void refuse_keys_of_fields(const Scene& scene) {
+    for (const char* key : keys_of_fields)
+        if (const auto place = scene.places.find(key); place != scene.places.end())
+            fail_input(place->second, "{} is for scenes of fields; this is one of particles: take it out", key);
+}
+
 Scene scene_of(const Tables& tables, const std::string& file) {
     Scene scene;
     scene.file = file;
+    scene.kind = kind_of(tables);
+    if (scene.kind == SceneKind::particles) scene.time.dt = dt_of_particles;
     std::vector<std::string> sections;
-    for_sections(scene, [&](const std::string& name, const char*, auto& part) {
+    for_sections(scene, [&](Belongs, const std::string& name, const char*, auto& part) {
         sections.push_back(name);
         const auto table = tables.find(name);
         if (table == tables.end()) return;
         read_table(table->second, name, part);
         for (const auto& [key, value] : table->second.values) scene.places.emplace(name + "." + key, value.where);
     });
+    if (scene.kind == SceneKind::particles) refuse_keys_of_fields(scene);
     for (const auto& [name, table] : tables) {
         if (std::find(sections.begin(), sections.end(), name) != sections.end()) continue;
         const std::string near = nearest_name(name, sections);
@@ -212,12 +285,21 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
     return parse_scene(content.str(), file.string(), overrides);
 }
 
+void require_kind(const Scene& scene, SceneKind kind, const std::string& command) {
+    const auto words = [](SceneKind one) { return one == SceneKind::fields ? "fields" : "particles"; };
+    require(scene.kind == kind, {.file = scene.file},
+            "this is a scene of {}, and drover {} is for scenes of {} alone; see drover explain", words(scene.kind),
+            command, words(kind));
+}
+
 std::string resolved_text(const Scene& scene) {
     std::string result;
-    for_sections(scene, [&](const std::string& name, const char*, const auto& part) {
+    for_sections(scene, [&](Belongs belongs, const std::string& name, const char*, const auto& part) {
+        if (!is_of(scene, belongs)) return;
         if (!result.empty()) result += '\n';
         result += "[" + name + "]\n";
-        for (const auto& [key, value] : values_of(part)) result += key + " = " + toml_text(value) + "\n";
+        for (const auto& [key, value] : values_of(part))
+            if (is_of(scene, name + "." + key)) result += key + " = " + toml_text(value) + "\n";
     });
     return result;
 }
@@ -225,8 +307,11 @@ std::string resolved_text(const Scene& scene) {
 std::vector<SectionDescription> scene_schema() {
     std::vector<SectionDescription> sections;
     const Scene standard;
-    for_sections(standard, [&](const std::string& name, const char* sentence, const auto& part) {
-        sections.push_back({name, sentence, descriptions<std::remove_cvref_t<decltype(part)>>()});
+    for_sections(standard, [&](Belongs belongs, const std::string& name, const char* sentence, const auto& part) {
+        const char* kind = belongs == Belongs::to_fields      ? "fields"
+                           : belongs == Belongs::to_particles ? "particles"
+                                                              : "";
+        sections.push_back({name, sentence, descriptions<std::remove_cvref_t<decltype(part)>>(), kind});
     });
     return sections;
 }

@@ -18,8 +18,8 @@ std::int64_t whole_steps(const Scene& scene, const std::string& key, double dura
     return static_cast<std::int64_t>(steps);
 }
 
-void check(const Scene& scene) {
-    const PlaceOf place = [&](const std::string& key) { return place_of(scene, key); };
+namespace {
+void check_fields(const Scene& scene, const PlaceOf& place) {
     numerics::check(scene.grid, place);
     physics::check(scene.model, place);
     physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, place);
@@ -33,6 +33,13 @@ void check(const Scene& scene) {
             place("time.tolerance"),
             "time.tolerance = {} with the stepper \"{}\", which has no embedded estimate; choose etdrk2 or etdrk4",
             scene.time.tolerance, scene.time.stepper);
+}
+}  // namespace
+
+void check(const Scene& scene) {
+    const PlaceOf place = [&](const std::string& key) { return place_of(scene, key); };
+    if (scene.kind == SceneKind::fields) check_fields(scene, place);
+    else dem::check(scene.particles, place);
     const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
     require(steps >= 1, place("time.end"), "time.end = {} is less than one step of time.dt = {}; expected at least one",
             scene.time.end, scene.time.dt);
@@ -64,7 +71,9 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .member = &TimeControl::dt,
              .unit = "s",
              .range = positive,
-             .sentence = "time step; linear terms and noise are exact at any, products of fields are not"},
+             .sentence = "time step; of fields: linear terms and noise are exact at any, products of fields are not; "
+                         "of particles "
+                         "the default is 2e-5 s"},
             {.name = "end",
              .member = &TimeControl::end,
              .unit = "s",
@@ -73,13 +82,14 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
             {.name = "stepper",
              .member = &TimeControl::stepper,
              .choices = steppers,
-             .sentence = "method for what is not linear"},
+             .sentence = "method for what is not linear; fields alone"},
             {.name = "tolerance",
              .member = &TimeControl::tolerance,
              .range = {.least = 0.0, .most = 0.1},
-             .sentence = "largest local error of a step beside the root mean square of its field, or of the field's "
-                         "change over dt: dt is then cut into as many equal "
-                         "steps as that takes (1, 2, 3, 4, 6, 8, ...); without noise alone; 0: steps of dt"}};
+             .sentence =
+                 "largest local error of a step beside the root mean square of its field, or of the field's "
+                 "change over dt: dt is then cut into as many equal "
+                 "steps as that takes (1, 2, 3, 4, 6, 8, ...); without noise and of fields alone; 0: steps of dt"}};
     }();
     return rows;
 }
@@ -94,7 +104,8 @@ const std::vector<Row<Output>>& schema<Output>() {
          .member = &Output::frame_every,
          .unit = "s",
          .range = not_negative,
-         .sentence = "time between frames of all fields, a whole number of steps; 0: the first and the last alone"},
+         .sentence =
+             "time between frames of all fields or bodies, a whole number of steps; 0: the first and the last alone"},
         {.name = "sample_every",
          .member = &Output::sample_every,
          .unit = "s",
@@ -110,7 +121,7 @@ const std::vector<Row<Output>>& schema<Output>() {
          .member = &Output::powers,
          .sentence = "samples hold the energy of the beads and of the order, and the power of each term on them; one "
                      "right-hand side "
-                     "a term and sample"}};
+                     "a term and sample; fields alone"}};
     return rows;
 }
 
@@ -127,16 +138,17 @@ const std::vector<Row<Analysis>>& schema<Analysis>() {
 
 template <>
 const std::vector<Row<RunControl>>& schema<RunControl>() {
-    static const std::vector<Row<RunControl>> rows{
-        {.name = "seed",
-         .member = &RunControl::seed,
-         .range = {.least = 0, .most = 9.2e18},
-         .sentence = "of all random numbers; the same seed gives the same bytes"},
-        {.name = "threads",
-         .member = &RunControl::threads,
-         .range = {.least = 0, .most = 1024},
-         .sentence =
-             "0: as many as the process may use and the grid can feed; the results are the same bytes for any number"}};
+    static const std::vector<Row<RunControl>> rows{{.name = "seed",
+                                                    .member = &RunControl::seed,
+                                                    .range = {.least = 0, .most = 9.2e18},
+                                                    .sentence =
+                                                        "of all random numbers; the same seed gives the same bytes"},
+                                                   {.name = "threads",
+                                                    .member = &RunControl::threads,
+                                                    .range = {.least = 0, .most = 1024},
+                                                    .sentence =
+                                                        "0: as many as the process may use and the grid or the spheres "
+                                                        "can feed; the results are the same bytes for any number"}};
     return rows;
 }
 

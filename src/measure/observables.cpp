@@ -412,4 +412,22 @@ std::size_t size_of(const Observable& observable, const Setting& setting) {
     return size;
 }
 
+std::string name_of(ObservableAxis axis) {
+    switch (axis) {
+        case ObservableAxis::shell: return "wavenumber";
+        case ObservableAxis::sector: return "direction";
+        case ObservableAxis::box: return "box_side";
+        case ObservableAxis::long_box: return "long_box_side";
+        case ObservableAxis::separation: return "separation";
+        case ObservableAxis::term: return "term";
+    }
+    return "";
+}
+
+std::vector<std::string> names_of(std::span<const ObservableAxis> axes) {
+    std::vector<std::string> names;
+    for (const ObservableAxis axis : axes) names.push_back(name_of(axis));
+    return names;
+}
+
 }  // namespace drover::measure

@@ -37,14 +37,18 @@ std::size_t checked_samples(const Recorded& recorded) {
     return samples.value_or(0);
 }
 
-/// Each of the numbers of an observable as a series of its own.
+RecordedSeries series_of(const Recorded& recorded, std::size_t observable) {
+    const Observable& row = recorded.observables[observable];
+    return {row.name,
+            row.unit,
+            row.formula,
+            names_of(row.axes),
+            size_at(recorded, observable),
+            recorded.series[observable]};
+}
+
 Samples split(const Recorded& recorded, std::size_t observable, std::size_t skip) {
-    const std::size_t size = size_at(recorded, observable);
-    Samples result{.series = std::vector<std::vector<double>>(size), .spacing = recorded.spacing, .skip = skip};
-    for (std::size_t k = 0; k < size; ++k)
-        for (std::size_t i = k; i < recorded.series[observable].size(); i += size)
-            result.series[k].push_back(recorded.series[observable][i]);
-    return result;
+    return split(series_of(recorded, observable), recorded.spacing, skip);
 }
 
 /// Sum over all modes in shells, at each sample, of the observables named: the total power.
@@ -72,28 +76,12 @@ std::size_t automatic_warm_up(const Recorded& recorded, std::size_t samples) {
 
 /// Sectors of small shells that hold no mode are told so, not blamed on the run.
 void name_empty_sectors(const Recorded& recorded, SummaryRow& row) {
-    if (row.axes != std::vector{ObservableAxis::sector, ObservableAxis::shell}) return;
+    if (row.axes != std::vector{name_of(ObservableAxis::sector), name_of(ObservableAxis::shell)}) return;
     const std::vector<double> ones(numerics::modes(recorded.setting.grid), 1.0);
     const std::vector<double> present =
         numerics::sector_means(recorded.setting.grid, recorded.setting.shells, recorded.setting.sectors, ones);
     for (std::size_t k = 0; k < present.size(); ++k)
         if (std::isnan(present[k])) row.estimates[k].refusal = "no mode lies in this sector of this shell";
-}
-
-void add_order(const Recorded& recorded, std::size_t skip, std::vector<SummaryRow>& rows) {
-    const auto order = find_observable(recorded, "polar_order");
-    if (!order) return;
-    const Samples samples = split(recorded, *order, skip);
-    rows.push_back({"polar_order_susceptibility",
-                    "mm2",
-                    "area (<P^2> - <P>^2), P the polar order of one time",
-                    {},
-                    {estimate_susceptibility(samples, 0, numerics::area(recorded.setting.grid))}});
-    rows.push_back({"polar_order_binder",
-                    "1",
-                    "Binder cumulant 1 - <P^4>/(3 <P^2>^2) of the polar order P",
-                    {},
-                    {estimate_binder_cumulant(samples, 0)}});
 }
 
 /// Number fluctuations of rods or of beads, `total` of them in the cell, in boxes of one shape.
@@ -104,20 +92,23 @@ void add_boxes(const Recorded& recorded, const std::string& what, double total, 
     if (!variance) return;
     const Samples samples = split(recorded, *variance, skip);
     const std::vector<int>& sides = recorded.setting.*family.sides;
-    SummaryRow number{
-        what + "_number" + ending, "1", "mean number of " + what + "s in a " + family.shape + ", N", {family.axis}, {}};
+    SummaryRow number{what + "_number" + ending,
+                      "1",
+                      "mean number of " + what + "s in a " + family.shape + ", N",
+                      {name_of(family.axis)},
+                      {}};
     SummaryRow deviation{what + "_number_deviation" + ending,
                          "1",
                          "DN, root of the time mean of the variance of the number of " + what + "s in a " +
                              family.shape,
-                         {family.axis},
+                         {name_of(family.axis)},
                          {}};
     SummaryRow exponent{
         what + "_number_exponent" + ending,
         "1",
         "d ln DN/d ln N between a box and the next larger one; compare with linear theory of the same boxes: "
         "the finite cell alone makes it fall",
-        {family.axis},
+        {name_of(family.axis)},
         {}};
     for (std::size_t b = 0; b < sides.size(); ++b) {
         const double part = static_cast<double>(family.along_x * sides[b]) * (family.along_y * sides[b]) /
@@ -137,24 +128,56 @@ void add_boxes(const Recorded& recorded, const std::string& what, double total, 
 
 }  // namespace
 
+Samples split(const RecordedSeries& recorded, double spacing, std::size_t skip) {
+    const std::size_t size = recorded.size;
+    Samples result{.series = std::vector<std::vector<double>>(size), .spacing = spacing, .skip = skip};
+    for (std::size_t k = 0; k < size; ++k)
+        for (std::size_t i = k; i < recorded.values.size(); i += size) result.series[k].push_back(recorded.values[i]);
+    return result;
+}
+
+SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t skip) {
+    SummaryRow row{recorded.name, recorded.unit, "time mean: " + recorded.formula, recorded.axes, {}};
+    const Samples samples = split(recorded, spacing, skip);
+    for (std::size_t k = 0; k < samples.series.size(); ++k) row.estimates.push_back(estimate_mean(samples, k));
+    return row;
+}
+
+void add_order_rows(const RecordedSeries& order, double area, double spacing, std::size_t skip,
+                    std::vector<SummaryRow>& rows) {
+    const Samples samples = split(order, spacing, skip);
+    rows.push_back({"polar_order_susceptibility",
+                    "mm2",
+                    "area (<P^2> - <P>^2), P the polar order of one time",
+                    {},
+                    {estimate_susceptibility(samples, 0, area)}});
+    rows.push_back({"polar_order_binder",
+                    "1",
+                    "Binder cumulant 1 - <P^4>/(3 <P^2>^2) of the polar order P",
+                    {},
+                    {estimate_binder_cumulant(samples, 0)}});
+}
+
+std::string warm_up_note(std::size_t automatic, std::size_t samples) {
+    if (automatic == 0 || 2 * automatic + 10 <= samples) return "";  // the last cut tried, up to the length of a batch
+    return text(
+        "the warm-up may not have ended: the best cut found is the last one tried, half of {} samples; run "
+        "longer or set the warm-up",
+        samples);
+}
+
 Summary summarise(const Recorded& recorded) {
     Summary summary{.samples = checked_samples(recorded), .warm_up = 0, .note = "", .rows = {}};
     const std::size_t automatic = recorded.warm_up ? 0 : automatic_warm_up(recorded, summary.samples);
     summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
-    if (automatic > 0 && 2 * automatic + 10 > summary.samples)  // the last cut tried, up to the length of a batch
-        summary.note = text(
-            "the warm-up may not have ended: the best cut found is the last one tried, half of {} samples; run "
-            "longer or set the warm-up",
-            summary.samples);
+    summary.note = warm_up_note(automatic, summary.samples);
     for (std::size_t i = 0; i < recorded.observables.size(); ++i) {
-        const Observable& observable = recorded.observables[i];
-        SummaryRow row{observable.name, observable.unit, "time mean: " + observable.formula, observable.axes, {}};
-        const Samples samples = split(recorded, i, summary.warm_up);
-        for (std::size_t k = 0; k < samples.series.size(); ++k) row.estimates.push_back(estimate_mean(samples, k));
-        name_empty_sectors(recorded, row);
-        summary.rows.push_back(std::move(row));
+        summary.rows.push_back(mean_row(series_of(recorded, i), recorded.spacing, summary.warm_up));
+        name_empty_sectors(recorded, summary.rows.back());
     }
-    add_order(recorded, summary.warm_up, summary.rows);
+    if (const auto order = find_observable(recorded, "polar_order"))
+        add_order_rows(series_of(recorded, *order), numerics::area(recorded.setting.grid), recorded.spacing,
+                       summary.warm_up, summary.rows);
     for (const BoxFamily& family : box_families()) {
         add_boxes(recorded, "rod", recorded.rods, family, summary.warm_up, summary.rows);
         add_boxes(recorded, "bead", recorded.beads, family, summary.warm_up, summary.rows);

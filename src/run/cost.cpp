@@ -7,24 +7,18 @@
 #include <functional>
 #include <vector>
 
-#include "drover/run/field_simulation.hpp"
+#include "drover/run/kind.hpp"
 
 namespace drover::run {
 
 namespace {
 constexpr double seconds_of_steps = 0.2;
 constexpr int steps_most = 50;
-constexpr double points_most = 256.0 * 256.0;  // of the grid that is timed
 
 double seconds_of(const std::function<void()>& action) {
     const auto start = std::chrono::steady_clock::now();
     action();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double work(const numerics::Grid& grid) {
-    const auto points = static_cast<double>(numerics::points(grid));
-    return points * std::log2(points);
 }
 
 /// Rows of a recording in the whole run.
@@ -35,17 +29,11 @@ double rows(const ScheduledRecording& recording, std::int64_t steps) {
 }  // namespace
 
 std::optional<ExpectedTime> expected_time(const io::Scene& scene) {
-    io::Scene timed = scene;
-    if (timed.initial.kind != "formula") timed.initial = {};
-    while (static_cast<double>(numerics::points(timed.grid)) > points_most && timed.grid.nx % 4 == 0 &&
-           timed.grid.ny % 4 == 0 && std::min(timed.grid.nx, timed.grid.ny) > 8) {
-        timed.grid.nx /= 2;
-        timed.grid.ny /= 2;
-    }
-    const double larger = work(scene.grid) / work(timed.grid);
+    const Kind& kind = kind_of(scene);
+    const auto [timed, larger] = kind.timed(scene);
     try {
-        Threads threads(choose_threads(scene));
-        Simulation simulation = make_field_simulation(timed, threads);
+        Threads threads(kind.threads(scene));
+        Simulation simulation = kind.make(timed, threads, {});
         std::int64_t step = 0;
         const auto advance = [&] { simulation.advance(step++); };
         const auto most = std::min<std::int64_t>(simulation.steps, steps_most);

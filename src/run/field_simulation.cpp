@@ -76,12 +76,10 @@ numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& sce
 }
 
 numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
-    const std::filesystem::path given = scene.initial.file;
-    const std::filesystem::path beside = std::filesystem::path(scene.file).parent_path() / given;
     numerics::Spectra state(scene.grid, numerics::components(world.evolution.system().layout));
     std::optional<io::ArchiveReader> archive;
     try {
-        archive.emplace(given.is_relative() && std::filesystem::exists(beside) ? beside : given);
+        archive.emplace(file_beside(scene, scene.initial.file));
     } catch (const Error& error) {
         fail_input(io::place_of(scene, "initial.file"), "initial.file: {}", error.what());
     }
@@ -143,18 +141,6 @@ io::Recording frame_recording(const World& world) {
                  {"y", "x"}});
     return recording;
 }
-
-std::string axis_name(measure::ObservableAxis axis) {
-    switch (axis) {
-        case measure::ObservableAxis::shell: return "wavenumber";
-        case measure::ObservableAxis::sector: return "direction";
-        case measure::ObservableAxis::box: return "box_side";
-        case measure::ObservableAxis::long_box: return "long_box_side";
-        case measure::ObservableAxis::separation: return "separation";
-        case measure::ObservableAxis::term: return "term";
-    }
-    return "";
-}
 }  // namespace
 
 std::vector<io::Axis> observable_axes(const measure::Setting& setting) {
@@ -178,27 +164,37 @@ std::vector<io::Axis> observable_axes(const measure::Setting& setting) {
     return axes;
 }
 
-std::vector<std::string> axis_names(std::span<const measure::ObservableAxis> axes) {
-    std::vector<std::string> names;
-    for (const measure::ObservableAxis axis : axes) names.push_back(axis_name(axis));
-    return names;
-}
-
-namespace {
-/// As many samples as fall between two frames: a chunk that is filled when a frame is committed is written once, not again and again.
-int samples_per_chunk(const io::Scene& scene) {
-    constexpr double least = 8.0, most = 64.0;
-    if (scene.output.frame_every == 0.0 || scene.output.sample_every == 0.0) return static_cast<int>(most);
-    return static_cast<int>(std::clamp(std::round(scene.output.frame_every / scene.output.sample_every), least, most));
-}
-}  // namespace
-
 int choose_threads(const io::Scene& scene) {
     if (scene.run.threads > 0) return scene.run.threads;
     // Below this much work a thread costs more to wake than it saves.
     constexpr std::size_t points_per_thread = 16384;
     const auto useful = static_cast<int>(std::min<std::size_t>(numerics::points(scene.grid) / points_per_thread, 64));
     return std::clamp(useful, 1, usable_cores());
+}
+
+std::string field_size(const io::Scene& scene) { return text("{} by {} points", scene.grid.nx, scene.grid.ny); }
+
+double field_disk_bytes(const io::Scene& scene) {
+    const double frame = static_cast<double>(numerics::points(scene.grid)) *
+                         numerics::components(physics::layout(physics::form(scene.model)));
+    const double shells = 0.5 * std::min(scene.grid.nx, scene.grid.ny);
+    return recorded_bytes(scene, frame, 16.0 + shells * (4.0 + 2.0 * measure::direction_sectors) + 32.0);
+}
+
+TimedScene timed_fields(const io::Scene& scene) {
+    constexpr double points_most = 256.0 * 256.0;
+    const auto work = [](const numerics::Grid& grid) {
+        const auto points = static_cast<double>(numerics::points(grid));
+        return points * std::log2(points);
+    };
+    io::Scene timed = scene;
+    if (timed.initial.kind != "formula") timed.initial = {};
+    while (static_cast<double>(numerics::points(timed.grid)) > points_most && timed.grid.nx % 4 == 0 &&
+           timed.grid.ny % 4 == 0 && std::min(timed.grid.nx, timed.grid.ny) > 8) {
+        timed.grid.nx /= 2;
+        timed.grid.ny /= 2;
+    }
+    return {timed, work(scene.grid) / work(timed.grid)};
 }
 
 double field_simulation_bytes(const io::Scene& scene) {
@@ -285,7 +281,7 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
                           .rows_per_chunk = samples_per_chunk(scene)};
     for (const measure::Observable& observable : world->observables)
         samples.quantities.push_back(
-            {observable.name, observable.unit, observable.formula, axis_names(observable.axes)});
+            {observable.name, observable.unit, observable.formula, measure::names_of(observable.axes)});
     const auto observe = [world] {
         world->bring_to_grid();
         measure::Moment moment{.setting = world->setting,
@@ -318,7 +314,7 @@ std::string describe(const StepCount& count, const io::Scene& scene) {
 }
 }  // namespace
 
-Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
+Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
     const auto world = std::make_shared<World>(scene, threads);
     Simulation simulation{.dt = scene.time.dt,
                           .steps = io::whole_steps(scene, "time.end", scene.time.end),
@@ -361,6 +357,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads) {
             world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};
         world->healthy = world->state;
     };
+    if (!saved.empty()) simulation.restore(saved);
     return simulation;
 }
 

@@ -17,7 +17,7 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, io::Archive& archive) {
-    archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe());
+    archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe(), step);
 }
 
 bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {

@@ -11,6 +11,7 @@
 
 #include "drover/physics/fluctuations.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "drover/run/kind.hpp"
 
 namespace drover::run {
 
@@ -198,14 +199,27 @@ void predict(const physics::Equations& equations, const std::vector<Eigen::Vecto
 }
 }  // namespace
 
+Sampling sampling_of(const io::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {
+    const std::vector<double> times = archive.read(group + "/time").values;
+    const bool two_alone = scene.output.sample_every == 0.0;
+    Sampling sampling{.end = times.empty() ? 0.0 : times.back(),
+                      .spacing = two_alone ? scene.time.end : scene.output.sample_every,
+                      .samples = 0,
+                      .warm_up = std::nullopt};
+    sampling.samples = regular_samples(times, sampling.spacing);
+    if (scene.analysis.warm_up >= 0.0)
+        sampling.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / sampling.spacing - 1e-9));
+    return sampling;
+}
+
 Report make_report(const io::ArchiveReader& archive) {
-    Report report{.scene = io::parse_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file")),
-                  .setting = {},
-                  .summary = {},
-                  .predictions = {},
-                  .no_prediction = "",
-                  .time = 0.0};
-    const io::Scene& scene = report.scene;
+    const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file"));
+    return kind_of(scene).report(archive, scene);
+}
+
+Report make_field_report(const io::ArchiveReader& archive, const io::Scene& scene) {
+    Report report;
+    report.scene = scene;
     const physics::Form form = physics::form(scene.model);
     const physics::Equations equations(scene.model);
     const int degree = physics::kept_degree(equations, scene.dealiasing);
@@ -216,22 +230,19 @@ Report make_report(const io::ArchiveReader& archive) {
     }
     report.setting = measure::make_setting(scene.grid, form, degree, terms);
     const std::vector<measure::Observable> observables = measure::observables(form, scene.output.powers);
-    const std::vector<double> times = archive.read("/observables/time").values;
-    report.time = times.empty() ? 0.0 : times.back();
-    const bool two_alone = scene.output.sample_every == 0.0;
-    const double spacing = two_alone ? scene.time.end : scene.output.sample_every;
-    const std::size_t samples = regular_samples(times, spacing);
+    report.axes = observable_axes(report.setting);
+    const Sampling sampling = sampling_of(archive, scene, "/observables");
+    report.time = sampling.end;
     std::vector<std::vector<double>> series;
     for (const measure::Observable& observable : observables) {
         series.push_back(archive.read("/observables/" + observable.name).values);
-        series.back().resize(samples * measure::size_of(observable, report.setting));
+        series.back().resize(sampling.samples * measure::size_of(observable, report.setting));
     }
     measure::Recorded recorded{.setting = report.setting,
                                .observables = observables,
                                .series = series,
-                               .spacing = spacing};
-    if (scene.analysis.warm_up >= 0.0)
-        recorded.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / spacing - 1e-9));
+                               .spacing = sampling.spacing,
+                               .warm_up = sampling.warm_up};
     // What is conserved, from the run itself: a start from a file may have another mean than the scene's uniform state.
     for (std::size_t o = 0; o < observables.size(); ++o)
         for (const auto& [name, total] :
@@ -249,9 +260,8 @@ const Prediction* find_prediction(const Report& report, const std::string& name)
 }
 
 io::ResultTable result_table(const Report& report) {
-    io::ResultTable table{.group = "/summary", .axes = observable_axes(report.setting), .quantities = {}, .values = {}};
+    io::ResultTable table{.group = "/summary", .axes = report.axes, .quantities = {}, .values = {}};
     for (const measure::SummaryRow& row : report.summary.rows) {
-        const std::vector<std::string> axes = axis_names(row.axes);
         std::vector<double> means, errors, times;
         for (const measure::Estimate& estimate : row.estimates) {
             means.push_back(estimate.mean);
@@ -260,7 +270,7 @@ io::ResultTable result_table(const Report& report) {
         }
         const auto add = [&](const std::string& ending, const std::string& unit, const std::string& meaning,
                              std::vector<double> values) {
-            table.quantities.push_back({row.name + ending, unit, meaning, axes});
+            table.quantities.push_back({row.name + ending, unit, meaning, row.axes});
             table.values.push_back(std::move(values));
         };
         add("", row.unit, row.formula, std::move(means));

@@ -86,11 +86,9 @@ std::vector<std::size_t> spread(std::size_t count, std::size_t most) {
 }
 }  // namespace
 
-std::string report_text(const Report& report) {
-    const measure::Summary& summary = report.summary;
-    std::string out = text("t = 0 to {:.6g} s, {} samples, the first {} left out as warm-up\n", report.time,
-                           summary.samples, summary.warm_up);
-    add_scalars(report, out);
+namespace {
+/// What a run of fields has beside its scalars.
+void add_field_arrays(const Report& report, std::string& out) {
     const std::vector<std::size_t> shells = spread(report.setting.shells.q.size(), 12);
     for (const char* name :
          {"structure_factor_rods", "structure_factor_beads", "structure_factor_order_along",
@@ -102,6 +100,29 @@ std::string report_text(const Report& report) {
             for (const char* what : {"rod", "bead"}) add_boxes(report, what, family, out);
     if (!report.about.empty()) out += "\nlinear: the linear theory about " + report.about + ", on the same grid\n";
     if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
+}
+
+/// Every array over one axis, at some places of it.
+void add_particle_arrays(const Report& report, std::string& out) {
+    for (const measure::SummaryRow& row : report.summary.rows)
+        for (const io::Axis& axis : report.axes) {
+            if (row.axes.size() != 1 || row.axes.front() != axis.name) continue;
+            out += text("\n{} [{}]\n{:>20} {:>11} {:>9}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]",
+                        "mean", "error");
+            for (const std::size_t i : spread(axis.values.size(), 12))
+                out += text("{:>20.5g} {} {}\n", axis.values[i], cell(row.estimates[i].mean),
+                            error_cell(row.estimates[i]));
+        }
+}
+}  // namespace
+
+std::string report_text(const Report& report) {
+    const measure::Summary& summary = report.summary;
+    std::string out = text("t = 0 to {:.6g} s, {} samples, the first {} left out as warm-up\n", report.time,
+                           summary.samples, summary.warm_up);
+    add_scalars(report, out);
+    if (report.scene.kind == io::SceneKind::fields) add_field_arrays(report, out);
+    else add_particle_arrays(report, out);
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
     std::string refusal;
     for (const measure::SummaryRow& row : summary.rows)

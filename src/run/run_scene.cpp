@@ -7,7 +7,7 @@
 
 #include "drover/base/log.hpp"
 #include "drover/io/checkpoint.hpp"
-#include "drover/run/field_simulation.hpp"
+#include "drover/run/kind.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/report.hpp"
 
@@ -26,19 +26,6 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
 
-/// Bytes of the archive of a scene, counted without making its world.
-double disk_bytes(const io::Scene& scene) {
-    const double frame = static_cast<double>(numerics::points(scene.grid)) * sizeof(double) *
-                         numerics::components(physics::layout(physics::form(scene.model)));
-    const double frames = scene.output.frame_every == 0.0 ? 2.0 : 1.0 + scene.time.end / scene.output.frame_every;
-    const double shells = 0.5 * std::min(scene.grid.nx, scene.grid.ny);
-    const double sample = sizeof(double) * (16.0 + shells * (4.0 + 2.0 * measure::direction_sectors) + 32.0);
-    const double samples = scene.output.sample_every == 0.0 ? 2.0 : 1.0 + scene.time.end / scene.output.sample_every;
-    // What compression does not make smaller: the index of the chunks, attributes, a summary.
-    constexpr double per_file = 5e5, index_part = 0.1;
-    return per_file + (1.0 + index_part) * (frame * frames + sample * samples);
-}
-
 /// By the first eight bytes: nothing but an archive is to be replaced by one.
 bool is_hdf5(const std::filesystem::path& file) {
     std::array<char, 8> start{};
@@ -53,8 +40,8 @@ std::vector<io::Recording> recordings_of(const Simulation& simulation) {
 }
 
 void tell_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first, const Needs& needs) {
-    log_information("{} by {} points, {} steps of dt = {} s from step {}, {} thread{}", scene.grid.nx, scene.grid.ny,
-                    simulation.steps, simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
+    log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", kind_of(scene).size(scene), simulation.steps,
+                    simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
                     bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
     if (needs.disk_bytes > needs.disk_free)
@@ -79,13 +66,14 @@ RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, do
 /// What a restart may change.
 constexpr std::array changeable{"time.end", "output.checkpoint_minutes", "run.threads"};
 
-void refuse_other_changes(std::span<const std::string> overrides) {
+void refuse_other_changes(std::span<const std::string> overrides, const io::Scene& scene) {
     for (const std::string& setting : overrides) {
         const std::string key = setting.substr(0, setting.find('='));
         require(std::find(changeable.begin(), changeable.end(), key) != changeable.end(), {.file = "--set " + setting},
                 "a restart goes on with the same scene and may change time.end, output.checkpoint_minutes and "
                 "run.threads alone; for "
-                "another scene start a new run with initial.kind = \"file\"");
+                "another scene start a new run with {}.kind = \"file\"",
+                kind_of(scene).start);
     }
 }
 }  // namespace
@@ -103,17 +91,19 @@ std::filesystem::path archive_path(const io::Scene& scene) {
 Needs needs_of(const io::Scene& scene) {
     std::error_code problem;
     const std::filesystem::space_info space = std::filesystem::space(folder_of(archive_path(scene)), problem);
-    return {.memory_bytes = field_simulation_bytes(scene),
-            .disk_bytes = disk_bytes(scene),
+    return {.memory_bytes = kind_of(scene).memory_bytes(scene),
+            .disk_bytes = kind_of(scene).disk_bytes(scene),
             .memory_free = free_memory(),
             .disk_free = problem ? 0.0 : static_cast<double>(space.available)};
 }
 
 void check_needs(const io::Scene& scene, const RunOptions& options) {
     const Needs needs = needs_of(scene);
-    require(needs.memory_bytes <= needs.memory_free, io::place_of(scene, "grid.nx"),
-            "a grid of {} by {} points needs {} of memory and {} are free; choose a smaller grid", scene.grid.nx,
-            scene.grid.ny, bytes_text(needs.memory_bytes), bytes_text(needs.memory_free));
+    const Kind& kind = kind_of(scene);
+    require(needs.memory_bytes <= needs.memory_free, io::place_of(scene, kind.size_key),
+            "{} {} needs {} of memory and {} are free; choose a smaller {}", kind.body, kind.size(scene),
+            bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
+            scene.kind == io::SceneKind::fields ? "grid" : "cell");
     const std::filesystem::path path = archive_path(scene), folder = folder_of(path);
     const Where where = io::place_of(scene, "output.file");
     std::error_code problem;
@@ -131,8 +121,8 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
 
 RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
     check_needs(scene, options);
-    Threads threads(choose_threads(scene));
-    Simulation simulation = make_field_simulation(scene, threads);
+    Threads threads(kind_of(scene).threads(scene));
+    Simulation simulation = kind_of(scene).make(scene, threads, {});
     const std::filesystem::path path = archive_path(scene);
     io::Archive archive =
         io::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
@@ -154,16 +144,15 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
 
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,
                        const RunOptions& options) {
-    refuse_other_changes(overrides);
     const io::Checkpoint checkpoint = io::read_newest_checkpoint(path);
+    refuse_other_changes(overrides, io::parse_scene(checkpoint.scene, path.string() + " (its scene)"));
     io::Scene scene = io::parse_scene(checkpoint.scene, path.string() + " (its scene)", overrides);
     scene.output.file = path.string();
-    Threads threads(choose_threads(scene));
-    Simulation simulation = make_field_simulation(scene, threads);
+    Threads threads(kind_of(scene).threads(scene));
+    Simulation simulation = kind_of(scene).make(scene, threads, checkpoint.state);
     require(checkpoint.step <= simulation.steps, {.file = path.string()},
             "the run has reached t = {} s, beyond time.end = {}; to go on, give a later end: --set time.end=...",
             checkpoint.time, scene.time.end);
-    simulation.restore(checkpoint.state);
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
     io::Archive archive =
         io::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);

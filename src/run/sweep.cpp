@@ -10,7 +10,7 @@
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/run/exit_status.hpp"
-#include "drover/run/report.hpp"
+#include "drover/run/kind.hpp"
 #include "drover/run/run_scene.hpp"
 #include "drover/run/worker_pool.hpp"
 
@@ -32,9 +32,10 @@ io::Scene scene_of(const io::Scene& scene, const fs::path& folder, const SweepRu
     overrides.push_back("output.file=" + toml_text(archive_of(folder, run).string()));
     if (scene.run.threads == 0) overrides.push_back("run.threads=1");
     if (before != nullptr) {
-        overrides.push_back("initial.kind=file");
-        overrides.push_back("initial.file=" + toml_text(fs::absolute(archive_of(folder, *before)).string()));
-        overrides.push_back("initial.frame=-1");
+        const std::string start = kind_of(scene).start;
+        overrides.push_back(start + ".kind=file");
+        overrides.push_back(start + ".file=" + toml_text(fs::absolute(archive_of(folder, *before)).string()));
+        overrides.push_back(start + ".frame=-1");
     }
     return io::parse_scene(io::resolved_text(scene), scene.file, overrides);
 }

@@ -80,7 +80,7 @@ SweepLayout plan_sweep(const io::Scene& scene) {
         varied.push_back(varied_of(written, where));
         require(std::find(layout.keys.begin(), layout.keys.end(), varied.back().key) == layout.keys.end(), where,
                 "sweep.vary names {} twice; expected each key once", varied.back().key);
-        for (const char* own : {"run.", "output.", "sweep.", "initial.file"})
+        for (const char* own : {"run.", "output.", "sweep.", "initial.file", "packing.file"})
             require(!varied.back().key.starts_with(own), where, "sweep.vary names {}; the sweep sets that itself: {}",
                     varied.back().key,
                     varied.back().key == "run.seed" ? "give sweep.seeds"
@@ -92,9 +92,16 @@ SweepLayout plan_sweep(const io::Scene& scene) {
     const bool ramp = scene.sweep.ramp != "none";
     require(!ramp || varied.size() == 1, where, "sweep.ramp = \"{}\" with {} varied keys; expected exactly one",
             scene.sweep.ramp, varied.size());
-    require(!ramp || !varied.front().key.starts_with("grid."), where,
-            "sweep.ramp = \"{}\" of {}; a ramp carries the state on one grid: choose another key, or ramp = \"none\"",
-            scene.sweep.ramp, varied.front().key);
+    for (const char* own : {"grid.", "cell.", "beads.", "rods."})
+        require(!ramp || !varied.front().key.starts_with(own), where,
+                "sweep.ramp = \"{}\" of {}; a ramp carries the state {}: choose another key, or ramp = \"none\"",
+                scene.sweep.ramp, varied.front().key,
+                scene.kind == io::SceneKind::fields ? "on one grid" : "of the same bodies in one cell");
+    require(!ramp || scene.kind == io::SceneKind::fields || scene.particles.rods.size_tolerance == 0.0,
+            io::place_of(scene, "rods.size_tolerance"),
+            "rods.size_tolerance = {} on a ramp, whose points have seeds of their own and so rods of other sizes; "
+            "expected 0, or ramp = \"none\"",
+            scene.particles.rods.size_tolerance);
     layout.points = ramp ? ramp_points(varied.front(), scene.sweep.ramp == "up-down") : grid_points(varied);
     for (int seed = 0; seed < scene.sweep.seeds; ++seed) {
         std::vector<SweepRun> chain;

@@ -64,7 +64,7 @@ TEST(Summary, every_number_of_every_observable_has_its_own_mean_and_error) {
     for (const Observable& observable : recording.rows) {
         const SummaryRow& row = row_of(summary, observable.name);
         EXPECT_EQ(row.unit, observable.unit);
-        EXPECT_EQ(row.axes, observable.axes);
+        EXPECT_EQ(row.axes, names_of(observable.axes));
         ASSERT_EQ(row.estimates.size(), size_of(observable, setting));
         for (std::size_t k = 0; k < row.estimates.size(); ++k) {
             ASSERT_TRUE(row.estimates[k].error || row.estimates[k].refusal.find("no mode") == 0)

@@ -1,8 +1,10 @@
-// io/archive.hpp: the one file of a run: HDF5 that obeys netCDF-4, whole at every moment.
+// io/archive.hpp: the one file of a run: HDF5 that obeys netCDF-4 and, for trajectories, H5MD 1.1; whole at every moment.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -25,14 +27,33 @@ struct Quantity {
     std::string unit;               ///< UDUNITS text; "1" for a pure number
     std::string meaning;            ///< CF long_name: what it is, with its formula
     std::vector<std::string> axes;  ///< names, slowest first, without time; each must be an axis of the same group
+    bool whole = false;             ///< stored as integers
 };
 
-/// A group of arrays that grow along a common time axis, one row at each append.
+/// An array that a trajectory holds once: radii, species.
+struct FixedArray {
+    std::string name, unit, meaning;
+    bool whole = false;          ///< stored as integers
+    std::size_t components = 1;  ///< numbers for each particle; more than one: a second axis
+    std::vector<double> values;
+};
+
+/// What a group of H5MD has besides the elements that grow with time.
+struct Trajectory {
+    std::vector<FixedArray> fixed;
+    bool has_box = false;            ///< with the element box/edges among the quantities
+    std::array<bool, 3> periodic{};  ///< of that box
+};
+
+/// A group of arrays that grow along a common time axis, one row at each append.  With a trajectory the group is laid out as H5MD:
+/// each quantity is a group of its own, <name>/{value,step,time}, the last two shared by hard links; axes give sizes and are not
+/// written.  Units stand in the attribute `units`, as everywhere in the file.
 struct Recording {
-    std::string group;  ///< "/" or "/observables"
+    std::string group;  ///< "/", "/observables"; of a trajectory "/particles/trajectory" too
     std::vector<Axis> axes;
     std::vector<Quantity> quantities;
     int rows_per_chunk = 1;  ///< 1 for fields, many for scalars
+    std::optional<Trajectory> trajectory = {};
 };
 
 /// A group of arrays without time: the results of a run.
@@ -70,8 +91,9 @@ public:
     /// Rows so far of each recording.
     std::vector<std::size_t> rows() const;
 
-    /// One row: the time [s] and one array for each quantity of the recording.
-    void append(std::size_t recording, double time, std::span<const std::span<const double>> arrays);
+    /// One row: the time [s] and one array for each quantity of the recording; the step is kept by trajectories.
+    void append(std::size_t recording, double time, std::span<const std::span<const double>> arrays,
+                std::int64_t step = 0);
 
     /// Writes a group of results, in place of one of the same name.
     void replace(const ResultTable& table);

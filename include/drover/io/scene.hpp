@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "drover/base/schema.hpp"
+#include "drover/dem/setup.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/physics/initial_state.hpp"
 #include "drover/physics/model.hpp"
@@ -17,11 +18,13 @@ namespace drover::io {
 
 /// How time advances.
 struct TimeControl {
-    double dt = 0.01;                ///< step [s]
+    double dt = 0.01;                ///< step [s]; of particles dt_of_particles when it is not given
     double end = 1.0;                ///< [s]
     std::string stepper = "etdrk2";  ///< a row of numerics::stepper_tables()
     double tolerance = 0.0;          ///< error of a step beside the size of its field, adaptive; 0: steps of dt
 };
+
+inline constexpr double dt_of_particles = 2e-5;
 
 /// What is written and when.
 struct Output {
@@ -72,12 +75,17 @@ struct BoundaryPlan {
     int map = 96;                          ///< cells on each side of the map of states; 0: none
 };
 
+/// What a scene is made of: one that has a section of particles ([cell], [plates], [beads], [rods], ...) is one of particles.
+enum class SceneKind { fields, particles };
+
 struct Scene {
+    SceneKind kind = SceneKind::fields;
     std::string file;                     ///< where it came from, for messages
     std::map<std::string, Where> places;  ///< of the keys that were given: "time.dt"
-    physics::Model model;
+    physics::Model model;                 // of fields, as are grid, dealiasing, initial, stability and boundary
     numerics::Grid grid;
     physics::Dealiasing dealiasing;
+    dem::Setup particles;
     TimeControl time;
     physics::InitialState initial;
     Output output;
@@ -87,6 +95,9 @@ struct Scene {
     StabilityPlan stability;
     BoundaryPlan boundary;
 };
+
+/// Throws an input Error, which says what the command is for, when the scene is not of this kind.
+void require_kind(const Scene& scene, SceneKind kind, const std::string& command);
 
 /// Where a key was given, or the scene's file when it holds its default.
 Where place_of(const Scene& scene, const std::string& key);
@@ -112,7 +123,7 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
 /// The same from a text; `name` stands for the file in messages.
 Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides = {});
 
-/// Every key with its value, as TOML that reads back as the same scene.
+/// Every key of the scene's kind with its value, as TOML that reads back as the same scene.
 std::string resolved_text(const Scene& scene);
 
 /// All a scene may say.
@@ -120,6 +131,7 @@ struct SectionDescription {
     std::string name;
     std::string sentence;
     std::vector<Description> rows;
+    std::string kind;  ///< of the scenes that it belongs to: "fields", "particles", "" for both
 };
 std::vector<SectionDescription> scene_schema();
 

@@ -53,6 +53,8 @@ struct Moment {
 
 /// An axis of an observable.
 enum class ObservableAxis { shell, sector, box, long_box, separation, term };
+std::string name_of(ObservableAxis axis);
+std::vector<std::string> names_of(std::span<const ObservableAxis> axes);
 
 /// Boxes of one shape, by size: their results end in `ending`.
 struct BoxFamily {

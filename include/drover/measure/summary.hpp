@@ -26,8 +26,8 @@ struct SummaryRow {
     std::string name;
     std::string unit;  ///< UDUNITS text
     std::string formula;
-    std::vector<ObservableAxis> axes;  ///< slowest first; none: a single number
-    std::vector<Estimate> estimates;   ///< the product of its axes
+    std::vector<std::string> axes;    ///< names, slowest first; none: a single number
+    std::vector<Estimate> estimates;  ///< the product of its axes
 };
 
 struct Summary {
@@ -44,6 +44,27 @@ struct Summary {
 /// An automatic warm-up is the largest warm_up_length of the polar order and of the total powers of rods, of beads and of order.
 /// Throws an input Error when a series does not hold whole samples, or not as many as the others.
 Summary summarise(const Recorded& recorded);
+
+/// One observable of any kind of world as it was recorded at equal times.
+struct RecordedSeries {
+    std::string name, unit, formula;
+    std::vector<std::string> axes;   ///< names, slowest first
+    std::size_t size = 1;            ///< numbers of one sample: the product of its axes
+    std::span<const double> values;  ///< [sample][size]
+};
+
+/// Each of the numbers of an observable as a series of its own.
+Samples split(const RecordedSeries& recorded, double spacing, std::size_t skip);
+
+/// Its time means.
+SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t skip);
+
+/// polar_order_susceptibility and polar_order_binder, from the series of the polar order, in a cell of an area [mm2].
+void add_order_rows(const RecordedSeries& order, double area, double spacing, std::size_t skip,
+                    std::vector<SummaryRow>& rows);
+
+/// A sentence when an automatic warm-up of so many of the samples may not have ended, else "".
+std::string warm_up_note(std::size_t automatic, std::size_t samples);
 
 /// The row of that name; nullptr when there is none.
 const SummaryRow* find_row(const Summary& summary, const std::string& name);

@@ -10,7 +10,7 @@ namespace drover::run {
 struct ExpectedTime {
     double step = 0.0;    ///< one of time.dt
     double whole = 0.0;   ///< all steps, samples and frames
-    bool scaled = false;  ///< measured on a smaller grid, and scaled as points times their logarithm
+    bool scaled = false;  ///< measured on a smaller grid or cell, and scaled as the work of a step
 };
 
 /// Times a few steps, a sample and a frame, from a uniform state where the start is costly: half a second, and less on small grids.

@@ -1,5 +1,6 @@
 // run/report.hpp: what a recorded run says, beside the linear theory of the same grid, shells and boxes.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct Prediction {
 
 struct Report {
     io::Scene scene;
-    measure::Setting setting;
+    std::vector<io::Axis> axes;  ///< of the results
+    measure::Setting setting;    ///< of a run of fields
     measure::Summary summary;
     std::vector<Prediction> predictions;
     std::string no_prediction;  ///< why there is none: "" when there is
@@ -26,8 +28,18 @@ struct Report {
     double time = 0.0;          ///< of the last sample [s]
 };
 
-/// Reads the observables of an archive.  Throws an input Error if it is not an archive of a run of fields.
+/// Reads the observables of an archive.  Throws an input Error if it is not an archive of a run.
 Report make_report(const io::ArchiveReader& archive);
+Report make_field_report(const io::ArchiveReader& archive, const io::Scene& scene);
+
+/// The samples of an archive that stand on the schedule of its scene.
+struct Sampling {
+    double end = 0.0;      ///< time of the last sample of all [s]
+    double spacing = 1.0;  ///< [s]
+    std::size_t samples = 0;
+    std::optional<std::size_t> warm_up;  ///< samples, where the scene says
+};
+Sampling sampling_of(const io::ArchiveReader& archive, const io::Scene& scene, const std::string& group);
 
 /// The prediction of a name; nullptr when there is none.
 const Prediction* find_prediction(const Report& report, const std::string& name);

@@ -1,0 +1,140 @@
+// app/explain_particles.cpp: drover explain SCENE, of a scene of particles.
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+
+#include "command.hpp"
+#include "drover/io/trajectory.hpp"
+#include "drover/run/cost.hpp"
+#include "drover/run/kind.hpp"
+
+namespace drover::app {
+
+namespace {
+/// Bodies of one kind in a cell.
+struct Supply {
+    std::size_t count = 0, shapes = 0;
+    double area_fraction = 0.0, mass_least = 0.0, mass_most = 0.0, length_least = 0.0, length_most = 0.0;
+};
+
+template <class Body>
+Supply supply_of(const std::vector<Body>& list, const dem::Bodies& bodies, const dem::Cell& cell) {
+    Supply supply{.count = list.size()};
+    std::vector<bool> seen(bodies.shapes.size());
+    for (const Body& body : list) {
+        const dem::Shape& shape = bodies.shapes[body.shape];
+        const double length = shape.head - shape.tail;
+        supply.area_fraction += shape.projected_area / dem::area(cell);
+        if (seen[body.shape]) continue;
+        const bool first = supply.shapes++ == 0;
+        seen[body.shape] = true;
+        supply.mass_least = first ? shape.mass : std::min(supply.mass_least, shape.mass);
+        supply.mass_most = first ? shape.mass : std::max(supply.mass_most, shape.mass);
+        supply.length_least = first ? length : std::min(supply.length_least, length);
+        supply.length_most = first ? length : std::max(supply.length_most, length);
+    }
+    return supply;
+}
+
+struct Explanation {
+    Supply beads, rods;
+    std::size_t spheres = 0;
+    double acceleration = 0.0;  ///< of the plates, beside gravity
+    double steps_per_period = 0.0;
+    std::int64_t steps = 0;
+    int threads = 1;
+    run::Needs needs;
+    std::optional<run::ExpectedTime> time;
+};
+
+Explanation explain(const io::Scene& scene) {
+    const dem::Setup& setup = scene.particles;
+    const dem::Bodies bodies = dem::make_bodies(setup, static_cast<std::uint64_t>(scene.run.seed));
+    const double rate = 2.0 * std::numbers::pi * setup.plates.frequency, gravity = std::abs(setup.gravity.z);
+    return {.beads = supply_of(bodies.beads, bodies, setup.cell),
+            .rods = supply_of(bodies.rods, bodies, setup.cell),
+            .spheres = io::sphere_count(bodies),
+            .acceleration = gravity > 0.0 ? setup.plates.amplitude * rate * rate / gravity : 0.0,
+            .steps_per_period = setup.plates.frequency > 0.0 ? 1.0 / (setup.plates.frequency * scene.time.dt) : 0.0,
+            .steps = io::whole_steps(scene, "time.end", scene.time.end),
+            .threads = run::kind_of(scene).threads(scene),
+            .needs = run::needs_of(scene),
+            .time = run::expected_time(scene)};
+}
+
+nlohmann::json supply_json(const Supply& supply) {
+    return {{"count", supply.count},
+            {"area_fraction", supply.area_fraction},
+            {"shapes", supply.shapes},
+            {"mass", {supply.mass_least, supply.mass_most}},
+            {"length", {supply.length_least, supply.length_most}}};
+}
+
+nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
+    const auto seconds = [&](double run::ExpectedTime::*part) {
+        return e.time ? nlohmann::json(*e.time.*part) : nlohmann::json();
+    };
+    return {{"kind", "particles"},
+            {"beads", supply_json(e.beads)},
+            {"rods", supply_json(e.rods)},
+            {"spheres", e.spheres},
+            {"cell", scene.particles.cell.shape},
+            {"cell_area", dem::area(scene.particles.cell)},
+            {"acceleration", e.acceleration},
+            {"steps_per_period", e.steps_per_period},
+            {"steps", e.steps},
+            {"threads", e.threads},
+            {"seconds_per_step_estimate", seconds(&run::ExpectedTime::step)},
+            {"seconds_estimate", seconds(&run::ExpectedTime::whole)},
+            {"memory_bytes", e.needs.memory_bytes},
+            {"disk_bytes", e.needs.disk_bytes},
+            {"archive", run::archive_path(scene).string()}};
+}
+
+std::string range_text(double least, double most) {
+    return least == most ? text("{:.4g}", least) : text("{:.4g} to {:.4g}", least, most);
+}
+
+void print_supply(const char* name, const Supply& supply) {
+    if (supply.count == 0) return;
+    std::printf("  %zu %s: area fraction %.4g, %s long, %s, %zu shape%s\n", supply.count, name, supply.area_fraction,
+                (range_text(supply.length_least, supply.length_most) + " mm").c_str(),
+                (range_text(supply.mass_least, supply.mass_most) + " mg").c_str(), supply.shapes,
+                supply.shapes == 1 ? "" : "s");
+}
+
+void print(const io::Scene& scene, const Explanation& e) {
+    const dem::Setup& setup = scene.particles;
+    const io::Box box = io::box_of(setup);
+    std::printf("particles in a %s cell, %g by %g mm, area %.5g mm2\n", setup.cell.shape.c_str(), box.sides[0],
+                box.sides[1], dem::area(setup.cell));
+    std::printf("  base%s, %g mm apart, shaken by %g mm at %g Hz: %.3g times gravity\n",
+                setup.plates.lid ? " and lid" : " without lid", setup.plates.gap, setup.plates.amplitude,
+                setup.plates.frequency, e.acceleration);
+    print_supply("beads", e.beads);
+    print_supply("rods", e.rods);
+    std::printf("  %zu spheres in all; packing: %s\n", e.spheres, setup.packing.kind.c_str());
+    std::printf("  contacts: %s, restitution %s\n", setup.contacts.law.c_str(), setup.contacts.restitution.c_str());
+    std::printf("  %lld steps of dt = %g s, %.4g a period of the plates\n", static_cast<long long>(e.steps),
+                scene.time.dt, e.steps_per_period);
+    std::printf("memory %s (%s free), disk at most %s (%s free), %d thread%s\n",
+                bytes_text(e.needs.memory_bytes).c_str(), bytes_text(e.needs.memory_free).c_str(),
+                bytes_text(e.needs.disk_bytes).c_str(), bytes_text(e.needs.disk_free).c_str(), e.threads,
+                e.threads == 1 ? "" : "s");
+    if (e.time)
+        std::printf("wall time about %s, an estimate: %.3g ms a step, %s\n", duration_text(e.time->whole).c_str(),
+                    1e3 * e.time->step,
+                    e.time->scaled ? "scaled from a few steps in a smaller cell" : "from a few steps made just now");
+    std::printf("archive %s\n", run::archive_path(scene).c_str());
+}
+}  // namespace
+
+void explain_particles(const io::Scene& scene, bool json) {
+    const Explanation explanation = explain(scene);
+    if (json) std::puts(explanation_json(scene, explanation).dump(2).c_str());
+    else print(scene, explanation);
+}
+
+}  // namespace drover::app

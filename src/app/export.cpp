@@ -1,0 +1,40 @@
+// app/export.cpp: drover export ARCHIVE: frames of a run of particles as extended XYZ.
+#include <cstdio>
+#include <memory>
+
+#include "command.hpp"
+#include "drover/io/xyz.hpp"
+
+namespace drover::app {
+
+void add_export(CLI::App& program, Action& action) {
+    struct Options {
+        std::string archive, output;
+        io::XyzPlan plan;
+        bool overwrite = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command =
+        program.add_subcommand("export", "frames of a run of particles as extended XYZ text, for viewers");
+    command->add_option("archive", options->archive, "the archive of a run of particles")->required();
+    command->add_option("-o,--output", options->output, "the file to write, such as tapered.xyz")->required();
+    CLI::Option* frame = command->add_option("--frame", options->plan.frame, "this frame alone, counted from 0")
+                             ->check(CLI::Range(std::int64_t{0}, std::int64_t{1000000000000}));
+    command->add_option("--every", options->plan.every, "each k-th frame, from the first on")
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000000000000}))
+        ->excludes(frame);
+    command->add_flag("--bodies", options->plan.bodies, "one line a body, with its direction, instead of one a sphere");
+    command->add_flag("--overwrite", options->overwrite, "replace a file that exists");
+    command->callback([options, &action] {
+        action = [options] {
+            const io::ArchiveReader archive(options->archive);
+            const std::size_t frames =
+                io::write_xyz(archive, options->archive, options->plan, options->output, options->overwrite);
+            std::printf("%s: %zu frame%s of %s\n", options->output.c_str(), frames, frames == 1 ? "" : "s",
+                        options->plan.bodies ? "bodies" : "spheres");
+            return run::exit_done;
+        };
+    });
+}
+
+}  // namespace drover::app

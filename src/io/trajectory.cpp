@@ -1,0 +1,293 @@
+// io/trajectory.cpp: bodies to the rows of H5MD elements, and back.
+#include "drover/io/trajectory.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drover/dem/rotation.hpp"
+#include "drover/dem/wall.hpp"
+
+namespace drover::io {
+
+namespace {
+using dem::Bodies;
+using dem::Setup;
+using dem::Vector;
+using Row = std::vector<std::vector<double>>;
+
+constexpr const char* unit_position = "mm";
+constexpr const char* unit_velocity = "mm s-1";
+constexpr const char* unit_turning = "rad s-1";
+
+/// One sphere of a body.
+struct Sphere {
+    Vector position, velocity;
+    double radius = 0.0;
+    bool of_rod = false;
+    std::size_t body = 0;  ///< beads first, then rods
+};
+
+Vector spin_of(const dem::Rod& rod, const dem::Shape& shape) {
+    return dem::angular_velocity(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across);
+}
+
+template <class Visit>
+void for_spheres(const Bodies& bodies, Visit visit) {
+    std::size_t body = 0;
+    for (const dem::Bead& bead : bodies.beads)
+        visit(Sphere{bead.position, bead.velocity, bodies.shapes[bead.shape].radius.front(), false, body++});
+    for (const dem::Rod& rod : bodies.rods) {
+        const dem::Shape& shape = bodies.shapes[rod.shape];
+        const Vector spin = spin_of(rod, shape);
+        for (std::size_t s = 0; s < shape.at.size(); ++s) {
+            const Vector arm = shape.at[s] * rod.axis;
+            visit(Sphere{rod.position + arm, rod.velocity + cross(spin, arm), shape.radius[s], true, body});
+        }
+        ++body;
+    }
+}
+
+void put(const Vector& vector, std::vector<double>& to) { to.insert(to.end(), {vector.x, vector.y, vector.z}); }
+
+/// A coordinate in [origin, origin + side), and how many sides it was away.
+void wrap(double& place, double& image, double origin, double side) {
+    image = std::floor((place - origin) / side);
+    place -= image * side;
+    if (place >= origin + side) {  // by rounding
+        place -= side;
+        image += 1.0;
+    }
+}
+
+Row sphere_row(const Setup& setup, const Bodies& bodies) {
+    const Box box = box_of(setup);
+    Row row(4);
+    for_spheres(bodies, [&](Sphere sphere) {
+        double* const places[] = {&sphere.position.x, &sphere.position.y, &sphere.position.z};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            double image = 0.0;
+            if (box.periodic[axis]) wrap(*places[axis], image, box.origin[axis], box.sides[axis]);
+            row[2].push_back(image);
+        }
+        put(sphere.position, row[0]);
+        put(sphere.velocity, row[1]);
+    });
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) row[3].push_back(i == j ? box.sides[i] : 0.0);
+    return row;
+}
+
+Row bead_row(const Setup&, const Bodies& bodies) {
+    Row row(3);
+    for (const dem::Bead& bead : bodies.beads) {
+        put(bead.position, row[0]);
+        put(bead.velocity, row[1]);
+        put(bead.spin, row[2]);
+    }
+    return row;
+}
+
+Row rod_row(const Setup&, const Bodies& bodies) {
+    Row row(4);
+    for (const dem::Rod& rod : bodies.rods) {
+        put(rod.position, row[0]);
+        put(rod.velocity, row[1]);
+        put(rod.axis, row[2]);
+        put(spin_of(rod, bodies.shapes[rod.shape]), row[3]);
+    }
+    return row;
+}
+
+/// An axis of so many places; of a trajectory its size alone counts.
+Axis sized(const std::string& name, std::size_t size) { return {name, "1", name, std::vector<double>(size)}; }
+
+FixedArray fixed(const std::string& name, const std::string& unit, const std::string& meaning, bool whole = false) {
+    return {.name = name, .unit = unit, .meaning = meaning, .whole = whole};
+}
+
+Recording sphere_recording(const Setup& setup, const Bodies& bodies) {
+    FixedArray id = fixed("id", "1", "number of the sphere", true),
+               species = fixed("species", "1", "0: of a bead, 1: of a rod", true),
+               body = fixed("body", "1", "number of the body, beads first, then rods", true),
+               radius = fixed("radius", "mm", "radius of the sphere");
+    for_spheres(bodies, [&](const Sphere& sphere) {
+        id.values.push_back(static_cast<double>(id.values.size()));
+        species.values.push_back(sphere.of_rod ? 1.0 : 0.0);
+        body.values.push_back(static_cast<double>(sphere.body));
+        radius.values.push_back(sphere.radius);
+    });
+    const std::vector<std::string> axes{"sphere", "component"};
+    return {.group = spheres_group,
+            .axes = {sized("sphere", id.values.size()), sized("component", 3), sized("vector", 3)},
+            .quantities = {{"position", unit_position, "centre, in the box", axes},
+                           {"velocity", unit_velocity, "velocity of the centre", axes},
+                           {"image", "1", "sides of the box to add for the path without jumps", axes, true},
+                           {"box/edges",
+                            unit_position,
+                            "vectors along the sides of the box, which is centred on x = y = 0",
+                            {"vector", "component"}}},
+            .rows_per_chunk = 1,
+            .trajectory =
+                Trajectory{.fixed = {id, species, body, radius}, .has_box = true, .periodic = box_of(setup).periodic}};
+}
+
+Recording bead_recording(const Bodies& bodies) {
+    FixedArray mass = fixed("mass", "mg", "mass"), radius = fixed("radius", "mm", "radius");
+    for (const dem::Bead& bead : bodies.beads) {
+        mass.values.push_back(bodies.shapes[bead.shape].mass);
+        radius.values.push_back(bodies.shapes[bead.shape].radius.front());
+    }
+    const std::vector<std::string> axes{"bead", "component"};
+    return {.group = beads_group,
+            .axes = {sized("bead", bodies.beads.size()), sized("component", 3)},
+            .quantities = {{"position", unit_position, "centre, not wrapped", axes},
+                           {"velocity", unit_velocity, "velocity", axes},
+                           {"angular_velocity", unit_turning, "angular velocity", axes}},
+            .rows_per_chunk = 1,
+            .trajectory = Trajectory{.fixed = {mass, radius}}};
+}
+
+Recording rod_recording(const Bodies& bodies) {
+    FixedArray mass = fixed("mass", "mg", "mass"),
+               along = fixed("inertia_along", "mg mm2", "moment of inertia about the axis"),
+               across = fixed("inertia_across", "mg mm2", "moment of inertia about an axis across it"),
+               at = fixed("sphere_at", "mm", "places of its spheres on the axis, from the centre of mass"),
+               radius = fixed("sphere_radius", "mm", "radii of its spheres, tail first");
+    at.components = radius.components = bodies.shapes[bodies.rods.front().shape].at.size();
+    for (const dem::Rod& rod : bodies.rods) {
+        const dem::Shape& shape = bodies.shapes[rod.shape];
+        mass.values.push_back(shape.mass);
+        along.values.push_back(shape.inertia_along);
+        across.values.push_back(shape.inertia_across);
+        at.values.insert(at.values.end(), shape.at.begin(), shape.at.end());
+        radius.values.insert(radius.values.end(), shape.radius.begin(), shape.radius.end());
+    }
+    const std::vector<std::string> axes{"rod", "component"};
+    return {.group = rods_group,
+            .axes = {sized("rod", bodies.rods.size()), sized("component", 3)},
+            .quantities = {{"position", unit_position, "centre of mass, not wrapped", axes},
+                           {"velocity", unit_velocity, "velocity of the centre of mass", axes},
+                           {"axis", "1", "direction n, tail to head", axes},
+                           {"angular_velocity", unit_turning, "angular velocity", axes}},
+            .rows_per_chunk = 1,
+            .trajectory = Trajectory{.fixed = {mass, along, across, at, radius}}};
+}
+
+/// Reads numbers of a frame and holds them against what they should be.
+struct FrameReader {
+    const ArchiveReader& archive;
+    std::size_t frame;
+    const std::string& what;
+    const Where& where;
+
+    std::vector<double> row(const std::string& group, const std::string& element, std::size_t count) const {
+        const std::string path = group + "/" + element + "/value";
+        require(archive.has(path), where, "{} has no {}; expected an archive of a run of the same bodies", what, path);
+        const std::vector<std::size_t> shape = archive.shape(path);
+        require(shape.size() == 3 && shape[1] == count && shape[2] == 3, where,
+                "{} holds {} bodies in {}; expected the {} of this scene", what, shape.size() > 1 ? shape[1] : 0, group,
+                count);
+        const Array found = archive.read_row(path, frame);
+        require(std::all_of(found.values.begin(), found.values.end(),
+                            [](double value) { return std::isfinite(value); }),
+                where, "{} has a number in {} that is not finite in frame {}; choose another frame", what, path, frame);
+        return found.values;
+    }
+
+    void same(const std::string& group, const FixedArray& expected) const {
+        const std::string path = group + "/" + expected.name;
+        require(archive.has(path), where, "{} has no {}; expected an archive of a run of the same bodies", what, path);
+        const std::vector<double> found = archive.read(path).values;
+        const auto alike = [](double a, double b) {
+            return std::abs(a - b) <= 1e-9 * std::max(std::abs(a), std::abs(b));
+        };
+        require(found.size() == expected.values.size() &&
+                    std::equal(found.begin(), found.end(), expected.values.begin(), alike),
+                where,
+                "{} has other bodies: {} is not that of this scene; expected the same shapes (and, with "
+                "rods.size_tolerance > 0, the same run.seed)",
+                what, path);
+    }
+};
+
+Vector vector_at(const std::vector<double>& values, std::size_t i) {
+    return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+}
+}  // namespace
+
+Box box_of(const Setup& setup) {
+    const double x = 2.0 * dem::half_width(setup.cell), y = 2.0 * dem::half_height(setup.cell);
+    const bool periodic = setup.cell.shape == "periodic";
+    return {.sides = {x, y, 2.0 * setup.plates.amplitude + setup.plates.gap},
+            .origin = {-0.5 * x, -0.5 * y, 0.0},
+            .periodic = {periodic, periodic, false}};
+}
+
+std::size_t sphere_count(const Bodies& bodies) {
+    std::size_t count = bodies.beads.size();
+    for (const dem::Rod& rod : bodies.rods) count += bodies.shapes[rod.shape].at.size();
+    return count;
+}
+
+std::vector<BodyRecording> trajectory_recordings(const Setup& setup, const Bodies& bodies) {
+    std::vector<BodyRecording> recordings;
+    if (sphere_count(bodies) > 0) recordings.push_back({sphere_recording(setup, bodies), sphere_row});
+    if (!bodies.beads.empty()) recordings.push_back({bead_recording(bodies), bead_row});
+    if (!bodies.rods.empty()) recordings.push_back({rod_recording(bodies), rod_row});
+    return recordings;
+}
+
+bool has_trajectory(const ArchiveReader& archive) {
+    return archive.has(std::string(spheres_group) + "/position/value");
+}
+
+std::size_t frame_count(const ArchiveReader& archive) {
+    const std::vector<std::size_t> shape = archive.shape(std::string(spheres_group) + "/position/value");
+    return shape.empty() ? 0 : shape.front();
+}
+
+void read_bodies(const ArchiveReader& archive, std::size_t frame, Bodies& bodies, const std::string& what,
+                 const Where& where) {
+    const FrameReader reader{archive, frame, what, where};
+    for (const auto& [group, count] : {std::pair{beads_group, bodies.beads.size()}, {rods_group, bodies.rods.size()}})
+        require(count > 0 || !archive.has(std::string(group) + "/position/value"), where,
+                "{} holds bodies in {}, and this scene has none; expected an archive of a run of the same bodies", what,
+                group);
+    if (!bodies.beads.empty()) {
+        const Recording recording = bead_recording(bodies);
+        for (const FixedArray& array : recording.trajectory->fixed)
+            if (array.name != "mass") reader.same(beads_group, array);  // a body may weigh more than it did
+        const std::size_t count = bodies.beads.size();
+        const auto position = reader.row(beads_group, "position", count),
+                   velocity = reader.row(beads_group, "velocity", count),
+                   spin = reader.row(beads_group, "angular_velocity", count);
+        for (std::size_t i = 0; i < count; ++i) {
+            bodies.beads[i].position = vector_at(position, i);
+            bodies.beads[i].velocity = vector_at(velocity, i);
+            bodies.beads[i].spin = vector_at(spin, i);
+        }
+    }
+    if (bodies.rods.empty()) return;
+    const Recording recording = rod_recording(bodies);
+    for (const FixedArray& array : recording.trajectory->fixed)
+        if (array.name.starts_with("sphere_")) reader.same(rods_group, array);
+    const std::size_t count = bodies.rods.size();
+    const auto position = reader.row(rods_group, "position", count),
+               velocity = reader.row(rods_group, "velocity", count), axis = reader.row(rods_group, "axis", count),
+               spin = reader.row(rods_group, "angular_velocity", count);
+    for (std::size_t i = 0; i < count; ++i) {
+        dem::Rod& rod = bodies.rods[i];
+        const dem::Shape& shape = bodies.shapes[rod.shape];
+        const Vector n = vector_at(axis, i), turning = vector_at(spin, i);
+        const double size = length(n);
+        require(std::abs(size - 1.0) < 1e-6, where, "{} has a rod {} whose axis has the length {}; expected 1", what, i,
+                size);
+        rod.position = vector_at(position, i);
+        rod.velocity = vector_at(velocity, i);
+        rod.axis = 1.0 / size * n;
+        rod.angular_momentum = shape.inertia_across * turning +
+                               (shape.inertia_along - shape.inertia_across) * dot(turning, rod.axis) * rod.axis;
+    }
+}
+
+}  // namespace drover::io

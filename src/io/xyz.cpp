@@ -1,0 +1,281 @@
+// io/xyz.cpp: extended XYZ: written frame by frame beside its name, then renamed; read line by line.
+#include "drover/io/xyz.hpp"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+#include "drover/base/error.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/io/trajectory.hpp"
+#include "io/durable.hpp"
+
+namespace drover::io {
+
+namespace {
+using Numbers = std::vector<double>;
+
+/// A text file that appears under its name when it is whole, and otherwise leaves nothing.
+class TextFile {
+public:
+    explicit TextFile(const std::filesystem::path& file) : file_(file), partial_(file.string() + ".partial") {
+        try {
+            to_ = open_file(partial_, O_WRONLY | O_CREAT | O_TRUNC);
+        } catch (const std::system_error& cause) {
+            fail_input({file.string()},
+                       "cannot be written: {}; expected a file in a folder that exists and may be written in",
+                       std::string(cause.what()));
+        }
+    }
+    TextFile(const TextFile&) = delete;
+    TextFile& operator=(const TextFile&) = delete;
+    ~TextFile() {
+        std::error_code ignored;
+        if (!done_) std::filesystem::remove(partial_, ignored);
+    }
+
+    void write(const std::string& words) {
+        guarded(words.size(), [&] { write_at(to_, offset_, std::as_bytes(std::span(words))); });
+        offset_ += words.size();
+    }
+    void finish() {
+        guarded(0, [&] {
+            sync(to_);
+            rename_over(partial_, file_);
+            done_ = true;
+            sync_folder_of(file_);
+        });
+    }
+
+private:
+    template <class Work>
+    void guarded(std::uint64_t bytes, Work work) {
+        try {
+            work();
+        } catch (const std::system_error& cause) {
+            throw write_failure(file_, cause, bytes, "nothing of it is left");
+        }
+    }
+
+    std::filesystem::path file_, partial_;
+    Descriptor to_;
+    std::uint64_t offset_ = 0;
+    bool done_ = false;
+};
+
+/// What all frames share.
+struct Fixed {
+    Numbers id, species, body, radius;  // of spheres
+    std::size_t beads = 0, rods = 0;    // bodies
+    Numbers bead_radius, sphere_at, sphere_radius;
+    Numbers sides;  // of the box along x, y, z
+    std::array<bool, 3> periodic{};
+};
+
+std::string value_of(const char* group, const char* element) { return std::string(group) + "/" + element + "/value"; }
+std::string fixed_of(const char* group, const char* name) { return std::string(group) + "/" + name; }
+
+std::size_t bodies_in(const ArchiveReader& archive, const char* group) {
+    const std::string path = value_of(group, "position");
+    return archive.has(path) ? archive.shape(path).at(1) : 0;
+}
+
+/// A vector of three numbers for each of `count` particles of a frame.
+Numbers vectors(const ArchiveReader& archive, const std::string& path, std::size_t frame, std::size_t count,
+                const std::string& name) {
+    Array row = archive.read_row(path, frame);
+    require(row.shape == std::vector<std::size_t>{count, 3}, {name}, "{} is not three numbers for each of {} particles",
+            path, count);
+    return std::move(row.values);
+}
+
+Fixed read_fixed(const ArchiveReader& archive, const std::string& name) {
+    Fixed fixed;
+    fixed.id = archive.read(fixed_of(spheres_group, "id")).values;
+    fixed.species = archive.read(fixed_of(spheres_group, "species")).values;
+    fixed.body = archive.read(fixed_of(spheres_group, "body")).values;
+    fixed.radius = archive.read(fixed_of(spheres_group, "radius")).values;
+    const Array edges = archive.read_row(value_of(spheres_group, "box/edges"), 0);
+    require(edges.values.size() == 9, {name}, "box/edges is not three vectors; expected an archive that drover wrote");
+    fixed.sides = {edges.values[0], edges.values[4], edges.values[8]};
+    for (const std::vector<double>* one : {&fixed.species, &fixed.body, &fixed.radius})
+        require(one->size() == fixed.id.size(), {name}, "the spheres have {} ids and {} of something else",
+                fixed.id.size(), one->size());
+    fixed.beads = bodies_in(archive, beads_group);
+    fixed.rods = bodies_in(archive, rods_group);
+    if (fixed.beads > 0) fixed.bead_radius = archive.read(fixed_of(beads_group, "radius")).values;
+    if (fixed.rods > 0) {
+        fixed.sphere_at = archive.read(fixed_of(rods_group, "sphere_at")).values;
+        fixed.sphere_radius = archive.read(fixed_of(rods_group, "sphere_radius")).values;
+    }
+    const bool is_sound = fixed.bead_radius.size() == fixed.beads &&
+                          fixed.sphere_at.size() == fixed.sphere_radius.size() &&
+                          (fixed.rods == 0 || (!fixed.sphere_at.empty() && fixed.sphere_at.size() % fixed.rods == 0));
+    require(is_sound, {name}, "its bodies and their shapes do not fit each other; it is damaged");
+    const Scene scene = parse_scene(archive.text_attribute("scene"), name);
+    fixed.periodic = box_of(scene.particles).periodic;
+    return fixed;
+}
+
+std::string head(const Fixed& fixed, std::size_t count, double time, double step, const char* properties) {
+    const auto letter = [&](std::size_t axis) { return fixed.periodic[axis] ? "T" : "F"; };
+    return text(
+        "{}\nLattice=\"{} 0 0 0 {} 0 0 0 {}\" Origin=\"{} {} 0\" pbc=\"{} {} {}\" Properties={} Time={} Step={}\n",
+        count, fixed.sides[0], fixed.sides[1], fixed.sides[2], -0.5 * fixed.sides[0], -0.5 * fixed.sides[1], letter(0),
+        letter(1), letter(2), properties, time, static_cast<std::int64_t>(step));
+}
+
+/// Numbers with a blank before each.
+std::string triple(const Numbers& values, std::size_t i) {
+    return text(" {:.9g} {:.9g} {:.9g}", values[3 * i], values[3 * i + 1], values[3 * i + 2]);
+}
+
+std::string sphere_lines(const ArchiveReader& archive, const std::string& name, const Fixed& fixed, std::size_t frame) {
+    const std::size_t count = fixed.id.size();
+    const Numbers position = vectors(archive, value_of(spheres_group, "position"), frame, count, name),
+                  velocity = vectors(archive, value_of(spheres_group, "velocity"), frame, count, name);
+    std::string out;
+    for (std::size_t i = 0; i < count; ++i)
+        out +=
+            text("{}{} {:.9g}{} {} {}\n", fixed.species[i] == 0.0 ? "B" : "R", triple(position, i), fixed.radius[i],
+                 triple(velocity, i), static_cast<std::int64_t>(fixed.id[i]), static_cast<std::int64_t>(fixed.body[i]));
+    return out;
+}
+
+std::string body_lines(const ArchiveReader& archive, const std::string& name, const Fixed& fixed, std::size_t frame) {
+    std::string out;
+    std::size_t number = 0;
+    const auto add = [&](const char* group, std::size_t count, const char* letter, auto length_of) {
+        if (count == 0) return;
+        Numbers position = vectors(archive, value_of(group, "position"), frame, count, name);
+        const Numbers velocity = vectors(archive, value_of(group, "velocity"), frame, count, name),
+                      spin = vectors(archive, value_of(group, "angular_velocity"), frame, count, name);
+        const Numbers axis = group == rods_group ? vectors(archive, value_of(group, "axis"), frame, count, name)
+                                                 : Numbers(3 * count, 0.0);
+        for (std::size_t i = 0; i < count; ++i) {
+            for (std::size_t k = 0; k < 2; ++k)
+                if (fixed.periodic[k]) {
+                    const double side = fixed.sides[k];
+                    double& place = position[3 * i + k];
+                    place -= side * std::floor(place / side + 0.5);
+                }
+            out += text("{}{} {:.9g}{}{}{} {}\n", letter, triple(position, i), length_of(i), triple(axis, i),
+                        triple(velocity, i), triple(spin, i), number++);
+        }
+    };
+    const std::size_t spheres = fixed.rods > 0 ? fixed.sphere_at.size() / fixed.rods : 0;
+    add(beads_group, fixed.beads, "B", [&](std::size_t i) { return 2.0 * fixed.bead_radius[i]; });
+    add(rods_group, fixed.rods, "R", [&](std::size_t i) {
+        const std::size_t first = i * spheres, last = first + spheres - 1;
+        return fixed.sphere_at[last] + fixed.sphere_radius[last] - fixed.sphere_at[first] + fixed.sphere_radius[first];
+    });
+    return out;
+}
+}  // namespace
+
+std::size_t write_xyz(const ArchiveReader& archive, const std::string& name, const XyzPlan& plan,
+                      const std::filesystem::path& file, bool overwrite) {
+    require(has_trajectory(archive), {name}, "holds no trajectory; expected the archive of a run of particles");
+    const std::size_t frames = frame_count(archive);
+    require(plan.frame < static_cast<std::int64_t>(frames), {name}, "has no frame {}; expected one of 0 to {}",
+            plan.frame, frames == 0 ? 0 : frames - 1);
+    require(plan.every >= 1, {name}, "every {} frames; expected at least 1", plan.every);
+    std::error_code problem;
+    require(!std::filesystem::is_directory(file, problem), {file.string()}, "is a folder; expected the name of a file");
+    require(overwrite || !std::filesystem::exists(file, problem), {file.string()},
+            "exists; choose another name, or give --overwrite");
+    require(!std::filesystem::exists(file, problem) || is_xyz(file), {file.string()},
+            "exists and is no XYZ file; --overwrite replaces those alone: choose another name");
+    const Fixed fixed = read_fixed(archive, name);
+    const Numbers times = archive.read(std::string(spheres_group) + "/position/time").values,
+                  steps = archive.read(std::string(spheres_group) + "/position/step").values;
+    require(times.size() >= frames && steps.size() >= frames, {name}, "has fewer times than frames; it is damaged");
+    constexpr const char* of_spheres = "species:S:1:pos:R:3:radius:R:1:velo:R:3:id:I:1:body:I:1";
+    constexpr const char* of_bodies =
+        "species:S:1:pos:R:3:length:R:1:director:R:3:velo:R:3:angular_velocity:R:3:id:I:1";
+    const std::size_t count = plan.bodies ? fixed.beads + fixed.rods : fixed.id.size();
+    TextFile to(file);
+    std::size_t written = 0;
+    const std::size_t first = plan.frame >= 0 ? static_cast<std::size_t>(plan.frame) : 0,
+                      last = plan.frame >= 0 ? first + 1 : frames;
+    for (std::size_t frame = first; frame < last; frame += static_cast<std::size_t>(plan.every)) {
+        to.write(head(fixed, count, times[frame], steps[frame], plan.bodies ? of_bodies : of_spheres) +
+                 (plan.bodies ? body_lines(archive, name, fixed, frame) : sphere_lines(archive, name, fixed, frame)));
+        ++written;
+    }
+    to.finish();
+    return written;
+}
+
+namespace {
+/// A line of plain digits as a number.
+bool read_count(std::string line, std::size_t& count) {
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+    const auto [end, problem] = std::from_chars(line.data(), line.data() + line.size(), count);
+    return !line.empty() && problem == std::errc() && end == line.data() + line.size();
+}
+
+/// The value of key=value or key="value" in a comment line; "" when it is not there.
+std::string value_in(const std::string& line, const std::string& key) {
+    for (std::size_t at = line.find(key + "="); at != std::string::npos; at = line.find(key + "=", at + 1)) {
+        if (at > 0 && line[at - 1] != ' ') continue;
+        const std::size_t start = at + key.size() + 1;
+        if (start < line.size() && line[start] == '"')
+            return line.substr(start + 1, line.find('"', start + 1) - start - 1);
+        return line.substr(start, line.find_first_of(" \r", start) - start);
+    }
+    return "";
+}
+}  // namespace
+
+bool is_xyz(const std::filesystem::path& file) {
+    std::ifstream from(file, std::ios::binary);
+    std::string line(24, '\0');  // a count is short: nothing more of a file that is something else is read
+    from.read(line.data(), static_cast<std::streamsize>(line.size()));
+    line.resize(static_cast<std::size_t>(from.gcount()));
+    std::size_t count = 0;
+    return line.find('\n') != std::string::npos && read_count(line.substr(0, line.find('\n')), count);
+}
+
+XyzInfo read_xyz_info(const std::filesystem::path& file) {
+    std::ifstream from(file, std::ios::binary);
+    require(from.good(), {file.string()}, "cannot be read; expected an extended XYZ file");
+    XyzInfo info;
+    std::string line;
+    int number = 0;
+    while (std::getline(from, line)) {
+        ++number;
+        if (line.find_first_not_of(" \r\t") == std::string::npos) continue;
+        std::size_t count = 0;
+        require(read_count(line, count), {file.string(), number}, "\"{}\"; expected the number of particles of a frame",
+                line.substr(0, 40));
+        require(static_cast<bool>(std::getline(from, line)), {file.string(), number},
+                "a frame without its second line; it is cut short");
+        ++number;
+        if (info.frames == 0) {
+            info.lattice = value_in(line, "Lattice");
+            info.origin = value_in(line, "Origin");
+            info.periodic = value_in(line, "pbc");
+            info.properties = value_in(line, "Properties");
+        }
+        if (const std::string time = value_in(line, "Time"); !time.empty()) {
+            double seconds = 0.0;
+            const auto [end, problem] = std::from_chars(time.data(), time.data() + time.size(), seconds);
+            require(problem == std::errc() && end == time.data() + time.size(), {file.string(), number},
+                    "Time={}; expected a number of seconds", time);
+            info.times.push_back(seconds);
+        }
+        for (std::size_t i = 0; i < count; ++i, ++number)
+            require(static_cast<bool>(std::getline(from, line)), {file.string(), number},
+                    "frame {} has {} lines of {}; it is cut short", info.frames, i, count);
+        info.lines_least = info.frames == 0 ? count : std::min(info.lines_least, count);
+        info.lines_most = std::max(info.lines_most, count);
+        ++info.frames;
+    }
+    return info;
+}
+
+}  // namespace drover::io

@@ -1,0 +1,303 @@
+// run/particle_simulation.cpp: bodies between plates and their observables behind the loop's functions.
+#include "drover/run/particle_simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <set>
+
+#include "drover/dem/packing.hpp"
+#include "drover/dem/world.hpp"
+#include "drover/io/trajectory.hpp"
+#include "drover/measure/particles.hpp"
+
+namespace drover::run {
+
+namespace {
+/// All that the functions of one simulation share.
+struct Shared {
+    io::Scene scene;
+    dem::World world;
+    measure::ParticleSetting setting;
+    std::vector<measure::ParticleObservable> observables;
+    double time = 0.0, energy_start = 0.0;
+    std::vector<std::vector<double>> row, measured;
+};
+
+std::uint64_t seed_of(const io::Scene& scene) { return static_cast<std::uint64_t>(scene.run.seed); }
+
+dem::Bodies bodies_of(const io::Scene& scene) {
+    return dem::make_bodies(scene.particles, seed_of(scene),
+                            [&](const std::string& key) { return io::place_of(scene, key); });
+}
+
+double base_height(const dem::Plates& plates, double time) {
+    return plates.amplitude * (1.0 + std::cos(2.0 * std::numbers::pi * plates.frequency * time));
+}
+
+double base_speed(const dem::Plates& plates, double time) {
+    const double rate = 2.0 * std::numbers::pi * plates.frequency;
+    return -plates.amplitude * rate * std::sin(rate * time);
+}
+
+/// The frame of the file that a packing asks for.  Heights and velocities are those beside the base, which is elsewhere at t = 0.
+dem::Bodies bodies_of_file(const io::Scene& scene) {
+    const dem::Packing& packing = scene.particles.packing;
+    const Where where = io::place_of(scene, "packing.file");
+    const std::string what = text("packing.file = \"{}\"", packing.file);
+    require(!packing.file.empty(), io::place_of(scene, "packing.kind"),
+            "packing.kind = \"file\" without packing.file; expected an archive of a run of the same bodies");
+    std::optional<io::ArchiveReader> archive;
+    try {
+        archive.emplace(file_beside(scene, packing.file));
+    } catch (const Error& error) {
+        fail_input(where, "packing.file: {}", error.what());
+    }
+    require(io::has_trajectory(*archive), where,
+            "{} holds no trajectory; expected an archive of a run of the same bodies", what);
+    const auto frames = static_cast<int>(io::frame_count(*archive));
+    require(frames >= 1 && packing.frame < frames && packing.frame >= -1, io::place_of(scene, "packing.frame"),
+            "packing.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last", packing.frame,
+            frames - 1);
+    const auto frame = static_cast<std::size_t>(packing.frame < 0 ? frames - 1 : packing.frame);
+    dem::Bodies bodies = bodies_of(scene);
+    io::read_bodies(*archive, frame, bodies, what, where);
+    const io::Scene source = io::parse_scene(archive->text_attribute("scene"), packing.file);
+    const double time = archive->read(std::string(io::spheres_group) + "/position/time").values.at(frame);
+    const double lift = base_height(scene.particles.plates, 0.0) - base_height(source.particles.plates, time),
+                 push = -base_speed(source.particles.plates, time);
+    const auto move = [&](auto& body) {
+        body.position.z += lift;
+        body.velocity.z += push;
+    };
+    std::for_each(bodies.beads.begin(), bodies.beads.end(), move);
+    std::for_each(bodies.rods.begin(), bodies.rods.end(), move);
+    return bodies;
+}
+
+/// The vectors of each body, in one order.
+template <class AnyBodies, class Visit>
+void for_vectors(AnyBodies& bodies, Visit visit) {
+    for (auto& bead : bodies.beads)
+        for (auto* vector : {&bead.position, &bead.velocity, &bead.spin}) visit(*vector);
+    for (auto& rod : bodies.rods)
+        for (auto* vector : {&rod.position, &rod.velocity, &rod.axis, &rod.angular_momentum}) visit(*vector);
+}
+
+std::size_t saved_of_bodies(const dem::Bodies& bodies) { return 9 * bodies.beads.size() + 12 * bodies.rods.size(); }
+
+constexpr std::size_t saved_before = 2;  // time and energy_start; then the bodies, then the world's own state
+
+/// Bodies where a checkpoint has them: a world is made of bodies that lie in its cell.
+dem::Bodies bodies_of_saved(const io::Scene& scene, std::span<const double> saved) {
+    dem::Bodies bodies = bodies_of(scene);
+    require(saved.size() > saved_before + saved_of_bodies(bodies), {},
+            "the checkpoint holds {} numbers; the {} beads and {} rods of this scene have more", saved.size(),
+            bodies.beads.size(), bodies.rods.size());
+    std::size_t i = saved_before;
+    for_vectors(bodies, [&](dem::Vector& vector) {
+        vector = {saved[i], saved[i + 1], saved[i + 2]};
+        i += 3;
+    });
+    return bodies;
+}
+
+dem::Bodies start_bodies(const io::Scene& scene, std::span<const double> saved) {
+    if (!saved.empty()) return bodies_of_saved(scene, saved);
+    if (scene.particles.packing.kind == "file") return bodies_of_file(scene);
+    return dem::pack(scene.particles, seed_of(scene), [&](const std::string& key) { return io::place_of(scene, key); })
+        .bodies;
+}
+
+std::vector<double> saved_state(const Shared& shared) {
+    std::vector<double> values{shared.time, shared.energy_start};
+    const dem::Bodies bodies = shared.world.bodies();
+    for_vectors(bodies, [&](const dem::Vector& vector) {
+        values.insert(values.end(), {vector.x, vector.y, vector.z});
+    });
+    const std::vector<double> state = shared.world.save();
+    values.insert(values.end(), state.begin(), state.end());
+    return values;
+}
+
+void restore(Shared& shared, std::span<const double> saved) {
+    const std::size_t before = saved_before + saved_of_bodies(shared.world.bodies());
+    require(saved.size() > before, {}, "the checkpoint holds {} numbers; this world has more than {}", saved.size(),
+            before);
+    shared.time = saved[0];
+    shared.energy_start = saved[1];
+    shared.world.restore(saved.subspan(before));
+}
+
+std::vector<std::span<const double>> spans(const std::vector<std::vector<double>>& arrays) {
+    return {arrays.begin(), arrays.end()};
+}
+
+std::vector<ScheduledRecording> frames_of(const std::shared_ptr<Shared>& shared) {
+    const io::Scene& scene = shared->scene;
+    const std::int64_t every = io::whole_steps(scene, "output.frame_every", scene.output.frame_every);
+    std::vector<ScheduledRecording> result;
+    for (const io::BodyRecording& one : io::trajectory_recordings(scene.particles, shared->world.bodies()))
+        result.push_back({one.recording, every, [shared, make_row = one.row] {
+                              shared->row = make_row(shared->scene.particles, shared->world.bodies());
+                              return spans(shared->row);
+                          }});
+    return result;
+}
+
+ScheduledRecording samples_of(const std::shared_ptr<Shared>& shared) {
+    const io::Scene& scene = shared->scene;
+    io::Recording samples{.group = io::series_group,
+                          .axes = series_axes(shared->setting, shared->observables),
+                          .quantities = {},
+                          .rows_per_chunk = samples_per_chunk(scene)};
+    for (const measure::ParticleObservable& row : shared->observables) {
+        std::vector<std::string> axes;
+        for (const measure::ParticleAxis axis : row.axes) axes.push_back(measure::axis_of(axis, shared->setting).name);
+        samples.quantities.push_back({row.name, row.unit, row.formula, axes});
+        shared->measured.emplace_back(measure::size_of(row, shared->setting));
+    }
+    const auto observe = [shared] {
+        const dem::Bodies bodies = shared->world.bodies();
+        const dem::Ledger ledger = shared->world.ledger();
+        const dem::Counts counts = shared->world.counts();
+        const measure::ParticleMoment moment{.setting = shared->setting,
+                                             .bodies = bodies,
+                                             .time = shared->time,
+                                             .ledger = ledger,
+                                             .counts = counts,
+                                             .energy_kinetic = shared->world.energy_kinetic()};
+        for (std::size_t o = 0; o < shared->observables.size(); ++o)
+            shared->observables[o].measure(moment, shared->measured[o]);
+        return spans(shared->measured);
+    };
+    return {std::move(samples), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), observe};
+}
+
+void check_health(const Shared& shared, std::int64_t step) {
+    if (std::isfinite(shared.world.energy_kinetic())) return;
+    const dem::Bodies bodies = shared.world.bodies();
+    const auto is_lost = [](const auto& body) {
+        return !std::isfinite(dot(body.position, body.position)) || !std::isfinite(dot(body.velocity, body.velocity));
+    };
+    const auto bead = std::find_if(bodies.beads.begin(), bodies.beads.end(), is_lost);
+    const auto rod = std::find_if(bodies.rods.begin(), bodies.rods.end(), is_lost);
+    const std::string who = bead != bodies.beads.end() ? text("bead {}", bead - bodies.beads.begin())
+                            : rod != bodies.rods.end() ? text("rod {}", rod - bodies.rods.begin())
+                                                       : std::string("the kinetic energy");
+    fail_run(
+        "the run left the finite numbers at or before step {} (t = {:.6g} s): {}; dt = {}; likely cause: the time step "
+        "is "
+        "too large; the last checkpoint is good to restart from",
+        step, static_cast<double>(step) * shared.scene.time.dt, who, shared.scene.time.dt);
+}
+
+/// Impacts, groups, overlaps and where the energy went.
+std::string describe(const Shared& shared) {
+    const dem::Counts counts = shared.world.counts();
+    const dem::Ledger ledger = shared.world.ledger();
+    const dem::Overlap worst = shared.world.worst_overlap();
+    const double now = shared.world.energy_kinetic(), change = now - shared.energy_start;
+    double largest = std::abs(now);
+    for (const double part :
+         {ledger.gravity, ledger.plates, ledger.forces, ledger.kicks, ledger.impact, ledger.friction})
+        largest = std::max(largest, std::abs(part));
+    std::string words =
+        text("impacts: {} bead-bead, {} rod-bead, {} rod-rod, {} bead-plate, {} rod-plate, {} bead-wall, {} rod-wall",
+             counts.bead_bead, counts.rod_bead, counts.rod_rod, counts.bead_plate, counts.rod_plate, counts.bead_wall,
+             counts.rod_wall);
+    words += text("; {} groups, the largest of {} contacts, {} unresolved; {} neighbour lists", counts.groups,
+                  counts.largest_group, counts.unresolved, counts.lists);
+    if (worst.depth > 0.0)
+        words += text("; largest overlap {:.2g} of a radius ({} and {}, t = {:.6g} s)", worst.of_radius, worst.first,
+                      worst.second, worst.time);
+    words += text(
+        "; energy in mg mm2/s2: plates {:.4g}, gravity {:.4g}, forces {:.4g}, kicks {:.4g}, impacts {:.4g}, friction "
+        "{:.4g}; change of the kinetic energy {:.4g}",
+        ledger.plates, ledger.gravity, ledger.forces, ledger.kicks, ledger.impact, ledger.friction, change);
+    if (largest > 0.0)
+        words += text(", balanced to {:.1e} of the largest", std::abs(change - dem::sum(ledger)) / largest);
+    return words;
+}
+
+double spheres_of(const io::Scene& scene) { return static_cast<double>(io::sphere_count(bodies_of(scene))); }
+}  // namespace
+
+int particle_threads(const io::Scene& scene) {
+    if (scene.run.threads > 0) return scene.run.threads;
+    // Below this much work a thread costs more to wake than it saves.
+    constexpr double spheres_per_thread = 20000.0;
+    return std::clamp(static_cast<int>(std::min(spheres_of(scene) / spheres_per_thread, 64.0)), 1, usable_cores());
+}
+
+double particle_simulation_bytes(const io::Scene& scene) {
+    constexpr double per_sphere = 2000.0, fixed = 4e6;  // state, contacts, neighbours, rows, a checkpoint's copies
+    return fixed + per_sphere * spheres_of(scene);
+}
+
+double particle_disk_bytes(const io::Scene& scene) {
+    const dem::Bodies bodies = bodies_of(scene);
+    const measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
+    double sample = 1.0;
+    for (const measure::ParticleObservable& row : measure::particle_observables(setting))
+        sample += static_cast<double>(measure::size_of(row, setting));
+    const auto frame = static_cast<double>(9 * io::sphere_count(bodies) + saved_of_bodies(bodies) + 20);
+    return recorded_bytes(scene, frame, sample);
+}
+
+std::string particle_size(const io::Scene& scene) {
+    const dem::Bodies bodies = bodies_of(scene);
+    return text("{} beads and {} rods", bodies.beads.size(), bodies.rods.size());
+}
+
+TimedScene timed_particles(const io::Scene& scene) {
+    constexpr double spheres_most = 4000.0;
+    const double spheres = spheres_of(scene), part = std::sqrt(std::min(1.0, spheres_most / std::max(spheres, 1.0)));
+    io::Scene timed = scene;
+    if (timed.particles.packing.kind == "file") timed.particles.packing = {};
+    if (part == 1.0) return {timed, 1.0};
+    for (double* side : {&timed.particles.cell.lx, &timed.particles.cell.ly, &timed.particles.cell.radius,
+                         &timed.particles.cell.petal_radius})
+        *side *= part;
+    for (int* count : {&timed.particles.beads.count, &timed.particles.rods.count})
+        if (*count > 0) *count = std::max(1, static_cast<int>(part * part * *count));
+    return {timed, spheres / std::max(spheres_of(timed), 1.0)};
+}
+
+Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
+    const PlaceOf place = [&](const std::string& key) { return io::place_of(scene, key); };
+    dem::Bodies bodies = start_bodies(scene, saved);
+    measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
+    auto observables = recorded_observables(setting);
+    const auto shared = std::make_shared<Shared>(
+        Shared{.scene = scene,
+               .world = dem::World(scene.particles, std::move(bodies), scene.time.dt, seed_of(scene), threads, place),
+               .setting = std::move(setting),
+               .observables = std::move(observables),
+               .row = {},
+               .measured = {}});
+    shared->energy_start = shared->world.energy_kinetic();
+    Simulation simulation{.dt = scene.time.dt,
+                          .steps = io::whole_steps(scene, "time.end", scene.time.end),
+                          .recordings = frames_of(shared),
+                          .advance = {},
+                          .check_health = {},
+                          .save = {},
+                          .restore = {},
+                          .describe = {}};
+    simulation.threads = threads.count();
+    simulation.recordings.push_back(samples_of(shared));
+    simulation.advance = [shared](std::int64_t step) {
+        shared->world.advance(step);
+        shared->time = static_cast<double>(step + 1) * shared->scene.time.dt;
+    };
+    simulation.check_health = [shared](std::int64_t step) { check_health(*shared, step); };
+    simulation.describe = [shared] { return describe(*shared); };
+    simulation.save = [shared] { return saved_state(*shared); };
+    simulation.restore = [shared](std::span<const double> values) { restore(*shared, values); };
+    if (!saved.empty()) simulation.restore(saved);
+    return simulation;
+}
+
+}  // namespace drover::run
