@@ -18,6 +18,8 @@ namespace drover::io {
 namespace {
 using Numbers = std::vector<double>;
 
+constexpr const char *of_bead = "B", *of_rod = "Rh";  // elements: ASE takes no other species
+
 /// A text file that appears under its name when it is whole, and otherwise leaves nothing.
 class TextFile {
 public:
@@ -139,9 +141,9 @@ std::string sphere_lines(const ArchiveReader& archive, const std::string& name, 
                   velocity = vectors(archive, value_of(spheres_group, "velocity"), frame, count, name);
     std::string out;
     for (std::size_t i = 0; i < count; ++i)
-        out +=
-            text("{}{} {:.9g}{} {} {}\n", fixed.species[i] == 0.0 ? "B" : "R", triple(position, i), fixed.radius[i],
-                 triple(velocity, i), static_cast<std::int64_t>(fixed.id[i]), static_cast<std::int64_t>(fixed.body[i]));
+        out += text("{}{} {:.9g}{} {} {}\n", fixed.species[i] == 0.0 ? of_bead : of_rod, triple(position, i),
+                    fixed.radius[i], triple(velocity, i), static_cast<std::int64_t>(fixed.id[i]),
+                    static_cast<std::int64_t>(fixed.body[i]));
     return out;
 }
 
@@ -167,8 +169,8 @@ std::string body_lines(const ArchiveReader& archive, const std::string& name, co
         }
     };
     const std::size_t spheres = fixed.rods > 0 ? fixed.sphere_at.size() / fixed.rods : 0;
-    add(beads_group, fixed.beads, "B", [&](std::size_t i) { return 2.0 * fixed.bead_radius[i]; });
-    add(rods_group, fixed.rods, "R", [&](std::size_t i) {
+    add(beads_group, fixed.beads, of_bead, [&](std::size_t i) { return 2.0 * fixed.bead_radius[i]; });
+    add(rods_group, fixed.rods, of_rod, [&](std::size_t i) {
         const std::size_t first = i * spheres, last = first + spheres - 1;
         return fixed.sphere_at[last] + fixed.sphere_radius[last] - fixed.sphere_at[first] + fixed.sphere_radius[first];
     });

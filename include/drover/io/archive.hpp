@@ -49,7 +49,7 @@ struct Trajectory {
 /// each quantity is a group of its own, <name>/{value,step,time}, the last two shared by hard links; axes give sizes and are not
 /// written.  Units stand in the attribute `units`, as everywhere in the file.
 struct Recording {
-    std::string group;  ///< "/", "/observables"; of a trajectory "/particles/trajectory" too
+    std::string group;  ///< "/", "/observables"; of a trajectory "/particles/spheres" too
     std::vector<Axis> axes;
     std::vector<Quantity> quantities;
     int rows_per_chunk = 1;  ///< 1 for fields, many for scalars

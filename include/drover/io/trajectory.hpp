@@ -1,7 +1,8 @@
 // io/trajectory.hpp: the bodies of a particle world as an archive has them: H5MD, and back.
 //
-// /particles/trajectory holds every sphere, those of beads first, then those of rods from tail to head; it is the only group of
-// /particles and has this name because MDAnalysis 2.4 takes the first one it finds, and a topology from one of this name alone.
+// /particles/spheres holds every sphere, those of beads first, then those of rods from tail to head.  It is the only group of
+// /particles, of which MDAnalysis 2.4 takes the first one it finds; box/edges has a row a frame because that reader wants it so; and
+// units stand in `units` and not in H5MD's `unit`, because it refuses a file whose `unit` it does not know, such as mm.
 // The state of the bodies, exact and not wrapped, stands in /bodies/beads and /bodies/rods in the same layout.
 #pragma once
 #include <span>
@@ -13,7 +14,7 @@
 
 namespace drover::io {
 
-inline constexpr const char* spheres_group = "/particles/trajectory";
+inline constexpr const char* spheres_group = "/particles/spheres";
 inline constexpr const char* beads_group = "/bodies/beads";
 inline constexpr const char* rods_group = "/bodies/rods";
 

@@ -16,8 +16,8 @@ struct XyzPlan {
     bool bodies = false;  ///< one line a body, with its direction, instead of one a sphere
 };
 
-/// Writes frames of an archive of particles to a text file, which appears when it is whole.  Lines of spheres: species (B of a bead, R of a
-/// rod), place in the box, radius, velocity, number of the sphere and of its body.  Lines of bodies: species, centre of mass in the box,
+/// Writes frames of an archive of particles to a text file, which appears when it is whole.  Lines of spheres: species (B of a bead, Rh of
+/// a rod), place in the box, radius, velocity, number of the sphere and of its body.  Lines of bodies: species, centre of mass in the box,
 /// length, direction, velocity, angular velocity, number.  Throws an input Error for an archive without a trajectory, a frame that is not
 /// there or a file that exists (unless `overwrite`), and a run Error when the disk is full, leaving nothing behind.  Returns the frames written.
 std::size_t write_xyz(const ArchiveReader& archive, const std::string& name, const XyzPlan& plan,
