@@ -8,10 +8,14 @@
     with drover.open_theory("flock.h5") as theory:      # what drover stability or drover boundary wrote
         theory.groups["ordered"].growth_rate.max("branch").plot(xscale="log")
 
+    with drover.open_run("tapered.h5") as run:          # of particles
+        run.frames.rod_axis.isel(time=-1), run.spheres.position, run.observables.polar_order.plot()
+
 `python3 -m drover.figure isotropic.h5` draws one picture of an archive of any kind.
 """
 from drover.archive import Run, open_run
 from drover.error import DroverError
+from drover.particles import ParticleRun
 from drover.theory import Theory, open_theory
 
-__all__ = ["DroverError", "Run", "Theory", "open_run", "open_theory"]
+__all__ = ["DroverError", "ParticleRun", "Run", "Theory", "open_run", "open_theory"]

@@ -8,6 +8,7 @@ from pathlib import Path
 import xarray
 
 from drover.error import DroverError
+from drover.particles import is_of_particles, read_particles
 from drover.stored import BROKEN, COMMIT_SECONDS, Held, Store, attributes_of, group_dataset, is_quiet, state_of
 
 
@@ -36,7 +37,7 @@ class Run(Held):
 
 
 def open_run(path):
-    """The run in an archive, a file that `drover run` wrote.  Raises DroverError when it is none or is damaged."""
+    """The run in an archive, a file that `drover run` wrote: a Run of fields or a ParticleRun.  Raises DroverError when it is none or is damaged."""
     path = Path(path)
     return settled(path, lambda: open_once(path, read_run))
 
@@ -103,6 +104,8 @@ def read_run(store, path):
     if kind_of(attributes) != "run":
         raise DroverError(f"{path} is no run but what drover {kind_of(attributes)} wrote; open it by drover.open_theory, "
                           f'or a group of it by xarray.open_dataset("{path}", group="{example_group(store)}")')
+    if is_of_particles(scene):
+        return read_particles(store, path, attributes, scene)
     frames, observables = (group_dataset(store, group) for group in ("/", "/observables"))
     summary = group_dataset(store, "/summary") if "summary" in store.file else None
     for name in fields_of(scene):

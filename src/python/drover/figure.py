@@ -7,10 +7,11 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import boundary_figure, panels, stability_figure
+from drover import boundary_figure, panels, particle_figure, stability_figure
 from drover.archive import Run, settled
 from drover.error import DroverError
 from drover.paper import STYLE, add_axes, bar_box, sheet, write_words
+from drover.particles import ParticleRun
 from drover.theory import open_any
 
 # Where panels go, by the shape of the cell: left, bottom, width, height in inches; the map is fitted into its own.
@@ -50,13 +51,14 @@ def draw(run, frame=-1):
 def draw_file(path, frame=None, state=None):
     """The picture of an archive of any kind; frame is of a run alone, state of a stability alone."""
     with open_any(path) as opened:
-        kind = "run" if isinstance(opened, Run) else opened.kind
+        kind = "run" if isinstance(opened, (Run, ParticleRun)) else opened.kind
         for option, value, its_kind in (("--frame", frame, "run"), ("--state", state, "stability")):
             if value is not None and kind != its_kind:
                 raise DroverError(f"{path}: {option} {value} is asked for, but drover {kind} wrote this archive; only "
                                   f"those of drover {its_kind} have one: leave it out")
         if kind == "run":
-            return draw(opened, -1 if frame is None else frame)
+            its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw
+            return its_draw(opened, -1 if frame is None else frame)
         return stability_figure.draw(opened, state) if kind == "stability" else boundary_figure.draw(opened)
 
 

@@ -194,7 +194,7 @@ def sound_datasets(group, path):
     return names
 
 
-def check_dataset(dataset, path):
+def check_dataset(dataset, path, kinds="f"):
     if dataset.is_virtual or dataset.external:
         raise DroverError(f"{path}: {dataset.name} keeps its data in other files; expected the data itself")
     filters = dataset.id.get_create_plist()
@@ -202,7 +202,7 @@ def check_dataset(dataset, path):
         if code not in FILTERS:
             raise DroverError(f"{path}: {dataset.name} is stored with the HDF5 filter {code}; expected deflate, "
                               "shuffle or fletcher32, or none")
-    if dataset.dtype.kind != "f":
+    if dataset.dtype.kind not in kinds:
         raise DroverError(f"{path}: {dataset.name} is of type {dataset.dtype}; expected real numbers: the file is "
                           "damaged")
     most = INFLATION_MOST * dataset.id.get_storage_size()
