@@ -201,7 +201,8 @@ SceneKind kind_of(const Tables& tables) {
 void refuse_keys_of_fields(const Scene& scene) {
     for (const char* key : keys_of_fields)
         if (const auto place = scene.places.find(key); place != scene.places.end())
-            fail_input(place->second, "{} is for scenes of fields; this is one of particles: take it out", key);
+            fail_input(place->second,
+                       "{} is for scenes of fields; this is one of particles: expected a scene without it", key);
 }
 
 Scene scene_of(const Tables& tables, const std::string& file) {

@@ -284,7 +284,7 @@ void read_bodies(const ArchiveReader& archive, std::size_t frame, Bodies& bodies
                 size);
         rod.position = vector_at(position, i);
         rod.velocity = vector_at(velocity, i);
-        rod.axis = 1.0 / size * n;
+        rod.axis = std::abs(size - 1.0) < 1e-12 ? n : 1.0 / size * n;  // one that needs nothing keeps its digits
         rod.angular_momentum = shape.inertia_across * turning +
                                (shape.inertia_along - shape.inertia_across) * dot(turning, rod.axis) * rod.axis;
     }

@@ -70,7 +70,8 @@ with h5py.File(sys.argv[1], "w", libver="latest") as file:
     file.create_dataset("scaleoffset", data=numpy.arange(10), scaleoffset=0)
     plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE); plist.set_chunk((10,)); plist.set_filter(32001, h5py.h5z.FLAG_OPTIONAL)
     h5py.h5d.create(file.id, b"plugin", h5py.h5t.IEEE_F64LE, h5py.h5s.create_simple((10,)), plist)
-    file["whole_numbers"] = numpy.arange(3)
+    file["whole_numbers"] = numpy.arange(3, dtype="i4")
+    file["long_whole_numbers"] = numpy.arange(3, dtype="i8")
     file["single"] = numpy.arange(3, dtype="f4")
     file["words"] = ["a", "b"]
     file["empty"] = h5py.Empty("f8")
@@ -91,6 +92,7 @@ print("made")
     const auto refusal = [&](const std::string& name) { return sentence_of([&] { reader.read(name); }); };
     EXPECT_EQ(reader.read("/plain").values, (std::vector<double>{0, 1, 2, 3, 4, 5}));
     EXPECT_EQ(reader.read("/number").values, (std::vector<double>{2.5}));
+    EXPECT_EQ(reader.read("/long_whole_numbers").values, (std::vector<double>{0, 1, 2}));
     EXPECT_EQ(reader.read("/big_endian").values, (std::vector<double>{0, 1, 2}));
     EXPECT_EQ(reader.read("/no_rows").shape, (std::vector<std::size_t>{0, 7}));
     EXPECT_THAT(refusal("/external_link"), HasSubstr("/external_link is a link to elsewhere"));

@@ -55,15 +55,58 @@ TEST(Scene, errors_name_the_line_or_the_override) {
               "scene.toml:3:1: time.end = 1.05 is not a whole number of steps of time.dt = 0.1; choose 1 or 1.1");
 }
 
-TEST(Scene, has_every_key_of_the_schema_in_its_text) {
-    const std::string text = resolved_text(parse_scene("", "scene.toml"));
-    for (const SectionDescription& section : scene_schema()) {
-        EXPECT_NE(text.find("[" + section.name + "]"), std::string::npos);
-        for (const Description& row : section.rows) {
-            EXPECT_NE(text.find("\n" + row.name + " = "), std::string::npos) << section.name << "." << row.name;
-            EXPECT_FALSE(row.sentence.empty()) << section.name << "." << row.name;
+TEST(Scene, has_every_key_of_its_kind_in_its_text) {
+    for (const auto& [kind, given] : {std::pair{"fields", ""}, {"particles", "[cell]\n"}}) {
+        const std::string text = resolved_text(parse_scene(given, "scene.toml"));
+        for (const SectionDescription& section : scene_schema()) {
+            const bool belongs = section.kind.empty() || section.kind == kind;
+            EXPECT_EQ(text.find("[" + section.name + "]") != std::string::npos, belongs) << kind << " " << section.name;
+            for (const Description& row : section.rows) {
+                EXPECT_FALSE(row.sentence.empty()) << section.name << "." << row.name;
+                if (belongs && !(kind == std::string("particles") && section.kind.empty())) {
+                    EXPECT_NE(text.find("\n" + row.name + " = "), std::string::npos) << section.name << "." << row.name;
+                }
+            }
         }
     }
+}
+
+TEST(Scene, that_has_a_section_of_particles_is_one_of_particles) {
+    EXPECT_EQ(parse_scene("", "scene.toml").kind, SceneKind::fields);
+    for (const char* section : {"cell", "plates", "gravity", "beads", "rods", "restitution", "friction", "kick",
+                                "forces", "contacts", "packing"})
+        EXPECT_EQ(parse_scene("[" + std::string(section) + "]\n", "scene.toml").kind, SceneKind::particles) << section;
+    EXPECT_EQ(parse_scene("[beads]\n", "scene.toml").time.dt, 2e-5);
+    EXPECT_EQ(parse_scene("[beads]\n[time]\ndt = 1e-5\n", "scene.toml").time.dt, 1e-5);
+}
+
+TEST(Scene, of_particles_written_out_reads_back_as_the_same_scene) {
+    const Scene scene =
+        parse_scene("[beads]\ncount = 7\n[plates]\namplitude = 0.05\n[time]\nend = 0.5\n", "scene.toml");
+    const std::string text = resolved_text(scene);
+    EXPECT_EQ(resolved_text(parse_scene(text, "again.toml")), text);
+    EXPECT_EQ(text.find("[grid]"), std::string::npos);
+    EXPECT_EQ(text.find("stepper"), std::string::npos);
+    EXPECT_EQ(parse_scene(text, "again.toml").particles.beads.count, 7);
+    EXPECT_EQ(parse_scene(text, "again.toml").particles.plates.amplitude, 0.05);
+}
+
+TEST(Scene, of_both_kinds_is_refused_with_both_places) {
+    EXPECT_EQ(
+        error_of("[grid]\nnx = 8\n\n[beads]\ncount = 3\n"),
+        "scene.toml:1:2: [grid] is of a scene of fields, and [beads] (scene.toml:4:2) makes this one of particles; "
+        "expected sections of one kind: take out one of them");
+    EXPECT_EQ(
+        error_of("[beads]\n[time]\nstepper = \"etdrk4\"\n"),
+        "scene.toml:3:1: time.stepper is for scenes of fields; this is one of particles: expected a scene without it");
+    EXPECT_EQ(error_of("[beads]\n", {"output.powers=true"}),
+              "--set output.powers=true: output.powers is for scenes of fields; this is one of particles: expected a "
+              "scene without it");
+    for (const char* section :
+         {"fields", "uniform", "relaxation", "noise", "dealiasing", "initial", "stability", "boundary"})
+        EXPECT_NE(error_of("[beads]\n[" + std::string(section) + "]\n").find("makes this one of particles"),
+                  std::string::npos)
+            << section;
 }
 
 }  // namespace

@@ -1,8 +1,9 @@
 """drover/particle_panels.py: the panels of the picture of a run of particles, each drawn on axes that it is given."""
 import numpy
 from matplotlib.collections import PatchCollection, PolyCollection
+from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from drover.archive import loaded
@@ -117,7 +118,6 @@ def draw_rods(axes, run, frame, sides):
 
 def clip(drawn, axes, run, sides):
     if is_periodic(run):
-        from matplotlib.patches import Rectangle
         drawn.set_clip_path(Rectangle(-0.5 * sides, *sides, transform=axes.transData))
 
 
@@ -167,12 +167,13 @@ def draw_wheel(figure, box):
     """The colours of directions."""
     axes = figure.add_axes(box, projection="polar")
     angles = numpy.linspace(0.0, 2.0 * numpy.pi, 181)
-    axes.pcolormesh(angles, [0.55, 1.0], numpy.zeros((1, 180)), color=direction_colours(0.5 * (angles[1:] + angles[:-1])))
+    hues = ListedColormap(direction_colours(0.5 * (angles[1:] + angles[:-1])))
+    axes.grid(False)
+    axes.pcolormesh(angles, [0.55, 1.0], numpy.arange(180)[None, :], cmap=hues, edgecolors="face", linewidth=0.3)
     axes.set_ylim(0.0, 1.0)
     axes.set_yticks([])
     axes.set_xticks(numpy.radians([0, 90, 180, 270]), ["0°", "90°", "180°", "270°"])
     axes.tick_params(pad=-1)
-    axes.grid(False)
     axes.spines["polar"].set_visible(False)
     axes.text(0.0, 0.0, "direction\nof rods", ha="center", va="center", fontsize=7.5)
 
