@@ -47,14 +47,20 @@ void print(const std::vector<io::SectionDescription>& sections) {
 void add_schema(CLI::App& program, Action& action) {
     struct Options {
         bool json = false;
+        std::string kind;
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command =
         program.add_subcommand("schema", "all that a scene may say: types, units, ranges, defaults, meaning");
     command->add_flag("--json", options->json, "as JSON");
+    command->add_option("--kind", options->kind, "scenes of fields or of particles alone, with their defaults")
+        ->check(CLI::IsMember({"fields", "particles"}));
     command->callback([options, &action] {
         action = [options] {
-            const std::vector<io::SectionDescription> sections = io::scene_schema();
+            const std::vector<io::SectionDescription> sections =
+                options->kind.empty()
+                    ? io::scene_schema()
+                    : io::scene_schema(options->kind == "fields" ? io::SceneKind::fields : io::SceneKind::particles);
             if (!options->json) {
                 print(sections);
                 return run::exit_done;

@@ -317,4 +317,20 @@ std::vector<SectionDescription> scene_schema() {
     return sections;
 }
 
+std::vector<SectionDescription> scene_schema(SceneKind kind) {
+    const bool fields = kind == SceneKind::fields;
+    std::vector<SectionDescription> sections;
+    for (SectionDescription& section : scene_schema()) {
+        if (section.kind == (fields ? "particles" : "fields")) continue;
+        std::erase_if(section.rows, [&](const Description& row) {
+            const auto is_key = [&](const char* key) { return key == section.name + "." + row.name; };
+            return !fields && std::any_of(keys_of_fields.begin(), keys_of_fields.end(), is_key);
+        });
+        for (Description& row : section.rows)
+            if (!fields && section.name == "time" && row.name == "dt") row.standard = dt_of_particles;
+        sections.push_back(std::move(section));
+    }
+    return sections;
+}
+
 }  // namespace drover::io

@@ -142,19 +142,20 @@ def test_settings_of_the_command_line_stand_in_place_of_the_scene(tmp_path):
     assert tables["output"]["file"] == "other.h5"
 
 
-def schema(folder):
+def schema(folder, *words):
     """The rows of the schema by "section.key"."""
-    return {f"{section['name']}.{row['name']}": row for section in drover_json(folder,
-                                                                               "schema") for row in section["rows"]}
+    sections = drover_json(folder, "schema", *words)
+    return {f"{section['name']}.{row['name']}": row for section in sections for row in section["rows"]}
 
 
-def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_json(tmp_path):
-    text = drover(tmp_path, "schema").stdout
+@pytest.mark.parametrize("kind, least", [("fields", ""), ("particles", "[cell]\n")])
+def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_json(kind, least, tmp_path):
+    text = drover(tmp_path, "schema", "--kind", kind).stdout
     (tmp_path / "schema.toml").write_text(text)
-    (tmp_path / "empty.toml").write_text("")
+    (tmp_path / "empty.toml").write_text(least)
     assert (drover(tmp_path, "check", "schema.toml", "--resolved").stdout
             == drover(tmp_path, "check", "empty.toml", "--resolved").stdout)
-    rows = schema(tmp_path)
+    rows = schema(tmp_path, "--kind", kind)
     defaults = {f"{section}.{key}": value for section, keys in tomllib.loads(text).items() for key,
                 value in keys.items()}
     assert defaults == {key: row["default"] for key, row in rows.items()} and len(defaults) > 30

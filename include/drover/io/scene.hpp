@@ -126,7 +126,7 @@ Scene parse_scene(const std::string& toml, const std::string& name, std::span<co
 /// Every key of the scene's kind with its value, as TOML that reads back as the same scene.
 std::string resolved_text(const Scene& scene);
 
-/// All a scene may say.
+/// All that scenes may say; of one kind, with its defaults.
 struct SectionDescription {
     std::string name;
     std::string sentence;
@@ -134,6 +134,7 @@ struct SectionDescription {
     std::string kind;  ///< of the scenes that it belongs to: "fields", "particles", "" for both
 };
 std::vector<SectionDescription> scene_schema();
+std::vector<SectionDescription> scene_schema(SceneKind kind);
 
 }  // namespace drover::io
 
