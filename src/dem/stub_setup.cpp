@@ -65,7 +65,7 @@ Packed pack(const Setup& setup, std::uint64_t seed, const PlaceOf& place) {
 namespace drover {
 using namespace dem;
 #define ROW(S, m) \
-    { .name = #m, .member = &S::m, .sentence = "a stand-in" }
+    { .name = #m, .member = &S::m, .sentence = "a stand-in for one" }
 #define ROWS(S, ...)                                        \
     template <>                                             \
     const std::vector<Row<S>>& schema<S>() {                \
@@ -76,7 +76,7 @@ ROWS(Cell,
      {.name = "shape",
       .member = &Cell::shape,
       .choices = {"periodic", "rectangle", "circle", "flower"},
-      .sentence = "a stand-in"},
+      .sentence = "a stand-in for one"},
      ROW(Cell, lx), ROW(Cell, ly), ROW(Cell, radius), ROW(Cell, petals), ROW(Cell, petal_radius))
 ROWS(Plates, ROW(Plates, amplitude), ROW(Plates, frequency), ROW(Plates, gap), ROW(Plates, lid))
 ROWS(Gravity, ROW(Gravity, x), ROW(Gravity, y), ROW(Gravity, z))
@@ -95,7 +95,7 @@ ROWS(BodyForces, ROW(BodyForces, bead_x), ROW(BodyForces, bead_y), ROW(BodyForce
 ROWS(ContactControl, ROW(ContactControl, law), ROW(ContactControl, restitution), ROW(ContactControl, track_slip),
      ROW(ContactControl, increments), ROW(ContactControl, substep), ROW(ContactControl, together),
      ROW(ContactControl, skin), ROW(ContactControl, overlap_most))
-ROWS(Packing, {.name = "kind", .member = &Packing::kind, .choices = {"random", "aligned", "file"}, .sentence = "a stand-in"},
+ROWS(Packing, {.name = "kind", .member = &Packing::kind, .choices = {"random", "aligned", "file"}, .sentence = "a stand-in for one"},
      ROW(Packing, file), ROW(Packing, frame))
 #undef ROW
 #undef ROWS

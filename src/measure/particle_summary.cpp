@@ -95,6 +95,11 @@ Summary summarise(const ParticleRecorded& recorded) {
     if (const auto order = find_observable(recorded, "polar_order"))
         add_order_rows(series_of(recorded, *order), dem::area(recorded.setting.cell), recorded.spacing, skip,
                        summary.rows);
+    for (const auto& [what, total] : {std::pair{"rod", recorded.setting.rods}, {"bead", recorded.setting.beads}})
+        if (const auto variance = find_observable(recorded, text("{}_number_variance", what)))
+            add_box_rows({series_of(recorded, *variance), what, "", "square", static_cast<double>(total),
+                          recorded.setting.part},
+                         recorded.spacing, skip, summary.rows);
     return summary;
 }
 

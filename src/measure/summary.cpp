@@ -47,10 +47,6 @@ RecordedSeries series_of(const Recorded& recorded, std::size_t observable) {
             recorded.series[observable]};
 }
 
-Samples split(const Recorded& recorded, std::size_t observable, std::size_t skip) {
-    return split(series_of(recorded, observable), recorded.spacing, skip);
-}
-
 /// Sum over all modes in shells, at each sample, of the observables named: the total power.
 std::vector<double> total_power(const Recorded& recorded, const std::vector<std::string>& names, std::size_t samples) {
     const std::vector<double>& weight = recorded.setting.shells.weight;
@@ -87,43 +83,13 @@ void name_empty_sectors(const Recorded& recorded, SummaryRow& row) {
 /// Number fluctuations of rods or of beads, `total` of them in the cell, in boxes of one shape.
 void add_boxes(const Recorded& recorded, const std::string& what, double total, const BoxFamily& family,
                std::size_t skip, std::vector<SummaryRow>& rows) {
-    const std::string ending = family.ending;
-    const auto variance = find_observable(recorded, what + "_number_variance" + ending);
+    const auto variance = find_observable(recorded, what + "_number_variance" + family.ending);
     if (!variance) return;
-    const Samples samples = split(recorded, *variance, skip);
-    const std::vector<int>& sides = recorded.setting.*family.sides;
-    SummaryRow number{what + "_number" + ending,
-                      "1",
-                      "mean number of " + what + "s in a " + family.shape + ", N",
-                      {name_of(family.axis)},
-                      {}};
-    SummaryRow deviation{what + "_number_deviation" + ending,
-                         "1",
-                         "DN, root of the time mean of the variance of the number of " + what + "s in a " +
-                             family.shape,
-                         {name_of(family.axis)},
-                         {}};
-    SummaryRow exponent{
-        what + "_number_exponent" + ending,
-        "1",
-        "d ln DN/d ln N between a box and the next larger one; compare with linear theory of the same boxes: "
-        "the finite cell alone makes it fall",
-        {name_of(family.axis)},
-        {}};
-    for (std::size_t b = 0; b < sides.size(); ++b) {
-        const double part = static_cast<double>(family.along_x * sides[b]) * (family.along_y * sides[b]) /
-                            static_cast<double>(numerics::points(recorded.setting.grid));
-        number.estimates.push_back({.mean = total * part, .error = 0.0});
-        deviation.estimates.push_back(estimate_deviation(samples, b));
-        if (b + 1 < sides.size()) {
-            const double ratio = std::pow(static_cast<double>(sides[b + 1]) / sides[b], 2);
-            exponent.estimates.push_back(estimate_local_exponent(samples, b, b + 1, ratio));
-        } else {
-            exponent.estimates.push_back(
-                {.mean = std::numeric_limits<double>::quiet_NaN(), .refusal = "there is no larger box"});
-        }
-    }
-    rows.insert(rows.end(), {number, deviation, exponent});
+    BoxSeries boxes{series_of(recorded, *variance), what, family.ending, family.shape, total, {}};
+    for (const int side : recorded.setting.*family.sides)
+        boxes.parts.push_back(static_cast<double>(family.along_x * side) * (family.along_y * side) /
+                              static_cast<double>(numerics::points(recorded.setting.grid)));
+    add_box_rows(boxes, recorded.spacing, skip, rows);
 }
 
 }  // namespace
@@ -156,6 +122,36 @@ void add_order_rows(const RecordedSeries& order, double area, double spacing, st
                     "Binder cumulant 1 - <P^4>/(3 <P^2>^2) of the polar order P",
                     {},
                     {estimate_binder_cumulant(samples, 0)}});
+}
+
+void add_box_rows(const BoxSeries& boxes, double spacing, std::size_t skip, std::vector<SummaryRow>& rows) {
+    const Samples samples = split(boxes.variance, spacing, skip);
+    const std::string start = boxes.what + "_number", &ending = boxes.ending, &what = boxes.what;
+    const std::vector<std::string>& axes = boxes.variance.axes;
+    SummaryRow number{start + ending, "1", "mean number of " + what + "s in a " + boxes.shape + ", N", axes, {}};
+    SummaryRow deviation{start + "_deviation" + ending,
+                         "1",
+                         "DN, root of the time mean of the variance of the number of " + what + "s in a " + boxes.shape,
+                         axes,
+                         {}};
+    SummaryRow exponent{
+        start + "_exponent" + ending,
+        "1",
+        "d ln DN/d ln N between a box and the next larger one; compare with linear theory of the same boxes: "
+        "the finite cell alone makes it fall",
+        axes,
+        {}};
+    for (std::size_t b = 0; b < boxes.parts.size(); ++b) {
+        number.estimates.push_back({.mean = boxes.total * boxes.parts[b], .error = 0.0});
+        deviation.estimates.push_back(estimate_deviation(samples, b));
+        if (b + 1 < boxes.parts.size())
+            exponent.estimates.push_back(
+                estimate_local_exponent(samples, b, b + 1, boxes.parts[b + 1] / boxes.parts[b]));
+        else
+            exponent.estimates.push_back(
+                {.mean = std::numeric_limits<double>::quiet_NaN(), .refusal = "there is no larger box"});
+    }
+    rows.insert(rows.end(), {number, deviation, exponent});
 }
 
 std::string warm_up_note(std::size_t automatic, std::size_t samples) {

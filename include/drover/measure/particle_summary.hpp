@@ -19,7 +19,7 @@ struct ParticleRecorded {
 };
 
 /// The time means of all observables, under their names; of those that accumulate the mean rate, as <name>_rate; the quotients; and
-/// susceptibility and Binder cumulant of the polar order where there is one.
+/// susceptibility and Binder cumulant of the polar order, and the number fluctuations of boxes, where there are any.
 /// An automatic warm-up is the largest warm_up_length of the polar order and of the kinetic energy.
 /// Throws an input Error when a series does not hold whole samples, or not as many as the others.
 Summary summarise(const ParticleRecorded& recorded);

@@ -63,6 +63,17 @@ SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t 
 void add_order_rows(const RecordedSeries& order, double area, double spacing, std::size_t skip,
                     std::vector<SummaryRow>& rows);
 
+/// Number fluctuations in boxes of one shape, from the series of their variances: number, number_deviation and number_exponent.
+struct BoxSeries {
+    RecordedSeries variance;
+    std::string what;           ///< "rod"
+    std::string ending;         ///< of the names of the rows
+    std::string shape;          ///< for people: "square"
+    double total = 0.0;         ///< in the cell
+    std::vector<double> parts;  ///< share of each box of the area of the cell, ascending
+};
+void add_box_rows(const BoxSeries& boxes, double spacing, std::size_t skip, std::vector<SummaryRow>& rows);
+
 /// A sentence when an automatic warm-up of so many of the samples may not have ended, else "".
 std::string warm_up_note(std::size_t automatic, std::size_t samples);
 
