@@ -248,7 +248,8 @@ void resolve_in_turn(Group& group, const ImpactLaw& law, ImpactOutcome& outcome)
 
 /// One contact over a time h of the springs' own clock.
 void press(Group& group, std::size_t c, double h, double& stored, ImpactOutcome& outcome) {
-    const Slip slip = group.slip(c);
+    Slip slip = group.slip(c);
+    if (std::abs(slip.n) < 1e-12 * outcome.approach) slip.n = 0.0;  // turned, but for rounding
     if (slip.n >= 0.0 && stored == 0.0) return;
     const double mu = group.contacts[c].friction, e2 = group.contacts[c].restitution * group.contacts[c].restitution;
     const Response& w = group.frames[c].response;

@@ -4,12 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bead_flight.hpp"
 #include "drover/dem/rotation.hpp"
-#include "neighbours.hpp"
-#include "rod_flight.hpp"
-#include "spheres.hpp"
-#include "touch.hpp"
+#include "world_state.hpp"
 
 namespace drover::dem {
 
@@ -100,74 +96,36 @@ void add(const Counts& part, Counts& whole) {
     whole.overlap = std::max(whole.overlap, part.overlap);
 }
 
-struct World::State {
-    Setup setup;
-    double dt = 0.0;
-    Threads& threads;
-    std::vector<Shape> shapes;
-    Spheres spheres;
-    Neighbours neighbours;
-    PlateMotion plates;
-    BeadRules bead_rules;
-    FlightRules rod_rules;
-    Vector rod_force;
-    TouchRules touch_rules;
-    TouchSolver touches;
-    Ledger ledger;
-    Counts counts;
-    Overlap overlap;
-    double bead_potential_start = 0.0;
-    bool astray = true;
+World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads)
+    : setup(the_setup),
+      dt(the_dt),
+      threads(the_threads),
+      shapes(std::move(bodies.shapes)),
+      plates(the_setup.plates) {
+    bodies.shapes = shapes;
+    spheres = make_spheres(setup, bodies);
+    const ImpactLaw law = law_of(setup.contacts);
+    const Vector gravity{setup.gravity.x, setup.gravity.y, setup.gravity.z};
+    bead_rules = {.acceleration = gravity,
+                  .force = {setup.forces.bead_x, setup.forces.bead_y, 0.0},
+                  .restitution = setup.restitution.bead_plate,
+                  .friction = setup.friction.bead_plate,
+                  .skin = setup.contacts.skin};
+    rod_rules = {.law = law,
+                 .substep = setup.contacts.substep,
+                 .together = setup.contacts.together,
+                 .kick = setup.kick.strength,
+                 .seed = seed};
+    rod_force = {setup.forces.rod_x, setup.forces.rod_y, 0.0};
+    touch_rules = {.restitution = setup.restitution,
+                   .friction = setup.friction,
+                   .law = law,
+                   .acceleration = gravity,
+                   .bead_force = bead_rules.force,
+                   .dt = dt,
+                   .overlap_most = setup.contacts.overlap_most};
+}
 
-    struct Part {
-        Ledger ledger;
-        Counts counts;
-        bool astray = false;
-    };
-    std::vector<Part> parts;
-
-    State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads)
-        : setup(the_setup),
-          dt(the_dt),
-          threads(the_threads),
-          shapes(std::move(bodies.shapes)),
-          plates(the_setup.plates) {
-        bodies.shapes = shapes;
-        spheres = make_spheres(setup, bodies);
-        const ImpactLaw law = law_of(setup.contacts);
-        const Vector gravity{setup.gravity.x, setup.gravity.y, setup.gravity.z};
-        bead_rules = {.acceleration = gravity,
-                      .force = {setup.forces.bead_x, setup.forces.bead_y, 0.0},
-                      .restitution = setup.restitution.bead_plate,
-                      .friction = setup.friction.bead_plate,
-                      .skin = setup.contacts.skin};
-        rod_rules = {.law = law,
-                     .substep = setup.contacts.substep,
-                     .together = setup.contacts.together,
-                     .kick = setup.kick.strength,
-                     .seed = seed};
-        rod_force = {setup.forces.rod_x, setup.forces.rod_y, 0.0};
-        touch_rules = {.restitution = setup.restitution,
-                       .friction = setup.friction,
-                       .law = law,
-                       .acceleration = gravity,
-                       .bead_force = bead_rules.force,
-                       .dt = dt,
-                       .overlap_most = setup.contacts.overlap_most};
-    }
-
-    /// Sum of (m g + F) . x of the beads: its change is the work of gravity and force on them, but for what moves beads out of overlaps, which
-    /// takes itself off the ledger.  So free flight keeps no books.
-    double bead_potential() const;
-
-    template <class Work>
-    void in_parts(std::size_t length, std::size_t chunk, Work work);
-    void fly_all_beads();
-    void fly_rods();
-    void turn_rods();
-    void hold_beads();
-    void notice(const TouchReport& report, std::int64_t step);
-};
 
 /// Runs work(begin, end, part) over chunks and adds the parts in their order.
 template <class Work>
@@ -247,13 +205,19 @@ void World::State::hold_beads() {
 }
 
 namespace {
-std::string name_of(const Spheres& spheres, std::uint32_t sphere) {
-    if (sphere == Touch::no_sphere) return "the side wall";
-    if (spheres.is_bead(sphere)) return text("bead {}", spheres.beads.number[sphere]);
+Name name_of(const Spheres& spheres, std::uint32_t sphere) {
+    if (sphere == Touch::no_sphere) return {};
+    if (spheres.is_bead(sphere)) return {.kind = Name::Kind::bead, .number = spheres.beads.number[sphere]};
     const std::uint32_t r = spheres.rods.owner[sphere - spheres.beads.size()];
-    return text("rod {} (sphere {})", r, sphere - spheres.rods.first[r]);
+    return {.kind = Name::Kind::rod, .number = r, .sphere = sphere - spheres.rods.first[r]};
 }
 }  // namespace
+
+std::string name_text(const Name& name) {
+    if (name.kind == Name::Kind::bead) return text("bead {}", name.number);
+    if (name.kind == Name::Kind::rod) return text("rod {} (sphere {})", name.number, name.sphere);
+    return "the side wall";
+}
 
 void World::State::notice(const TouchReport& report, std::int64_t step) {
     add(report.ledger, ledger);
@@ -271,7 +235,7 @@ void World::State::notice(const TouchReport& report, std::int64_t step) {
     if (report.depth > touch_rules.overlap_most)
         fail_run("{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.overlap_most = {}: the step of dt = "
                  "{} s is too long for their speed, choose a smaller time.dt",
-                 overlap.first, overlap.second, overlap.depth, overlap.of_radius, step + 1, overlap.time, touch_rules.overlap_most, dt);
+                 name_text(overlap.first), name_text(overlap.second), overlap.depth, overlap.of_radius, step + 1, overlap.time, touch_rules.overlap_most, dt);
 }
 
 World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const PlaceOf& place) {

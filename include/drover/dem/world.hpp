@@ -36,11 +36,19 @@ struct Counts {
     double overlap = 0.0;            ///< largest ever, beside the smaller radius of the pair
 };
 
+/// A body, or the sphere of a rod, by its number.
+struct Name {
+    enum class Kind { bead, rod, wall } kind = Kind::wall;
+    std::int64_t number = 0;
+    std::int64_t sphere = 0;  ///< of a rod, from the tail
+};
+std::string name_text(const Name& name);  ///< "bead 12", "rod 3 (sphere 6)", "the side wall"
+
 /// The largest overlap ever, of two bodies or of one with a wall.
 struct Overlap {
     double depth = 0.0, of_radius = 0.0;  ///< [mm]; beside the smaller radius
-    std::string first, second;            ///< "bead 12", "rod 3 (sphere 6)", "wall"
-    double time = 0.0;                    ///< [s]
+    Name first, second;
+    double time = 0.0;  ///< [s]
 };
 
 /// The world.  Its state changes by advance() and restore() alone, and is the same bytes for any number of threads.
