@@ -85,7 +85,8 @@ bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const Plate
         const Lane push = gravity + force * velocity[3];
         const Lane place = spheres.place[s] + velocity * time + push * half;
         if (place[2] - place[3] < low || place[2] + place[3] > high) [[unlikely]] {
-            fly_bead(spheres.place[s], beads.velocity[s], beads.spin[s], vector_of(push), plates, dt, rules, ledger, counts);
+            fly_bead(spheres.place[s], beads.velocity[s], beads.spin[s], vector_of(push), plates, dt, rules, ledger,
+                     counts);
         } else {
             spheres.place[s] = place;
             beads.velocity[s] = velocity + push * time;

@@ -69,40 +69,53 @@ Increment increment(const Response& w, double friction, const Slip& before, doub
                     before.x + w.nx * dp + w.xx * result.x + w.xy * result.y,
                     before.y + w.ny * dp + w.xy * result.x + w.yy * result.y};
     result.normal_work = 0.5 * dp * (before.n + result.after.n);
-    result.friction_work =
-        0.5 * (result.x * (before.x + result.after.x) + result.y * (before.y + result.after.y));
+    result.friction_work = 0.5 * (result.x * (before.x + result.after.x) + result.y * (before.y + result.after.y));
     return result;
+}
+
+/// The increment between none and `whole` for which lack(increment) is zero: negative at none, not at `whole`.  guess(increment): a better size.
+template <class Lack, class Guess>
+Increment increment_between(const Response& w, double friction, const Slip& before, const Increment& whole,
+                            double enough, Lack lack, Guess guess) {
+    Increment part = whole;
+    double low = 0.0, high = whole.n;
+    for (int round = 0; round < 60; ++round) {
+        const double value = lack(part);
+        if (std::abs(value) <= enough) break;
+        (value < 0.0 ? low : high) = part.n;
+        const double next = guess(part);
+        part = increment(w, friction, before, next > low && next < high ? next : 0.5 * (low + high));
+    }
+    return part;
 }
 
 /// The increment of at most `most` after which the normal velocity is `target`, which lies above that before; all of `most` when that is not
 /// enough.
 Increment increment_to_speed(const Response& w, double friction, const Slip& before, double most, double target,
                              bool& reached) {
-    Increment part = increment(w, friction, before, most);
-    reached = part.after.n >= target;
-    if (!reached) return part;
+    const Increment whole = increment(w, friction, before, most);
+    reached = whole.after.n >= target;
+    if (!reached) return whole;
     const double wanted = target - before.n;
-    for (int round = 0; round < 20 && std::abs(part.after.n - target) > 1e-14 * wanted; ++round)
-        part = increment(w, friction, before, part.n * wanted / (part.after.n - before.n));
-    return part;
+    return increment_between(
+        w, friction, before, whole, 1e-14 * wanted, [&](const Increment& i) { return i.after.n - target; },
+        [&](const Increment& i) { return i.n * wanted / (i.after.n - before.n); });
 }
 
 /// The impulse p that does the work p (u + W p/2).
 double impulse_of_work(double response, double speed, double work) {
-    return 2.0 * work / (speed + std::sqrt(speed * speed + 2.0 * response * work));
+    return 2.0 * work / (speed + std::sqrt(std::max(0.0, speed * speed + 2.0 * response * work)));
 }
 
 /// The increment of at most `most` in which the normal impulse gives back `work`, from a normal velocity >= 0.
 Increment increment_to_work(const Response& w, double friction, const Slip& before, double most, double work,
                             bool& reached) {
-    Increment part = increment(w, friction, before, most);
-    reached = part.normal_work >= work;
-    if (!reached) return part;
-    for (int round = 0; round < 20 && std::abs(part.normal_work - work) > 1e-14 * work; ++round) {
-        const double response = part.n > 0.0 ? (part.after.n - before.n) / part.n : w.nn;
-        part = increment(w, friction, before, impulse_of_work(response, before.n, work));
-    }
-    return part;
+    const Increment whole = increment(w, friction, before, most);
+    reached = whole.normal_work >= work;
+    if (!reached || work <= 0.0) return reached ? increment(w, friction, before, 0.0) : whole;
+    return increment_between(
+        w, friction, before, whole, 1e-14 * work, [&](const Increment& i) { return i.normal_work - work; },
+        [&](const Increment& i) { return impulse_of_work((i.after.n - before.n) / i.n, before.n, work); });
 }
 
 /// What one impact gave.
@@ -121,7 +134,8 @@ void add(const Increment& part, Bounce& bounce, Slip& slip) {
 
 /// Friction along the slip before the impact, at most what stops it without the normal impulse: the plain law.
 Bounce bounce_plain(const Response& w, const Contact& contact, Slip slip) {
-    const double normal = -(1.0 + contact.restitution) * slip.n / w.nn, size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
+    const double normal = -(1.0 + contact.restitution) * slip.n / w.nn,
+                 size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
     Increment part{.n = normal, .x = 0.0, .y = 0.0, .after = {}};
     if (size > 0.0) {
         const double ex = slip.x / size, ey = slip.y / size;
@@ -159,7 +173,8 @@ int increments_needed(const Response& w, const Contact& contact, const Slip& sli
     if (contact.friction == 0.0) return 1;
     const double impulse = -(1.0 + contact.restitution) * slip.n / w.nn;
     const double change = impulse * (std::sqrt(w.nx * w.nx + w.ny * w.ny) + contact.friction * std::max(w.xx, w.yy));
-    const double size = std::sqrt(slip.x * slip.x + slip.y * slip.y), wanted = std::ceil(2.0 * most * change / std::max(size, 1e-300));
+    const double size = std::sqrt(slip.x * slip.x + slip.y * slip.y),
+                 wanted = std::ceil(2.0 * most * change / std::max(size, 1e-300));
     return wanted >= most ? most : std::max(1, static_cast<int>(wanted));
 }
 
@@ -246,27 +261,33 @@ void resolve_in_turn(Group& group, const ImpactLaw& law, ImpactOutcome& outcome)
     }
 }
 
-/// One contact over a time h of the springs' own clock.
+/// One contact over a time h of the springs' own clock: pressed until it turns, then giving back.
 void press(Group& group, std::size_t c, double h, double& stored, ImpactOutcome& outcome) {
     Slip slip = group.slip(c);
     if (std::abs(slip.n) < 1e-12 * outcome.approach) slip.n = 0.0;  // turned, but for rounding
     if (slip.n >= 0.0 && stored == 0.0) return;
     const double mu = group.contacts[c].friction, e2 = group.contacts[c].restitution * group.contacts[c].restitution;
     const Response& w = group.frames[c].response;
-    const double force = std::sqrt(2.0 * stored);
-    Increment part;
-    bool ended = false;
-    if (slip.n < 0.0) {  // pressed, until it turns at the latest
-        part = increment_to_speed(w, mu, slip, (force - 0.5 * slip.n * h) * h, 0.0, ended);
+    Bounce bounce;
+    if (slip.n < 0.0) {
+        bool turned = false;
+        const double dp = (std::sqrt(2.0 * stored) - 0.5 * slip.n * h) * h;
+        const Increment part = increment_to_speed(w, mu, slip, dp, 0.0, turned);
         stored -= part.normal_work;
-    } else {
-        const double energy = e2 * stored, later = force - slip.n * h / std::max(e2, 1e-300);
+        add(part, bounce, slip);
+        h = turned ? h * (1.0 - part.n / dp) : 0.0;
+    }
+    if (h > 0.0 && stored > 0.0) {
+        const double energy = e2 * stored, force = std::sqrt(2.0 * stored),
+                     later = force - slip.n * h / std::max(e2, 1e-300);
         // Once its force would end, all it has left, exactly.
         const double dp = later > 0.0 ? 0.5 * (force + later) * h : 2.0 * impulse_of_work(w.nn, slip.n, energy);
-        part = increment_to_work(w, mu, slip, dp, energy, ended);
+        bool ended = false;
+        const Increment part = increment_to_work(w, mu, slip, dp, energy, ended);
         stored = ended || later <= 0.0 ? 0.0 : stored - part.normal_work / e2;
+        add(part, bounce, slip);
     }
-    group.push(c, part.n, part.x, part.y, part.normal_work, part.friction_work, outcome);
+    group.push(c, bounce.n, bounce.x, bounce.y, bounce.normal_work, bounce.friction_work, outcome);
 }
 
 /// All contacts together.
@@ -278,7 +299,7 @@ void resolve_together(Group& group, const ImpactLaw& law, std::span<double> stor
     // A quarter of a period takes about half of `increments` sweeps; one that gives back is 1/e times faster.
     const double step = 3.0 / (law.increments * std::sqrt(stiffest));
     constexpr double fastest_release = 0.05;
-    constexpr int sweeps_most = 20000;
+    constexpr int sweeps_most = 3000;
     for (; outcome.sweeps < sweeps_most; ++outcome.sweeps) {
         double h = step;
         bool any = false;

@@ -51,14 +51,23 @@ inline Vector answer(const Contact& contact, std::span<const Mover> movers, cons
     Vector result = first.mass_inverse * d + cross(turn_first, contact.arm_first);
     if (contact.second < 0) return result;
     const Mover& second = movers[static_cast<std::size_t>(contact.second)];
-    return result + second.mass_inverse * d +
-           cross(spin_of(second, cross(contact.arm_second, d)), contact.arm_second);
+    return result + second.mass_inverse * d + cross(spin_of(second, cross(contact.arm_second, d)), contact.arm_second);
+}
+
+/// A tangent that turns with the scene, so that a turned scene gives turned results: along the slip, else along the arm.
+inline Vector tangent(const Contact& contact, std::span<const Mover> movers) {
+    const Vector& n = contact.normal;
+    for (const Vector& v : {relative_velocity(contact, movers), contact.arm_first}) {
+        const Vector across = v - dot(v, n) * n;
+        if (dot(across, across) > 1e-18 * dot(v, v)) return across;
+    }
+    return std::abs(n.z) > 0.7 ? Vector{n.z, 0.0, -n.x} : Vector{-n.y, n.x, 0.0};
 }
 
 inline Frame frame_of(const Contact& contact, std::span<const Mover> movers) {
     const Vector& n = contact.normal;
-    // Any tangents will do; these are never short.
-    Vector x = std::abs(n.z) > 0.7 ? Vector{n.z, 0.0, -n.x} : Vector{-n.y, n.x, 0.0};
+    Vector x = tangent(contact, movers);
+    x = x - dot(x, n) * n;
     x = 1.0 / length(x) * x;
     Frame frame{.x = x, .y = cross(n, x), .response = {}};
     const Vector to_n = answer(contact, movers, n), to_x = answer(contact, movers, frame.x),

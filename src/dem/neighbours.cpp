@@ -55,9 +55,11 @@ void wrap(double& x, std::int32_t& image, double side) {
 void check_finite(const Lane& place, const char* kind, std::size_t number) {
     const double sum = place[0] + place[1] + place[2];
     if (!std::isfinite(sum) || std::abs(place[0]) > 1e9 || std::abs(place[1]) > 1e9)
-        fail_run("{} {} is at ({:.3g}, {:.3g}, {:.3g}) mm; expected it near the cell: the step is too long for the forces, choose a "
-                 "smaller time.dt",
-                 kind, number, place[0], place[1], place[2]);
+        fail_run(
+            "{} {} is at ({:.3g}, {:.3g}, {:.3g}) mm; expected it near the cell: the step is too long for the forces, "
+            "choose a "
+            "smaller time.dt",
+            kind, number, place[0], place[1], place[2]);
 }
 
 void wrap_bodies(const Cell& cell, Spheres& spheres) {
@@ -91,7 +93,8 @@ void reorder(const std::vector<std::uint32_t>& order, std::vector<Item>& items, 
 void sort_beads(const Mesh& mesh, Spheres& spheres) {
     BeadArrays& beads = spheres.beads;
     const std::size_t count = beads.size();
-    std::vector<std::uint32_t> start(static_cast<std::size_t>(mesh.nx) * static_cast<std::size_t>(mesh.ny) + 1, 0), order(count);
+    std::vector<std::uint32_t> start(static_cast<std::size_t>(mesh.nx) * static_cast<std::size_t>(mesh.ny) + 1, 0),
+        order(count);
     std::vector<std::uint32_t> cells(count);
     const auto cell_of = [&](std::size_t s) {
         return mesh.cell({static_cast<float>(spheres.place[s][0]), static_cast<float>(spheres.place[s][1])});
@@ -216,7 +219,8 @@ public:
         if (is_periodic(cell_)) return;
         WallPoint found[4];
         for (std::uint32_t s = 0; s < spheres_.size(); ++s)
-            if (walls_near(cell_, spheres_.listed[s][0], spheres_.listed[s][1], spheres_.place[s][3] + skin_, found) > 0)
+            if (walls_near(cell_, spheres_.listed[s][0], spheres_.listed[s][1], spheres_.place[s][3] + skin_, found) >
+                0)
                 to_.near_wall.push_back(s);
     }
 

@@ -146,8 +146,7 @@ bool strike(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& 
     for (std::size_t i = 0; i < touching; ++i) {
         if (approach[i] <= 0.0) continue;
         ++counts.rod_plate;
-        if (rules.kick > 0.0)
-            kick(mover, rules.kick * approach[i] * sign_of_kick(memory, number, rules.seed), ledger);
+        if (rules.kick > 0.0) kick(mover, rules.kick * approach[i] * sign_of_kick(memory, number, rules.seed), ledger);
     }
     rod.velocity = mover.velocity;
     rod.angular_momentum = angular_momentum(mover);

@@ -29,8 +29,8 @@ struct FlightRules {
 
 /// What a rod keeps of its impacts on the plates.
 struct PlateMemory {
-    std::int64_t hits = 0;     ///< since the start: the number of the next kick
-    std::uint32_t signs = 0;   ///< of the kicks of this block of 32 hits
+    std::int64_t hits = 0;      ///< since the start: the number of the next kick
+    std::uint32_t signs = 0;    ///< of the kicks of this block of 32 hits
     double since_impact = 1.0;  ///< time from the last one [s]
 };
 

@@ -21,11 +21,11 @@ struct BeadArrays {
 };
 
 struct RodArrays {
-    std::vector<Rod> rod;                 ///< in the caller's order; positions wrapped
+    std::vector<Rod> rod;  ///< in the caller's order; positions wrapped
     std::vector<PlateMemory> memory;
-    std::vector<std::uint32_t> kind;      ///< of kinds
-    std::vector<std::uint32_t> first;     ///< sphere of each, and one past the last
-    std::vector<std::uint32_t> owner;     ///< rod of each rod sphere
+    std::vector<std::uint32_t> kind;   ///< of kinds
+    std::vector<std::uint32_t> first;  ///< sphere of each, and one past the last
+    std::vector<std::uint32_t> owner;  ///< rod of each rod sphere
     std::vector<std::array<std::int32_t, 2>> image;
     std::vector<RodKind> kinds;
 

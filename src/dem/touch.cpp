@@ -35,11 +35,14 @@ Lane beyond(const Lane* place, const SpherePair* pairs) {
         d[k] *= d[k];
     }
     // Columns of the four rows: x, y, z of the squares; the reach is the last of the sums.
-    const Lane xy01 = __builtin_shufflevector(d[0], d[1], 0, 4, 1, 5), xy23 = __builtin_shufflevector(d[2], d[3], 0, 4, 1, 5);
-    const Lane zw01 = __builtin_shufflevector(d[0], d[1], 2, 6, 3, 7), zw23 = __builtin_shufflevector(d[2], d[3], 2, 6, 3, 7);
+    const Lane xy01 = __builtin_shufflevector(d[0], d[1], 0, 4, 1, 5),
+               xy23 = __builtin_shufflevector(d[2], d[3], 0, 4, 1, 5);
+    const Lane zw01 = __builtin_shufflevector(d[0], d[1], 2, 6, 3, 7),
+               zw23 = __builtin_shufflevector(d[2], d[3], 2, 6, 3, 7);
     const Lane x = __builtin_shufflevector(xy01, xy23, 0, 1, 4, 5), y = __builtin_shufflevector(xy01, xy23, 2, 3, 6, 7);
     const Lane z = __builtin_shufflevector(zw01, zw23, 0, 1, 4, 5);
-    const Lane r01 = __builtin_shufflevector(s[0], s[1], 3, 7, 3, 7), r23 = __builtin_shufflevector(s[2], s[3], 3, 7, 3, 7);
+    const Lane r01 = __builtin_shufflevector(s[0], s[1], 3, 7, 3, 7),
+               r23 = __builtin_shufflevector(s[2], s[3], 3, 7, 3, 7);
     const Lane reach = __builtin_shufflevector(r01, r23, 0, 1, 4, 5);
     return x + y + z - reach * reach;
 }
@@ -179,7 +182,8 @@ void resolve_beads(Touch& touch, Spheres& spheres, const TouchRules& rules, Touc
     set_vector(wb, vector_of(wb) - rb * wb[3] * turn);
     set_vector(spheres.place[touch.first], vector_of(spheres.place[touch.first]) + touch.since * da);
     set_vector(spheres.place[touch.second], vector_of(spheres.place[touch.second]) + touch.since * db);
-    report.ledger.gravity -= touch.since * dot(rules.bead_force, da + db);  // what gravity does for one it takes from the other
+    report.ledger.gravity -=
+        touch.since * dot(rules.bead_force, da + db);  // what gravity does for one it takes from the other
     report.ledger.impact += 0.5 * normal * (approach + approach + mass * normal);
     report.ledger.friction -= tangential * (size - 0.5 * response * tangential);
     ++report.counts.bead_bead;
@@ -247,7 +251,8 @@ private:
         Vector velocity = velocity_of(spheres_, touch.first, first);
         if (touch.second != none) {
             contact.second = index_of(touch.second_body);
-            velocity = velocity - velocity_of(spheres_, touch.second, movers_[static_cast<std::size_t>(contact.second)]);
+            velocity =
+                velocity - velocity_of(spheres_, touch.second, movers_[static_cast<std::size_t>(contact.second)]);
         }
         go_back(touch, velocity, rules_.dt);
         contact.normal = touch.normal;

@@ -14,10 +14,10 @@ namespace drover::dem {
 struct Touch {
     std::uint32_t first = 0, second = no_sphere;  ///< spheres; second = no_sphere: a wall
     std::uint32_t first_body = 0, second_body = no_sphere;
-    Vector apart;         ///< from second (or the wall) to first, along which they overlap [mm]
-    double reach = 0.0;   ///< distance at which they touch [mm]
-    double since = 0.0;   ///< time since they touched [s]
-    Vector normal;        ///< towards first when they touched
+    Vector apart;        ///< from second (or the wall) to first, along which they overlap [mm]
+    double reach = 0.0;  ///< distance at which they touch [mm]
+    double since = 0.0;  ///< time since they touched [s]
+    Vector normal;       ///< towards first when they touched
     Vector impulse;
     static constexpr std::uint32_t no_sphere = 0xffffffffu;
 };
@@ -39,8 +39,8 @@ void add(const Counts& part, Counts& whole);
 struct TouchReport {
     Ledger ledger;
     Counts counts;
-    Touch deepest;         ///< of this step
-    double depth = -1.0;   ///< its overlap beside the smaller radius
+    Touch deepest;        ///< of this step
+    double depth = -1.0;  ///< its overlap beside the smaller radius
 };
 
 /// Space that is used again from step to step.
@@ -48,15 +48,16 @@ class TouchSolver {
 public:
     /// Finds all overlaps and resolves those groups in which something approaches; moves bodies back out as far as they came in too late.
     /// Adds to the ledger and the counts; returns the deepest overlap of the step.
-    TouchReport step(const Cell& cell, Spheres& spheres, const Neighbours& neighbours, const TouchRules& rules, Threads& threads);
+    TouchReport step(const Cell& cell, Spheres& spheres, const Neighbours& neighbours, const TouchRules& rules,
+                     Threads& threads);
 
 private:
     void find(const Cell& cell, const Spheres& spheres, const Neighbours& neighbours, Threads& threads);
     void group(std::size_t bodies);
 
     std::vector<Touch> touches_;
-    std::vector<std::vector<Touch>> found_;       // by chunk
-    std::vector<std::uint32_t> last_;             // of each body: its newest touch of this step, else nothing
+    std::vector<std::vector<Touch>> found_;  // by chunk
+    std::vector<std::uint32_t> last_;        // of each body: its newest touch of this step, else nothing
     std::vector<std::uint32_t> parent_, size_, order_, start_;
     std::vector<TouchReport> reports_;
 };

@@ -97,11 +97,7 @@ void add(const Counts& part, Counts& whole) {
 }
 
 World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads)
-    : setup(the_setup),
-      dt(the_dt),
-      threads(the_threads),
-      shapes(std::move(bodies.shapes)),
-      plates(the_setup.plates) {
+    : setup(the_setup), dt(the_dt), threads(the_threads), shapes(std::move(bodies.shapes)), plates(the_setup.plates) {
     bodies.shapes = shapes;
     spheres = make_spheres(setup, bodies);
     const ImpactLaw law = law_of(setup.contacts);
@@ -126,12 +122,12 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
                    .overlap_most = setup.contacts.overlap_most};
 }
 
-
 /// Runs work(begin, end, part) over chunks and adds the parts in their order.
 template <class Work>
 void World::State::in_parts(std::size_t length, std::size_t chunk, Work work) {
     parts.assign(length / chunk + 1, {});
-    threads.for_chunks(length, chunk, [&](std::size_t begin, std::size_t end) { work(begin, end, parts[begin / chunk]); });
+    threads.for_chunks(length, chunk,
+                       [&](std::size_t begin, std::size_t end) { work(begin, end, parts[begin / chunk]); });
     for (const Part& part : parts) {
         add(part.ledger, ledger);
         add(part.counts, counts);
@@ -183,7 +179,9 @@ void World::State::turn_rods() {
     for (std::size_t r = 0; r < spheres.rods.size(); ++r) {
         Rod& rod = spheres.rods.rod[r];
         const Shape& shape = spheres.rods.kinds[spheres.rods.kind[r]].shape;
-        const auto energy = [&] { return rotation_energy(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across); };
+        const auto energy = [&] {
+            return rotation_energy(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across);
+        };
         const double before = energy();
         rod.angular_momentum = rod.angular_momentum + setup.forces.torque * dt * cross(rod.axis, field);
         ledger.forces += energy() - before;
@@ -225,17 +223,21 @@ void World::State::notice(const TouchReport& report, std::int64_t step) {
     if (report.depth <= counts.overlap) return;
     counts.overlap = report.depth;
     const Touch& touch = report.deepest;
-    const double smaller = touch.second == Touch::no_sphere ? spheres.place[touch.first][3]
-                                                            : std::min(spheres.place[touch.first][3], spheres.place[touch.second][3]);
+    const double smaller = touch.second == Touch::no_sphere
+                               ? spheres.place[touch.first][3]
+                               : std::min(spheres.place[touch.first][3], spheres.place[touch.second][3]);
     overlap = {.depth = report.depth * smaller,
                .of_radius = report.depth,
                .first = name_of(spheres, touch.first),
                .second = name_of(spheres, touch.second),
                .time = static_cast<double>(step + 1) * dt};
     if (report.depth > touch_rules.overlap_most)
-        fail_run("{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.overlap_most = {}: the step of dt = "
-                 "{} s is too long for their speed, choose a smaller time.dt",
-                 name_text(overlap.first), name_text(overlap.second), overlap.depth, overlap.of_radius, step + 1, overlap.time, touch_rules.overlap_most, dt);
+        fail_run(
+            "{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.overlap_most = "
+            "{}: the step of dt = "
+            "{} s is too long for their speed, choose a smaller time.dt",
+            name_text(overlap.first), name_text(overlap.second), overlap.depth, overlap.of_radius, step + 1,
+            overlap.time, touch_rules.overlap_most, dt);
 }
 
 World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const PlaceOf& place) {
@@ -278,7 +280,8 @@ Bodies World::bodies() const {
     };
     Bodies bodies{.shapes = state_->shapes, .beads = std::vector<Bead>(spheres.beads.size()), .rods = spheres.rods.rod};
     for (std::size_t s = 0; s < spheres.beads.size(); ++s)
-        bodies.beads[spheres.beads.number[s]] = {.position = unwrapped(vector_of(spheres.place[s]), spheres.beads.image[s]),
+        bodies.beads[spheres.beads.number[s]] = {.position =
+                                                     unwrapped(vector_of(spheres.place[s]), spheres.beads.image[s]),
                                                  .velocity = vector_of(spheres.beads.velocity[s]),
                                                  .spin = vector_of(spheres.beads.spin[s]),
                                                  .shape = spheres.beads.shape[s]};

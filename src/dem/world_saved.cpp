@@ -10,7 +10,8 @@ namespace {
 /// Visits every number of the state that changes from step to step, in one order for both directions.
 template <class Visit>
 void for_numbers(Ledger& ledger, Visit visit) {
-    for (double* part : {&ledger.gravity, &ledger.plates, &ledger.forces, &ledger.kicks, &ledger.impact, &ledger.friction})
+    for (double* part :
+         {&ledger.gravity, &ledger.plates, &ledger.forces, &ledger.kicks, &ledger.impact, &ledger.friction})
         visit(*part);
 }
 
@@ -96,11 +97,11 @@ std::vector<double> World::save() const {
 void World::restore(std::span<const double> numbers) {
     State& s = *state_;
     const std::size_t wanted = save().size();
-    require(numbers.size() == wanted, {}, "the checkpoint holds {} numbers; this scene's state has {}", numbers.size(), wanted);
+    require(numbers.size() == wanted, {}, "the checkpoint holds {} numbers; this scene's state has {}", numbers.size(),
+            wanted);
     std::size_t next = 0;
-    for_state(s.spheres, s.ledger, s.counts, s.overlap, s.bead_potential_start, [&](auto& number) {
-        number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]);
-    });
+    for_state(s.spheres, s.ledger, s.counts, s.overlap, s.bead_potential_start,
+              [&](auto& number) { number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]); });
     for (std::size_t r = 0; r < s.spheres.rods.size(); ++r) place_spheres(s.spheres, r);
     list_again(s.setup.cell, s.setup.contacts.skin, s.spheres, s.neighbours);
 }

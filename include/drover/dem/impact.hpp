@@ -9,18 +9,18 @@ namespace drover::dem {
 
 /// A body of revolution as an impact sees it.
 struct Mover {
-    Vector velocity;            ///< of its centre of mass [mm/s]
-    Vector spin;                ///< angular velocity [rad/s]
-    Vector axis;                ///< of length 1; any for a sphere
-    double mass_inverse = 0.0;  ///< [1/mg]
+    Vector velocity;              ///< of its centre of mass [mm/s]
+    Vector spin;                  ///< angular velocity [rad/s]
+    Vector axis;                  ///< of length 1; any for a sphere
+    double mass_inverse = 0.0;    ///< [1/mg]
     double across_inverse = 0.0;  ///< 1/inertia about an axis across its own [1/(mg mm^2)]
     double along_inverse = 0.0;   ///< the same about its own
 };
 
 /// A contact of two bodies, or of one with a wall that moves as it is told.
 struct Contact {
-    int first = 0, second = -1;  ///< movers; second = -1: a wall
-    Vector normal;               ///< of length 1, towards `first`
+    int first = 0, second = -1;    ///< movers; second = -1: a wall
+    Vector normal;                 ///< of length 1, towards `first`
     Vector arm_first, arm_second;  ///< from the centres of mass to the place of contact [mm]
     Vector wall_velocity;          ///< at that place [mm/s]
     double restitution = 0.0;      ///< e, 0 to 1
@@ -45,16 +45,18 @@ enum class RestitutionKind {
 
 struct ImpactLaw {
     GroupLaw group = GroupLaw::simultaneous;
-    RestitutionKind restitution = RestitutionKind::energetic;  ///< of the laws that take one contact after another, and of single contacts
-    bool track_slip = true;   ///< friction opposes the slip of each moment of the impact; false: that before it
-    int increments = 16;      ///< of an impact during which the slip turns
-    double tolerance = 1e-3;  ///< speed of approach that may be left, beside the largest before
+    RestitutionKind restitution =
+        RestitutionKind::energetic;  ///< of the laws that take one contact after another, and of single contacts
+    bool track_slip = true;          ///< friction opposes the slip of each moment of the impact; false: that before it
+    int increments = 16;             ///< of an impact during which the slip turns
+    double tolerance = 1e-3;         ///< speed of approach that may be left, beside the largest before
 };
 
 /// What a group of impacts did, as energies [mg mm^2/s^2]: the kinetic energy of the movers changed by walls + normal + friction.
 struct ImpactOutcome {
-    double walls = 0.0;     ///< work of the walls' own motion
-    double normal = 0.0;    ///< work of the normal impulses on the relative motion: <= 0 unless the restitution is not energetic
+    double walls = 0.0;  ///< work of the walls' own motion
+    double normal =
+        0.0;  ///< work of the normal impulses on the relative motion: <= 0 unless the restitution is not energetic
     double friction = 0.0;  ///< work of friction on the relative motion: <= 0 where the slip is tracked
     double residual = 0.0;  ///< largest speed of approach left [mm/s]
     double approach = 0.0;  ///< largest speed of approach before [mm/s]

@@ -14,12 +14,12 @@ namespace drover::dem {
 /// Where the energy of the bodies came from and went, since the start [mg mm^2/s^2].  The kinetic energy now is that at the start plus the sum
 /// of all of these.
 struct Ledger {
-    double gravity = 0.0;     ///< work of gravity
-    double plates = 0.0;      ///< work of the moving base and lid on the bodies
-    double forces = 0.0;      ///< work of the other forces on bodies, the torque and the control of the mean velocity
-    double kicks = 0.0;       ///< work of the kicks
-    double impact = 0.0;      ///< lost in the direction of the normals, <= 0
-    double friction = 0.0;    ///< lost to friction, <= 0
+    double gravity = 0.0;   ///< work of gravity
+    double plates = 0.0;    ///< work of the moving base and lid on the bodies
+    double forces = 0.0;    ///< work of the other forces on bodies, the torque and the control of the mean velocity
+    double kicks = 0.0;     ///< work of the kicks
+    double impact = 0.0;    ///< lost in the direction of the normals, <= 0
+    double friction = 0.0;  ///< lost to friction, <= 0
 };
 double sum(const Ledger& ledger);
 
@@ -55,7 +55,8 @@ struct Overlap {
 class World {
 public:
     /// `threads` must outlive it.  Throws an input Error when the setup cannot be, or the bodies do not lie in the cell.
-    World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const PlaceOf& place = nowhere);
+    World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
+          const PlaceOf& place = nowhere);
     World(World&&) noexcept;
     ~World();
 
