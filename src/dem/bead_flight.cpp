@@ -39,12 +39,11 @@ void drift(Lane& place, Lane& velocity, const Vector& acceleration, double tau) 
 }
 
 /// One bead that meets a plate in this step, from its state at the start.
-void fly_bead(Lane& place, Lane& velocity, Lane& spin, const Vector& acceleration, const PlateMotion& plates, double dt,
-              const BeadRules& rules, Ledger& ledger, Counts& counts) {
+void fly_bead(Lane& place, Lane& velocity, Lane& spin, const Vector& acceleration, const PlateMotion& plates,
+              Flight base, double dt, const BeadRules& rules, Ledger& ledger, Counts& counts) {
     const double radius = place[3];
     double now = 0.0, least = 0.0;
     for (;;) {
-        const Flight base = plates.base(now);
         const double speed = velocity[2] - base.speed, push = acceleration.z - base.push;
         const double below = place[2] - radius - base.at, above = base.at + plates.gap() - radius - place[2];
         const double to_base = closing_time(below, speed, push);
@@ -53,18 +52,18 @@ void fly_bead(Lane& place, Lane& velocity, Lane& spin, const Vector& acceleratio
         if (now + next >= dt) break;
         drift(place, velocity, acceleration, next);
         now += next;
-        const Flight then = plates.base(now);
+        base = plates.base(now);
         const double side = to_base <= to_lid ? 1.0 : -1.0;
-        const double surface = side > 0.0 ? then.at + radius : then.at + plates.gap() - radius;
+        const double surface = side > 0.0 ? base.at + radius : base.at + plates.gap() - radius;
         if (side * (place[2] - surface) < 0.0) {
             ledger.gravity -= acceleration.z / velocity[3] * (surface - place[2]);
             place[2] = surface;
         }
-        if (side * (velocity[2] - then.speed) < 0.0) {
-            bounce(velocity, spin, radius, side, then.speed, rules, ledger);
+        if (side * (velocity[2] - base.speed) < 0.0) {
+            bounce(velocity, spin, radius, side, base.speed, rules, ledger);
             ++counts.bead_plate;
         }
-        least = 0.25 * dt;  // a bead that comes to rest on a plate hops no oftener
+        least = 0.5 * dt;  // a bead that comes to rest on a plate hops no oftener
     }
     drift(place, velocity, acceleration, dt - now);
 }
@@ -73,8 +72,8 @@ void fly_bead(Lane& place, Lane& velocity, Lane& spin, const Vector& acceleratio
 bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, double dt,
                const BeadRules& rules, Ledger& ledger, Counts& counts) {
     BeadArrays& beads = spheres.beads;
-    const Flight base = plates.base(dt);
-    const double low = base.at, high = plates.lid() ? base.at + plates.gap() : never;
+    const Flight start = plates.base(0.0), end_base = plates.base(dt);
+    const double low = end_base.at, high = plates.lid() ? end_base.at + plates.gap() : never;
     const double far = 0.25 * rules.skin * rules.skin;
     const Lane gravity{rules.acceleration.x, rules.acceleration.y, rules.acceleration.z, 0.0};
     const Lane force{rules.force.x, rules.force.y, rules.force.z, 0.0};
@@ -83,17 +82,18 @@ bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const Plate
     for (std::size_t s = begin; s < end; ++s) {
         const Lane velocity = beads.velocity[s];
         const Lane push = gravity + force * velocity[3];
-        const Lane place = spheres.place[s] + velocity * time + push * half;
+        Lane place = spheres.place[s] + velocity * time + push * half;
         if (place[2] - place[3] < low || place[2] + place[3] > high) [[unlikely]] {
-            fly_bead(spheres.place[s], beads.velocity[s], beads.spin[s], vector_of(push), plates, dt, rules, ledger,
+            fly_bead(spheres.place[s], beads.velocity[s], beads.spin[s], vector_of(push), plates, start, dt, rules, ledger,
                      counts);
+            place = spheres.place[s];
         } else {
             spheres.place[s] = place;
             beads.velocity[s] = velocity + push * time;
         }
-        const double x = spheres.place[s][0] - static_cast<double>(spheres.listed[s][0]),
-                     y = spheres.place[s][1] - static_cast<double>(spheres.listed[s][1]);
-        astray |= !(x * x + y * y < far);
+        const double x = place[0] - static_cast<double>(spheres.listed[s][0]),
+                     y = place[1] - static_cast<double>(spheres.listed[s][1]);
+        if (!(x * x + y * y < far)) [[unlikely]] astray = true;
     }
     return astray;
 }
