@@ -5,6 +5,7 @@
 
 #include "drover/measure/particles.hpp"
 #include "measure/plane_cells.hpp"
+#include "measure/spread_over_list.hpp"
 
 namespace drover::measure {
 
@@ -28,14 +29,6 @@ Places places_of(const std::vector<Body>& bodies) {
         places.y.push_back(body.position.y);
     }
     return places;
-}
-
-/// Number k of `centres` among `all`: each once when there are as many, else spread over the list in no step of its own, so that lists dealt
-/// out by kind are met in their parts.
-std::size_t centre(std::size_t k, std::size_t centres, std::size_t all) {
-    if (centres == all) return k;
-    const double golden = static_cast<double>(k) * (std::numbers::phi - 1.0);
-    return std::min(static_cast<std::size_t>((golden - std::floor(golden)) * static_cast<double>(all)), all - 1);
 }
 
 /// Area of ring number `bin`.
@@ -83,7 +76,7 @@ void add_bead_correlation(const ParticleSetting& setting, const Places& beads, c
     std::vector<double> pairs(bins.count);
     const double reach = bins.width * static_cast<double>(bins.count);
     for (std::size_t k = 0; k < centres; ++k) {
-        const std::size_t i = centre(k, centres, all);
+        const std::size_t i = spread_over_list(k, centres, all);
         cells.for_near(beads.x[i], beads.y[i], reach, [&](std::size_t j, double dx, double dy) {
             const auto bin = static_cast<std::size_t>(std::sqrt(dx * dx + dy * dy) / bins.width);
             if (j != i && bin < bins.count) pairs[bin] += 1.0;
@@ -117,7 +110,7 @@ void add_rod_pairs(const ParticleSetting& setting, const dem::Bodies& bodies, Pa
     const double most = std::pow(bins.width * static_cast<double>(bins.count), 2);
     std::vector<double> pairs(bins.count), order(bins.count);
     for (std::size_t k = 0; k < centres; ++k) {
-        const std::size_t i = centre(k, centres, all);
+        const std::size_t i = spread_over_list(k, centres, all);
         for (std::size_t j = 0; j < all; ++j) {
             const double dx = nearest.x(rods.x[j] - rods.x[i]), dy = nearest.y(rods.y[j] - rods.y[i]),
                          square = dx * dx + dy * dy;
@@ -148,7 +141,7 @@ void add_flow(const ParticleSetting& setting, const dem::Bodies& bodies, const P
     const double part = 1.0 / (static_cast<double>(centres) * width * width);
     for (auto* field : {&sums.flow_density, &sums.flow_along, &sums.flow_across}) field->assign(mesh * mesh, 0.0);
     for (std::size_t k = 0; k < centres; ++k) {
-        const dem::Rod& rod = bodies.rods[centre(k, centres, bodies.rods.size())];
+        const dem::Rod& rod = bodies.rods[spread_over_list(k, centres, bodies.rods.size())];
         const double flat = std::hypot(rod.axis.x, rod.axis.y);
         if (flat == 0.0) continue;
         const double c = rod.axis.x / flat, s = rod.axis.y / flat;
