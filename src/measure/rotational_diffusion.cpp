@@ -124,7 +124,12 @@ RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlatio
     }
     result.relaxation_time = result.diffusion;
     result.relaxation_time.mean = 1.0 / rate;
-    if (result.diffusion.error) result.relaxation_time.error = *result.diffusion.error / (rate * rate);
+    if (!(rate > 0.0)) {
+        result.relaxation_time = {.mean = std::numeric_limits<double>::infinity(),
+                                  .refusal = "error refused: C(t) does not fall"};
+    } else if (result.diffusion.error) {
+        result.relaxation_time.error = *result.diffusion.error / (rate * rate);
+    }
     return result;
 }
 
