@@ -11,6 +11,7 @@ namespace drover::measure {
 
 namespace {
 
+constexpr double from_beside_to = 8.0;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// Line y = at_zero + slope t by least squares, weights 1/t^2.
@@ -40,13 +41,13 @@ Lags lags_to_fit(const RotationalCorrelation& correlation, const std::vector<dou
     Lags lags;
     if (times.size() < 2) return lags;
     const double close = 1e-9 * times[1];
-    while (lags.first < times.size() && times[lags.first] < fit.from - close) ++lags.first;
-    lags.end = lags.first;
-    while (lags.end < times.size()) {
-        if (!(whole[lags.end] > 0.0)) break;
-        if (fit.to > 0.0 ? times[lags.end] > fit.to + close : -std::log(whole[lags.end]) > fit.drop) break;
-        ++lags.end;
-    }
+    const auto lasts = [&](std::size_t lag) {
+        if (!(whole[lag] > 0.0)) return false;
+        return fit.to > 0.0 ? times[lag] <= fit.to + close : -std::log(whole[lag]) <= fit.drop;
+    };
+    while (lags.end < times.size() && lasts(lags.end)) ++lags.end;
+    const double from = fit.from > 0.0 ? fit.from : times[lags.end - 1] / from_beside_to;
+    while (lags.first < lags.end && times[lags.first] < from - close) ++lags.first;
     return lags;
 }
 
@@ -91,9 +92,7 @@ RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlatio
             weight[lag] += correlation.counts[u][lag];
         }
     for (std::size_t lag = 0; lag < whole.size(); ++lag) whole[lag] /= weight[lag];
-    Lags lags = lags_to_fit(correlation, whole, fit);
-    if (fit.to <= 0.0)  // few origins reach far
-        lags.end = std::min(lags.end, std::max(lags.first, whole.size() - 1));
+    const Lags lags = lags_to_fit(correlation, whole, fit);
     result.lags = lags.end - lags.first;
     if (result.lags < 2) {
         result.diffusion = {.mean = not_a_number,

@@ -224,8 +224,8 @@ TEST(RodFlow, of_a_known_field_is_found_in_the_frame_of_each_rod) {
             const auto [along, across] = field(places[i], places[k]);
             const std::size_t at = i * 21 + k;
             total += density[at] / (21.0 * 21.0);
-            // The mean over a cell of 1 mm differs from the middle by width^2/24 times the Laplacian, at most 40/4 there: some 0.8; most
-            // at the core, where the field is 10.
+            // The mean over a cell of 1.07 mm differs from its middle by width^2/24 of the Laplacian, some 20 at the core: 1; that of the
+            // beads in it, 0.15 mm apart, by less.  The field is 10 there and changes by as much over the mesh.
             EXPECT_NEAR(flux_along[at] / density[at], along, 0.8) << i << " " << k;
             EXPECT_NEAR(flux_across[at] / density[at], across, 0.8) << i << " " << k;
         }

@@ -110,6 +110,29 @@ TEST(RotationalDiffusion, leaves_out_what_is_lost_at_once_to_jitter) {
     EXPECT_LE(found.to, 0.5 / 0.4 + 0.2);  // where -ln C passes one half
 }
 
+TEST(RotationalDiffusion, is_that_of_long_times_for_a_rod_that_remembers_how_fast_it_turned) {
+    // Angular velocity of memory 0.03 s, seen every 5 ms: <dtheta^2> = 2 D (t - memory (1 - exp(-t/memory))), so 2 D t less a constant.
+    const double diffusion = 0.4, memory = 0.03, dt = 0.005, keep = std::exp(-dt / memory);
+    std::vector<std::vector<double>> angles(40);
+    for (std::size_t r = 0; r < 40; ++r) {
+        const std::vector<double> noise = normal_numbers(8001, 28, r);
+        double turning = std::sqrt(diffusion / memory) * noise[0], angle = 0.0;
+        for (std::size_t i = 1; i < 8001; ++i) {
+            angles[r].push_back(angle);
+            angle += turning * dt;
+            turning = keep * turning + std::sqrt(diffusion / memory * (1.0 - keep * keep)) * noise[i];
+        }
+    }
+    // Of steps of 5 ms the sum of the correlations is not quite the integral: dt coth(dt/(2 memory))/2 for the memory.
+    const double expected = diffusion / memory * 0.5 * dt / std::tanh(0.5 * dt / memory);
+    const RotationalCorrelation correlation = rotational_correlation(angles, dt, 400);
+    const RotationalDiffusion found = rotational_diffusion(correlation);
+    expect_within(found.diffusion, expected, 3.0);
+    EXPECT_LT(*found.diffusion.error, 0.05 * expected);  // and that is not for want of precision:
+    EXPECT_LT(rotational_diffusion(correlation, {.from = dt, .to = 0.03}).diffusion.mean, 0.8 * expected);
+    EXPECT_LT(found.fast, 0.0);  // C starts flat: above its exponential
+}
+
 TEST(RotationalDiffusion, starts_where_it_is_told_to) {
     const Walkers walkers = active_rods(20, 1001, 0.05, 0.4, 0.0, 25);
     const RotationalCorrelation correlation = rotational_correlation(walkers.angles, 0.05, 200);

@@ -46,13 +46,13 @@ struct RotationalCorrelation {
     double unit_time = 0.0;                         ///< of origins in the shortest unit [s]
     bool by_time = false;                           ///< units are stretches of time
 };
-/// Angles of each rod [rod][time], wrapped or not, of any lengths; lags 0 to lags_most or the longest there is.
+/// Angles of each rod [rod][time], wrapped or not, of any lengths (a rod alone, started many times, is as many rods); lags 0 to lags_most or the longest there is.
 RotationalCorrelation rotational_correlation(std::span<const std::vector<double>> angles, double spacing,
                                              std::size_t lags_most);
 
 /// Between which lags C(t) is fitted.
 struct RotationFit {
-    double from = 0.0;  ///< least lag [s]; 0: one spacing.  Longer than the memory of the angular velocity
+    double from = 0.0;  ///< least lag [s], longer than the memory of the angular velocity; 0: an eighth of the largest
     double to = 0.0;    ///< largest lag [s]; 0: found
     double drop = 0.5;  ///< found: the last lag before -ln C exceeds this, all lags there are at most
 };
@@ -65,10 +65,10 @@ struct RotationalDiffusion {
     double from = 0.0, to = 0.0;  ///< lags fitted [s]
     std::size_t lags = 0;
 };
-/// Straight line through -ln C(t) by least squares, weights 1/t^2: the error of -ln C(t) of a diffusing angle grows as about t^(3/2), and the
-/// values at long lags follow those at short ones, so that short lags know D_r best, for as long as the angle diffuses there; the intercept takes
-/// what is lost before.  The error is that of the slope under the jackknife over units.  Refused when units are stretches of time shorter than
-/// 3/D_r.
+/// Straight line through -ln C(t) by least squares, weights 1/t^2.  An angle diffuses for times longer than the memory of the angular velocity,
+/// and C(t) is known the worse the longer the time: few stretches of it are independent, so values at long times follow those at short ones.
+/// Hence the early fall of C, weighted to its start, and an intercept that takes what was lost before it.  The error is that of the slope under
+/// the jackknife over units; it is refused when units are stretches of time shorter than 3/D_r.
 RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlation, const RotationFit& fit = {});
 
 /// Speeds of rods along themselves, from displacements over frames.
