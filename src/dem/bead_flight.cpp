@@ -84,8 +84,8 @@ bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const Plate
         const Lane push = gravity + force * velocity[3];
         Lane place = spheres.place[s] + velocity * time + push * half;
         if (place[2] - place[3] < low || place[2] + place[3] > high) [[unlikely]] {
-            fly_bead(spheres.place[s], beads.velocity[s], beads.spin[s], vector_of(push), plates, start, dt, rules, ledger,
-                     counts);
+            fly_bead(spheres.place[s], beads.velocity[s], beads.spin[s], vector_of(push), plates, start, dt, rules,
+                     ledger, counts);
             place = spheres.place[s];
         } else {
             spheres.place[s] = place;
@@ -93,7 +93,8 @@ bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const Plate
         }
         const double x = place[0] - static_cast<double>(spheres.listed[s][0]),
                      y = place[1] - static_cast<double>(spheres.listed[s][1]);
-        if (!(x * x + y * y < far)) [[unlikely]] astray = true;
+        if (!(x * x + y * y < far)) [[unlikely]]
+            astray = true;
     }
     return astray;
 }

@@ -9,15 +9,15 @@
 #include <numbers>
 #include <vector>
 
-#include "drover/base/random.hpp"
+#include "dem/scenes.hpp"
 #include "drover/dem/rotation.hpp"
 #include "drover/dem/shape.hpp"
 
 namespace drover::dem {
 namespace {
 
-const Shape rod_shape = make_rod({1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72}, 4.5, 8.7);
-const Shape bead_shape = make_ball(0.8, 2.7);
+const Shape the_rod = make_rod({1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72}, 4.5, 8.7);
+const Shape the_bead = make_ball(0.8, 2.7);
 
 Mover mover(const Shape& shape, const Vector& axis = {1.0, 0.0, 0.0}) {
     return {.velocity = {},
@@ -33,32 +33,12 @@ Vector momentum_angular(const Mover& m) {
     return 1.0 / m.across_inverse * (m.spin - along * m.axis) + along / m.along_inverse * m.axis;
 }
 
-/// Numbers in (-1, 1), in turn.
-class Drawn {
-public:
-    explicit Drawn(std::uint64_t seed) : seed_(seed) {}
-    double operator()() {
-        double u = 0.0;
-        fill_uniform({.seed = seed_, .stream = Stream::test}, next_++, 1, {&u, 1});
-        return 2.0 * u - 1.0;
-    }
-    Vector vector(double size) { return {size * (*this)(), size * (*this)(), size * (*this)()}; }
-    Vector direction() {
-        Vector v = vector(1.0);
-        while (length(v) < 0.1 || length(v) > 1.0) v = vector(1.0);
-        return 1.0 / length(v) * v;
-    }
-
-private:
-    std::uint64_t seed_, next_ = 0;
-};
-
 /// A rod whose sphere k meets a plate below it.
 Contact on_plate(const Mover& m, std::size_t k, double e, double mu) {
     return {.first = 0,
             .second = -1,
             .normal = {0.0, 0.0, 1.0},
-            .arm_first = rod_shape.at[k] * m.axis - Vector{0.0, 0.0, rod_shape.radius[k]},
+            .arm_first = the_rod.at[k] * m.axis - Vector{0.0, 0.0, the_rod.radius[k]},
             .arm_second = {},
             .wall_velocity = {},
             .restitution = e,
@@ -72,7 +52,7 @@ TEST(Impact, of_a_sphere_and_a_wall_has_the_restitution_and_friction_asked_for_a
     for (const double mu : {0.0, 0.05, 0.3, 10.0})
         for (double angle = 0.0; angle < 1.55; angle += 0.05) {
             const Vector before{50.0 * std::sin(angle), 0.0, -50.0 * std::cos(angle)};
-            Mover m = mover(bead_shape);
+            Mover m = mover(the_bead);
             m.velocity = before;
             Contact contact{.first = 0,
                             .normal = {0.0, 0.0, 1.0},
@@ -83,7 +63,7 @@ TEST(Impact, of_a_sphere_and_a_wall_has_the_restitution_and_friction_asked_for_a
             const double slide = mu * (1.0 + e) * 50.0 * std::cos(angle), stick = 2.0 / 7.0 * before.x;
             EXPECT_NEAR(m.velocity.z, e * 50.0 * std::cos(angle), 1e-12);
             EXPECT_NEAR(m.velocity.x, before.x - std::min(slide, stick), 1e-12);
-            EXPECT_NEAR(m.spin.y, bead_shape.mass * radius * std::min(slide, stick) / bead_shape.inertia_along, 1e-10);
+            EXPECT_NEAR(m.spin.y, the_bead.mass * radius * std::min(slide, stick) / the_bead.inertia_along, 1e-10);
         }
 }
 
@@ -125,12 +105,12 @@ std::array<double, 2> planar_impact(double nn, double nx, double xx, double u, d
 
 TEST(Impact, of_the_end_of_a_rod_and_a_plate_is_stronges_planar_impact_through_sticking_and_slip_reversal) {
     // Frictional impulses are turned at the end of an increment: second order, and first where the slip passes zero within one.
-    const double a = rod_shape.at[0], r = rod_shape.radius[0], m = rod_shape.mass, i = rod_shape.inertia_across;
+    const double a = the_rod.at[0], r = the_rod.radius[0], m = the_rod.mass, i = the_rod.inertia_across;
     int reversed = 0, stuck = 0;
     for (const double mu : {0.01, 0.03, 0.1, 0.3, 1.0})
         for (const double e : {0.0, 0.1, 0.5, 1.0})
             for (double slip = -30.0; slip <= 30.0; slip += 2.5) {
-                Mover rod = mover(rod_shape);
+                Mover rod = mover(the_rod);
                 rod.velocity = {slip, 0.0, -20.0};
                 Contact contact = on_plate(rod, 0, e, mu);
                 // Arm (a, 0, -r): a unit normal impulse turns the rod by -a/I about y, which moves the place of contact along x by a r/I.
@@ -152,7 +132,7 @@ TEST(Impact, frictionless_gives_back_e_for_every_kind_of_restitution) {
     for (const RestitutionKind kind :
          {RestitutionKind::energetic, RestitutionKind::kinetic, RestitutionKind::kinematic})
         for (const double e : {0.0, 0.1, 0.3, 1.0}) {
-            Mover rod = mover(rod_shape, {0.8, 0.0, 0.6});
+            Mover rod = mover(the_rod, {0.8, 0.0, 0.6});
             rod.velocity = {3.0, 1.0, -20.0};
             rod.spin = {1.0, 5.0, 2.0};
             Contact contact = on_plate(rod, 12, e, 0.0);
@@ -165,7 +145,7 @@ TEST(Impact, frictionless_gives_back_e_for_every_kind_of_restitution) {
 TEST(Impact, kinds_of_restitution_differ_once_the_slip_turns) {
     // Stronge (2000), fig. 3.9: energetic, kinetic and kinematic agree unless the slip stops or reverses.
     const auto after = [](RestitutionKind kind, double slip) {
-        Mover rod = mover(rod_shape);
+        Mover rod = mover(the_rod);
         rod.velocity = {slip, 0.0, -20.0};
         Contact contact = on_plate(rod, 0, 0.5, 0.3);
         resolve({&rod, 1}, {&contact, 1}, {.restitution = kind, .increments = 400});
@@ -185,7 +165,7 @@ struct Heap {
 Heap heap(Drawn& drawn, std::size_t bodies, std::size_t contacts, bool walls) {
     Heap result;
     for (std::size_t b = 0; b < bodies; ++b) {
-        Mover m = mover(drawn() > 0.0 ? rod_shape : bead_shape, drawn.direction());
+        Mover m = mover(drawn() > 0.0 ? the_rod : the_bead, drawn.direction());
         m.velocity = drawn.vector(30.0);
         m.spin = drawn.vector(10.0);
         result.movers.push_back(m);
@@ -281,7 +261,7 @@ void springs(std::vector<Mover>& movers, const std::vector<Contact>& contacts) {
 
 TEST(ImpactGroup, of_frictionless_balls_in_a_row_moves_as_springs_of_equal_stiffness_do) {
     for (const double e : {1.0, 0.5, 0.2}) {
-        std::vector<Mover> movers(5, mover(bead_shape));
+        std::vector<Mover> movers(5, mover(the_bead));
         movers[0].velocity = {-40.0, 0.0, 0.0};
         movers[4].velocity = {25.0, 0.0, 0.0};
         std::vector<Contact> contacts;
@@ -306,10 +286,10 @@ TEST(ImpactGroup, does_not_depend_on_the_order_of_the_contacts) {
     Drawn drawn(3);
     double worst = 0.0;
     for (int trial = 0; trial < 50; ++trial) {
-        Mover rod = mover(rod_shape);
+        Mover rod = mover(the_rod);
         rod.velocity = drawn.vector(10.0) - Vector{0.0, 0.0, 20.0};
         rod.spin = drawn.vector(3.0);
-        Mover bead = mover(bead_shape);
+        Mover bead = mover(the_bead);
         bead.velocity = {0.0, 0.0, -30.0};
         std::vector<Contact> contacts{on_plate(rod, 0, 0.1, 0.03), on_plate(rod, 6, 0.1, 0.03)};
         contacts.push_back({.first = 1,
@@ -366,7 +346,7 @@ TEST(ImpactGroup, mirrored_and_turned_impacts_are_mirrored_and_turned) {
 }
 
 TEST(Impact, that_does_not_approach_does_nothing) {
-    Mover rod = mover(rod_shape);
+    Mover rod = mover(the_rod);
     rod.velocity = {3.0, 0.0, 1.0};
     Contact contact = on_plate(rod, 0, 0.3, 0.3);
     const ImpactOutcome outcome = resolve({&rod, 1}, {&contact, 1}, {});
