@@ -247,7 +247,7 @@ TEST(World, a_rod_in_a_cell_of_its_own_length_meets_its_own_image) {
     dem::Setup setup = square(4.6);
     setup.cell.ly = 3.0;
     Rod rod = lying_rod(setup, 0.0, 0.0, 0.0);
-    rod.angular_momentum = {0.0, 0.0, 400.0};  // turns about z at 11 rad/s
+    rod.angular_momentum = {0.0, 0.0, 2000.0};  // turns about z at 56 rad/s
     World world(setup, {.shapes = {rod_shape(setup)}, .beads = {}, .rods = {rod}}, 1e-5, 1, threads);
     const double before = world.energy_kinetic();
     run(world, 0, 20000);
