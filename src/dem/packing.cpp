@@ -19,7 +19,8 @@ using std::numbers::pi;
 /// Uniform numbers in (0, 1), one after the other.
 class Draws {
 public:
-    Draws(std::uint64_t seed, std::uint32_t substep) : key_{.seed = seed, .stream = Stream::packing, .substep = substep} {}
+    Draws(std::uint64_t seed, std::uint32_t substep)
+        : key_{.seed = seed, .stream = Stream::packing, .substep = substep} {}
     double operator()() {
         if (at_ == held_.size()) {
             fill_uniform(key_, first_, 1, held_);
@@ -195,8 +196,7 @@ void grow(Crowd& crowd) {
 void set_heights(const Setup& setup, double thickest, Crowd& crowd) {
     crowd.floor = 2.0 * setup.plates.amplitude;
     // Without a lid a little more room than one layer needs; what lies high falls.
-    crowd.ceiling =
-        crowd.floor + (setup.plates.lid ? setup.plates.gap : std::max(setup.plates.gap, 1.5 * thickest));
+    crowd.ceiling = crowd.floor + (setup.plates.lid ? setup.plates.gap : std::max(setup.plates.gap, 1.5 * thickest));
 }
 
 double margin_of(const Setup& setup, double thickest) {
