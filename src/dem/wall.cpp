@@ -56,12 +56,15 @@ FromArc from_arc(const Flower& flower, int petal, double x, double y) {
     return {.c = c, .s = s, .along = c * x + s * y - flower.arc_at, .across = c * y - s * x};
 }
 
-/// Adds the arc where its circle's nearest point belongs to it.  Only in its own sector can a place be outside of it:
-/// elsewhere what lies beyond an arc is in another petal.
-void add_arc(const Flower& flower, const FromArc& place, bool own, Nearest& nearest) {
+/// Whether the nearest point of an arc's circle belongs to the arc.
+bool faces(const Flower& flower, const FromArc& place) {
+    return std::abs(std::atan2(place.across, place.along)) <= flower.half_angle;
+}
+
+/// Adds the arc where a place faces it.
+void add_arc(const Flower& flower, const FromArc& place, Nearest& nearest) {
+    if (!faces(flower, place)) return;
     const double from_centre = std::hypot(place.along, place.across);
-    if (!own && from_centre > flower.arc_radius) return;
-    if (from_centre > 0.0 && std::abs(std::atan2(place.across, place.along)) > flower.half_angle) return;
     const double ux = from_centre > 0.0 ? place.along / from_centre : 1.0;
     const double uy = from_centre > 0.0 ? place.across / from_centre : 0.0;
     nearest.add({.distance = flower.arc_radius - from_centre,
@@ -69,16 +72,19 @@ void add_arc(const Flower& flower, const FromArc& place, bool own, Nearest& near
                  .ny = -(place.s * ux + place.c * uy)});
 }
 
-/// Adds the corner after a petal where the distance grows along both arcs that end there.
-void add_corner(const Cell& cell, const Flower& flower, int petal, double x, double y, Nearest& nearest) {
-    const FromArc last = from_arc(flower, petal, x, y), next = from_arc(flower, petal + 1, x, y);
+/// Adds the corner after a petal; sign: 1 for a place inside, -1 outside.
+void add_corner(const Cell& cell, const Flower& flower, int petal, double x, double y, double sign, Nearest& nearest) {
+    const double angle = flower.half_turn * (2 * petal + 1);
+    const double dx = x - cell.radius * std::cos(angle), dy = y - cell.radius * std::sin(angle);
+    const double distance = std::hypot(dx, dy);
+    if (distance == 0.0) return;  // the arcs are there as well
+    nearest.add({.distance = sign * distance, .nx = sign * dx / distance, .ny = sign * dy / distance});
+}
+
+/// Whether the distance grows from the corner after a petal along both arcs that end there.
+bool faces_corner(const Flower& flower, const FromArc& before, const FromArc& after) {
     const double c = std::cos(flower.half_angle), s = std::sin(flower.half_angle);
-    if (c * last.across - s * last.along <= 0.0 || c * next.across + s * next.along >= 0.0) return;
-    const double corner = flower.half_turn * (2 * petal + 1);
-    const double dx = x - cell.radius * std::cos(corner), dy = y - cell.radius * std::sin(corner);
-    const double distance = std::hypot(dx, dy), sign = std::hypot(x, y) <= cell.radius ? 1.0 : -1.0;
-    if (distance > 0.0)
-        nearest.add({.distance = sign * distance, .nx = sign * dx / distance, .ny = sign * dy / distance});
+    return c * before.across - s * before.along > 0.0 && c * after.across + s * after.along < 0.0;
 }
 
 /// Contacts are the places of the outline that are nearer than those beside them.
@@ -86,12 +92,20 @@ void add_flower(const Cell& cell, double x, double y, Nearest& nearest) {
     const Flower flower = make_flower(cell);
     if (std::hypot(x, y) + nearest.reach < std::min(cell.radius, flower.arc_at + flower.arc_radius)) return;
     const int petal = static_cast<int>(std::lround(std::atan2(y, x) / (2.0 * flower.half_turn)));
+    // Outside: in the sector of a petal that is beyond its arc, or, where petals are flat, beyond a corner.
+    const FromArc own = from_arc(flower, petal, x, y);
+    const bool facing = faces(flower, own), beyond = std::hypot(own.along, own.across) > flower.arc_radius;
+    if (facing && beyond) return add_arc(flower, own, nearest);
+    if (!facing && beyond && flower.arc_at < 0.0)
+        return add_corner(cell, flower, own.across > 0.0 ? petal : petal - 1, x, y, -1.0, nearest);
     // What is nearer than half a chord belongs to this petal or to one beside it.
     const bool all = cell.petals <= 3 || nearest.reach >= flower.half_chord;
     const int first = all ? petal - cell.petals / 2 : petal - 1, last = all ? first + cell.petals - 1 : petal + 1;
     for (int k = first; k <= last; ++k) {
-        add_arc(flower, from_arc(flower, k, x, y), k == petal, nearest);
-        if (all || k < last) add_corner(cell, flower, k, x, y, nearest);
+        const FromArc here = from_arc(flower, k, x, y), next = from_arc(flower, k + 1, x, y);
+        // What lies beyond another petal's arc is in its own petal, and that arc has ended before.
+        if (std::hypot(here.along, here.across) <= flower.arc_radius) add_arc(flower, here, nearest);
+        if ((all || k < last) && faces_corner(flower, here, next)) add_corner(cell, flower, k, x, y, 1.0, nearest);
     }
 }
 
