@@ -76,6 +76,8 @@ Asked check_beads(const BeadSupply& beads, double area_cell, const PlaceOf& plac
 Asked check_rods(const RodSupply& rods, double area_cell, const PlaceOf& place) {
     require(!rods.diameters.empty(), place("rods.diameters"), "rods.diameters is empty; expected at least one");
     require(!rods.densities.empty(), place("rods.densities"), "rods.densities is empty; expected at least one");
+    require(*std::max_element(rods.densities.begin(), rods.densities.end()) > 0.0, place("rods.densities"),
+            "rods.densities holds no number above 0; expected one at least, or rods have no mass");
     const Shape shape = rod_shape(rods, 1.0, place);
     Asked result = asked(rods, "rods", area_cell, shape.projected_area, place);
     if (result.count > 0.0) result.length = shape.head - shape.tail;

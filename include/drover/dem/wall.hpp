@@ -8,7 +8,7 @@ namespace drover::dem {
 
 /// The wall near a place in the plane.
 struct WallPoint {
-    double distance = 0.0;        ///< from the place to the wall [mm]; < 0 outside
+    double distance = 0.0;      ///< from the place to the wall [mm]; < 0 outside
     double nx = 0.0, ny = 0.0;  ///< of length 1, from the wall into the cell
 };
 
