@@ -37,7 +37,7 @@ private:
     std::array<double, 256> held_{};
     std::size_t at_ = 256;
 };
-enum : std::uint32_t { draws_of_rods = 1, draws_of_beads = 2, draws_of_shaking = 3 };  // 0: the sizes of rods
+enum : std::uint32_t { draws_of_rods = 1, draws_of_beads = 2 };  // 0: the sizes of rods
 
 /// The spheres of a body in the lists of a crowd.
 struct Span {
@@ -204,6 +204,25 @@ double margin_of(const Setup& setup, double thickest) {
     return setup.plates.lid && thickest > 0.0 ? std::min(most, 0.25 * (setup.plates.gap / thickest - 1.0)) : most;
 }
 
+constexpr int steps_of_round = 500;
+
+/// Pushes bodies apart in rounds until none overlap; the overlap after each.  Ends early when the rounds are used up, about a minute at the
+/// paper's size, or bring no more.
+std::vector<double> resolve(Crowd& crowd) {
+    constexpr double sphere_steps = 8e8;
+    constexpr std::size_t back = 4, least = 6, most = 40;
+    const double rounds = sphere_steps / steps_of_round / static_cast<double>(crowd.body.size());
+    const std::size_t last = std::clamp(static_cast<std::size_t>(rounds), least, most);
+    std::vector<double> overlaps;
+    while (overlaps.size() < last) {
+        push_apart(crowd, 0.8 * crowd.margin, steps_of_round);
+        overlaps.push_back(largest_overlap(crowd));
+        const std::size_t n = overlaps.size();
+        if (overlaps.back() <= 0.0 || (n > back && overlaps.back() > 0.9 * overlaps[n - 1 - back])) break;
+    }
+    return overlaps;
+}
+
 void write_back(const Crowd& crowd, Bodies& bodies) {
     const Nearby apart = nearby(crowd.cell);
     for (std::size_t i = 0; i < bodies.beads.size(); ++i) bodies.beads[i].position = apart({}, crowd.place[i]);
@@ -215,7 +234,6 @@ void write_back(const Crowd& crowd, Bodies& bodies) {
 }  // namespace
 
 Packed pack(const Setup& setup, std::uint64_t seed, const PlaceOf& place) {
-    constexpr int rounds = 5, steps = 1500;
     check(setup, place);
     require(setup.packing.kind != "file", place("packing.kind"),
             "packing.kind = \"file\" asks for bodies of a file, which are read where the run begins; expected "
@@ -228,18 +246,13 @@ Packed pack(const Setup& setup, std::uint64_t seed, const PlaceOf& place) {
     set_heights(setup, thickest, crowd);
     place_all(setup, packed.bodies, seed, crowd, place);
     grow(crowd);
-    double overlap = 1.0;
-    while (overlap > 0.0 && packed.rounds < rounds) {
-        ++packed.rounds;
-        push_apart(crowd, 0.8 * crowd.margin, steps);
-        overlap = largest_overlap(crowd);
-    }
-    if (overlap > 0.0)
+    const std::vector<double> overlaps = resolve(crowd);
+    packed.rounds = static_cast<int>(overlaps.size());
+    if (overlaps.back() > 0.0)
         fail_run(
             "no packing without overlaps was found for {} beads and {} rods: after {} rounds of {} steps two still "
             "overlap by {:.3g} of a radius; expected 0: ask for fewer, or give them a larger gap",
-            packed.bodies.beads.size(), packed.bodies.rods.size(), rounds, steps, overlap);
-    packed.overlap = 0.0;
+            packed.bodies.beads.size(), packed.bodies.rods.size(), packed.rounds, steps_of_round, overlaps.back());
     write_back(crowd, packed.bodies);
     return packed;
 }

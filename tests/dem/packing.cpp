@@ -138,8 +138,7 @@ TEST(Packing, is_the_same_bytes_for_the_same_seed_and_another_for_another) {
 
 TEST(Packing, that_cannot_be_is_refused_with_how_far_it_came) {
     const std::string dense = refusal(mixture(20.0, 0.0, 0.95), Fault::run);
-    EXPECT_NE(dense.find("no packing without overlaps was found for 0 beads and 92 rods: after 5 rounds"),
-              std::string::npos)
+    EXPECT_NE(dense.find("no packing without overlaps was found for 0 beads and 92 rods: after "), std::string::npos)
         << dense;
     const std::string full = refusal(mixture(20.0, 0.8, 0.3), Fault::input);
     EXPECT_NE(full.find("expected no more than 1 together"), std::string::npos) << full;
@@ -212,9 +211,9 @@ TEST(PackingSlow, of_the_paper_size_is_found) {
 TEST(PackingSlow, directions_of_rods_are_independent_at_many_sizes_and_seeds) {
     for (const auto& [side, beads, rods] :
          {std::tuple{45.0, 0.6, 0.11}, {45.0, 0.7, 0.05}, {20.0, 0.6, 0.11}, {45.0, 0.2, 0.2}}) {
-        const Orders found = orders(mixture(side, beads, rods), 1600);
-        EXPECT_NEAR(found.polar, 1.0, 0.1);  // 4 of 1/sqrt(1600)
-        EXPECT_NEAR(found.nematic, 1.0, 0.1);
+        const Orders found = orders(mixture(side, beads, rods), 900);
+        EXPECT_NEAR(found.polar, 1.0, 0.14);  // 4 of 1/sqrt(900)
+        EXPECT_NEAR(found.nematic, 1.0, 0.14);
         EXPECT_LT(chi_square(found), 44.3);
     }
 }
