@@ -150,6 +150,7 @@ TEST(World, the_books_close_and_no_group_gains_energy_in_a_shaken_mixture) {
 TEST(World, the_mean_velocity_of_the_beads_is_held) {
     Threads threads;
     dem::Setup setup = square(12.0);
+    setup.beads.count = 1;  // the bodies are given below
     setup.forces = {.hold_beads = true, .bead_velocity_x = 4.0, .bead_velocity_y = -1.0};
     Drawn drawn(3);
     World world(setup, mixture(setup, drawn), 2e-5, 1, threads);
