@@ -6,7 +6,14 @@
 namespace drover {
 
 /// What a stream of random numbers is used for.  Streams with different names are independent.
-enum class Stream : std::uint64_t { noise = 1, initial_state = 2, stationary_state = 3, test = 1000 };
+enum class Stream : std::uint64_t {
+    noise = 1,
+    initial_state = 2,
+    stationary_state = 3,
+    packing = 4,
+    kick = 5,
+    test = 1000
+};
 
 /// Where in the stream we are: every number is a pure function of (seed, stream, step, index, position).
 struct RandomKey {

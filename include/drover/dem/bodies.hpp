@@ -10,15 +10,16 @@
 namespace drover::dem {
 
 struct Bead {
-    Vector position;  ///< of its centre [mm]; not wrapped: a bead that went once round a periodic cell of side lx is lx further
-    Vector velocity;  ///< [mm/s]
-    Vector spin;      ///< angular velocity [rad/s]
+    Vector
+        position;  ///< of its centre [mm]; not wrapped: a bead that went once round a periodic cell of side lx is lx further
+    Vector velocity;          ///< [mm/s]
+    Vector spin;              ///< angular velocity [rad/s]
     std::uint32_t shape = 0;  ///< of Bodies::shapes
 };
 
 struct Rod {
-    Vector position;  ///< of its centre of mass [mm], not wrapped
-    Vector velocity;  ///< [mm/s]
+    Vector position;             ///< of its centre of mass [mm], not wrapped
+    Vector velocity;             ///< [mm/s]
     Vector axis{1.0, 0.0, 0.0};  ///< n, from tail to head, of length 1
     Vector angular_momentum;     ///< [mg mm^2/s]
     std::uint32_t shape = 0;     ///< of Bodies::shapes

@@ -9,8 +9,8 @@ namespace drover::dem {
 /// A packing and how it was reached.
 struct Packed {
     Bodies bodies;
-    double overlap = 0.0;  ///< largest, beside the smaller radius of the pair
-    int rounds = 0;
+    double overlap = 0.0;  ///< largest, beside the smaller radius of the pair: none in a packing
+    int rounds = 0;        ///< of pushing bodies apart that it took
 };
 
 /// Bodies of the setup at rest between the plates at t = 0, without overlaps (with each other, plates and walls), at random places and, for

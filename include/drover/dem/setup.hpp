@@ -42,9 +42,9 @@ struct RodSupply {
     double area_fraction = 0.0;  ///< projected area of lying rods over that of the cell, when count is 0
     int count = 0;               ///< 0: from area_fraction
     std::vector<double> diameters{1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72};  ///< [mm]
-    double length = 4.5;                   ///< from tip to tip [mm]
-    std::vector<double> densities{8.7};    ///< of the whole, or where each sphere is the widest [mg/mm^3]
-    double size_tolerance = 0.0;           ///< standard deviation of a rod's size, all of it scaled, beside its mean
+    double length = 4.5;                 ///< from tip to tip [mm]
+    std::vector<double> densities{8.7};  ///< of the whole, or where each sphere is the widest [mg/mm^3]
+    double size_tolerance = 0.0;         ///< standard deviation of a rod's size, all of it scaled, beside its mean
 };
 
 /// Coefficients of normal restitution, 0 to 1, by the kinds that meet.
@@ -69,21 +69,22 @@ struct Kick {
 /// What acts on bodies besides gravity and contacts.
 struct BodyForces {
     double bead_x = 0.0, bead_y = 0.0, rod_x = 0.0, rod_y = 0.0;  ///< on each body [mg mm/s^2]
-    double torque = 0.0;  ///< of a field that orients rods: torque n x h [mg mm^2/s^2]
-    double angle = 0.0;   ///< of that field h, from x [rad]
-    bool hold_beads = false;                                   ///< the mean velocity of the beads is kept at:
+    double torque = 0.0;                                  ///< of a field that orients rods: torque n x h [mg mm^2/s^2]
+    double angle = 0.0;                                   ///< of that field h, from x [rad]
+    bool hold_beads = false;                              ///< the mean velocity of the beads is kept at:
     double bead_velocity_x = 0.0, bead_velocity_y = 0.0;  ///< [mm/s]
 };
 
 /// How contacts are resolved.
 struct ContactControl {
-    std::string law = "simultaneous";  ///< see dem/impact.hpp
+    std::string law = "simultaneous";       ///< see dem/impact.hpp
     std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
     bool track_slip = true;  ///< friction follows the slip through the impact; false: it keeps the direction before
     int increments = 16;     ///< of an impact whose slip turns
-    double substep = 2e-5;   ///< least time between two impacts of a rod on the plates [s]; shorter ones are taken together
-    double together = 1e-5;  ///< gaps below this act in one impact [mm]
-    double skin = 0.25;      ///< of the neighbour list [mm]
+    double substep =
+        2e-5;  ///< least time between two impacts of a rod on the plates [s]; shorter ones are taken together
+    double together = 1e-5;      ///< gaps below this act in one impact [mm]
+    double skin = 0.25;          ///< of the neighbour list [mm]
     double overlap_most = 0.02;  ///< of a radius; beyond it the run stops
 };
 

@@ -14,12 +14,12 @@ namespace drover::dem {
 /// Where the energy of the bodies came from and went, since the start [mg mm^2/s^2].  The kinetic energy now is that at the start plus the sum
 /// of all of these.
 struct Ledger {
-    double gravity = 0.0;     ///< work of gravity
-    double plates = 0.0;      ///< work of the moving base and lid on the bodies
-    double forces = 0.0;      ///< work of the other forces on bodies, the torque and the control of the mean velocity
-    double kicks = 0.0;       ///< work of the kicks
-    double impact = 0.0;      ///< lost in the direction of the normals, <= 0
-    double friction = 0.0;    ///< lost to friction, <= 0
+    double gravity = 0.0;   ///< work of gravity
+    double plates = 0.0;    ///< work of the moving base and lid on the bodies
+    double forces = 0.0;    ///< work of the other forces on bodies, the torque and the control of the mean velocity
+    double kicks = 0.0;     ///< work of the kicks
+    double impact = 0.0;    ///< lost in the direction of the normals, <= 0
+    double friction = 0.0;  ///< lost to friction, <= 0
 };
 double sum(const Ledger& ledger);
 
@@ -36,18 +36,27 @@ struct Counts {
     double overlap = 0.0;            ///< largest ever, beside the smaller radius of the pair
 };
 
+/// A body, or the sphere of a rod, by its number.
+struct Name {
+    enum class Kind { bead, rod, wall } kind = Kind::wall;
+    std::int64_t number = 0;
+    std::int64_t sphere = 0;  ///< of a rod, from the tail
+};
+std::string name_text(const Name& name);  ///< "bead 12", "rod 3 (sphere 6)", "the side wall"
+
 /// The largest overlap ever, of two bodies or of one with a wall.
 struct Overlap {
     double depth = 0.0, of_radius = 0.0;  ///< [mm]; beside the smaller radius
-    std::string first, second;            ///< "bead 12", "rod 3 (sphere 6)", "wall"
-    double time = 0.0;                    ///< [s]
+    Name first, second;
+    double time = 0.0;  ///< [s]
 };
 
 /// The world.  Its state changes by advance() and restore() alone, and is the same bytes for any number of threads.
 class World {
 public:
     /// `threads` must outlive it.  Throws an input Error when the setup cannot be, or the bodies do not lie in the cell.
-    World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const PlaceOf& place = nowhere);
+    World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
+          const PlaceOf& place = nowhere);
     World(World&&) noexcept;
     ~World();
 

@@ -50,8 +50,7 @@ struct BeadMeans {
     double speed = 0.0;                                                                              ///< of |v| [mm/s]
     double direction_x = 0.0, direction_y = 0.0, direction_radial = 0.0, direction_azimuthal = 0.0;  ///< of v/|v|
     double temperature_horizontal = 0.0, temperature_vertical = 0.0;                                 ///< [mg mm^2/s^2]
-    double height = 0.0;                                                                             ///< [mm]
-    double hexatic = 0.0, hexatic_local = 0.0, neighbours = 0.0;  ///< |<psi6>|, <|psi6|>, beads within reach
+    double height = 0.0;  ///< of the centres [mm]
 };
 
 /// The same of rods.
@@ -64,10 +63,11 @@ struct RodMeans {
     double tilt = 0.0;                                                                           ///< root of <n_z^2>
 };
 
-/// Sums over pairs, by bin; empty where the setting has no bins.
+/// Sums over pairs, by bin; empty where the setting has no bins.  What they are stands in the rows of particle_observables().
 struct PairSums {
+    double hexatic = 0.0, hexatic_local = 0.0, neighbours = 0.0;
     std::vector<double> bead_correlation, rod_correlation;             ///< g(r), periodic cells only
-    std::vector<double> rod_pairs, rod_pairs_order, rod_pairs_excess;  ///< see particle_observables
+    std::vector<double> rod_pairs, rod_pairs_order, rod_pairs_excess;  ///< in any cell
     std::vector<double> flow_density, flow_along, flow_across;         ///< [along * mesh + across]
 };
 BeadMeans bead_means(const ParticleSetting& setting, const dem::Bodies& bodies);

@@ -1,0 +1,102 @@
+// dem/bead_flight.cpp: beads between base and lid.
+#include "bead_flight.hpp"
+
+#include <algorithm>
+
+namespace drover::dem {
+
+namespace {
+/// The impact of a sphere on a plate of velocity `plate`: normal and slip do not feel each other.
+void bounce(Lane& velocity, Lane& spin, double radius, double side, double plate, const BeadRules& rules,
+            Ledger& ledger) {
+    const double mass = 1.0 / velocity[3], turn = radius * spin[3];  // spin[3]: 1/inertia
+    const double approach = side * (velocity[2] - plate);
+    const double normal = -(1.0 + rules.restitution) * approach * mass;
+    // Place of contact: -side radius z from the centre.  Slip there: v + omega x arm.
+    const double sx = velocity[0] - side * radius * spin[1], sy = velocity[1] + side * radius * spin[0];
+    const double slip = std::sqrt(sx * sx + sy * sy), response = velocity[3] + radius * turn;
+    double tangential = 0.0;
+    if (slip > 0.0) {
+        tangential = std::min(rules.friction * normal, slip / response);
+        const double px = -tangential / slip * sx, py = -tangential / slip * sy;
+        velocity[0] += velocity[3] * px;
+        velocity[1] += velocity[3] * py;
+        spin[0] += side * turn * py;
+        spin[1] -= side * turn * px;
+    }
+    velocity[2] += side * velocity[3] * normal;
+    ledger.impact += 0.5 * normal * (approach + side * (velocity[2] - plate));
+    ledger.friction -= tangential * (slip - 0.5 * response * tangential);
+    ledger.plates += side * normal * plate;
+}
+
+void drift(Lane& place, Lane& velocity, const Vector& acceleration, double tau) {
+    const Lane push{acceleration.x, acceleration.y, acceleration.z, 0.0};
+    Lane flow = velocity;
+    flow[3] = 0.0;
+    place += flow * tau + push * (0.5 * tau * tau);
+    velocity += push * tau;
+}
+
+/// One bead that meets a plate in this step, from its state at the start.
+void fly_bead(Lane& place, Lane& velocity, Lane& spin, const Vector& acceleration, const PlateMotion& plates,
+              Flight base, double dt, const BeadRules& rules, Ledger& ledger, Counts& counts) {
+    const double radius = place[3];
+    double now = 0.0, least = 0.0;
+    for (;;) {
+        const double speed = velocity[2] - base.speed, push = acceleration.z - base.push;
+        const double below = place[2] - radius - base.at, above = base.at + plates.gap() - radius - place[2];
+        const double to_base = closing_time(below, speed, push);
+        const double to_lid = plates.lid() ? closing_time(above, -speed, -push) : never;
+        const double next = std::max(std::min(to_base, to_lid), least);
+        if (now + next >= dt) break;
+        drift(place, velocity, acceleration, next);
+        now += next;
+        base = plates.base(now);
+        const double side = to_base <= to_lid ? 1.0 : -1.0;
+        const double surface = side > 0.0 ? base.at + radius : base.at + plates.gap() - radius;
+        if (side * (place[2] - surface) < 0.0) {
+            ledger.gravity -= acceleration.z / velocity[3] * (surface - place[2]);
+            place[2] = surface;
+        }
+        if (side * (velocity[2] - base.speed) < 0.0) {
+            bounce(velocity, spin, radius, side, base.speed, rules, ledger);
+            ++counts.bead_plate;
+        }
+        least = 0.5 * dt;  // a bead that comes to rest on a plate hops no oftener
+    }
+    drift(place, velocity, acceleration, dt - now);
+}
+}  // namespace
+
+bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, double dt,
+               const BeadRules& rules, Ledger& ledger, Counts& counts) {
+    BeadArrays& beads = spheres.beads;
+    const Flight start = plates.base(0.0), end_base = plates.base(dt);
+    const double low = end_base.at, high = plates.lid() ? end_base.at + plates.gap() : never;
+    const double far = 0.25 * rules.skin * rules.skin;
+    const Lane gravity{rules.acceleration.x, rules.acceleration.y, rules.acceleration.z, 0.0};
+    const Lane force{rules.force.x, rules.force.y, rules.force.z, 0.0};
+    const Lane time{dt, dt, dt, 0.0}, half{0.5 * dt * dt, 0.5 * dt * dt, 0.5 * dt * dt, 0.0};
+    bool astray = false;
+    for (std::size_t s = begin; s < end; ++s) {
+        const Lane velocity = beads.velocity[s];
+        const Lane push = gravity + force * velocity[3];
+        Lane place = spheres.place[s] + velocity * time + push * half;
+        if (place[2] - place[3] < low || place[2] + place[3] > high) [[unlikely]] {
+            fly_bead(spheres.place[s], beads.velocity[s], beads.spin[s], vector_of(push), plates, start, dt, rules,
+                     ledger, counts);
+            place = spheres.place[s];
+        } else {
+            spheres.place[s] = place;
+            beads.velocity[s] = velocity + push * time;
+        }
+        const double x = place[0] - static_cast<double>(spheres.listed[s][0]),
+                     y = place[1] - static_cast<double>(spheres.listed[s][1]);
+        if (!(x * x + y * y < far)) [[unlikely]]
+            astray = true;
+    }
+    return astray;
+}
+
+}  // namespace drover::dem

@@ -1,0 +1,255 @@
+// dem/neighbours.cpp: sorting by place, and the list of pairs.
+#include "neighbours.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "drover/dem/wall.hpp"
+
+namespace drover::dem {
+
+namespace {
+using Place = std::array<float, 2>;
+
+/// Square cells of a mesh over the rectangle that holds the spheres.
+struct Mesh {
+    double x0 = 0.0, y0 = 0.0, per_x = 0.0, per_y = 0.0;  // per: cells per mm
+    int nx = 1, ny = 1;
+
+    std::size_t cell(const Place& place) const {
+        const int i = std::clamp(static_cast<int>((place[0] - x0) * per_x), 0, nx - 1);
+        const int j = std::clamp(static_cast<int>((place[1] - y0) * per_y), 0, ny - 1);
+        return index(i, j);
+    }
+    std::size_t index(int i, int j) const {
+        return static_cast<std::size_t>(j) * static_cast<std::size_t>(nx) + static_cast<std::size_t>(i);
+    }
+};
+
+Mesh mesh_of(const Cell& cell, double reach) {
+    const double half_x = half_width(cell), half_y = half_height(cell);
+    Mesh mesh{.x0 = -half_x, .y0 = -half_y};
+    mesh.nx = std::max(1, static_cast<int>(2.0 * half_x / reach));
+    mesh.ny = std::max(1, static_cast<int>(2.0 * half_y / reach));
+    mesh.per_x = mesh.nx / (2.0 * half_x);
+    mesh.per_y = mesh.ny / (2.0 * half_y);
+    return mesh;
+}
+
+double largest_radius(const Spheres& spheres) {
+    double largest = 0.0;
+    for (const Lane& place : spheres.place) largest = std::max(largest, place[3]);
+    return largest;
+}
+
+bool is_periodic(const Cell& cell) { return cell.shape == "periodic"; }
+
+/// Moves a coordinate into [-side/2, side/2) by whole cells.
+void wrap(double& x, std::int32_t& image, double side) {
+    const double cells = std::floor(x / side + 0.5);
+    x -= cells * side;
+    image += static_cast<std::int32_t>(cells);
+}
+
+void check_finite(const Lane& place, const char* kind, std::size_t number) {
+    const double sum = place[0] + place[1] + place[2];
+    if (!std::isfinite(sum) || std::abs(place[0]) > 1e9 || std::abs(place[1]) > 1e9)
+        fail_run(
+            "{} {} is at ({:.3g}, {:.3g}, {:.3g}) mm; expected it near the cell: the step is too long for the forces, "
+            "choose a "
+            "smaller time.dt",
+            kind, number, place[0], place[1], place[2]);
+}
+
+void wrap_bodies(const Cell& cell, Spheres& spheres) {
+    for (std::size_t s = 0; s < spheres.beads.size(); ++s) {
+        check_finite(spheres.place[s], "bead", spheres.beads.number[s]);
+        if (!is_periodic(cell)) continue;
+        double x = spheres.place[s][0], y = spheres.place[s][1];
+        wrap(x, spheres.beads.image[s][0], cell.lx);
+        wrap(y, spheres.beads.image[s][1], cell.ly);
+        spheres.place[s][0] = x;
+        spheres.place[s][1] = y;
+    }
+    for (std::size_t r = 0; r < spheres.rods.size(); ++r) {
+        check_finite(spheres.place[spheres.rods.first[r]], "rod", r);
+        if (is_periodic(cell)) {
+            wrap(spheres.rods.rod[r].position.x, spheres.rods.image[r][0], cell.lx);
+            wrap(spheres.rods.rod[r].position.y, spheres.rods.image[r][1], cell.ly);
+        }
+        place_spheres(spheres, r);
+    }
+}
+
+template <class Item>
+void reorder(const std::vector<std::uint32_t>& order, std::vector<Item>& items, std::vector<Item>& spare) {
+    spare.resize(order.size());
+    for (std::size_t s = 0; s < order.size(); ++s) spare[s] = items[order[s]];
+    std::copy(spare.begin(), spare.end(), items.begin());
+}
+
+/// Row after row of the mesh: neighbours are near in memory.
+void sort_beads(const Mesh& mesh, Spheres& spheres) {
+    BeadArrays& beads = spheres.beads;
+    const std::size_t count = beads.size();
+    std::vector<std::uint32_t> start(static_cast<std::size_t>(mesh.nx) * static_cast<std::size_t>(mesh.ny) + 1, 0),
+        order(count);
+    std::vector<std::uint32_t> cells(count);
+    const auto cell_of = [&](std::size_t s) {
+        return mesh.cell({static_cast<float>(spheres.place[s][0]), static_cast<float>(spheres.place[s][1])});
+    };
+    for (std::size_t s = 0; s < count; ++s) {
+        cells[s] = static_cast<std::uint32_t>(cell_of(s));
+        ++start[cells[s] + 1];
+    }
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    for (std::size_t s = 0; s < count; ++s) order[start[cells[s]]++] = static_cast<std::uint32_t>(s);
+    std::vector<Lane> lanes;
+    std::vector<std::uint32_t> words;
+    std::vector<std::array<std::int32_t, 2>> images;
+    reorder(order, spheres.place, lanes);
+    reorder(order, beads.velocity, lanes);
+    reorder(order, beads.spin, lanes);
+    reorder(order, beads.number, words);
+    reorder(order, beads.shape, words);
+    reorder(order, beads.image, images);
+}
+
+/// Who is in which cell of the mesh.
+struct Filled {
+    std::vector<std::uint32_t> start, spheres;
+};
+Filled fill(const Mesh& mesh, const std::vector<Place>& places) {
+    Filled filled;
+    filled.start.assign(static_cast<std::size_t>(mesh.nx) * static_cast<std::size_t>(mesh.ny) + 1, 0);
+    filled.spheres.resize(places.size());
+    std::vector<std::uint32_t> cells(places.size());
+    for (std::size_t s = 0; s < places.size(); ++s) {
+        cells[s] = static_cast<std::uint32_t>(mesh.cell(places[s]));
+        ++filled.start[cells[s] + 1];
+    }
+    std::partial_sum(filled.start.begin(), filled.start.end(), filled.start.begin());
+    std::vector<std::uint32_t> next(filled.start.begin(), filled.start.end() - 1);
+    for (std::size_t s = 0; s < places.size(); ++s) filled.spheres[next[cells[s]]++] = static_cast<std::uint32_t>(s);
+    return filled;
+}
+
+/// Places as they were listed, each in the cell: a rod may reach over an edge.
+struct Wrapped {
+    std::vector<Place> places;
+    std::vector<std::array<double, 2>> moved;  ///< what was added [mm]
+};
+Wrapped wrapped(const Cell& cell, const std::vector<Place>& listed) {
+    Wrapped result{listed, std::vector<std::array<double, 2>>(listed.size(), {0.0, 0.0})};
+    if (!is_periodic(cell)) return result;
+    for (std::size_t s = 0; s < listed.size(); ++s) {
+        const double sides[2] = {cell.lx, cell.ly};
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+            const double cells = std::floor(listed[s][axis] / sides[axis] + 0.5);
+            result.moved[s][axis] = -cells * sides[axis];
+            result.places[s][axis] = static_cast<float>(listed[s][axis] + result.moved[s][axis]);
+        }
+    }
+    return result;
+}
+
+class Lister {
+public:
+    Lister(const Cell& cell, double skin, const Spheres& spheres, Neighbours& to)
+        : cell_(cell), skin_(skin), spheres_(spheres), wrapped_(wrapped(cell, spheres.listed)), to_(to) {}
+
+    /// x, y: added to the wrapped place of b.
+    void consider(std::uint32_t a, std::uint32_t b, double x, double y) {
+        const double dx = wrapped_.places[b][0] + x - wrapped_.places[a][0],
+                     dy = wrapped_.places[b][1] + y - wrapped_.places[a][1];
+        const double reach = spheres_.place[a][3] + spheres_.place[b][3] + skin_;
+        if (dx * dx + dy * dy >= reach * reach) return;
+        x += wrapped_.moved[b][0] - wrapped_.moved[a][0];
+        y += wrapped_.moved[b][1] - wrapped_.moved[a][1];
+        const bool image = x != 0.0 || y != 0.0;
+        if (image) to_.images.push_back({a, b, x, y});
+        else if (spheres_.body(a) != spheres_.body(b)) to_.pairs.push_back({a, b});
+    }
+
+    /// Few spheres: all with all, over every edge.
+    void list_all() {
+        const auto count = static_cast<std::uint32_t>(spheres_.size());
+        const int edges = is_periodic(cell_) ? 1 : 0;
+        for (std::uint32_t a = 0; a < count; ++a)
+            for (std::uint32_t b = a + 1; b < count; ++b)
+                for (int i = -edges; i <= edges; ++i)
+                    for (int j = -edges; j <= edges; ++j) consider(a, b, i * cell_.lx, j * cell_.ly);
+    }
+
+    void list_by(const Mesh& mesh) {
+        const Filled filled = fill(mesh, wrapped_.places);
+        for (int j = 0; j < mesh.ny; ++j)
+            for (int i = 0; i < mesh.nx; ++i) list_cell(mesh, filled, i, j);
+    }
+
+    /// The pairs of one cell of the mesh with itself and with the half of the cells around it.
+    void list_cell(const Mesh& mesh, const Filled& filled, int i, int j) {
+        constexpr int half[4][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};
+        const bool periodic = is_periodic(cell_);
+        const std::size_t here = mesh.index(i, j);
+        for (std::uint32_t k = filled.start[here]; k < filled.start[here + 1]; ++k)
+            for (std::uint32_t l = k + 1; l < filled.start[here + 1]; ++l)
+                consider(filled.spheres[k], filled.spheres[l], 0.0, 0.0);
+        for (const auto& step : half) {
+            int column = i + step[0], row = j + step[1];
+            double x = 0.0, y = 0.0;
+            if (!periodic && (column < 0 || column >= mesh.nx || row >= mesh.ny)) continue;
+            if (column < 0 || column >= mesh.nx) {
+                x = column < 0 ? -cell_.lx : cell_.lx;
+                column += column < 0 ? mesh.nx : -mesh.nx;
+            }
+            if (row >= mesh.ny) {
+                y = cell_.ly;
+                row -= mesh.ny;
+            }
+            const std::size_t there = mesh.index(column, row);
+            for (std::uint32_t k = filled.start[here]; k < filled.start[here + 1]; ++k)
+                for (std::uint32_t l = filled.start[there]; l < filled.start[there + 1]; ++l)
+                    consider(filled.spheres[k], filled.spheres[l], x, y);
+        }
+    }
+
+    void list_walls() {
+        if (is_periodic(cell_)) return;
+        WallPoint found[4];
+        for (std::uint32_t s = 0; s < spheres_.size(); ++s)
+            if (walls_near(cell_, spheres_.listed[s][0], spheres_.listed[s][1], spheres_.place[s][3] + skin_, found) >
+                0)
+                to_.near_wall.push_back(s);
+    }
+
+private:
+    const Cell& cell_;
+    double skin_;
+    const Spheres& spheres_;
+    Wrapped wrapped_;
+    Neighbours& to_;
+};
+}  // namespace
+
+void list_again(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours) {
+    neighbours.pairs.clear();
+    neighbours.images.clear();
+    neighbours.near_wall.clear();
+    Lister lister(cell, skin, spheres, neighbours);
+    const Mesh mesh = mesh_of(cell, 2.0 * largest_radius(spheres) + skin);
+    if (mesh.nx < 3 || mesh.ny < 3) lister.list_all();
+    else lister.list_by(mesh);
+    lister.list_walls();
+}
+
+void make_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours) {
+    wrap_bodies(cell, spheres);
+    sort_beads(mesh_of(cell, 2.0 * largest_radius(spheres) + skin), spheres);
+    for (std::size_t s = 0; s < spheres.size(); ++s)
+        spheres.listed[s] = {static_cast<float>(spheres.place[s][0]), static_cast<float>(spheres.place[s][1])};
+    list_again(cell, skin, spheres, neighbours);
+}
+
+}  // namespace drover::dem

@@ -1,0 +1,273 @@
+// dem/setup_schema.cpp: what a scene may say of each section of a particle world.
+#include "drover/dem/setup.hpp"
+
+namespace drover {
+
+using namespace dem;
+
+template <>
+const std::vector<Row<Cell>>& schema<Cell>() {
+    static const std::vector<Row<Cell>> rows{
+        {.name = "shape",
+         .member = &Cell::shape,
+         .choices = {"periodic", "rectangle", "circle", "flower"},
+         .sentence = "the sides: periodic in x and y; or an upright wall: a rectangle, a circle, or arcs that meet in "
+                     "inner corners and turn bodies back inwards"},
+        {.name = "lx",
+         .member = &Cell::lx,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "periodic, rectangle: side along x, from -lx/2 to lx/2"},
+        {.name = "ly",
+         .member = &Cell::ly,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "periodic, rectangle: side along y, from -ly/2 to ly/2"},
+        {.name = "radius",
+         .member = &Cell::radius,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "circle: its radius; flower: distance of the inner corners from the centre"},
+        {.name = "petals",
+         .member = &Cell::petals,
+         .range = {.least = 3, .most = 1000},
+         .sentence = "flower: number of arcs; the middle of the first points along x"},
+        {.name = "petal_radius",
+         .member = &Cell::petal_radius,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "flower: radius of each arc, at least radius sin(pi/petals): an arc is at most half a circle"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<Plates>>& schema<Plates>() {
+    static const std::vector<Row<Plates>> rows{
+        {.name = "amplitude",
+         .member = &Plates::amplitude,
+         .unit = "mm",
+         .range = not_negative,
+         .sentence = "A: base and lid move together, the base at z = A (1 + cos(2 pi f t)); 0: they are still"},
+        {.name = "frequency",
+         .member = &Plates::frequency,
+         .unit = "1/s",
+         .range = positive,
+         .sentence = "f: of the vibration"},
+        {.name = "gap",
+         .member = &Plates::gap,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "w: height of the lid above the base; every body must be thinner"},
+        {.name = "lid", .member = &Plates::lid, .sentence = "whether there is a lid"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<Gravity>>& schema<Gravity>() {
+    static const std::vector<Row<Gravity>> rows{
+        {.name = "x", .member = &Gravity::x, .unit = "mm/s^2", .sentence = "acceleration along x, of tilted plates"},
+        {.name = "y", .member = &Gravity::y, .unit = "mm/s^2", .sentence = "acceleration along y, of tilted plates"},
+        {.name = "z",
+         .member = &Gravity::z,
+         .unit = "mm/s^2",
+         .sentence = "acceleration along z, upwards: below 0 on Earth"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<BeadSupply>>& schema<BeadSupply>() {
+    static const std::vector<Row<BeadSupply>> rows{
+        {.name = "area_fraction",
+         .member = &BeadSupply::area_fraction,
+         .range = {.least = 0.0, .most = 1.0},
+         .sentence = "Phi_b: projected area of all beads over the area of the cell, when count is 0"},
+        {.name = "count",
+         .member = &BeadSupply::count,
+         .range = {.least = 0, .most = 1e7},
+         .sentence = "number of beads; 0: from area_fraction"},
+        {.name = "diameters",
+         .member = &BeadSupply::diameters,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "of the beads of a mixture; one number: all beads alike"},
+        {.name = "parts",
+         .member = &BeadSupply::parts,
+         .range = not_negative,
+         .sentence = "proportions, by number, of the diameters; only their ratios count"},
+        {.name = "density",
+         .member = &BeadSupply::density,
+         .unit = "mg/mm^3",
+         .range = positive,
+         .sentence = "of the material: 2.7 aluminium, 7.8 steel, 2.5 glass"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<RodSupply>>& schema<RodSupply>() {
+    static const std::vector<Row<RodSupply>> rows{
+        {.name = "area_fraction",
+         .member = &RodSupply::area_fraction,
+         .range = {.least = 0.0, .most = 1.0},
+         .sentence = "Phi_r: projected area of all rods, lying, over the area of the cell, when count is 0"},
+        {.name = "count",
+         .member = &RodSupply::count,
+         .range = {.least = 0, .most = 1e6},
+         .sentence = "number of rods; 0: from area_fraction"},
+        {.name = "diameters",
+         .member = &RodSupply::diameters,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "of the spheres, equally spaced on the axis from tail to head, whose union a rod is"},
+        {.name = "length",
+         .member = &RodSupply::length,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "from tip to tip; of no effect on a rod of one sphere"},
+        {.name = "densities",
+         .member = &RodSupply::densities,
+         .unit = "mg/mm^3",
+         .range = not_negative,
+         .sentence =
+             "of the material: one number, or one for each sphere, which holds where that sphere is the widest"},
+        {.name = "size_tolerance",
+         .member = &RodSupply::size_tolerance,
+         .range = {.least = 0.0, .most = 0.1},
+         .sentence =
+             "standard deviation of the sizes of rods, beside their mean: all lengths of a rod are scaled alike"}};
+    return rows;
+}
+
+namespace {
+template <class Struct>
+Row<Struct> coefficient(const char* name, double Struct::*member, const Range& range, const char* sentence) {
+    return {.name = name, .member = member, .range = range, .sentence = sentence};
+}
+}  // namespace
+
+template <>
+const std::vector<Row<Restitution>>& schema<Restitution>() {
+    constexpr Range range{.least = 0.0, .most = 1.0};
+    static const std::vector<Row<Restitution>> rows{
+        coefficient("bead_bead", &Restitution::bead_bead, range,
+                    "e of two beads: 0: they part without rebound, 1: they lose no energy"),
+        coefficient("rod_bead", &Restitution::rod_bead, range, "e of a rod and a bead"),
+        coefficient("rod_rod", &Restitution::rod_rod, range, "e of two rods"),
+        coefficient("bead_plate", &Restitution::bead_plate, range, "e of a bead on base or lid"),
+        coefficient("rod_plate", &Restitution::rod_plate, range, "e of a rod on base or lid"),
+        coefficient("bead_wall", &Restitution::bead_wall, range, "e of a bead on a side wall"),
+        coefficient("rod_wall", &Restitution::rod_wall, range, "e of a rod on a side wall")};
+    return rows;
+}
+
+template <>
+const std::vector<Row<Friction>>& schema<Friction>() {
+    static const std::vector<Row<Friction>> rows{
+        coefficient("bead_bead", &Friction::bead_bead, not_negative, "mu of two beads, as Coulomb's law has it"),
+        coefficient("rod_bead", &Friction::rod_bead, not_negative, "mu of a rod and a bead"),
+        coefficient("rod_rod", &Friction::rod_rod, not_negative, "mu of two rods"),
+        coefficient("bead_plate", &Friction::bead_plate, not_negative, "mu of a bead on base or lid"),
+        coefficient("rod_plate", &Friction::rod_plate, not_negative, "mu of a rod on base or lid"),
+        coefficient("bead_wall", &Friction::bead_wall, not_negative, "mu of a bead on a side wall"),
+        coefficient("rod_wall", &Friction::rod_wall, not_negative, "mu of a rod on a side wall")};
+    return rows;
+}
+
+template <>
+const std::vector<Row<Kick>>& schema<Kick>() {
+    static const std::vector<Row<Kick>> rows{
+        {.name = "strength",
+         .member = &Kick::strength,
+         .unit = "rad/mm",
+         .range = not_negative,
+         .sentence = "epsilon: when a rod hits base or lid with normal approach speed v its spin about z changes by "
+                     "epsilon v, to either side with equal probability"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<BodyForces>>& schema<BodyForces>() {
+    constexpr const char* force = "mg mm/s^2";
+    static const std::vector<Row<BodyForces>> rows{
+        {.name = "bead_x", .member = &BodyForces::bead_x, .unit = force, .sentence = "force on each bead, along x"},
+        {.name = "bead_y", .member = &BodyForces::bead_y, .unit = force, .sentence = "force on each bead, along y"},
+        {.name = "rod_x", .member = &BodyForces::rod_x, .unit = force, .sentence = "force on each rod, along x"},
+        {.name = "rod_y", .member = &BodyForces::rod_y, .unit = force, .sentence = "force on each rod, along y"},
+        {.name = "torque",
+         .member = &BodyForces::torque,
+         .unit = "mg mm^2/s^2",
+         .range = not_negative,
+         .sentence = "h: of a field that orients rods by the torque n x h"},
+        {.name = "angle", .member = &BodyForces::angle, .unit = "rad", .sentence = "direction of that field, from x"},
+        {.name = "hold_beads",
+         .member = &BodyForces::hold_beads,
+         .sentence = "whether a force, the same on every bead, keeps the mean velocity of the beads"},
+        {.name = "bead_velocity_x",
+         .member = &BodyForces::bead_velocity_x,
+         .unit = "mm/s",
+         .sentence = "the mean velocity that hold_beads keeps, along x"},
+        {.name = "bead_velocity_y",
+         .member = &BodyForces::bead_velocity_y,
+         .unit = "mm/s",
+         .sentence = "the mean velocity that hold_beads keeps, along y"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<ContactControl>>& schema<ContactControl>() {
+    static const std::vector<Row<ContactControl>> rows{
+        {.name = "law",
+         .member = &ContactControl::law,
+         .choices = {"simultaneous", "approaching-first", "first-to-last", "last-to-first"},
+         .sentence = "how contacts of one group share an impact: all at once, or one after the other, beginning with "
+                     "the one that approaches fastest, the first or the last"},
+        {.name = "restitution",
+         .member = &ContactControl::restitution,
+         .choices = {"energetic", "kinetic", "kinematic"},
+         .sentence = "what e is the ratio of: squared, of the work in restitution and compression (Stronge); of the "
+                     "impulses (Poisson); of the velocities (Newton), which can make energy where the slip turns"},
+        {.name = "track_slip",
+         .member = &ContactControl::track_slip,
+         .sentence = "whether friction follows the slip through the impact; false: it keeps its first direction"},
+        {.name = "increments",
+         .member = &ContactControl::increments,
+         .range = {.least = 1, .most = 100000},
+         .sentence = "into how many parts an impact whose slip turns is cut"},
+        {.name = "substep",
+         .member = &ContactControl::substep,
+         .unit = "s",
+         .range = positive,
+         .sentence = "least time between two impacts of a rod on the plates; shorter ones are taken together"},
+        {.name = "together",
+         .member = &ContactControl::together,
+         .unit = "mm",
+         .range = not_negative,
+         .sentence = "contacts of a body whose gaps are below this act in one impact"},
+        {.name = "skin",
+         .member = &ContactControl::skin,
+         .unit = "mm",
+         .range = positive,
+         .sentence = "width beyond touching of the neighbour list; changes the speed of a run, not its physics"},
+        {.name = "overlap_most",
+         .member = &ContactControl::overlap_most,
+         .range = {.least = 0.0, .most = 1.0, .least_open = true},
+         .sentence = "deepest overlap allowed, beside the smaller radius; beyond it the run stops: dt is too long"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<Packing>>& schema<Packing>() {
+    static const std::vector<Row<Packing>> rows{
+        {.name = "kind",
+         .member = &Packing::kind,
+         .choices = {"random", "aligned", "file"},
+         .sentence = "bodies at the start: at random places and directions; at random places, all rods along x; as in "
+                     "a file"},
+        {.name = "file", .member = &Packing::file, .sentence = "kind \"file\": an H5MD file of the same bodies"},
+        {.name = "frame",
+         .member = &Packing::frame,
+         .range = {.least = -1},
+         .sentence = "kind \"file\": which frame of it, from 0; -1: the last"}};
+    return rows;
+}
+
+}  // namespace drover

@@ -1,0 +1,61 @@
+// dem/spheres.hpp: the bodies of a world in the layout that its step works on.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "drover/dem/bodies.hpp"
+#include "lane.hpp"
+#include "rod_flight.hpp"
+
+namespace drover::dem {
+
+/// Beads, sorted by place whenever a neighbour list is made.  Slot s holds bead number[s] of the caller's list.
+struct BeadArrays {
+    std::vector<Lane> velocity;  ///< x, y, z and 1/mass
+    std::vector<Lane> spin;      ///< x, y, z and 1/inertia
+    std::vector<std::uint32_t> number, shape;
+    std::vector<std::array<std::int32_t, 2>> image;  ///< cells that it has been moved back by
+
+    std::size_t size() const { return velocity.size(); }
+};
+
+struct RodArrays {
+    std::vector<Rod> rod;  ///< in the caller's order; positions wrapped
+    std::vector<PlateMemory> memory;
+    std::vector<std::uint32_t> kind;   ///< of kinds
+    std::vector<std::uint32_t> first;  ///< sphere of each, and one past the last
+    std::vector<std::uint32_t> owner;  ///< rod of each rod sphere
+    std::vector<std::array<std::int32_t, 2>> image;
+    std::vector<RodKind> kinds;
+
+    std::size_t size() const { return rod.size(); }
+};
+
+/// All spheres: those of beads first, then those of rods, rod after rod.
+struct Spheres {
+    std::vector<Lane> place;                   ///< x, y, z and radius
+    std::vector<std::array<float, 2>> listed;  ///< x, y when the neighbour list was made
+    BeadArrays beads;
+    RodArrays rods;
+
+    std::size_t size() const { return place.size(); }
+    bool is_bead(std::uint32_t sphere) const { return sphere < beads.size(); }
+    /// Bodies are numbered like their first: beads by slot, then rods.
+    std::uint32_t body(std::uint32_t sphere) const {
+        const auto count = static_cast<std::uint32_t>(beads.size());
+        return sphere < count ? sphere : count + rods.owner[sphere - count];
+    }
+};
+
+/// Puts the spheres of a rod where the rod is.
+inline void place_spheres(Spheres& spheres, std::size_t r) {
+    const Rod& rod = spheres.rods.rod[r];
+    const Shape& shape = spheres.rods.kinds[spheres.rods.kind[r]].shape;
+    for (std::size_t k = 0; k < shape.at.size(); ++k) {
+        Lane& place = spheres.place[spheres.rods.first[r] + k];
+        set_vector(place, rod.position + shape.at[k] * rod.axis);
+    }
+}
+
+}  // namespace drover::dem

@@ -1,0 +1,65 @@
+// dem/touch.hpp: pairs of spheres, and spheres and side walls, that overlap at the end of a step, and the impulses they give each other.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "drover/base/threads.hpp"
+#include "drover/dem/world.hpp"
+#include "neighbours.hpp"
+#include "spheres.hpp"
+
+namespace drover::dem {
+
+/// An overlap.
+struct Touch {
+    std::uint32_t first = 0, second = no_sphere;  ///< spheres; second = no_sphere: a wall
+    std::uint32_t first_body = 0, second_body = no_sphere;
+    Vector apart;        ///< from second (or the wall) to first, along which they overlap [mm]
+    double reach = 0.0;  ///< distance at which they touch [mm]
+    double since = 0.0;  ///< time since they touched [s]
+    Vector normal;       ///< towards first when they touched
+    Vector impulse;
+    static constexpr std::uint32_t no_sphere = 0xffffffffu;
+};
+
+/// Coefficients by the kinds that meet.
+struct TouchRules {
+    Restitution restitution;
+    Friction friction;
+    ImpactLaw law;
+    Vector acceleration, bead_force;  ///< for the books
+    double dt = 0.0;
+    double overlap_most = 0.0;
+};
+
+void add(const Ledger& part, Ledger& whole);
+void add(const Counts& part, Counts& whole);
+
+/// What one part of the work saw; parts are added in order.
+struct TouchReport {
+    Ledger ledger;
+    Counts counts;
+    Touch deepest;        ///< of this step
+    double depth = -1.0;  ///< its overlap beside the smaller radius
+};
+
+/// Space that is used again from step to step.
+class TouchSolver {
+public:
+    /// Finds all overlaps and resolves those groups in which something approaches; moves bodies back out as far as they came in too late.
+    /// Adds to the ledger and the counts; returns the deepest overlap of the step.
+    TouchReport step(const Cell& cell, Spheres& spheres, const Neighbours& neighbours, const TouchRules& rules,
+                     Threads& threads);
+
+private:
+    void find(const Cell& cell, const Spheres& spheres, const Neighbours& neighbours, Threads& threads);
+    void group(std::size_t bodies);
+
+    std::vector<Touch> touches_;
+    std::vector<std::vector<Touch>> found_;  // by chunk
+    std::vector<std::uint32_t> last_;        // of each body: its newest touch of this step, else nothing
+    std::vector<std::uint32_t> parent_, size_, order_, start_;
+    std::vector<TouchReport> reports_;
+};
+
+}  // namespace drover::dem

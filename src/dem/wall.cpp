@@ -1,0 +1,146 @@
+// dem/wall.cpp: distances to the side walls.
+#include "drover/dem/wall.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "dem/flower.hpp"
+
+namespace drover::dem {
+
+namespace {
+using std::numbers::pi;
+
+/// The nearest points found so far, nearest first.
+struct Nearest {
+    WallPoint (&found)[4];
+    double reach = 0.0;
+    int count = 0;
+
+    void add(const WallPoint& point) {
+        if (point.distance > reach) return;
+        // Two arcs that go on smoothly into each other both end at the point between them: it is one.
+        constexpr double same = 1e-9;
+        for (int i = 0; i < count; ++i)
+            if (std::abs(found[i].nx - point.nx) < same && std::abs(found[i].ny - point.ny) < same &&
+                std::abs(found[i].distance - point.distance) < same * reach)
+                return;
+        int at = count < 4 ? count++ : 4;
+        for (; at > 0 && found[at - 1].distance > point.distance; --at)
+            if (at < 4) found[at] = found[at - 1];
+        if (at < 4) found[at] = point;
+    }
+};
+
+void add_rectangle(const Cell& cell, double x, double y, Nearest& nearest) {
+    nearest.add({.distance = 0.5 * cell.lx - x, .nx = -1.0, .ny = 0.0});
+    nearest.add({.distance = 0.5 * cell.lx + x, .nx = 1.0, .ny = 0.0});
+    nearest.add({.distance = 0.5 * cell.ly - y, .nx = 0.0, .ny = -1.0});
+    nearest.add({.distance = 0.5 * cell.ly + y, .nx = 0.0, .ny = 1.0});
+}
+
+void add_circle(const Cell& cell, double x, double y, Nearest& nearest) {
+    const double from_centre = std::hypot(x, y);
+    if (from_centre == 0.0) return nearest.add({.distance = cell.radius, .nx = -1.0, .ny = 0.0});
+    nearest.add({.distance = cell.radius - from_centre, .nx = -x / from_centre, .ny = -y / from_centre});
+}
+
+/// A place in the frame of one petal: from the centre of its arc, x along its middle line.
+struct FromArc {
+    double c = 1.0, s = 0.0;  ///< direction of the middle line
+    double along = 0.0, across = 0.0;
+};
+FromArc from_arc(const Flower& flower, int petal, double x, double y) {
+    const double angle = 2.0 * flower.half_turn * petal, c = std::cos(angle), s = std::sin(angle);
+    return {.c = c, .s = s, .along = c * x + s * y - flower.arc_at, .across = c * y - s * x};
+}
+
+/// Whether the nearest point of an arc's circle belongs to the arc.
+bool faces(const Flower& flower, const FromArc& place) {
+    return std::abs(std::atan2(place.across, place.along)) <= flower.half_angle;
+}
+
+/// Adds the arc where a place faces it.
+void add_arc(const Flower& flower, const FromArc& place, Nearest& nearest) {
+    if (!faces(flower, place)) return;
+    const double from_centre = std::hypot(place.along, place.across);
+    const double ux = from_centre > 0.0 ? place.along / from_centre : 1.0;
+    const double uy = from_centre > 0.0 ? place.across / from_centre : 0.0;
+    nearest.add({.distance = flower.arc_radius - from_centre,
+                 .nx = -(place.c * ux - place.s * uy),
+                 .ny = -(place.s * ux + place.c * uy)});
+}
+
+/// Adds the corner after a petal; sign: 1 for a place inside, -1 outside.
+void add_corner(const Cell& cell, const Flower& flower, int petal, double x, double y, double sign, Nearest& nearest) {
+    const double angle = flower.half_turn * (2 * petal + 1);
+    const double dx = x - cell.radius * std::cos(angle), dy = y - cell.radius * std::sin(angle);
+    const double distance = std::hypot(dx, dy);
+    if (distance == 0.0) return;  // the arcs are there as well
+    nearest.add({.distance = sign * distance, .nx = sign * dx / distance, .ny = sign * dy / distance});
+}
+
+/// Whether the distance grows from the corner after a petal along both arcs that end there.
+bool faces_corner(const Flower& flower, const FromArc& before, const FromArc& after) {
+    const double c = std::cos(flower.half_angle), s = std::sin(flower.half_angle);
+    return c * before.across - s * before.along > 0.0 && c * after.across + s * after.along < 0.0;
+}
+
+/// Contacts are the places of the outline that are nearer than those beside them.
+void add_flower(const Cell& cell, double x, double y, Nearest& nearest) {
+    const Flower flower = make_flower(cell);
+    if (std::hypot(x, y) + nearest.reach < std::min(cell.radius, flower.arc_at + flower.arc_radius)) return;
+    const int petal = static_cast<int>(std::lround(std::atan2(y, x) / (2.0 * flower.half_turn)));
+    // Outside: in the sector of a petal that is beyond its arc, or, where petals are flat, beyond a corner.
+    const FromArc own = from_arc(flower, petal, x, y);
+    const bool facing = faces(flower, own), beyond = std::hypot(own.along, own.across) > flower.arc_radius;
+    if (facing && beyond) return add_arc(flower, own, nearest);
+    if (!facing && beyond && flower.arc_at < 0.0)
+        return add_corner(cell, flower, own.across > 0.0 ? petal : petal - 1, x, y, -1.0, nearest);
+    // What is nearer than half a chord belongs to this petal or to one beside it.
+    const bool all = cell.petals <= 3 || nearest.reach >= flower.half_chord;
+    const int first = all ? petal - cell.petals / 2 : petal - 1, last = all ? first + cell.petals - 1 : petal + 1;
+    for (int k = first; k <= last; ++k) {
+        const FromArc here = from_arc(flower, k, x, y), next = from_arc(flower, k + 1, x, y);
+        // What lies beyond another petal's arc is in its own petal, and that arc has ended before.
+        if (std::hypot(here.along, here.across) <= flower.arc_radius) add_arc(flower, here, nearest);
+        if ((all || k < last) && faces_corner(flower, here, next)) add_corner(cell, flower, k, x, y, 1.0, nearest);
+    }
+}
+
+/// How far a flower reaches in a direction from its origin.
+double reach_of_flower(const Cell& cell, double direction) {
+    const Flower flower = make_flower(cell);
+    double reach = 0.0;
+    for (int k = 0; k < cell.petals; ++k) {
+        const double away = std::remainder(direction - 2.0 * flower.half_turn * k, 2.0 * pi);
+        reach = std::max(reach, cell.radius * std::cos(away - flower.half_turn));
+        if (std::abs(away) <= flower.half_angle)
+            reach = std::max(reach, flower.arc_at * std::cos(away) + flower.arc_radius);
+    }
+    return reach;
+}
+}  // namespace
+
+int walls_near(const Cell& cell, double x, double y, double radius, WallPoint (&found)[4]) {
+    Nearest nearest{.found = found, .reach = radius};
+    if (cell.shape == "rectangle") add_rectangle(cell, x, y, nearest);
+    if (cell.shape == "circle") add_circle(cell, x, y, nearest);
+    if (cell.shape == "flower") add_flower(cell, x, y, nearest);
+    return nearest.count;
+}
+
+double half_width(const Cell& cell) {
+    if (cell.shape == "circle") return cell.radius;
+    if (cell.shape == "flower") return std::max(reach_of_flower(cell, 0.0), reach_of_flower(cell, pi));
+    return 0.5 * cell.lx;
+}
+
+double half_height(const Cell& cell) {
+    if (cell.shape == "circle") return cell.radius;
+    if (cell.shape == "flower") return std::max(reach_of_flower(cell, 0.5 * pi), reach_of_flower(cell, -0.5 * pi));
+    return 0.5 * cell.ly;
+}
+
+}  // namespace drover::dem

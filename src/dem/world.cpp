@@ -1,0 +1,317 @@
+// dem/world.cpp: the world and its step.
+#include "drover/dem/world.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drover/dem/rotation.hpp"
+#include "world_state.hpp"
+
+namespace drover::dem {
+
+namespace {
+constexpr std::size_t beads_per_chunk = 4096, rods_per_chunk = 32;
+
+GroupLaw group_law(const std::string& name) {
+    if (name == "approaching-first") return GroupLaw::approaching_first;
+    if (name == "first-to-last") return GroupLaw::first_to_last;
+    if (name == "last-to-first") return GroupLaw::last_to_first;
+    return GroupLaw::simultaneous;
+}
+
+RestitutionKind restitution_kind(const std::string& name) {
+    if (name == "kinetic") return RestitutionKind::kinetic;
+    if (name == "kinematic") return RestitutionKind::kinematic;
+    return RestitutionKind::energetic;
+}
+
+ImpactLaw law_of(const ContactControl& contacts) {
+    return {.group = group_law(contacts.law),
+            .restitution = restitution_kind(contacts.restitution),
+            .track_slip = contacts.track_slip,
+            .increments = contacts.increments};
+}
+
+Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
+    Spheres spheres;
+    BeadArrays& beads = spheres.beads;
+    for (std::size_t b = 0; b < bodies.beads.size(); ++b) {
+        const Bead& bead = bodies.beads[b];
+        const Shape& shape = bodies.shapes[bead.shape];
+        spheres.place.push_back(Lane{bead.position.x, bead.position.y, bead.position.z, shape.radius.front()});
+        beads.velocity.push_back(Lane{bead.velocity.x, bead.velocity.y, bead.velocity.z, 1.0 / shape.mass});
+        beads.spin.push_back(Lane{bead.spin.x, bead.spin.y, bead.spin.z, 1.0 / shape.inertia_along});
+        beads.number.push_back(static_cast<std::uint32_t>(b));
+        beads.shape.push_back(bead.shape);
+        beads.image.push_back({0, 0});
+    }
+    RodArrays& rods = spheres.rods;
+    for (const Shape& shape : bodies.shapes)
+        rods.kinds.push_back(make_rod_kind(shape, setup.restitution.rod_plate, setup.friction.rod_plate));
+    for (std::size_t r = 0; r < bodies.rods.size(); ++r) {
+        const Rod& rod = bodies.rods[r];
+        rods.rod.push_back(rod);
+        rods.memory.push_back({});
+        rods.kind.push_back(rod.shape);
+        rods.image.push_back({0, 0});
+        rods.first.push_back(static_cast<std::uint32_t>(spheres.place.size()));
+        for (const double radius : bodies.shapes[rod.shape].radius) {
+            spheres.place.push_back(Lane{0.0, 0.0, 0.0, radius});
+            rods.owner.push_back(static_cast<std::uint32_t>(r));
+        }
+        place_spheres(spheres, r);
+    }
+    rods.first.push_back(static_cast<std::uint32_t>(spheres.place.size()));
+    spheres.listed.resize(spheres.place.size());
+    return spheres;
+}
+}  // namespace
+
+double sum(const Ledger& ledger) {
+    return ledger.gravity + ledger.plates + ledger.forces + ledger.kicks + ledger.impact + ledger.friction;
+}
+
+void add(const Ledger& part, Ledger& whole) {
+    whole.gravity += part.gravity;
+    whole.plates += part.plates;
+    whole.forces += part.forces;
+    whole.kicks += part.kicks;
+    whole.impact += part.impact;
+    whole.friction += part.friction;
+}
+
+void add(const Counts& part, Counts& whole) {
+    whole.bead_bead += part.bead_bead;
+    whole.rod_bead += part.rod_bead;
+    whole.rod_rod += part.rod_rod;
+    whole.bead_plate += part.bead_plate;
+    whole.rod_plate += part.rod_plate;
+    whole.bead_wall += part.bead_wall;
+    whole.rod_wall += part.rod_wall;
+    whole.groups += part.groups;
+    whole.largest_group = std::max(whole.largest_group, part.largest_group);
+    whole.unresolved += part.unresolved;
+    whole.lists += part.lists;
+    whole.residual = std::max(whole.residual, part.residual);
+    whole.overlap = std::max(whole.overlap, part.overlap);
+}
+
+World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads)
+    : setup(the_setup), dt(the_dt), threads(the_threads), shapes(std::move(bodies.shapes)), plates(the_setup.plates) {
+    bodies.shapes = shapes;
+    spheres = make_spheres(setup, bodies);
+    const ImpactLaw law = law_of(setup.contacts);
+    const Vector gravity{setup.gravity.x, setup.gravity.y, setup.gravity.z};
+    bead_rules = {.acceleration = gravity,
+                  .force = {setup.forces.bead_x, setup.forces.bead_y, 0.0},
+                  .restitution = setup.restitution.bead_plate,
+                  .friction = setup.friction.bead_plate,
+                  .skin = setup.contacts.skin};
+    rod_rules = {.law = law,
+                 .substep = setup.contacts.substep,
+                 .together = setup.contacts.together,
+                 .kick = setup.kick.strength,
+                 .seed = seed};
+    rod_force = {setup.forces.rod_x, setup.forces.rod_y, 0.0};
+    touch_rules = {.restitution = setup.restitution,
+                   .friction = setup.friction,
+                   .law = law,
+                   .acceleration = gravity,
+                   .bead_force = bead_rules.force,
+                   .dt = dt,
+                   .overlap_most = setup.contacts.overlap_most};
+}
+
+/// Runs work(begin, end, part) over chunks and adds the parts in their order.
+template <class Work>
+void World::State::in_parts(std::size_t length, std::size_t chunk, Work work) {
+    parts.assign(length / chunk + 1, {});
+    threads.for_chunks(length, chunk,
+                       [&](std::size_t begin, std::size_t end) { work(begin, end, parts[begin / chunk]); });
+    for (const Part& part : parts) {
+        add(part.ledger, ledger);
+        add(part.counts, counts);
+        astray = astray || part.astray;
+    }
+}
+
+double World::State::bead_potential() const {
+    const bool periodic = setup.cell.shape == "periodic";
+    double total = 0.0;
+    for (std::size_t b = 0; b < spheres.beads.size(); ++b) {
+        const auto& image = spheres.beads.image[b];
+        const Vector turns = periodic ? Vector{image[0] * setup.cell.lx, image[1] * setup.cell.ly, 0.0} : Vector{};
+        const Vector weight = 1.0 / spheres.beads.velocity[b][3] * bead_rules.acceleration + bead_rules.force;
+        total += dot(weight, vector_of(spheres.place[b]) + turns);
+    }
+    return total;
+}
+
+void World::State::fly_all_beads() {
+    in_parts(spheres.beads.size(), beads_per_chunk, [&](std::size_t begin, std::size_t end, Part& part) {
+        part.astray = fly_beads(spheres, begin, end, plates, dt, bead_rules, part.ledger, part.counts);
+    });
+}
+
+void World::State::fly_rods() {
+    RodArrays& rods = spheres.rods;
+    const double far = 0.25 * setup.contacts.skin * setup.contacts.skin;
+    in_parts(rods.size(), rods_per_chunk, [&](std::size_t begin, std::size_t end, Part& part) {
+        for (std::size_t r = begin; r < end; ++r) {
+            const RodKind& kind = rods.kinds[rods.kind[r]];
+            const Vector push = bead_rules.acceleration + 1.0 / kind.shape.mass * rod_force;
+            fly(rods.rod[r], rods.memory[r], r, kind, push, plates, dt, rod_rules, part.ledger, part.counts);
+            place_spheres(spheres, r);
+            // What lies between its ends went no further than one of them.
+            for (const std::uint32_t end_sphere : {rods.first[r], rods.first[r + 1] - 1}) {
+                const double x = spheres.place[end_sphere][0] - static_cast<double>(spheres.listed[end_sphere][0]),
+                             y = spheres.place[end_sphere][1] - static_cast<double>(spheres.listed[end_sphere][1]);
+                part.astray |= !(x * x + y * y < far);
+            }
+        }
+    });
+}
+
+/// The torque n x h of the orienting field over the step.
+void World::State::turn_rods() {
+    if (setup.forces.torque == 0.0) return;
+    const Vector field{std::cos(setup.forces.angle), std::sin(setup.forces.angle), 0.0};
+    for (std::size_t r = 0; r < spheres.rods.size(); ++r) {
+        Rod& rod = spheres.rods.rod[r];
+        const Shape& shape = spheres.rods.kinds[spheres.rods.kind[r]].shape;
+        const auto energy = [&] {
+            return rotation_energy(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across);
+        };
+        const double before = energy();
+        rod.angular_momentum = rod.angular_momentum + setup.forces.torque * dt * cross(rod.axis, field);
+        ledger.forces += energy() - before;
+    }
+}
+
+/// All beads get the velocity that their mean lacks.
+void World::State::hold_beads() {
+    if (!setup.forces.hold_beads || spheres.beads.size() == 0) return;
+    Lane mean{};
+    for (const Lane& velocity : spheres.beads.velocity) mean += velocity;
+    mean /= static_cast<double>(spheres.beads.size());
+    const Lane lack{setup.forces.bead_velocity_x - mean[0], setup.forces.bead_velocity_y - mean[1], 0.0, 0.0};
+    for (Lane& velocity : spheres.beads.velocity) {
+        const double mass = 1.0 / velocity[3];
+        ledger.forces += mass * (lack[0] * (velocity[0] + 0.5 * lack[0]) + lack[1] * (velocity[1] + 0.5 * lack[1]));
+        velocity += lack;
+    }
+}
+
+namespace {
+Name name_of(const Spheres& spheres, std::uint32_t sphere) {
+    if (sphere == Touch::no_sphere) return {};
+    if (spheres.is_bead(sphere)) return {.kind = Name::Kind::bead, .number = spheres.beads.number[sphere]};
+    const std::uint32_t r = spheres.rods.owner[sphere - spheres.beads.size()];
+    return {.kind = Name::Kind::rod, .number = r, .sphere = sphere - spheres.rods.first[r]};
+}
+}  // namespace
+
+std::string name_text(const Name& name) {
+    if (name.kind == Name::Kind::bead) return text("bead {}", name.number);
+    if (name.kind == Name::Kind::rod) return text("rod {} (sphere {})", name.number, name.sphere);
+    return "the side wall";
+}
+
+void World::State::notice(const TouchReport& report, std::int64_t step) {
+    add(report.ledger, ledger);
+    add(report.counts, counts);
+    if (report.depth <= counts.overlap) return;
+    counts.overlap = report.depth;
+    const Touch& touch = report.deepest;
+    const double smaller = touch.second == Touch::no_sphere
+                               ? spheres.place[touch.first][3]
+                               : std::min(spheres.place[touch.first][3], spheres.place[touch.second][3]);
+    overlap = {.depth = report.depth * smaller,
+               .of_radius = report.depth,
+               .first = name_of(spheres, touch.first),
+               .second = name_of(spheres, touch.second),
+               .time = static_cast<double>(step + 1) * dt};
+    if (report.depth > touch_rules.overlap_most)
+        fail_run(
+            "{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.overlap_most = "
+            "{}: the step of dt = "
+            "{} s is too long for their speed, choose a smaller time.dt",
+            name_text(overlap.first), name_text(overlap.second), overlap.depth, overlap.of_radius, step + 1,
+            overlap.time, touch_rules.overlap_most, dt);
+}
+
+World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const PlaceOf& place) {
+    check(setup, place);
+    state_ = std::make_unique<State>(setup, std::move(bodies), dt, seed, threads);
+    make_neighbours(setup.cell, setup.contacts.skin, state_->spheres, state_->neighbours);
+    state_->astray = false;
+    state_->bead_potential_start = state_->bead_potential();
+}
+World::World(World&&) noexcept = default;
+World::~World() = default;
+
+void World::advance(std::int64_t step) {
+    State& s = *state_;
+    s.plates.set_time(static_cast<double>(step) * s.dt);
+    s.turn_rods();
+    s.hold_beads();
+    s.fly_all_beads();
+    s.fly_rods();
+    if (s.astray) {
+        make_neighbours(s.setup.cell, s.setup.contacts.skin, s.spheres, s.neighbours);
+        ++s.counts.lists;
+        s.astray = false;
+    }
+    s.notice(s.touches.step(s.setup.cell, s.spheres, s.neighbours, s.touch_rules, s.threads), step);
+}
+
+Ledger World::ledger() const {
+    Ledger ledger = state_->ledger;
+    ledger.gravity += state_->bead_potential() - state_->bead_potential_start;
+    return ledger;
+}
+
+Bodies World::bodies() const {
+    const Spheres& spheres = state_->spheres;
+    const Cell& cell = state_->setup.cell;
+    const bool periodic = cell.shape == "periodic";
+    const auto unwrapped = [&](const Vector& x, const std::array<std::int32_t, 2>& image) {
+        return periodic ? x + Vector{image[0] * cell.lx, image[1] * cell.ly, 0.0} : x;
+    };
+    Bodies bodies{.shapes = state_->shapes, .beads = std::vector<Bead>(spheres.beads.size()), .rods = spheres.rods.rod};
+    for (std::size_t s = 0; s < spheres.beads.size(); ++s)
+        bodies.beads[spheres.beads.number[s]] = {.position =
+                                                     unwrapped(vector_of(spheres.place[s]), spheres.beads.image[s]),
+                                                 .velocity = vector_of(spheres.beads.velocity[s]),
+                                                 .spin = vector_of(spheres.beads.spin[s]),
+                                                 .shape = spheres.beads.shape[s]};
+    for (std::size_t r = 0; r < bodies.rods.size(); ++r)
+        bodies.rods[r].position = unwrapped(bodies.rods[r].position, spheres.rods.image[r]);
+    return bodies;
+}
+
+double World::energy_kinetic() const {
+    const Spheres& spheres = state_->spheres;
+    double total = 0.0;
+    for (std::size_t b = 0; b < spheres.beads.size(); ++b) {
+        const Vector v = vector_of(spheres.beads.velocity[b]), w = vector_of(spheres.beads.spin[b]);
+        total += 0.5 * (dot(v, v) / spheres.beads.velocity[b][3] + dot(w, w) / spheres.beads.spin[b][3]);
+    }
+    for (std::size_t r = 0; r < spheres.rods.size(); ++r)
+        total += dem::energy_kinetic(mover_of(spheres.rods.rod[r], spheres.rods.kinds[spheres.rods.kind[r]].shape));
+    return total;
+}
+
+double World::bytes() const {
+    const Spheres& spheres = state_->spheres;
+    return static_cast<double>(spheres.size() * (sizeof(Lane) + 8) + spheres.beads.size() * (2 * sizeof(Lane) + 16) +
+                               spheres.rods.size() * (sizeof(Rod) + sizeof(PlateMemory) + 16) +
+                               state_->neighbours.pairs.capacity() * sizeof(SpherePair));
+}
+
+const Setup& World::setup() const { return state_->setup; }
+double World::dt() const { return state_->dt; }
+Counts World::counts() const { return state_->counts; }
+Overlap World::worst_overlap() const { return state_->overlap; }
+
+}  // namespace drover::dem

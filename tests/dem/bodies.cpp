@@ -1,0 +1,91 @@
+// tests/dem/bodies.cpp: how many bodies a setup asks for, and of which shapes.
+#include "drover/dem/bodies.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "dem/packing_support.hpp"
+
+namespace drover::dem {
+namespace {
+
+TEST(Bodies, of_the_paper_are_its_numbers_and_share_two_shapes) {
+    const Bodies bodies = make_bodies(mixture(247.95, 0.6, 0.11), 1);
+    EXPECT_EQ(bodies.beads.size(), 73385U);
+    EXPECT_EQ(bodies.rods.size(), 1642U);
+    ASSERT_EQ(bodies.shapes.size(), 2U);
+    EXPECT_NEAR(bodies.shapes[bodies.beads[0].shape].mass, 0.7238, 5e-5);
+    EXPECT_NEAR(bodies.shapes[bodies.rods[0].shape].mass, 26.99, 0.005);
+}
+
+TEST(Bodies, of_a_mixture_are_dealt_out_in_its_parts_as_exactly_as_whole_numbers_allow) {
+    auto setup = mixture(45.0, 0.0, 0.0);
+    setup.beads.count = 10;
+    setup.beads.diameters = {0.6, 0.8, 1.0, 0.8};
+    setup.beads.parts = {1.0, 1.0, 1.0, 0.0};
+    const Bodies bodies = make_bodies(setup, 1);
+    ASSERT_EQ(bodies.shapes.size(), 3U);
+    std::vector<int> counts(3);
+    for (const Bead& bead : bodies.beads) ++counts[bead.shape];
+    EXPECT_EQ(counts, (std::vector<int>{4, 3, 3}));
+    EXPECT_EQ(bodies.shapes[2].radius, std::vector<double>{0.5});
+}
+
+TEST(Bodies, alike_in_diameter_share_a_shape) {
+    auto setup = mixture(45.0, 0.1, 0.0);
+    setup.beads.diameters = {0.8, 0.6, 0.8};
+    setup.beads.parts = {1.0, 2.0, 3.0};
+    EXPECT_EQ(make_bodies(setup, 1).shapes.size(), 2U);
+}
+
+TEST(Bodies, rods_with_a_tolerance_differ_from_each_other_by_it_alone_in_size) {
+    auto setup = mixture(247.95, 0.0, 0.11);
+    setup.rods.size_tolerance = 0.01;
+    const Bodies bodies = make_bodies(setup, 1);
+    ASSERT_EQ(bodies.shapes.size(), bodies.rods.size());
+    double mean = 0.0, square = 0.0;
+    const auto count = static_cast<double>(bodies.rods.size());
+    for (const Rod& rod : bodies.rods) {
+        const Shape& shape = bodies.shapes[rod.shape];
+        const double size = (shape.head - shape.tail) / 4.5;
+        EXPECT_NEAR(shape.radius.front(), 0.55 * size, 1e-14);
+        EXPECT_NEAR(shape.mass / 26.99, size * size * size, 2e-4);  // of a mass given to four digits
+        mean += size / count;
+        square += (size - 1.0) * (size - 1.0) / count;
+    }
+    EXPECT_NEAR(mean, 1.0, 0.001);                 // 4 of 0.01/sqrt(1642)
+    EXPECT_NEAR(std::sqrt(square), 0.01, 0.0007);  // 4 of 0.01/sqrt(2 1642)
+    EXPECT_EQ(make_bodies(setup, 1).shapes[5].mass, bodies.shapes[5].mass);
+    EXPECT_NE(make_bodies(setup, 2).shapes[5].mass, bodies.shapes[5].mass);
+}
+
+TEST(Bodies, rods_with_a_density_for_each_sphere_are_heavy_where_it_says) {
+    auto setup = mixture(45.0, 0.0, 0.0);
+    setup.rods.count = 1;
+    const Shape even = make_bodies(setup, 1).shapes[0];
+    setup.rods.densities.assign(13, 8.7);
+    EXPECT_NEAR(make_bodies(setup, 1).shapes[0].mass / even.mass, 1.0, 1e-14);
+    std::fill(setup.rods.densities.begin() + 7, setup.rods.densities.end(), 1.0);
+    const Shape tail_heavy = make_bodies(setup, 1).shapes[0];
+    EXPECT_LT(tail_heavy.mass, even.mass);
+    EXPECT_GT(tail_heavy.tail, even.tail);  // the centre of mass is nearer to the tail
+}
+
+TEST(Bodies, too_thick_for_the_gap_are_refused) {
+    auto setup = mixture(45.0, 0.0, 0.11);
+    setup.rods.size_tolerance = 0.1;  // one of 54 rods is larger than 1.09 times its size, almost surely
+    try {
+        static_cast<void>(make_bodies(setup, 1));
+        ADD_FAILURE();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), Fault::input);
+        EXPECT_NE(std::string(error.what()).find("plates.gap = 1.2 mm with a body 1."), std::string::npos)
+            << error.what();
+    }
+}
+
+}  // namespace
+}  // namespace drover::dem
