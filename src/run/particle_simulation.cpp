@@ -210,8 +210,8 @@ std::string describe(const Shared& shared) {
     words += text("; {} groups, the largest of {} contacts, {} unresolved; {} neighbour lists", counts.groups,
                   counts.largest_group, counts.unresolved, counts.lists);
     if (worst.depth > 0.0)
-        words += text("; largest overlap {:.2g} of a radius ({} and {}, t = {:.6g} s)", worst.of_radius, worst.first,
-                      worst.second, worst.time);
+        words += text("; largest overlap {:.2g} of a radius ({} and {}, t = {:.6g} s)", worst.of_radius,
+                      dem::name_text(worst.first), dem::name_text(worst.second), worst.time);
     words += text(
         "; energy in mg mm2/s2: plates {:.4g}, gravity {:.4g}, forces {:.4g}, kicks {:.4g}, impacts {:.4g}, friction "
         "{:.4g}; change of the kinetic energy {:.4g}",

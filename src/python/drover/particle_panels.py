@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from drover.archive import loaded
 from drover.panels import BLUE, ROUNDING, STEPS, VERMILLION, unit_text
 
-BEAD, BEAD_EDGE, LIGHTNESS, CHROMA = "#d4d4d4", "#9a9a9a", 64.0, 48.0
+BEAD, BEAD_EDGE, LIGHTNESS, CHROMA = "#d4d4d4", "#9a9a9a", 66.0, 40.0
 WORDS = {"polar_order": ("polar order", r"$|\langle\mathbf{n}\rangle|$"),
          "energy_kinetic": ("kinetic energy", r"energy"),
          "bead_velocity_order": ("velocity order of the beads", r"order"),
