@@ -17,6 +17,9 @@ Cost is core seconds (wall seconds times the share of a core that the program ha
 simulated second.  What the numbers do not say:
 - An impact off the centre of mass of a rod has a smaller mass than the rod, so that LAMMPS's dashpot (made for the rod's mass) brakes
   it more: the rows rod-tail-plate and rod-head-plate of the table.
+- Springs are made for the speeds of CONTACTS (soft_spheres.py); a scene whose overlaps stay far below --overlap could do with softer
+  ones and larger steps: compare at several --overlap.
+- Plates have the restitution asked for with bodies of the paper's mass; pairs have it with any.
 - The kicks of the rods are left out of LAMMPS: they cost nothing.
 - The mean over a kind of impacts has to be right; with --worst each single one, which needs a smaller step.
 - drover's wall_seconds are of stepping, observing and writing: let the scene observe nothing.
@@ -55,7 +58,7 @@ def parsed(arguments):
     add("--overlap", type=float, default=0.01, help="largest overlap that the springs are made for, of the smaller radius")
     add("--tolerance", type=float, default=0.03, help="of restitution")
     add("--worst", action="store_true", help="the tolerance is for each impact instead of the mean over a kind")
-    add("--skin", type=float, default=0.1, help="of LAMMPS's neighbour lists [mm]")
+    add("--skin", type=float, default=0.3, help="of LAMMPS's neighbour lists [mm]")
     add("--table", action="store_true")
     add("--lmp", default="lmp", help="LAMMPS")
     add("--drover", help="the drover program; with --scene")

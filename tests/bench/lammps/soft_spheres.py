@@ -177,9 +177,10 @@ def run_scene(spheres, laws, dt, options, folder):
     for segment in range(options.segments):
         lines += [f"run {options.steps}", f"write_dump all custom {folder}/{segment}.dump {columns}"]
     text = run(lines, folder, options.lmp)
-    loops = re.findall(r"Loop time of (\S+) on .*?(\S+)% CPU use.*?Neighbor list builds = (\d+)\s+Dangerous builds = (\d+)", text, re.S)[-options.segments:]
-    seconds, use, built, late = numpy.array(loops, float).T
-    return seconds * numpy.minimum(use / 100.0, 1.0), built.sum(), late.sum(), [frame_of(spheres, folder / f"{i}.dump", dt) for i in range(options.segments)]
+    loops = re.findall(r"Loop time of (\S+) on .*?(\S+)% CPU use.*?Neighbor list builds = (\d+)\s+Dangerous builds = (\d+)", text, re.S)
+    seconds, use, built, late = numpy.array(loops[-options.segments:], float).T
+    frames = [frame_of(spheres, folder / f"{segment}.dump", dt) for segment in range(options.segments)]
+    return seconds * numpy.minimum(use / 100.0, 1.0), built.sum(), late.sum(), frames
 
 
 class Impacts:
@@ -196,7 +197,6 @@ class Impacts:
     def add(self, name, corner, phase):
         speed = CONTACTS[name if name in CONTACTS else "rod-plate"].speed
         ahead = speed * self.dt * (0.5 + phase)
-        ends = {"bead-bead": 0, "bead-plate": 0}
         if name.endswith("plate"):
             first = {"bead-plate": lambda: self.bead(corner, ahead, -speed),
                      "rod-plate": lambda: self.rod(corner, ahead, (0, 0, 1), 0, -speed),
@@ -204,7 +204,7 @@ class Impacts:
                      "rod-head-plate": lambda: self.rod(corner, ahead, (0.866, 0, -0.5), 12, -speed)}[name]()
             second = -1
         else:
-            second = self.bead(corner, 8.0, 0.0) if name in ends else self.rod(corner, 8.0, (0, 0, 1), 0, 0.0)
+            second = self.bead(corner, 8.0, 0.0) if name == "bead-bead" else self.rod(corner, 8.0, (0, 0, 1), 0, 0.0)
             bottom = self.position[second][2] - self.radius[second] - ahead
             first = self.bead(corner, bottom - 0.8, speed) if name != "rod-rod" else self.rod(corner, bottom - 1.1, (0, 0, -1), 0, speed)
         self.pairs[name].append((first, second, speed))
@@ -235,8 +235,8 @@ class Impacts:
         spheres = particles.Spheres(*map(numpy.array, (self.position, self.velocity, self.radius, self.body, self.kind)), side)
         steps = int(1.5 * max(law.duration for law in laws.values()) / self.dt) + 4
         lines = deck(spheres, (-1.0, 16.0), laws, self.dt, 0.1, False, folder)
-        run([*lines, f"run {steps // 4}", f"run {steps - steps // 4}",
-             f"write_dump all custom {folder}/after.dump id vz z modify sort id format float %.12g"], folder, program)  # two runs, as a benchmark has
+        run([*lines, f"run {steps // 4}", f"run {steps - steps // 4}",  # two runs, as a benchmark has
+             f"write_dump all custom {folder}/after.dump id vz modify sort id format float %.12g"], folder, program)
         speeds = numpy.append(read_dump(folder / "after.dump")[1]["vz"], 0.0)
         return {name: numpy.array([(speeds[second] - speeds[first]) / (speed if second >= 0 else -speed) for first, second, speed in pairs])
                 for name, pairs in self.pairs.items()}
@@ -256,5 +256,6 @@ def time_step(laws, steps, tolerance, worst, folder, program):
         if error > 10 * tolerance:
             break
     if largest is None:
-        raise SystemExit(f"restitution is {table[0]['error']:.1%} off at the step {table[0]['dt']:g} s; expected {tolerance:.1%}: try smaller ones")
+        first = table[0]
+        raise SystemExit(f"restitution is {first['error']:.1%} off at the step {first['dt']:g} s; expected at most {tolerance:.1%}")
     return largest, table
