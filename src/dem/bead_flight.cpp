@@ -60,8 +60,8 @@ void fly_bead(Lane& place, Lane& velocity, Lane& spin, const Vector& acceleratio
             place[2] = surface;
         }
         if (side * (velocity[2] - base.speed) < 0.0) {
+            if (side * (velocity[2] - base.speed) < -counted_speed) ++counts.bead_plate;
             bounce(velocity, spin, radius, side, base.speed, rules, ledger);
-            ++counts.bead_plate;
         }
         least = 0.5 * dt;  // a bead that comes to rest on a plate hops no oftener
     }

@@ -145,7 +145,7 @@ bool strike(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& 
     ledger.friction += outcome.friction;
     for (std::size_t i = 0; i < touching; ++i) {
         if (approach[i] <= 0.0) continue;
-        ++counts.rod_plate;
+        if (approach[i] > counted_speed) ++counts.rod_plate;
         if (rules.kick > 0.0) kick(mover, rules.kick * approach[i] * sign_of_kick(memory, number, rules.seed), ledger);
     }
     rod.velocity = mover.velocity;

@@ -156,6 +156,22 @@ void count_impact(const Touch& touch, const Spheres& spheres, Counts& counts) {
     else ++(first ? counts.bead_bead : counts.rod_rod);
 }
 
+/// Contacts steeper than this press a body that stands on a plate into it.
+constexpr double steep = 0.05;
+
+/// Whether a sphere at this place, pushed up (side +1) or down (-1), is held by the lid or the base.
+bool is_held(const Lane& place, double side, const TouchRules& rules) {
+    const double gap = side > 0.0 ? rules.lid - place[2] - place[3] : place[2] - place[3] - rules.base.at;
+    return gap < rules.together;
+}
+
+/// Whether one of two beads is pressed onto a plate by the other.
+bool is_pressed(const Touch& touch, const Spheres& spheres, const TouchRules& rules) {
+    if (std::abs(touch.apart.z) < steep * touch.reach) return false;
+    const double up = touch.apart.z > 0.0 ? 1.0 : -1.0;
+    return is_held(spheres.place[touch.first], up, rules) || is_held(spheres.place[touch.second], -up, rules);
+}
+
 /// Two beads: normal and slip do not feel each other.
 void resolve_beads(Touch& touch, Spheres& spheres, const TouchRules& rules, TouchReport& report) {
     BeadArrays& beads = spheres.beads;
@@ -186,7 +202,7 @@ void resolve_beads(Touch& touch, Spheres& spheres, const TouchRules& rules, Touc
         touch.since * dot(rules.bead_force, da + db);  // what gravity does for one it takes from the other
     report.ledger.impact += 0.5 * normal * (approach + approach + mass * normal);
     report.ledger.friction -= tangential * (size - 0.5 * response * tangential);
-    ++report.counts.bead_bead;
+    if (approach < -counted_speed) ++report.counts.bead_bead;
 }
 
 /// Any group: its bodies as movers, its touches as contacts.
@@ -204,22 +220,28 @@ public:
         }
         for (Touch* touch : touches) contacts_.push_back(contact_of(*touch));
         const std::size_t many = touches.size();
+        for (const Touch* touch : touches) add_plates(*touch);
         for (std::size_t c = 0; c < many; ++c)
-            if (dot(relative_velocity(contacts_[c], movers_), contacts_[c].normal) < 0.0)
+            if (dot(relative_velocity(contacts_[c], movers_), contacts_[c].normal) < -counted_speed)
                 count_impact(*touches[c], spheres_, report.counts);
         const ImpactOutcome outcome = resolve(movers_, contacts_, rules_.law);
         if (outcome.approach <= 0.0) return;
         report.ledger.impact += outcome.normal;
         report.ledger.friction += outcome.friction;
-        if (many > 1) {
+        report.ledger.plates += outcome.walls;
+        if (contacts_.size() > 1) {
             ++report.counts.groups;
-            report.counts.largest_group = std::max(report.counts.largest_group, static_cast<std::int64_t>(many));
+            report.counts.largest_group =
+                std::max(report.counts.largest_group, static_cast<std::int64_t>(contacts_.size()));
             report.counts.residual = std::max(report.counts.residual, outcome.residual / outcome.approach);
             if (outcome.residual > rules_.law.tolerance * outcome.approach) ++report.counts.unresolved;
         }
         for (std::size_t b = 0; b < bodies_.size(); ++b) store(bodies_[b], movers_[b]);
+        // One time for all: bodies that hold each other move as if their new velocities had been theirs since then, and none into another.
+        double since = 0.0;
+        for (const Touch* touch : touches) since = std::max(since, touch->since);
         for (std::size_t c = 0; c < many; ++c) {
-            const Vector shift = touches[c]->since * contacts_[c].impulse;
+            const Vector shift = since * contacts_[c].impulse;
             move(touches[c]->first_body, shift, report);
             if (touches[c]->second != none) move(touches[c]->second_body, -1.0 * shift, report);
         }
@@ -273,6 +295,34 @@ private:
             contact.friction = bead ? mu.bead_bead : mu.rod_rod;
         }
         return contact;
+    }
+    /// The plates that hold what this touch presses onto them.
+    void add_plates(const Touch& touch) {
+        if (touch.second == none || std::abs(touch.normal.z) < steep) return;
+        const double up = touch.normal.z > 0.0 ? 1.0 : -1.0;
+        add_plate(touch.first_body, touch.first, up);
+        add_plate(touch.second_body, touch.second, -up);
+    }
+    void add_plate(std::uint32_t body, std::uint32_t sphere, double side) {
+        const int index = index_of(body);
+        const auto known = [&](const Contact& c) {
+            return c.second < 0 && c.first == index && c.wall_velocity.z == rules_.base.speed && c.normal.z == -side;
+        };
+        if (std::any_of(contacts_.begin(), contacts_.end(), known)) return;
+        const bool bead = spheres_.is_bead(sphere);
+        Contact contact{.first = index, .second = -1, .normal = {0.0, 0.0, -side}};
+        contact.wall_velocity = {0.0, 0.0, rules_.base.speed};
+        contact.restitution = bead ? rules_.restitution.bead_plate : rules_.restitution.rod_plate;
+        contact.friction = bead ? rules_.friction.bead_plate : rules_.friction.rod_plate;
+        const auto add = [&](std::uint32_t s) {
+            if (!is_held(spheres_.place[s], side, rules_)) return;
+            contact.arm_first = from_centre(s) + side * spheres_.place[s][3] * Vector{0.0, 0.0, 1.0};
+            contacts_.push_back(contact);
+        };
+        if (bead) return add(sphere);
+        const RodArrays& rods = spheres_.rods;
+        const std::uint32_t r = rods.owner[sphere - spheres_.beads.size()];
+        for (const std::uint32_t k : rods.kinds[rods.kind[r]].bearing) add(rods.first[r] + k);
     }
     void store(std::uint32_t body, const Mover& mover) {
         const auto beads = static_cast<std::uint32_t>(spheres_.beads.size());
@@ -375,7 +425,7 @@ TouchReport TouchSolver::step(const Cell& cell, Spheres& spheres, const Neighbou
                 }
                 Touch& only = *members.front();
                 if (members.size() == 1 && only.second != none && spheres.is_bead(only.first) &&
-                    spheres.is_bead(only.second))
+                    spheres.is_bead(only.second) && !is_pressed(only, spheres, rules))
                     resolve_beads(only, spheres, rules, report);
                 else solver.resolve_group(members, report);
             }

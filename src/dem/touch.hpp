@@ -30,6 +30,9 @@ struct TouchRules {
     Vector acceleration, bead_force;  ///< for the books
     double dt = 0.0;
     double overlap_most = 0.0;
+    double together = 0.0;  ///< a body this near to a plate stands on it [mm]
+    Flight base;            ///< at the end of the step
+    double lid = 0.0;       ///< height of the lid then [mm]; never: none
 };
 
 void add(const Ledger& part, Ledger& whole);

@@ -119,7 +119,9 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
                    .acceleration = gravity,
                    .bead_force = bead_rules.force,
                    .dt = dt,
-                   .overlap_most = setup.contacts.overlap_most};
+                   .overlap_most = setup.contacts.overlap_most,
+                   .together = setup.contacts.together,
+                   .base = {}};
 }
 
 /// Runs work(begin, end, part) over chunks and adds the parts in their order.
@@ -262,6 +264,8 @@ void World::advance(std::int64_t step) {
         ++s.counts.lists;
         s.astray = false;
     }
+    s.touch_rules.base = s.plates.base(s.dt);
+    s.touch_rules.lid = s.plates.lid() ? s.touch_rules.base.at + s.plates.gap() : never;
     s.notice(s.touches.step(s.setup.cell, s.spheres, s.neighbours, s.touch_rules, s.threads), step);
 }
 

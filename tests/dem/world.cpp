@@ -128,6 +128,7 @@ TEST(World, a_frictionless_elastic_gas_keeps_its_energy_over_a_million_impacts) 
 TEST(World, the_books_close_and_no_group_gains_energy_in_a_shaken_mixture) {
     Threads threads(2);
     dem::Setup setup = square(12.0);
+    setup.beads.count = 1;  // the bodies are given below
     setup.forces = {
         .bead_x = 50.0, .rod_y = 300.0, .torque = 2e4, .angle = 0.4, .hold_beads = true, .bead_velocity_x = 2.0};
     setup.gravity.x = 300.0;

@@ -23,9 +23,12 @@ struct Ledger {
 };
 double sum(const Ledger& ledger);
 
+/// Impacts that approach slower than this are not counted [mm/s]: bodies that stay together hop at the rate of the steps.
+inline constexpr double counted_speed = 1.0;
+
 /// What happened since the start, by kinds.
 struct Counts {
-    std::int64_t bead_bead = 0, rod_bead = 0, rod_rod = 0;  ///< impacts of pairs of spheres that approached
+    std::int64_t bead_bead = 0, rod_bead = 0, rod_rod = 0;  ///< impacts of pairs of spheres
     std::int64_t bead_plate = 0, rod_plate = 0;             ///< impacts on base or lid
     std::int64_t bead_wall = 0, rod_wall = 0;
     std::int64_t groups = 0;         ///< of more than one contact
