@@ -26,13 +26,11 @@ struct Increment {
 /// The tangential impulse of at most `most` that takes the most energy from a slip s: the least of p.s + p.W p/2 on a disc, found by
 /// Newton's method on the multiplier of its edge.
 void brake(const Response& w, double sx, double sy, double most, double& px, double& py) {
-    const double slip = std::sqrt(sx * sx + sy * sy);
-    if (most * (w.xx + w.yy) < 0.1 * slip) {
-        // It slides on: against the slip at its end, to the second order of the turn.
-        const double ex = sx - most / slip * (w.xx * sx + w.xy * sy), ey = sy - most / slip * (w.xy * sx + w.yy * sy);
-        const double size = std::sqrt(ex * ex + ey * ey);
-        px = -most / size * ex;
-        py = -most / size * ey;
+    if (const double square = sx * sx + sy * sy; most * most * (w.xx + w.yy) * (w.xx + w.yy) < 1e-2 * square) {
+        // It slides on: against the slip, whose turn within the increment counts at the second order alone.
+        const double scale = -most / std::sqrt(square);
+        px = scale * sx;
+        py = scale * sy;
         return;
     }
     double added = 0.0;
@@ -58,8 +56,7 @@ Increment increment(const Response& w, double friction, const Slip& before, doub
     if (most > 0.0) {
         // To stick to the end, if that is allowed and takes energy; else what takes the most energy.
         const double sx = before.x + w.nx * dp, sy = before.y + w.ny * dp;
-        const double determinant = w.xx * w.yy - w.xy * w.xy;
-        double px = -(w.yy * sx - w.xy * sy) / determinant, py = -(w.xx * sy - w.xy * sx) / determinant;
+        double px = -(w.ixx * sx + w.ixy * sy), py = -(w.ixy * sx + w.iyy * sy);
         if (px * px + py * py > most * most || px * before.x + py * before.y > 0.0)
             brake(w, before.x + 0.5 * w.nx * dp, before.y + 0.5 * w.ny * dp, most, px, py);
         result.x = px;
@@ -273,7 +270,7 @@ void press(Group& group, std::size_t c, double h, double& stored, ImpactOutcome&
         bool turned = false;
         const double dp = (std::sqrt(2.0 * stored) - 0.5 * slip.n * h) * h;
         const Increment part = increment_to_speed(w, mu, slip, dp, 0.0, turned);
-        stored -= part.normal_work;
+        stored = std::max(0.0, stored - part.normal_work);
         add(part, bounce, slip);
         h = turned ? h * (1.0 - part.n / dp) : 0.0;
     }
@@ -284,7 +281,7 @@ void press(Group& group, std::size_t c, double h, double& stored, ImpactOutcome&
         const double dp = later > 0.0 ? 0.5 * (force + later) * h : 2.0 * impulse_of_work(w.nn, slip.n, energy);
         bool ended = false;
         const Increment part = increment_to_work(w, mu, slip, dp, energy, ended);
-        stored = ended || later <= 0.0 ? 0.0 : stored - part.normal_work / e2;
+        stored = ended || later <= 0.0 ? 0.0 : std::max(0.0, stored - part.normal_work / e2);
         add(part, bounce, slip);
     }
     group.push(c, bounce.n, bounce.x, bounce.y, bounce.normal_work, bounce.friction_work, outcome);
@@ -296,8 +293,8 @@ void resolve_together(Group& group, const ImpactLaw& law, std::span<double> stor
     const double enough = law.tolerance * outcome.approach;
     double stiffest = 0.0;
     for (const Frame& frame : group.frames) stiffest = std::max(stiffest, frame.response.nn);
-    // A quarter of a period takes about half of `increments` sweeps; one that gives back is 1/e times faster.
-    const double step = 3.0 / (law.increments * std::sqrt(stiffest));
+    // A quarter of a period takes about a quarter of `increments` sweeps forth and back; one that gives back is 1/e times faster.
+    const double step = 6.0 / (law.increments * std::sqrt(stiffest));
     constexpr double fastest_release = 0.05;
     constexpr int sweeps_most = 3000;
     for (; outcome.sweeps < sweeps_most; ++outcome.sweeps) {

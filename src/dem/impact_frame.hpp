@@ -11,6 +11,7 @@ namespace drover::dem {
 /// Change of the relative velocity by a unit impulse, normal n and tangents x, y: a symmetric positive matrix [1/mg].
 struct Response {
     double nn = 0.0, nx = 0.0, ny = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+    double ixx = 0.0, ixy = 0.0, iyy = 0.0;  ///< the inverse of its tangential part [mg]
 };
 
 struct Frame {
@@ -78,6 +79,11 @@ inline Frame frame_of(const Contact& contact, std::span<const Mover> movers) {
                       .xx = dot(frame.x, to_x),
                       .xy = dot(frame.x, to_y),
                       .yy = dot(frame.y, to_y)};
+    Response& w = frame.response;
+    const double inverse = 1.0 / (w.xx * w.yy - w.xy * w.xy);
+    w.ixx = inverse * w.yy;
+    w.ixy = -inverse * w.xy;
+    w.iyy = inverse * w.xx;
     return frame;
 }
 

@@ -27,8 +27,10 @@ struct Mesh {
     }
 };
 
-Mesh mesh_of(const Cell& cell, double reach) {
+Mesh mesh_of(const Cell& cell, double reach, std::size_t spheres) {
     const double half_x = half_width(cell), half_y = half_height(cell);
+    // No more cells than spheres, or so: an empty plain is not walked through.
+    reach = std::max(reach, std::sqrt(4.0 * half_x * half_y / static_cast<double>(spheres + 16)));
     Mesh mesh{.x0 = -half_x, .y0 = -half_y};
     mesh.nx = std::max(1, static_cast<int>(2.0 * half_x / reach));
     mesh.ny = std::max(1, static_cast<int>(2.0 * half_y / reach));
@@ -238,7 +240,7 @@ void list_again(const Cell& cell, double skin, Spheres& spheres, Neighbours& nei
     neighbours.images.clear();
     neighbours.near_wall.clear();
     Lister lister(cell, skin, spheres, neighbours);
-    const Mesh mesh = mesh_of(cell, 2.0 * largest_radius(spheres) + skin);
+    const Mesh mesh = mesh_of(cell, 2.0 * largest_radius(spheres) + skin, spheres.size());
     if (mesh.nx < 3 || mesh.ny < 3) lister.list_all();
     else lister.list_by(mesh);
     lister.list_walls();
@@ -246,7 +248,7 @@ void list_again(const Cell& cell, double skin, Spheres& spheres, Neighbours& nei
 
 void make_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours) {
     wrap_bodies(cell, spheres);
-    sort_beads(mesh_of(cell, 2.0 * largest_radius(spheres) + skin), spheres);
+    sort_beads(mesh_of(cell, 2.0 * largest_radius(spheres) + skin, spheres.size()), spheres);
     for (std::size_t s = 0; s < spheres.size(); ++s)
         spheres.listed[s] = {static_cast<float>(spheres.place[s][0]), static_cast<float>(spheres.place[s][1])};
     list_again(cell, skin, spheres, neighbours);

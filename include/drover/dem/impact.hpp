@@ -49,7 +49,7 @@ struct ImpactLaw {
         RestitutionKind::energetic;  ///< of the laws that take one contact after another, and of single contacts
     bool track_slip = true;          ///< friction opposes the slip of each moment of the impact; false: that before it
     int increments = 16;             ///< of an impact during which the slip turns
-    double tolerance = 1e-3;         ///< speed of approach that may be left, beside the largest before
+    double tolerance = 1e-2;         ///< speed of approach that may be left, beside the largest before
 };
 
 /// What a group of impacts did, as energies [mg mm^2/s^2]: the kinetic energy of the movers changed by walls + normal + friction.
