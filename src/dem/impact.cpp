@@ -275,10 +275,10 @@ void press(Group& group, std::size_t c, double h, double& stored, ImpactOutcome&
         h = turned ? h * (1.0 - part.n / dp) : 0.0;
     }
     if (h > 0.0 && stored > 0.0) {
-        const double energy = e2 * stored, force = std::sqrt(2.0 * stored),
-                     later = force - slip.n * h / std::max(e2, 1e-300);
+        const double energy = e2 * stored, force = std::sqrt(2.0 * stored);
+        const double parting = std::max(0.0, slip.n), later = force - parting * h / std::max(e2, 1e-300);
         // Once its force would end, all it has left, exactly.
-        const double dp = later > 0.0 ? 0.5 * (force + later) * h : 2.0 * impulse_of_work(w.nn, slip.n, energy);
+        const double dp = later > 0.0 ? 0.5 * (force + later) * h : 2.0 * impulse_of_work(w.nn, parting, energy);
         bool ended = false;
         const Increment part = increment_to_work(w, mu, slip, dp, energy, ended);
         stored = ended || later <= 0.0 ? 0.0 : std::max(0.0, stored - part.normal_work / e2);
