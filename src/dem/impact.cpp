@@ -212,22 +212,22 @@ struct Group {
     std::span<Contact> contacts;
     std::span<const Frame> frames;
 
+    double normal(std::size_t c) const { return velocity_along(contacts[c], frames[c], 0, movers); }
     Slip slip(std::size_t c) const {
-        const Vector u = relative_velocity(contacts[c], movers);
-        return {dot(u, contacts[c].normal), dot(u, frames[c].x), dot(u, frames[c].y)};
+        return {normal(c), velocity_along(contacts[c], frames[c], 1, movers),
+                velocity_along(contacts[c], frames[c], 2, movers)};
     }
     void push(std::size_t c, double n, double x, double y, double normal_work, double friction_work,
               ImpactOutcome& outcome) {
-        const Vector impulse = n * contacts[c].normal + x * frames[c].x + y * frames[c].y;
+        const Vector impulse = apply(contacts[c], frames[c], n, x, y, movers);
         contacts[c].impulse = contacts[c].impulse + impulse;
-        apply(contacts[c], impulse, movers);
         outcome.normal += normal_work;
         outcome.friction += friction_work;
-        outcome.walls += dot(impulse, contacts[c].wall_velocity);
+        if (contacts[c].second < 0) outcome.walls += dot(impulse, contacts[c].wall_velocity);
     }
     double approach() const {
         double most = 0.0;
-        for (std::size_t c = 0; c < contacts.size(); ++c) most = std::max(most, -slip(c).n);
+        for (std::size_t c = 0; c < contacts.size(); ++c) most = std::max(most, -normal(c));
         return most;
     }
 };
@@ -249,7 +249,7 @@ void resolve_in_turn(Group& group, const ImpactLaw& law, ImpactOutcome& outcome)
         if (law.group == GroupLaw::approaching_first) {
             std::size_t fastest = 0;
             for (std::size_t c = 1; c < count; ++c)
-                if (group.slip(c).n < group.slip(fastest).n) fastest = c;
+                if (group.normal(c) < group.normal(fastest)) fastest = c;
             any = hit(fastest);
         } else {
             for (std::size_t i = 0; i < count; ++i)
@@ -260,6 +260,7 @@ void resolve_in_turn(Group& group, const ImpactLaw& law, ImpactOutcome& outcome)
 
 /// One contact over a time h of the springs' own clock: pressed until it turns, then giving back.
 void press(Group& group, std::size_t c, double h, double& stored, ImpactOutcome& outcome) {
+    if (stored == 0.0 && group.normal(c) >= 0.0) return;
     Slip slip = group.slip(c);
     if (std::abs(slip.n) < 1e-12 * outcome.approach) slip.n = 0.0;  // turned, but for rounding
     if (slip.n >= 0.0 && stored == 0.0) return;
@@ -301,7 +302,7 @@ void resolve_together(Group& group, const ImpactLaw& law, std::span<double> stor
         double h = step;
         bool any = false;
         for (std::size_t c = 0; c < count; ++c) {
-            const double n = group.slip(c).n;
+            const double n = group.normal(c);
             any = any || stored[c] > 0.0 || n < -enough;
             if (stored[c] > 0.0 && n > 0.0)
                 h = std::min(h, step * std::max(group.contacts[c].restitution, fastest_release));

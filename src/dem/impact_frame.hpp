@@ -1,5 +1,6 @@
 // dem/impact_frame.hpp: a contact in its own frame: how velocities there answer impulses there.
 #pragma once
+#include <array>
 #include <cmath>
 #include <span>
 #include <vector>
@@ -14,8 +15,15 @@ struct Response {
     double ixx = 0.0, ixy = 0.0, iyy = 0.0;  ///< the inverse of its tangential part [mg]
 };
 
+/// What one body of a contact does along n, x and y.
+struct Lever {
+    std::array<Vector, 3> turn;  ///< arm x direction: velocity there per angular velocity
+    std::array<Vector, 3> spin;  ///< angular velocity per impulse
+};
+
 struct Frame {
-    Vector x, y;  ///< tangents: n, x, y are right-handed
+    std::array<Vector, 3> axes;  ///< normal and tangents, right-handed
+    Lever first, second;
     Response response;
 };
 
@@ -23,36 +31,6 @@ struct Frame {
 inline bool is_sphere_like(const Response& w) {
     const double small = 1e-12 * w.nn;
     return std::abs(w.nx) < small && std::abs(w.ny) < small && std::abs(w.xy) < small && std::abs(w.xx - w.yy) < small;
-}
-
-/// Angular velocity that an angular impulse gives.
-inline Vector spin_of(const Mover& mover, const Vector& angular) {
-    return mover.across_inverse * angular +
-           ((mover.along_inverse - mover.across_inverse) * dot(angular, mover.axis)) * mover.axis;
-}
-
-inline void apply(const Contact& contact, const Vector& impulse, std::span<Mover> movers) {
-    Mover& first = movers[static_cast<std::size_t>(contact.first)];
-    first.velocity = first.velocity + first.mass_inverse * impulse;
-    first.spin = first.spin + spin_of(first, cross(contact.arm_first, impulse));
-    if (contact.second < 0) return;
-    Mover& second = movers[static_cast<std::size_t>(contact.second)];
-    second.velocity = second.velocity - second.mass_inverse * impulse;
-    second.spin = second.spin - spin_of(second, cross(contact.arm_second, impulse));
-}
-
-/// Relative velocity at the contact after a unit impulse along d, everything at rest before.
-inline Vector answer(const Contact& contact, std::span<const Mover> movers, const Vector& d) {
-    const Mover& first = movers[static_cast<std::size_t>(contact.first)];
-    const Vector turn_first = spin_of(first, cross(contact.arm_first, d));
-    if (contact.second == contact.first) {  // a body and its own image
-        const Vector turn = turn_first - spin_of(first, cross(contact.arm_second, d));
-        return cross(turn, contact.arm_first - contact.arm_second);
-    }
-    Vector result = first.mass_inverse * d + cross(turn_first, contact.arm_first);
-    if (contact.second < 0) return result;
-    const Mover& second = movers[static_cast<std::size_t>(contact.second)];
-    return result + second.mass_inverse * d + cross(spin_of(second, cross(contact.arm_second, d)), contact.arm_second);
 }
 
 /// A tangent that turns with the scene, so that a turned scene gives turned results: along the slip, else along the arm.
@@ -65,26 +43,73 @@ inline Vector tangent(const Contact& contact, std::span<const Mover> movers) {
     return std::abs(n.z) > 0.7 ? Vector{n.z, 0.0, -n.x} : Vector{-n.y, n.x, 0.0};
 }
 
+inline Lever lever_of(const Mover& mover, const Vector& arm, const std::array<Vector, 3>& axes) {
+    Lever lever;
+    for (std::size_t i = 0; i < 3; ++i) {
+        lever.turn[i] = cross(arm, axes[i]);
+        lever.spin[i] = mover.across_inverse * lever.turn[i] +
+                        ((mover.along_inverse - mover.across_inverse) * dot(lever.turn[i], mover.axis)) * mover.axis;
+    }
+    return lever;
+}
+
+inline Response response_of(const Contact& contact, const Frame& frame, std::span<const Mover> movers) {
+    const Mover& first = movers[static_cast<std::size_t>(contact.first)];
+    const bool image = contact.second == contact.first;  // a body and its own image: it cannot push itself, but turn
+    double mass_inverse = image ? 0.0 : first.mass_inverse;
+    if (contact.second >= 0 && !image) mass_inverse += movers[static_cast<std::size_t>(contact.second)].mass_inverse;
+    const auto entry = [&](std::size_t i, std::size_t j) {
+        if (image) return dot(frame.first.turn[i] - frame.second.turn[i], frame.first.spin[j] - frame.second.spin[j]);
+        double value = (i == j ? mass_inverse : 0.0) + dot(frame.first.turn[i], frame.first.spin[j]);
+        if (contact.second >= 0) value += dot(frame.second.turn[i], frame.second.spin[j]);
+        return value;
+    };
+    Response w{.nn = entry(0, 0),
+               .nx = entry(0, 1),
+               .ny = entry(0, 2),
+               .xx = entry(1, 1),
+               .xy = entry(1, 2),
+               .yy = entry(2, 2)};
+    const double inverse = 1.0 / (w.xx * w.yy - w.xy * w.xy);
+    w.ixx = inverse * w.yy;
+    w.ixy = -inverse * w.xy;
+    w.iyy = inverse * w.xx;
+    return w;
+}
+
 inline Frame frame_of(const Contact& contact, std::span<const Mover> movers) {
     const Vector& n = contact.normal;
     Vector x = tangent(contact, movers);
     x = x - dot(x, n) * n;
     x = 1.0 / length(x) * x;
-    Frame frame{.x = x, .y = cross(n, x), .response = {}};
-    const Vector to_n = answer(contact, movers, n), to_x = answer(contact, movers, frame.x),
-                 to_y = answer(contact, movers, frame.y);
-    frame.response = {.nn = dot(n, to_n),
-                      .nx = dot(frame.x, to_n),
-                      .ny = dot(frame.y, to_n),
-                      .xx = dot(frame.x, to_x),
-                      .xy = dot(frame.x, to_y),
-                      .yy = dot(frame.y, to_y)};
-    Response& w = frame.response;
-    const double inverse = 1.0 / (w.xx * w.yy - w.xy * w.xy);
-    w.ixx = inverse * w.yy;
-    w.ixy = -inverse * w.xy;
-    w.iyy = inverse * w.xx;
+    Frame frame{.axes = {n, x, cross(n, x)}, .first = {}, .second = {}, .response = {}};
+    frame.first = lever_of(movers[static_cast<std::size_t>(contact.first)], contact.arm_first, frame.axes);
+    if (contact.second >= 0)
+        frame.second = lever_of(movers[static_cast<std::size_t>(contact.second)], contact.arm_second, frame.axes);
+    frame.response = response_of(contact, frame, movers);
     return frame;
+}
+
+/// Relative velocity along one of the axes.
+inline double velocity_along(const Contact& contact, const Frame& frame, std::size_t i, std::span<const Mover> movers) {
+    const Mover& first = movers[static_cast<std::size_t>(contact.first)];
+    const double at_first = dot(frame.first.turn[i], first.spin);
+    if (contact.second < 0) return dot(frame.axes[i], first.velocity - contact.wall_velocity) + at_first;
+    const Mover& second = movers[static_cast<std::size_t>(contact.second)];
+    return dot(frame.axes[i], first.velocity - second.velocity) + at_first - dot(frame.second.turn[i], second.spin);
+}
+
+/// Gives both bodies an impulse of components n, x, y; returns it as a vector.
+inline Vector apply(const Contact& contact, const Frame& frame, double n, double x, double y, std::span<Mover> movers) {
+    const Vector impulse = n * frame.axes[0] + x * frame.axes[1] + y * frame.axes[2];
+    Mover& first = movers[static_cast<std::size_t>(contact.first)];
+    first.velocity = first.velocity + first.mass_inverse * impulse;
+    first.spin = first.spin + (n * frame.first.spin[0] + x * frame.first.spin[1] + y * frame.first.spin[2]);
+    if (contact.second < 0) return impulse;
+    Mover& second = movers[static_cast<std::size_t>(contact.second)];
+    second.velocity = second.velocity - second.mass_inverse * impulse;
+    second.spin = second.spin - (n * frame.second.spin[0] + x * frame.second.spin[1] + y * frame.second.spin[2]);
+    return impulse;
 }
 
 }  // namespace drover::dem
