@@ -15,13 +15,28 @@
 
 namespace drover {
 
+namespace {
+/// Looks for a while, some tens of microseconds, whether something holds: loops that follow each other at once need no sleep between.
+template <class Holds>
+bool holds_soon(Holds holds) {
+    constexpr int looks = 2000;
+    for (int look = 0; look < looks; ++look) {
+        if (holds()) return true;
+#if defined(__x86_64__)
+        __builtin_ia32_pause();
+#endif
+    }
+    return false;
+}
+}  // namespace
+
 struct Threads::Team {
     std::mutex mutex;
     std::condition_variable started, ended;
     std::vector<std::thread> helpers;
-    std::uint64_t loop_number = 0;  // a helper works when this differs from the last it worked on
-    std::size_t working = 0;
-    bool leaving = false;
+    std::atomic<std::uint64_t> loop_number = 0;  // a helper works when this differs from the last it worked on
+    std::atomic<std::size_t> working = 0;
+    std::atomic<bool> leaving = false;
 
     const std::function<void(std::size_t, std::size_t)>* body = nullptr;
     std::size_t length = 0, chunk = 1;
@@ -44,16 +59,19 @@ struct Threads::Team {
 
     void help() {
         std::uint64_t done = 0;
+        const auto called = [&] { return leaving.load() || loop_number.load() != done; };
         for (;;) {
-            {
+            if (!holds_soon(called)) {
                 std::unique_lock lock(mutex);
-                started.wait(lock, [&] { return leaving || loop_number != done; });
-                if (leaving) return;
-                done = loop_number;
+                started.wait(lock, called);
             }
+            if (leaving) return;
+            done = loop_number;
             work();
-            const std::lock_guard lock(mutex);
-            if (--working == 0) ended.notify_one();
+            if (working.fetch_sub(1) == 1) {
+                const std::lock_guard lock(mutex);  // the caller may be between its last look and its sleep
+                ended.notify_one();
+            }
         }
     }
 };
@@ -93,8 +111,12 @@ void Threads::for_chunks(std::size_t length, std::size_t chunk,
     }
     team_->started.notify_all();
     team_->work();
-    std::unique_lock lock(team_->mutex);
-    team_->ended.wait(lock, [&] { return team_->working == 0; });
+    const auto all_ended = [&] { return team_->working.load() == 0; };
+    if (!holds_soon(all_ended)) {
+        std::unique_lock lock(team_->mutex);
+        team_->ended.wait(lock, all_ended);
+    }
+    const std::lock_guard lock(team_->mutex);
     if (team_->failure) std::rethrow_exception(team_->failure);
 }
 
