@@ -19,6 +19,7 @@ const Kind& kind_of(const io::Scene& scene) {
                              .size_key = "grid.nx",
                              .start = "initial",
                              .timed = timed_fields,
+                             .advice = [](const io::Scene&) { return std::string(); },
                              .report = make_field_report};
     static const Kind particles{.make = make_particle_simulation,
                                 .threads = particle_threads,
@@ -29,6 +30,7 @@ const Kind& kind_of(const io::Scene& scene) {
                                 .size_key = "beads.area_fraction",
                                 .start = "packing",
                                 .timed = timed_particles,
+                                .advice = particle_advice,
                                 .report = make_particle_report};
     return scene.kind == io::SceneKind::fields ? fields : particles;
 }

@@ -251,6 +251,25 @@ std::string particle_size(const io::Scene& scene) {
     return text("{} beads and {} rods", bodies.beads.size(), bodies.rods.size());
 }
 
+std::string particle_advice(const io::Scene& scene) {
+    // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
+    constexpr double dt_least = 2e-6, dt_most = 5e-5, substep_most = 5e-5, frequency = 200.0;
+    const double faster = std::max(1.0, scene.particles.plates.frequency / frequency);
+    const double dt = scene.time.dt * faster, substep = scene.particles.contacts.substep * faster;
+    const bool rods = scene.particles.rods.count > 0 || scene.particles.rods.area_fraction > 0.0;
+    std::string words;
+    if (dt < dt_least || dt > dt_most)
+        words = text("time.dt = {} s at plates.frequency = {} /s", scene.time.dt, scene.particles.plates.frequency);
+    if (rods && substep > substep_most)
+        words += text("{}contacts.substep = {} s", words.empty() ? "" : " and ", scene.particles.contacts.substep);
+    if (words.empty()) return words;
+    return words + text(
+                       ": outside what the study of the step covers ({} to {} s, substep at most {} s, plates of {} "
+                       "/s): compare with a "
+                       "run of half the step",
+                       dt_least, dt_most, substep_most, frequency);
+}
+
 TimedScene timed_particles(const io::Scene& scene) {
     constexpr double spheres_most = 4000.0;
     const double spheres = spheres_of(scene), part = std::sqrt(std::min(1.0, spheres_most / std::max(spheres, 1.0)));

@@ -40,6 +40,7 @@ std::vector<io::Recording> recordings_of(const Simulation& simulation) {
 }
 
 void tell_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first, const Needs& needs) {
+    if (const std::string advice = kind_of(scene).advice(scene); !advice.empty()) log_warning("{}", advice);
     log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", kind_of(scene).size(scene), simulation.steps,
                     simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),

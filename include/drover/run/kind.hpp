@@ -30,6 +30,7 @@ struct Kind {
     const char* size_key;                         ///< of the scene: where to make it smaller
     const char* start;  ///< the section with kind, file and frame: what a ramp of a sweep and another run start from
     TimedScene (*timed)(const io::Scene& scene);
+    std::string (*advice)(const io::Scene& scene);  ///< what the user should know before the run starts; "": nothing
     Report (*report)(const io::ArchiveReader& archive, const io::Scene& scene);
 };
 const Kind& kind_of(const io::Scene& scene);

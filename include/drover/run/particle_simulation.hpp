@@ -11,6 +11,8 @@ double particle_simulation_bytes(const io::Scene& scene);
 double particle_disk_bytes(const io::Scene& scene);
 std::string particle_size(const io::Scene& scene);
 TimedScene timed_particles(const io::Scene& scene);
+/// Says so when the steps of a scene lie outside what tests/bench/particles measured.
+std::string particle_advice(const io::Scene& scene);
 Report make_particle_report(const io::ArchiveReader& archive, const io::Scene& scene);
 
 /// Throws an input Error for a packing that is not of these bodies, and a run Error where none was found.
