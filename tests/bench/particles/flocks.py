@@ -1,0 +1,128 @@
+"""tests/bench/particles/flocks.py: which scenes flock: the order and the flow of beads against time, kept as small tables.
+
+Usage: flocks.py --drover PROGRAM --output FOLDER [--only NAME ...] [--threads N]
+
+Each case is a scene of models/ with some settings.  FOLDER/NAME.csv gets a row a second; FOLDER/flocks.json one entry a case: mean and largest
+order beside those of as many random directions, the first time that the order passes .8, and the flow of the beads.  A case whose table is
+there is not run again.  A run of a periodic cell of 45 mm takes 2 to 5 minutes of one core, one of 90 mm four times as long; all of them
+an hour and a half.
+"""
+import argparse
+import csv
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+MODELS = Path(__file__).resolve().parents[3] / "models"
+NOMINAL = ["plates.amplitude=0.04", "plates.gap=1.2", "rods.size_tolerance=0.0", "kick.strength=0.015"]
+LARGE = ["cell.lx=90.0", "cell.ly=90.0"]
+CASES = {
+    "matched-dense": ("bead-flock", []),
+    "matched-poor": ("bead-poor", []),
+    "nominal-dense": ("bead-flock", NOMINAL),
+    "nominal-poor": ("bead-poor", NOMINAL),
+    "rods-alone": ("rods-alone", []),
+    "flower-dense": ("flower-flock", []),
+    "flower-poor": ("flower-poor", []),
+    "circle-dense": ("circle-flock", []),
+    "amorphous": ("amorphous", []),
+    "matched-dense-90mm": ("bead-flock", LARGE),
+    "matched-poor-90mm": ("bead-poor", LARGE),
+}
+ROUND = ("flower-flock", "flower-poor", "circle-flock")
+SERIES = ["polar_order", "polar_order_local", "bead_velocity_size", "bead_velocity_along_order", "bead_velocity_azimuthal",
+          "rod_velocity_azimuthal"]
+# Instantaneous velocities swing with the plates; means over this many samples do not.
+SMOOTHED = 10
+
+
+def run(arguments, scene, settings, folder):
+    """Runs a scene; its archive."""
+    archive = Path(folder) / "run.h5"
+    words = [arguments.drover, "run", str(MODELS / (scene + ".toml")), "--output", str(archive), "--quiet", "--threads", str(arguments.threads)]
+    for setting in [*settings, "output.frame_every=10.0", "output.sample_every=0.1025"]:
+        words += ["--set", setting]
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+    return archive
+
+
+def means(values):
+    """Means of consecutive samples."""
+    whole = len(values) // SMOOTHED * SMOOTHED
+    return values[:whole].reshape(-1, SMOOTHED).mean(axis=1)
+
+
+def random_order(rods, samples):
+    """Mean of the order of random directions, and the mean of the largest of so many independent ones."""
+    drawn = np.random.default_rng(1)
+    orders = np.abs(np.exp(2j * np.pi * drawn.random((2000, rods))).mean(axis=1))
+    return orders.mean(), drawn.choice(orders, (500, samples)).max(axis=1).mean()
+
+
+def measure(archive, scene):
+    """Columns of the table of a case, and its row of the summary."""
+    with h5py.File(archive) as file:
+        series = file["series"]
+        columns = {"time": means(series["time"][()])}
+        columns.update({name: means(series[name][()]) for name in SERIES if name in series})
+        rods = file["bodies/rods/position/value"].shape[1]
+        overlap = float(series["overlap_largest"][-1])
+    order = columns["polar_order_local" if scene in ROUND else "polar_order"]
+    end = columns["time"] > 0.5 * columns["time"][-1]
+    passed = columns["time"][order > 0.8]
+    mean, largest = random_order(rods, max(1, int(columns["time"][-1] / 5.0)))
+    row = {"rods": rods, "seconds": round(float(columns["time"][-1]), 1), "order_mean_second_half": order[end].mean(),
+           "order_largest": order.max(), "random_mean": mean, "random_largest": largest,
+           "passes_0.8_at_s": round(float(passed[0]), 1) if len(passed) else "", "overlap_largest": overlap}
+    for name in SERIES[2:]:
+        if name in columns:
+            row[name + "_mm_s"] = columns[name][end].mean()
+    return columns, row
+
+
+def written(value):
+    return f"{value:.4g}" if isinstance(value, (float, np.floating)) else value
+
+
+def write(path, header, rows):
+    """A whole table or none."""
+    beside = path.with_suffix(".part")
+    with beside.open("w", newline="") as file:
+        file.write(header)
+        table = csv.writer(file, lineterminator="\n")
+        table.writerows([written(value) for value in row] for row in rows)
+    beside.replace(path)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--drover", required=True, help="the program")
+    parser.add_argument("--output", required=True, type=Path, help="folder of the tables")
+    parser.add_argument("--only", nargs="*", default=list(CASES), choices=list(CASES), help="cases to run")
+    parser.add_argument("--threads", type=int, default=1)
+    arguments = parser.parse_args()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    summary = arguments.output / "flocks.json"
+    rows = json.loads(summary.read_text()) if summary.exists() else {}
+    version = subprocess.run([arguments.drover, "--version"], check=True, capture_output=True, text=True).stdout.strip()
+    for name in arguments.only:
+        if name in rows and (arguments.output / (name + ".csv")).exists():
+            continue
+        scene, settings = CASES[name]
+        with tempfile.TemporaryDirectory(dir=arguments.output) as folder:
+            columns, row = measure(run(arguments, scene, settings, folder), scene)
+        write(arguments.output / (name + ".csv"), f"# {scene}.toml {' '.join(settings)}; {version}\n",
+              [list(columns), *zip(*columns.values())])
+        rows[name] = {key: written(value) for key, value in row.items()}
+        summary.write_text(json.dumps(rows, indent=1) + "\n")
+        print(name, rows[name], flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
