@@ -2,7 +2,6 @@
 #include "rod_flight.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "drover/base/random.hpp"
 #include "drover/dem/rotation.hpp"
@@ -10,35 +9,24 @@
 namespace drover::dem {
 
 namespace {
-constexpr std::size_t bearing_most = 16;
-
-/// A sphere of the rod over base (side +1) or under the lid (-1): its gap and how it changes.
-struct PlateGap {
-    std::uint32_t sphere = 0;
-    double side = 1.0;
-    double gap = 0.0, speed = 0.0, push = 0.0;
-};
-using Gaps = std::array<PlateGap, 2 * bearing_most>;
-
 /// Gaps of all bearing spheres at the moment at which the base is `base`.
-std::size_t gaps_of(const Rod& rod, const RodKind& kind, double gravity, const PlateMotion& plates, const Flight& base,
-                    Gaps& gaps) {
+void find_gaps(const Rod& rod, const RodKind& kind, double gravity, const PlateMotion& plates, const Flight& base,
+               std::vector<PlateGap>& gaps) {
     const Shape& shape = kind.shape;
     const double across = 1.0 / shape.inertia_across;
     // The axis goes round L: n' = L x n/I, n'' = L x n'/I.
     const Vector& l = rod.angular_momentum;
     const Vector turn = across * cross(l, rod.axis);
     const double lift = across * (l.x * turn.y - l.y * turn.x);
-    std::size_t count = 0;
+    gaps.clear();
     for (const std::uint32_t k : kind.bearing) {
         const double a = shape.at[k], z = rod.position.z + a * rod.axis.z, speed = rod.velocity.z + a * turn.z;
         const double push = gravity + a * lift;
-        gaps[count++] = {k, 1.0, z - shape.radius[k] - base.at, speed - base.speed, push - base.push};
+        gaps.push_back({k, 1.0, z - shape.radius[k] - base.at, speed - base.speed, push - base.push});
         if (plates.lid())
-            gaps[count++] = {k, -1.0, base.at + plates.gap() - z - shape.radius[k], base.speed - speed,
-                             base.push - push};
+            gaps.push_back(
+                {k, -1.0, base.at + plates.gap() - z - shape.radius[k], base.speed - speed, base.push - push});
     }
-    return count;
 }
 
 void move(Rod& rod, const Shape& shape, const Vector& acceleration, double tau, Ledger& ledger) {
@@ -71,26 +59,25 @@ void kick(Mover& mover, double turn, Ledger& ledger) {
 }
 
 /// Takes the rod out of the plates, without changing its kinetic energy: moved and turned as impulses would.
-void take_out(Rod& rod, const RodKind& kind, const PlateMotion& plates, const Flight& base, Gaps& gaps) {
+void take_out(Rod& rod, const RodKind& kind, const PlateMotion& plates, const Flight& base) {
     const Shape& shape = kind.shape;
+    const double middle = base.at + 0.5 * plates.gap(), half = 0.5 * plates.gap();
+    const Vector upright{0.0, 0.0, 1.0};
     for (int round = 0; round < 4; ++round) {
-        const std::size_t count = gaps_of(rod, kind, 0.0, plates, base, gaps);
         bool any = false;
-        for (std::size_t i = 0; i < count; ++i) {
-            const double a = shape.at[gaps[i].sphere], nz = rod.axis.z, level = 1.0 - nz * nz;
-            const double z = rod.position.z + a * nz, r = shape.radius[gaps[i].sphere];
-            const double gap = gaps[i].side > 0.0 ? z - r - base.at : base.at + plates.gap() - z - r;
+        for (const std::uint32_t k : kind.bearing) {
+            const double a = shape.at[k], nz = rod.axis.z, z = rod.position.z + a * nz;
+            const double side = plates.lid() && z > middle ? -1.0 : 1.0;
+            const double gap = half - shape.radius[k] + side * (z - middle);
             if (gap >= 0.0) continue;
             any = true;
-            const double response = 1.0 / shape.mass + a * a * level / shape.inertia_across;
-            const double push = -gap * gaps[i].side / response;
+            const double push = -side * gap / (1.0 / shape.mass + a * a * (1.0 - nz * nz) / shape.inertia_across);
             rod.position.z += push / shape.mass;
             const double rise = a * push / shape.inertia_across;  // of the axis, across itself
-            const Vector up = Vector{0.0, 0.0, 1.0} - nz * rod.axis, axis = rod.axis + rise * up;
+            const Vector axis = rod.axis + rise * (upright - nz * rod.axis);
             // The angular momentum turns with it: the same energy.
-            const Vector angle = rise * cross(rod.axis, Vector{0.0, 0.0, 1.0});
             const double size = length(rod.angular_momentum);
-            const Vector turned = rod.angular_momentum + cross(angle, rod.angular_momentum);
+            const Vector turned = rod.angular_momentum + cross(rise * cross(rod.axis, upright), rod.angular_momentum);
             rod.axis = 1.0 / length(axis) * axis;
             if (size > 0.0) rod.angular_momentum = size / length(turned) * turned;
         }
@@ -114,43 +101,41 @@ Vector angular_momentum(const Mover& mover) {
 }
 
 namespace {
-/// The impact of all that touches at this moment; false when nothing approached.
-bool strike(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const FlightRules& rules,
-            const Flight& base, const Gaps& gaps, std::size_t count, Ledger& ledger, Counts& counts) {
-    std::array<Contact, 2 * bearing_most> contacts;
-    std::array<double, 2 * bearing_most> approach;
-    std::size_t touching = 0;
+/// The impact of all that touches at this moment.
+void strike(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const FlightRules& rules,
+            const Flight& base, FlightSpace& space, Ledger& ledger, Counts& counts) {
+    space.contacts.clear();
+    space.approach.clear();
     bool any = false;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (gaps[i].gap > rules.together) continue;
-        const Vector normal{0.0, 0.0, gaps[i].side};
+    for (const PlateGap& gap : space.gaps) {
+        if (gap.gap > rules.together) continue;
+        const Vector normal{0.0, 0.0, gap.side};
         const Shape& shape = kind.shape;
-        contacts[touching] = {.first = 0,
-                              .second = -1,
-                              .normal = normal,
-                              .arm_first = shape.at[gaps[i].sphere] * rod.axis - shape.radius[gaps[i].sphere] * normal,
-                              .arm_second = {},
-                              .wall_velocity = {0.0, 0.0, base.speed},
-                              .restitution = kind.restitution,
-                              .friction = kind.friction,
-                              .impulse = {}};
-        approach[touching++] = -gaps[i].speed;
-        any = any || gaps[i].speed < 0.0;
+        space.contacts.push_back({.first = 0,
+                                  .second = -1,
+                                  .normal = normal,
+                                  .arm_first = shape.at[gap.sphere] * rod.axis - shape.radius[gap.sphere] * normal,
+                                  .arm_second = {},
+                                  .wall_velocity = {0.0, 0.0, base.speed},
+                                  .restitution = kind.restitution,
+                                  .friction = kind.friction,
+                                  .impulse = {}});
+        space.approach.push_back(-gap.speed);
+        any = any || gap.speed < 0.0;
     }
-    if (!any) return false;
+    if (!any) return;
     Mover mover = mover_of(rod, kind.shape);
-    const ImpactOutcome outcome = resolve({&mover, 1}, {contacts.data(), touching}, rules.law);
+    const ImpactOutcome outcome = resolve({&mover, 1}, space.contacts, rules.law);
     ledger.plates += outcome.walls;
     ledger.impact += outcome.normal;
     ledger.friction += outcome.friction;
-    for (std::size_t i = 0; i < touching; ++i) {
-        if (approach[i] <= 0.0) continue;
-        if (approach[i] > counted_speed) ++counts.rod_plate;
-        if (rules.kick > 0.0) kick(mover, rules.kick * approach[i] * sign_of_kick(memory, number, rules.seed), ledger);
+    for (const double approach : space.approach) {
+        if (approach <= 0.0) continue;
+        if (approach > counted_speed) ++counts.rod_plate;
+        if (rules.kick > 0.0) kick(mover, rules.kick * approach * sign_of_kick(memory, number, rules.seed), ledger);
     }
     rod.velocity = mover.velocity;
     rod.angular_momentum = angular_momentum(mover);
-    return true;
 }
 }  // namespace
 
@@ -167,34 +152,28 @@ RodKind make_rod_kind(const Shape& shape, double restitution, double friction) {
             }
         if (!covered) kind.bearing.push_back(static_cast<std::uint32_t>(k));
     }
-    require(kind.bearing.size() <= bearing_most, {},
-            "a rod with {} spheres on its hull; expected at most {}: take fewer, wider ones", kind.bearing.size(),
-            bearing_most);
     return kind;
 }
 
 void fly(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
-         const PlateMotion& plates, double dt, const FlightRules& rules, Ledger& ledger, Counts& counts) {
-    Gaps gaps;
+         const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, Ledger& ledger,
+         Counts& counts) {
     double now = 0.0;
     Flight base = plates.base(0.0);
     for (;;) {
-        std::size_t count = gaps_of(rod, kind, acceleration.z, plates, base, gaps);
+        find_gaps(rod, kind, acceleration.z, plates, base, space.gaps);
         double next = never;
-        for (std::size_t i = 0; i < count; ++i)
-            next = std::min(next, closing_time(gaps[i].gap, gaps[i].speed, gaps[i].push));
+        for (const PlateGap& gap : space.gaps) next = std::min(next, closing_time(gap.gap, gap.speed, gap.push));
         next = std::max(next, rules.substep - memory.since_impact);
         if (now + next >= dt) break;
         if (next > 0.0) {
             move(rod, kind.shape, acceleration, next, ledger);
             now += next;
-            memory.since_impact += next;
             base = plates.base(now);
-            count = gaps_of(rod, kind, acceleration.z, plates, base, gaps);
         }
-        take_out(rod, kind, plates, base, gaps);
-        count = gaps_of(rod, kind, acceleration.z, plates, base, gaps);
-        strike(rod, memory, number, kind, rules, base, gaps, count, ledger, counts);
+        take_out(rod, kind, plates, base);
+        find_gaps(rod, kind, acceleration.z, plates, base, space.gaps);
+        strike(rod, memory, number, kind, rules, base, space, ledger, counts);
         memory.since_impact = 0.0;
     }
     move(rod, kind.shape, acceleration, dt - now, ledger);

@@ -34,9 +34,23 @@ struct PlateMemory {
     double since_impact = 1.0;  ///< time from the last one [s]
 };
 
+/// A sphere of a rod over the base (side +1) or under the lid (-1): its gap and how it changes.
+struct PlateGap {
+    std::uint32_t sphere;
+    double side, gap, speed, push;
+};
+
+/// Room for the gaps and contacts of one rod, used again for the next.
+struct FlightSpace {
+    std::vector<PlateGap> gaps;
+    std::vector<Contact> contacts;
+    std::vector<double> approach;
+};
+
 /// Moves a rod by dt under a uniform acceleration, with all its impacts on base and lid.  `plates` stand at the start.
 void fly(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
-         const PlateMotion& plates, double dt, const FlightRules& rules, Ledger& ledger, Counts& counts);
+         const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, Ledger& ledger,
+         Counts& counts);
 
 /// The rod as an impact sees it, and its momentum after one.
 Mover mover_of(const Rod& rod, const Shape& shape);

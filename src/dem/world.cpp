@@ -159,10 +159,11 @@ void World::State::fly_rods() {
     RodArrays& rods = spheres.rods;
     const double far = 0.25 * setup.contacts.skin * setup.contacts.skin;
     in_parts(rods.size(), rods_per_chunk, [&](std::size_t begin, std::size_t end, Part& part) {
+        FlightSpace space;
         for (std::size_t r = begin; r < end; ++r) {
             const RodKind& kind = rods.kinds[rods.kind[r]];
             const Vector push = bead_rules.acceleration + 1.0 / kind.shape.mass * rod_force;
-            fly(rods.rod[r], rods.memory[r], r, kind, push, plates, dt, rod_rules, part.ledger, part.counts);
+            fly(rods.rod[r], rods.memory[r], r, kind, push, plates, dt, rod_rules, space, part.ledger, part.counts);
             place_spheres(spheres, r);
             // What lies between its ends went no further than one of them.
             for (const std::uint32_t end_sphere : {rods.first[r], rods.first[r + 1] - 1}) {
