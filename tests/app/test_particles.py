@@ -10,7 +10,7 @@ import pytest
 from matplotlib import image
 from pictures import overlaps
 from refusal import refused
-from support import (MODELS, contents, drover, drover_json, end_group, environment, scene_text, settings, start, tree, wait_until,
+from support import (contents, drover, drover_json, end_group, environment, scene_text, settings, start, tree, wait_until,
                      write_scene)
 
 import drover as package
@@ -29,9 +29,6 @@ TINY = {
 }
 LONG = {**TINY, "time.end": 0.1, "output.checkpoint_minutes": 0.0}
 SPHERES = 24 + 6 * 13
-
-
-SCENES = sorted(path.stem for path in MODELS.glob("*.toml") if "[rods]" in path.read_text() or "[beads]" in path.read_text())
 
 
 def write_tiny(folder, changes=None, name="tiny.toml", base=None):
@@ -59,17 +56,6 @@ def frames_of(path):
             return len(file["particles/spheres/position/time"])
     except (OSError, KeyError, RuntimeError):
         return 0
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_a_scene_of_models_starts_and_says_what_it_shows(scene, tmp_path):
-    first, second = (MODELS / f"{scene}.toml").read_text().splitlines()[:2]
-    assert first.startswith("# Shows: ") and second.startswith("# Takes: ")
-    steps = ["time.end=0.002", "output.frame_every=0", "output.sample_every=0"]
-    drover(tmp_path, "run", MODELS / f"{scene}.toml", "--quiet", *settings(steps))
-    with h5py.File(tmp_path / f"{scene}.h5") as file:
-        assert file["particles/spheres/position/value"].shape[0] == 2
-        assert numpy.isfinite(file["particles/spheres/position/value"][1]).all()
 
 
 def test_a_run_prints_means_with_errors_and_leaves_an_archive(tmp_path):
