@@ -112,7 +112,7 @@ Bodies make_bodies(const Setup& setup, std::uint64_t seed, const PlaceOf& place)
     if (!setup.plates.lid) return bodies;
     for (const Shape& shape : bodies.shapes)
         require(thickness(shape) < setup.plates.gap, place("plates.gap"),
-                "plates.gap = {} mm with a body {} mm thick; expected a gap that every body fits, those made larger by "
+                "plates.gap = {} mm with a body {:.6g} mm thick; expected a gap that every body fits, those made larger by "
                 "rods.size_tolerance = {} too",
                 setup.plates.gap, thickness(shape), setup.rods.size_tolerance);
     return bodies;

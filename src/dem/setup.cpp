@@ -35,6 +35,13 @@ void check_rows(const Setup& setup, const PlaceOf& place) {
     check_rows(setup.packing, "packing", place);
 }
 
+/// Where the first of these keys was given, which are at odds with each other: one of them may stand at its default.
+Where first_given(const PlaceOf& place, std::initializer_list<const char*> keys) {
+    for (const char* key : keys)
+        if (Where where = place(key); where.line > 0) return where;
+    return place(*keys.begin());
+}
+
 /// What a supply comes to.
 struct Asked {
     double count = 0.0, area = 0.0;         ///< of all its bodies [mm^2]
@@ -62,7 +69,7 @@ Asked asked(const Supply& supply, const std::string& name, double area_cell, dou
 
 Asked check_beads(const BeadSupply& beads, double area_cell, const PlaceOf& place) {
     require(!beads.diameters.empty(), place("beads.diameters"), "beads.diameters is empty; expected at least one");
-    require(beads.parts.size() == beads.diameters.size(), place("beads.parts"),
+    require(beads.parts.size() == beads.diameters.size(), first_given(place, {"beads.parts", "beads.diameters"}),
             "beads.parts has {} numbers beside {} of beads.diameters; expected one for each diameter",
             beads.parts.size(), beads.diameters.size());
     const double parts = std::accumulate(beads.parts.begin(), beads.parts.end(), 0.0);
@@ -125,6 +132,13 @@ void check_contacts(const Setup& setup, double thinnest, const PlaceOf& place) {
     require(thinnest == 0.0 || setup.contacts.together < 0.5 * thinnest, place("contacts.together"),
             "contacts.together = {} mm with spheres of radius {} mm; expected much less", setup.contacts.together,
             0.5 * thinnest);
+    constexpr double periods = 0.05;
+    require(
+        setup.contacts.substep * setup.plates.frequency <= periods,
+        first_given(place, {"contacts.substep", "plates.frequency"}),
+        "contacts.substep = {} s with plates.frequency = {} 1/s; expected at most {} of a period, or rods go into the "
+        "plates",
+        setup.contacts.substep, setup.plates.frequency, periods);
     const Packing& packing = setup.packing;
     require(packing.kind != "file" || !packing.file.empty(), place("packing.kind"),
             "packing.kind = \"file\" without packing.file; name the file");
@@ -139,12 +153,14 @@ void check(const Setup& setup, const PlaceOf& place) {
     const double area_cell = area(setup.cell);
     const Asked beads = check_beads(setup.beads, area_cell, place), rods = check_rods(setup.rods, area_cell, place);
     const double thickest = std::max(beads.thickest, rods.thickest);
-    require(!setup.plates.lid || thickest < setup.plates.gap, place("plates.gap"),
+    require(!setup.plates.lid || thickest < setup.plates.gap,
+            first_given(place, {"plates.gap", beads.thickest > rods.thickest ? "beads.diameters" : "rods.diameters"}),
             "plates.gap = {} mm, with bodies {} mm thick; expected a larger gap, or plates.lid = false",
             setup.plates.gap, thickest);
     check_room(setup, thickest, std::max(beads.length, rods.length), place);
     require(beads.area + rods.area <= area_cell,
-            place(beads.area >= rods.area ? "beads.area_fraction" : "rods.area_fraction"),
+            beads.area >= rods.area ? first_given(place, {"beads.area_fraction", "beads.count"})
+                                    : first_given(place, {"rods.area_fraction", "rods.count"}),
             "beads cover {:.4g} and rods {:.4g} of the cell's area; expected no more than 1 together: bodies of one "
             "layer do not fit otherwise",
             beads.area / area_cell, rods.area / area_cell);

@@ -89,7 +89,7 @@ const std::vector<Row<BeadSupply>>& schema<BeadSupply>() {
          .member = &BeadSupply::diameters,
          .unit = "mm",
          .range = positive,
-         .sentence = "of the beads of a mixture; one number: all beads alike"},
+         .sentence = "of the beads of a mixture; a list of one, as [0.8]: all beads alike"},
         {.name = "parts",
          .member = &BeadSupply::parts,
          .range = not_negative,
@@ -128,7 +128,7 @@ const std::vector<Row<RodSupply>>& schema<RodSupply>() {
          .unit = "mg/mm^3",
          .range = not_negative,
          .sentence =
-             "of the material: one number, or one for each sphere, which holds where that sphere is the widest"},
+             "of the material: a list of one, or of one for each sphere, which holds where that sphere is the widest"},
         {.name = "size_tolerance",
          .member = &RodSupply::size_tolerance,
          .range = {.least = 0.0, .most = 0.1},

@@ -34,12 +34,24 @@ void check_fields(const Scene& scene, const PlaceOf& place) {
             "time.tolerance = {} with the stepper \"{}\", which has no embedded estimate; choose etdrk2 or etdrk4",
             scene.time.tolerance, scene.time.stepper);
 }
+
+void check_particles(const Scene& scene, const PlaceOf& place) {
+    dem::check(scene.particles, place);
+    // The plates' path within a step is a series in its part of a period.
+    constexpr double least = 20.0;
+    const dem::Plates& plates = scene.particles.plates;
+    const double steps = 1.0 / (scene.time.dt * plates.frequency);
+    require(plates.amplitude == 0.0 || steps >= least, place("time.dt"),
+            "time.dt = {} s is {:.3g} steps a period of plates.frequency = {} 1/s; expected at least {}: choose a "
+            "smaller time.dt",
+            scene.time.dt, steps, plates.frequency, least);
+}
 }  // namespace
 
 void check(const Scene& scene) {
     const PlaceOf place = [&](const std::string& key) { return place_of(scene, key); };
     if (scene.kind == SceneKind::fields) check_fields(scene, place);
-    else dem::check(scene.particles, place);
+    else check_particles(scene, place);
     const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
     require(steps >= 1, place("time.end"), "time.end = {} is less than one step of time.dt = {}; expected at least one",
             scene.time.end, scene.time.dt);

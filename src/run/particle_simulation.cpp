@@ -41,6 +41,15 @@ double base_speed(const dem::Plates& plates, double time) {
     return -plates.amplitude * rate * std::sin(rate * time);
 }
 
+/// A cell in words, by the keys that its shape has.
+std::string cell_text(const dem::Cell& cell) {
+    if (cell.shape == "circle") return text("circle of radius {} mm", cell.radius);
+    if (cell.shape == "flower")
+        return text("flower of {} petals of radius {} mm about a radius of {} mm", cell.petals, cell.petal_radius,
+                    cell.radius);
+    return text("{} cell of {} by {} mm", cell.shape, cell.lx, cell.ly);
+}
+
 /// The frame of the file that a packing asks for.  Heights and velocities are those beside the base, which is elsewhere at t = 0.
 dem::Bodies bodies_of_file(const io::Scene& scene) {
     const dem::Packing& packing = scene.particles.packing;
@@ -64,6 +73,9 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     dem::Bodies bodies = bodies_of(scene);
     io::read_bodies(*archive, frame, bodies, what, where);
     const io::Scene source = io::parse_scene(archive->text_attribute("scene"), packing.file);
+    const std::string theirs = cell_text(source.particles.cell), ours = cell_text(scene.particles.cell);
+    require(theirs == ours, where, "{} lies in a {} and this scene in a {}; expected the same cell", what, theirs,
+            ours);
     const double time = archive->read(std::string(io::spheres_group) + "/position/time").values.at(frame);
     const double lift = base_height(scene.particles.plates, 0.0) - base_height(source.particles.plates, time),
                  push = -base_speed(source.particles.plates, time);

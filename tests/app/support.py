@@ -3,6 +3,7 @@ import json
 import os
 import subprocess
 import time
+import tomllib
 from pathlib import Path
 
 import h5py
@@ -34,6 +35,11 @@ SMALL = {
     "output.sample_every": 0.5,
     "run.seed": 7,
 }
+
+
+def scenes(kind):
+    """The scenes of models/ by name: those of "particles" have a [cell], those of "fields" have none."""
+    return sorted(path.stem for path in MODELS.glob("*.toml") if ("cell" in tomllib.loads(path.read_text())) == (kind == "particles"))
 
 
 def settings(keys):

@@ -10,7 +10,7 @@ import pytest
 from matplotlib import image
 from pictures import overlaps
 from refusal import refused
-from support import (MODELS, contents, drover, drover_json, end_group, environment, scene_text, settings, start, tree, wait_until,
+from support import (contents, drover, drover_json, end_group, environment, scene_text, settings, start, tree, wait_until,
                      write_scene)
 
 import drover as package
@@ -29,9 +29,6 @@ TINY = {
 }
 LONG = {**TINY, "time.end": 0.1, "output.checkpoint_minutes": 0.0}
 SPHERES = 24 + 6 * 13
-
-
-SCENES = sorted(path.stem for path in MODELS.glob("*.toml") if "[rods]" in path.read_text() or "[beads]" in path.read_text())
 
 
 def write_tiny(folder, changes=None, name="tiny.toml", base=None):
@@ -59,17 +56,6 @@ def frames_of(path):
             return len(file["particles/spheres/position/time"])
     except (OSError, KeyError, RuntimeError):
         return 0
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_a_scene_of_models_starts_and_says_what_it_shows(scene, tmp_path):
-    first, second = (MODELS / f"{scene}.toml").read_text().splitlines()[:2]
-    assert first.startswith("# Shows: ") and second.startswith("# Takes: ")
-    steps = ["time.end=0.002", "output.frame_every=0", "output.sample_every=0"]
-    drover(tmp_path, "run", MODELS / f"{scene}.toml", "--quiet", *settings(steps))
-    with h5py.File(tmp_path / f"{scene}.h5") as file:
-        assert file["particles/spheres/position/value"].shape[0] == 2
-        assert numpy.isfinite(file["particles/spheres/position/value"][1]).all()
 
 
 def test_a_run_prints_means_with_errors_and_leaves_an_archive(tmp_path):
@@ -133,6 +119,8 @@ def test_a_packing_of_other_bodies_is_refused(ran, tmp_path):
                           ({"rods.length": 5.0}, "/bodies/rods/sphere_at is not that of this scene"),
                           ({"beads.diameters": [0.9]}, "/bodies/beads/radius is not that of this scene"),
                           ({"packing.frame": 11}, "packing.frame = 11; expected one of the frames 0 to 10"),
+                          ({"cell.lx": 25.0}, "lies in a periodic cell of 24 by 18 mm and this scene in a periodic cell of 25 by 18 mm"),
+                          ({"cell.shape": "circle"}, "and this scene in a circle of radius 25 mm; expected the same cell"),
                           ({"packing.file": "none.h5"}, "packing.file: none.h5: does not exist"),
                           ({"packing.file": "tiny.toml"}, "is not an HDF5 file")):
         write_tiny(tmp_path, {**given, **changes})
@@ -145,6 +133,14 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
                           ({"time.stepper": "etdrk4"}, "time.stepper is for scenes of fields"),
                           ({"output.powers": True}, "output.powers is for scenes of fields"),
                           ({"beads.diamters": [0.8]}, "unknown key beads.diamters; did you mean beads.diameters?"),
+                          ({"beads.diameters": [1.3]}, "bad.toml:7:1: plates.gap = 1.2 mm, with bodies 1.3 mm thick"),
+                          ({"beads.diameters": 0.8}, "expected a list of numbers > 0 [mm]: of the beads of a mixture; a list of one"),
+                          ({"beads.diameters": [0.7, 0.8]}, "bad.toml:7:1: beads.parts has 1 numbers beside 2"),
+                          ({"beads.count": 2000}, "bad.toml:6:1: beads cover 2.327 and rods"),
+                          ({"kick.strength": -0.1}, "kick.strength = -0.1; expected a number >= 0"),
+                          ({"time.dt": 1e-3, "output.frame_every": 0.0, "output.sample_every": 0.0},
+                           "time.dt = 0.001 s is 5 steps a period of plates.frequency = 200 1/s; expected at least 20"),
+                          ({"contacts.substep": 1.0}, "or rods go into the plates"),
                           ({"time.end": 0.02001}, "is not a whole number of steps"),
                           ({"cell.shape": "square"}, 'cell.shape = "square"; expected one of')):
         (tmp_path / "bad.toml").write_text(scene_text({**TINY, **changes}))

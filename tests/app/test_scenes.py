@@ -1,4 +1,4 @@
-"""tests/app/test_scenes.py: every scene of models/ runs, shows what it says, and explain tells what it costs.
+"""tests/app/test_scenes.py: every scene of fields of models/ runs, shows what it says, and explain tells what it costs.
 
 Grids and times are shortened by --set so that all of them take half a minute.
 """
@@ -9,10 +9,9 @@ import h5py
 import numpy as np
 import pytest
 from scipy.optimize import curve_fit
-from support import MODELS, drover, drover_json, settings
+from support import MODELS, drover, drover_json, scenes, settings
 
-# Of fields; those of particles are in test_particles.py.
-SCENES = sorted(path.stem for path in MODELS.glob("*.toml") if "[rods]" not in path.read_text() and "[beads]" not in path.read_text())
+SCENES = scenes("fields")  # those of particles are in test_particle_scenes.py
 
 # What is shortened, for scenes whose physics is asserted below or that merely have to run.
 SHORT = {

@@ -90,6 +90,11 @@ TEST(Setup, whose_lists_differ_in_length_is_refused) {
     EXPECT_REFUSAL(s.rods.length = 0.9, "at rods.length: a rod 0.9 mm long");
 }
 
+TEST(Setup, whose_impacts_on_the_plates_are_too_rare_is_refused) {
+    EXPECT_REFUSAL(s.contacts.substep = 1e-3,
+                   "at contacts.substep: contacts.substep = 0.001 s with plates.frequency = 200");
+}
+
 TEST(Setup, of_a_file_that_is_not_named_or_not_asked_for_is_refused) {
     EXPECT_REFUSAL(s.packing.kind = "file", "at packing.kind: packing.kind = \"file\" without packing.file; name");
     EXPECT_REFUSAL(s.packing.file = "start.h5",
