@@ -235,6 +235,11 @@ double push_apart(Crowd& crowd, double deepest, int steps) {
     return left;
 }
 
+void set_margin(Crowd& crowd, double margin) {
+    for (double& reach : crowd.reach) reach *= (1.0 + margin) / (1.0 + crowd.margin);
+    crowd.margin = margin;
+}
+
 double largest_overlap(const Crowd& crowd) {
     const double true_size = 1.0 / (1.0 + crowd.margin);
     double largest = -1.0;

@@ -33,6 +33,8 @@ struct Crowd {
 /// Bodies with their spheres, at the origin.
 Crowd make_crowd(const Setup& setup, const Bodies& bodies, double margin);
 
+void set_margin(Crowd& crowd, double margin);
+
 /// Sets the spheres by the places and axes of their bodies.
 void set_spheres(Crowd& crowd);
 

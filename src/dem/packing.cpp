@@ -199,8 +199,8 @@ void set_heights(const Setup& setup, double thickest, Crowd& crowd) {
     crowd.ceiling = crowd.floor + (setup.plates.lid ? setup.plates.gap : std::max(setup.plates.gap, 1.5 * thickest));
 }
 
-double margin_of(const Setup& setup, double thickest) {
-    constexpr double most = 2e-3;
+/// No larger than what the gap leaves to the thickest.
+double margin_of(const Setup& setup, double thickest, double most) {
     return setup.plates.lid && thickest > 0.0 ? std::min(most, 0.25 * (setup.plates.gap / thickest - 1.0)) : most;
 }
 
@@ -223,6 +223,16 @@ std::vector<double> resolve(Crowd& crowd) {
     return overlaps;
 }
 
+/// Spreads bodies that do not overlap as far from each other as a larger margin brings them: from a start in which all nearly touch, the first
+/// stroke of the plates would be one impact of hundreds.
+void loosen(Crowd& crowd, double margin) {
+    if (margin <= crowd.margin) return;
+    const Crowd before = crowd;
+    set_margin(crowd, margin);
+    push_apart(crowd, 0.2 * margin, steps_of_round);
+    if (largest_overlap(crowd) > 0.0) crowd = before;
+}
+
 void write_back(const Crowd& crowd, Bodies& bodies) {
     const Nearby apart = nearby(crowd.cell);
     for (std::size_t i = 0; i < bodies.beads.size(); ++i) bodies.beads[i].position = apart({}, crowd.place[i]);
@@ -242,7 +252,7 @@ Packed pack(const Setup& setup, std::uint64_t seed, const PlaceOf& place) {
     if (packed.bodies.beads.empty() && packed.bodies.rods.empty()) return packed;
     double thickest = 0.0;
     for (const Shape& shape : packed.bodies.shapes) thickest = std::max(thickest, thickness(shape));
-    Crowd crowd = make_crowd(setup, packed.bodies, margin_of(setup, thickest));
+    Crowd crowd = make_crowd(setup, packed.bodies, margin_of(setup, thickest, 2e-3));
     set_heights(setup, thickest, crowd);
     place_all(setup, packed.bodies, seed, crowd, place);
     grow(crowd);
@@ -253,6 +263,7 @@ Packed pack(const Setup& setup, std::uint64_t seed, const PlaceOf& place) {
             "no packing without overlaps was found for {} beads and {} rods: after {} rounds of {} steps two still "
             "overlap by {:.3g} of a radius; expected 0: ask for fewer, or give them a larger gap",
             packed.bodies.beads.size(), packed.bodies.rods.size(), packed.rounds, steps_of_round, overlaps.back());
+    loosen(crowd, margin_of(setup, thickest, 0.04));
     write_back(crowd, packed.bodies);
     return packed;
 }
