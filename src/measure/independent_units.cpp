@@ -61,11 +61,16 @@ std::vector<Estimate> estimate_each(const std::vector<std::vector<double>>& sums
     const std::size_t quantities = sums.empty() ? 0 : sums[0].size();
     for (std::size_t k = 0; k < quantities; ++k) {
         std::vector<std::vector<double>> one_sum, one_count;
+        double sum = 0.0, count = 0.0;
         for (std::size_t u = 0; u < sums.size(); ++u) {
             one_sum.push_back({sums[u][k]});
             one_count.push_back({counts[u][k]});
+            sum += sums[u][k];
+            count += counts[u][k];
         }
         result.push_back(estimate_units(one_sum, one_count, [](auto means) { return means[0]; }));
+        result.back().mean =
+            sum / count;  // a plain mean has no bias; what the jackknife takes off with unlike units is noise
     }
     return result;
 }

@@ -31,7 +31,7 @@ inline std::size_t stretch_of(std::size_t i, std::size_t origins, std::size_t st
 Estimate estimate_units(const std::vector<std::vector<double>>& sums, const std::vector<std::vector<double>>& counts,
                         const std::function<double(std::span<const double> means)>& function);
 
-/// The mean of each quantity by itself.
+/// The mean of each quantity by itself: sum over number, whatever the sizes of units, and its error by the jackknife.
 std::vector<Estimate> estimate_each(const std::vector<std::vector<double>>& sums,
                                     const std::vector<std::vector<double>>& counts);
 

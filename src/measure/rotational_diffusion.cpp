@@ -83,6 +83,17 @@ RotationalCorrelation rotational_correlation(std::span<const std::vector<double>
     return result;
 }
 
+Estimate relaxation_time_of(const Estimate& diffusion) {
+    const double rate = diffusion.mean;
+    if (std::isnan(rate)) return diffusion;
+    if (!(rate > 0.0))
+        return {.mean = std::numeric_limits<double>::infinity(), .refusal = "error refused: C(t) does not fall"};
+    Estimate time = diffusion;
+    time.mean = 1.0 / rate;
+    if (diffusion.error) time.error = *diffusion.error / (rate * rate);
+    return time;
+}
+
 RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlation, const RotationFit& fit) {
     RotationalDiffusion result;
     std::vector<double> whole(correlation.times.size()), weight(whole.size());
@@ -121,14 +132,7 @@ RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlatio
             "{} rods or more",
             correlation.unit_time, 1.0 / rate, units_least);
     }
-    result.relaxation_time = result.diffusion;
-    result.relaxation_time.mean = 1.0 / rate;
-    if (!(rate > 0.0)) {
-        result.relaxation_time = {.mean = std::numeric_limits<double>::infinity(),
-                                  .refusal = "error refused: C(t) does not fall"};
-    } else if (result.diffusion.error) {
-        result.relaxation_time.error = *result.diffusion.error / (rate * rate);
-    }
+    result.relaxation_time = relaxation_time_of(result.diffusion);
     return result;
 }
 

@@ -114,15 +114,19 @@ Speeds speeds_along(std::span<const Path> rods, std::span<const std::vector<doub
         require(rods[r].x.size() == angles[r].size() && rods[r].y.size() == angles[r].size(), {},
                 "rod {}: {} places and {} angles; expected as many", r, rods[r].x.size(), angles[r].size());
         const std::size_t frames = angles[r].empty() ? 0 : (angles[r].size() - 1) / steps;
-        std::vector<double> own;
+        std::vector<double> own, own_along_start;
         for (std::size_t frame = 0; frame < frames; ++frame) {
             const FrameSpeed speed = frame_speed(rods[r], angles[r], frame * steps, steps, result.frame);
             const std::size_t unit = r * stretches + stretch_of(frame, frames, stretches);
             units.add(unit, 0, speed.along_start);
             units.add(unit, 1, speed.along_mean);
             own.push_back(speed.along_mean);
+            own_along_start.push_back(speed.along_start);
         }
-        if (!own.empty()) result.of_rods.push_back(mean_of(own));
+        if (!own.empty()) {
+            result.of_rods.push_back(mean_of(own));
+            result.of_rods_along_start.push_back(mean_of(own_along_start));
+        }
         result.of_frames.insert(result.of_frames.end(), own.begin(), own.end());
     }
     const std::vector<Estimate> means = estimate_each(units.sums, units.counts);

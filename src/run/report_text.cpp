@@ -26,8 +26,9 @@ void add_scalars(const Report& report, std::string& out) {
     for (const measure::SummaryRow& row : report.summary.rows) {
         if (!row.axes.empty()) continue;
         const measure::Estimate& estimate = row.estimates.front();
-        out += text("{:<28} {:>8} {} {} {:>9.3g}\n", row.name, row.unit, cell(estimate.mean), error_cell(estimate),
-                    estimate.autocorrelation_time);
+        const double tau = estimate.autocorrelation_time;
+        out += text("{:<28} {:>8} {} {} {:>9}\n", row.name, row.unit, cell(estimate.mean), error_cell(estimate),
+                    std::isfinite(tau) ? text("{:.3g}", tau) : "-");
     }
 }
 

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <sstream>
 
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
+#include "drover/measure/trajectories.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/run_scene.hpp"
@@ -77,10 +79,12 @@ void claim_folder(const fs::path& folder, const std::string& scene) {
 /// Mean over the seeds of a point.  The runs are independent: their errors add in squares; from eight seeds on the spread
 /// between them is the better error.
 measure::Estimate over_seeds(const std::vector<measure::Estimate>& runs) {
+    if (runs.empty())
+        return {.mean = std::numeric_limits<double>::quiet_NaN(), .refusal = "no run of this point has it"};
     measure::Estimate result;
     const double count = static_cast<double>(runs.size());
     double squares = 0.0;
-    bool refused = runs.empty();
+    bool refused = false;
     for (const measure::Estimate& run : runs) {
         result.mean += run.mean / count;
         result.autocorrelation_time += run.autocorrelation_time / count;
@@ -102,6 +106,16 @@ measure::Estimate over_seeds(const std::vector<measure::Estimate>& runs) {
     return result;
 }
 
+/// The relaxation time of a point is the inverse of its mean rotational diffusion: the inverse in one short run may be anything.
+void invert_diffusion(const std::vector<std::string>& names, std::vector<measure::Estimate>& estimates) {
+    const auto column = [&](const char* name) {
+        return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    };
+    const std::size_t from = column("rotational_diffusion"), to = column("relaxation_time");
+    if (from >= estimates.size() || to >= estimates.size()) return;
+    estimates[to] = measure::relaxation_time_of(estimates[from]);
+}
+
 SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
     SweepTable table{.keys = layout.keys, .names = {}, .units = {}, .rows = {}};
     std::vector<std::vector<std::vector<measure::Estimate>>> found(layout.points.size());  // [point][observable][seed]
@@ -111,20 +125,24 @@ SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
             if (!is_done(folder, run)) continue;
             ++seeds[run.point];
             const Report report = make_report(io::ArchiveReader(archive_of(folder, run)));
-            std::size_t column = 0;
             for (const measure::SummaryRow& row : report.summary.rows) {
                 if (!row.axes.empty()) continue;
-                if (table.names.size() <= column) {
+                // By name: what one run has, such as beads, another may have not.
+                const auto named = std::find(table.names.begin(), table.names.end(), row.name);
+                const auto column = static_cast<std::size_t>(named - table.names.begin());
+                if (named == table.names.end()) {
                     table.names.push_back(row.name);
                     table.units.push_back(row.unit);
                 }
-                if (found[run.point].size() <= column) found[run.point].emplace_back();
-                found[run.point][column++].push_back(row.estimates.front());
+                if (found[run.point].size() <= column) found[run.point].resize(column + 1);
+                found[run.point][column].push_back(row.estimates.front());
             }
         }
     for (std::size_t point = 0; point < layout.points.size(); ++point) {
         SweepRow row{.point = layout.points[point], .seeds = seeds[point], .estimates = {}};
+        if (row.seeds > 0) found[point].resize(table.names.size());
         for (const auto& runs : found[point]) row.estimates.push_back(over_seeds(runs));
+        invert_diffusion(table.names, row.estimates);
         table.rows.push_back(std::move(row));
     }
     return table;

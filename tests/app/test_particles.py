@@ -165,6 +165,61 @@ def test_a_sweep_and_a_ramp_make_tables(tmp_path):
             ["sweep.ramp", "rods.count", "of the same bodies in one cell"])
 
 
+def speeds_along(folder, skip):
+    """Mean speed along n of each rod, from frame to frame."""
+    with h5py.File(folder / "tiny.h5") as file:
+        places, axes = (file[f"bodies/rods/{name}/value"][skip:, :, :2] for name in ("position", "axis"))
+        spacing = file["bodies/rods/position/time"][1]
+    directions = axes[:-1] / numpy.linalg.norm(axes[:-1], axis=-1, keepdims=True)
+    return (numpy.diff(places, axis=0) * directions).sum(axis=-1).mean(axis=0) / spacing
+
+
+def test_a_run_tells_what_its_paths_say(tmp_path):
+    write_tiny(tmp_path, {"analysis.warm_up": 0.003})
+    results = json.loads(drover(tmp_path, "run", "tiny.toml", "--json", "--quiet").stdout)["results"]
+    speeds = speeds_along(tmp_path, 2)  # the frame at 0.002 s belongs to the warm-up
+    assert results["rod_speed"]["mean"] == pytest.approx(speeds.mean(), rel=1e-9)
+    assert "0.002 s" in results["rod_speed"]["formula"] and results["rod_speed"]["error"] > 0.0
+    assert results["rod_speed_ahead_share"]["mean"] == pytest.approx((speeds > 0).mean(), rel=1e-9)
+    assert abs(results["rod_speed_deviation"]["mean"] - speeds.std(ddof=1)) < results["rod_speed_deviation"]["error"]
+    with h5py.File(tmp_path / "tiny.h5") as file:
+        steps = numpy.diff(file["bodies/beads/position/value"][2:, :, :2], axis=0)
+        assert results["bead_displacement_squared"]["mean"] == pytest.approx((steps**2).sum(axis=-1).mean(), rel=1e-9)
+        for name in ("rod_speed", "rotational_diffusion", "relaxation_time", "bead_displacement_squared"):
+            assert file[f"summary/{name}"][()] == pytest.approx(results[name]["mean"], rel=1e-12)
+        assert file["summary/rotational_diffusion"].attrs["units"] == b"rad2 s-1"
+    assert "rod_speed_ahead_share" in drover(tmp_path, "info", "tiny.h5").stdout
+
+
+def test_a_run_without_frames_to_follow_leaves_paths_out(tmp_path):
+    write_tiny(tmp_path, {"output.frame_every": 0.0})
+    words = drover(tmp_path, "run", "tiny.toml").stdout
+    assert "polar_order" in words and "rod_speed " not in words
+    write_tiny(tmp_path, {"output.frame_every": 0.01, "analysis.warm_up": 0.015})
+    speed = json.loads(drover(tmp_path, "run", "tiny.toml", "--overwrite", "--json").stdout)["results"]["rod_speed"]
+    assert speed["mean"] is None and "1 frames of 0.01 s after the warm-up; expected two or more" in speed["refusal"]
+
+
+def test_a_sweep_takes_means_over_seeds_of_single_rods(tmp_path):
+    write_tiny(tmp_path, {"beads.count": 0, "rods.count": 1, "output.frame_every": 0.0005, "analysis.warm_up": 0.0})
+    row, other = json.loads(drover(tmp_path, "sweep", "tiny.toml", "--vary", "beads.count = 0, 2", "--seeds", "8", "--json",
+                                   "--workers", "1", "--quiet").stdout)
+    archives = sorted((tmp_path / "tiny.sweep").glob("point-0000-*.h5"))
+    runs = [drover_json(tmp_path, "info", archive)["results"] for archive in archives]
+    for name in ("rod_speed", "rod_speed_ahead_share", "rotational_diffusion"):
+        means = numpy.array([run[name]["mean"] for run in runs])
+        assert row[name]["mean"] == pytest.approx(means.mean(), rel=1e-9, abs=1e-12)
+        assert row[name]["error"] == pytest.approx(means.std(ddof=1) / 8**0.5, rel=1e-6, abs=1e-12)  # beside rounding
+    assert all(run["rod_speed_ahead_share"]["error"] is None for run in runs)
+    if row["rotational_diffusion"]["mean"] > 0.0:
+        assert row["relaxation_time"]["mean"] == pytest.approx(1.0 / row["rotational_diffusion"]["mean"])
+    # What the runs of one point have alone stands in a column of its own.
+    assert row["bead_displacement_squared"]["mean"] is None and other["bead_displacement_squared"]["mean"] is not None
+    assert other["rod_speed"]["mean"] == pytest.approx(numpy.mean(
+        [drover_json(tmp_path, "info", archive)["results"]["rod_speed"]["mean"]
+         for archive in sorted((tmp_path / "tiny.sweep").glob("point-0001-*.h5"))]), rel=1e-9)
+
+
 def test_explain_tells_bodies_and_cost(tmp_path):
     write_tiny(tmp_path)
     words = drover(tmp_path, "explain", "tiny.toml").stdout

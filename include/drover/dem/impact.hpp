@@ -75,8 +75,9 @@ double energy_kinetic(const Mover& mover);
 /// the most energy that a tangential impulse of mu times the normal one can; it sticks, turns and reverses as the slip does.
 /// Several (`simultaneous`): every contact is a spring of one stiffness while it is pressed and of 1/e^2 times that while it gives back, so
 /// that it gives back e^2 of the work it took, and all move together (Liu, Zhao & Brogliato, Proc. R. Soc. A 464, 3193 (2008), with all
-/// stiffnesses alike); the places stay where they are, so that the unit of stiffness does not matter.  Sweeps go forth and back, so that the
-/// numbering of the contacts changes the result by the second order of their size alone.
+/// stiffnesses alike); the places stay where they are, so that the unit of stiffness does not matter.  In each small moment contacts are
+/// taken one after another, once from the first to the last and once the other way round, and the mean of both ends is the result: the order of
+/// two contacts does not matter at all, that of more at the second order of a moment alone.
 /// Every impulse does its work on the mean of the velocities before and after it, so that energies add up to rounding, and with energetic
 /// restitution and tracked slip no contact gives more than it took: no group gains energy from anything but moving walls.
 /// Sources: Stronge, Impact Mechanics (2000), ch. 3 to 5; Keller, J. Appl. Mech. 53, 1 (1986).

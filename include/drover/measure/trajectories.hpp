@@ -65,6 +65,8 @@ struct RotationalDiffusion {
     double from = 0.0, to = 0.0;  ///< lags fitted [s]
     std::size_t lags = 0;
 };
+/// 1/D_r with its error; infinite, and a refusal, where D_r is not > 0.
+Estimate relaxation_time_of(const Estimate& diffusion);
 /// Straight line through -ln C(t) by least squares, weights 1/t^2.  An angle diffuses for times longer than the memory of the angular velocity,
 /// and C(t) is known the worse the longer the time: few stretches of it are independent, so values at long times follow those at short ones.
 /// Hence the early fall of C, weighted to its start, and an intercept that takes what was lost before it.  The error is that of the slope under
@@ -78,7 +80,8 @@ struct Speeds {
     Estimate along_mean;            ///< the same along the mean of n over the frame, both ends at half weight [mm/s]
     double spread_of_rods = 0.0;    ///< standard deviation among rods of the mean of along_mean of each [mm/s]
     double spread_of_frames = 0.0;  ///< standard deviation of along_mean over all frames of all rods [mm/s]
-    std::vector<double> of_rods, of_frames;  ///< along_mean: means of each rod; all frames, rod by rod [mm/s]
+    std::vector<double> of_rods, of_frames;   ///< along_mean: means of each rod; all frames, rod by rod [mm/s]
+    std::vector<double> of_rods_along_start;  ///< along_start: means of each rod [mm/s]
 };
 /// Frames of `steps` snapshots >= 1, one after the other; the experiment's frame is 1/40 s.  A rod of speed v and rotational diffusion D_r has
 /// along_start = v (1 - exp(-D_r frame))/(D_r frame) and along_mean = v (1 - D_r frame/6) for short frames.
