@@ -313,6 +313,21 @@ TEST(ImpactGroup, does_not_depend_on_the_order_of_the_contacts) {
     EXPECT_LT(worst, 0.02 * 50.0);  // 2 % of the largest approach; one contact after another differs by tens of percent
 }
 
+TEST(ImpactGroup, of_two_contacts_is_the_same_in_either_order) {
+    Drawn drawn(9);
+    for (int trial = 0; trial < 50; ++trial) {
+        const Heap h = heap(drawn, 3, 2, true);
+        Heap one = h, other = h;
+        std::swap(other.contacts[0], other.contacts[1]);
+        resolve(one.movers, one.contacts, {});
+        resolve(other.movers, other.contacts, {});
+        for (std::size_t b = 0; b < 3; ++b) {
+            EXPECT_LT(length(one.movers[b].velocity - other.movers[b].velocity), 1e-10);
+            EXPECT_LT(length(one.movers[b].spin - other.movers[b].spin), 1e-10);
+        }
+    }
+}
+
 TEST(ImpactGroup, mirrored_and_turned_impacts_are_mirrored_and_turned) {
     const auto turned = [](const Vector& v) { return Vector{-v.y, v.x, v.z}; };
     const auto mirrored = [](const Vector& v) { return Vector{v.x, -v.y, v.z}; };

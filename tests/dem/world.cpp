@@ -231,6 +231,46 @@ TEST(World, mirrored_and_turned_scenes_have_mirrored_and_turned_histories) {
     EXPECT_GT(length(plain.position - Vector{1.0, 2.0, plain.position.z}), 0.1);  // it did move
 }
 
+TEST(World, a_rod_that_is_alike_at_both_ends_does_not_drift) {
+    // Without kicks, and lying flat, nothing tells its ends apart: both strike together, and the impact must not know which is named first.
+    // With kicks and starts of any tilt the drift is zero on average: 12 rods for 3 s.
+    Threads threads(2);
+    dem::Setup setup = square(200.0);
+    setup.kick.strength = 0.0;
+    const Shape cylinder = make_rod(std::vector<double>(13, 1.1), 4.5, 8.7);
+    World flat(setup, {.shapes = {cylinder}, .beads = {}, .rods = {lying_rod(setup, 0.0, 0.0, 0.0)}}, 2e-5, 1, threads);
+    run(flat, 0, 25000);
+    EXPECT_LT(std::abs(flat.bodies().rods.front().position.x), 1e-6);
+    EXPECT_GT(flat.counts().rod_plate, 100);
+
+    setup.kick.strength = 0.015;
+    Drawn drawn(11);
+    Bodies bodies{.shapes = {make_rod({1.1, 1.1, 0.9, 0.8, 0.8, 0.8, 0.8, 0.8, 0.8, 0.8, 0.9, 1.1, 1.1}, 4.5, 8.7)},
+                  .beads = {},
+                  .rods = {}};
+    for (int i = 0; i < 12; ++i) {
+        Rod rod = lying_rod(setup, (i % 4 - 1.5) * 40.0, (i / 4 - 1.0) * 40.0, drawn() * std::numbers::pi);
+        const double tilt = 0.02 * drawn();
+        rod.axis = {rod.axis.x * std::cos(tilt), rod.axis.y * std::cos(tilt), std::sin(tilt)};
+        rod.velocity = {0.0, 0.0, 20.0 * drawn()};
+        bodies.rods.push_back(rod);
+    }
+    World world(setup, bodies, 2e-5, 1, threads);
+    std::vector<double> along(12, 0.0);
+    std::vector<Rod> before = world.bodies().rods;
+    for (int frame = 0; frame < 120; ++frame) {
+        run(world, frame * 1250, (frame + 1) * 1250);
+        const std::vector<Rod> now = world.bodies().rods;
+        for (std::size_t r = 0; r < 12; ++r)
+            along[r] += dot(now[r].position - before[r].position, before[r].axis) / 3.0;
+        before = now;
+    }
+    double mean = 0.0, square_sum = 0.0;
+    for (const double v : along) mean += v / 12.0;
+    for (const double v : along) square_sum += (v - mean) * (v - mean);
+    EXPECT_LT(std::abs(mean), 3.0 * std::sqrt(square_sum / 11.0 / 12.0) + 1e-3) << "mm/s";
+}
+
 TEST(World, single_spheres_alone_and_nothing_at_all_can_be_run) {
     Threads threads;
     const dem::Setup setup = square(5.0);
