@@ -111,10 +111,11 @@ Bodies make_bodies(const Setup& setup, std::uint64_t seed, const PlaceOf& place)
     if (setup.rods.count > 0 || setup.rods.area_fraction > 0.0) add_rods(setup.rods, area_cell, seed, place, bodies);
     if (!setup.plates.lid) return bodies;
     for (const Shape& shape : bodies.shapes)
-        require(thickness(shape) < setup.plates.gap, place("plates.gap"),
-                "plates.gap = {} mm with a body {:.6g} mm thick; expected a gap that every body fits, those made larger by "
-                "rods.size_tolerance = {} too",
-                setup.plates.gap, thickness(shape), setup.rods.size_tolerance);
+        require(
+            thickness(shape) < setup.plates.gap, place("plates.gap"),
+            "plates.gap = {} mm with a body {:.6g} mm thick; expected a gap that every body fits, those made larger by "
+            "rods.size_tolerance = {} too",
+            setup.plates.gap, thickness(shape), setup.rods.size_tolerance);
     return bodies;
 }
 
