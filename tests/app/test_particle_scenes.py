@@ -26,7 +26,7 @@ SHORT = {
     "amorphous": SQUARE,
     "flower-flock": FLOWER,
     "flower-poor": FLOWER,
-    "circle-flock": ["cell.radius=8", *OFTEN],
+    "circle-flock": ["cell.radius=10", *OFTEN],
     "bead-gas": ["cell.lx=12", "cell.ly=12", *OFTEN],
     "full-size": ["cell.lx=22.5", "cell.ly=22.5", "time.end=0.06", "output.frame_every=0.012", "output.sample_every=0.002"],
 }
