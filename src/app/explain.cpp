@@ -4,14 +4,13 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "command.hpp"
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/physics/right_hand_side.hpp"
-#include "drover/run/cost.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/run_scene.hpp"
+#include "explain_cost.hpp"
 
 namespace drover::app {
 
@@ -22,15 +21,12 @@ struct Explanation {
     std::vector<physics::ActiveTerm> terms;
     physics::FastestGrowth growth;
     double fastest_rate = 0.0;  ///< |s|max [1/s]
-    std::int64_t steps = 0;
-    int threads = 1;
+    Cost cost;
     physics::TransformCount transforms;  ///< per right-hand side
     int stages = 0;                      ///< right-hand sides per step; none when every term is linear
     bool saturates = false;              ///< a term stops the growth of order
     int degree = 1;                      ///< of the products
     int kept_x = 0, kept_y = 0;          ///< the largest mode number kept on each axis
-    run::Needs needs;
-    std::optional<run::ExpectedTime> time;
 };
 
 /// The largest k with k (degree + 1) < points.
@@ -51,45 +47,34 @@ Explanation explain(const io::Scene& scene) {
             .terms = physics::active_terms(equations),
             .growth = physics::fastest_growth(system),
             .fastest_rate = physics::fastest_rate(system),
-            .steps = io::whole_steps(scene, "time.end", scene.time.end),
-            .threads = run::choose_threads(scene),
+            .cost = cost_of(scene),
             .transforms = physics::transform_count(equations),
             .stages = physics::is_nonlinear(equations) ? stages_of(scene) : 0,
             .saturates = equations.saturation.is_active(),
             .degree = system.degree,
             .kept_x = largest_kept(scene.grid.nx, system.degree),
-            .kept_y = largest_kept(scene.grid.ny, system.degree),
-            .needs = run::needs_of(scene),
-            .time = run::needs_of(scene).memory_bytes < run::needs_of(scene).memory_free ? run::expected_time(scene)
-                                                                                         : std::nullopt};
+            .kept_y = largest_kept(scene.grid.ny, system.degree)};
 }
 
 nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
     nlohmann::json fields = nlohmann::json::array(), terms = nlohmann::json::array();
     for (const physics::Component& field : e.fields) fields.push_back({{"name", field.name}, {"unit", field.unit}});
     for (const physics::ActiveTerm& term : e.terms) terms.push_back({{"name", term.name}, {"equation", term.equation}});
-    const auto seconds = [&](double run::ExpectedTime::*part) {
-        return e.time ? nlohmann::json(*e.time.*part) : nlohmann::json();
-    };
-    return {{"form", e.form},
-            {"fields", fields},
-            {"terms", terms},
-            {"transforms_per_right_hand_side", {{"back", e.transforms.back}, {"forth", e.transforms.forth}}},
-            {"right_hand_sides_per_step", e.stages},
-            {"transforms_per_step", e.stages * (e.transforms.back + e.transforms.forth)},
-            {"degree", e.degree},
-            {"largest_mode_kept", {{"x", e.kept_x}, {"y", e.kept_y}}},
-            {"seconds_per_step_estimate", seconds(&run::ExpectedTime::step)},
-            {"seconds_estimate", seconds(&run::ExpectedTime::whole)},
-            {"steps", e.steps},
-            {"threads", e.threads},
-            {"fastest_rate", e.fastest_rate},
-            {"dt_times_fastest_rate", scene.time.dt * e.fastest_rate},
-            {"growth_rate", e.growth.rate},
-            {"growth_wavenumber", e.growth.q},
-            {"memory_bytes", e.needs.memory_bytes},
-            {"disk_bytes", e.needs.disk_bytes},
-            {"archive", run::archive_path(scene).string()}};
+    nlohmann::json result{{"form", e.form},
+                          {"fields", fields},
+                          {"terms", terms},
+                          {"transforms_per_right_hand_side",
+                           {{"back", e.transforms.back}, {"forth", e.transforms.forth}}},
+                          {"right_hand_sides_per_step", e.stages},
+                          {"transforms_per_step", e.stages * (e.transforms.back + e.transforms.forth)},
+                          {"degree", e.degree},
+                          {"largest_mode_kept", {{"x", e.kept_x}, {"y", e.kept_y}}},
+                          {"fastest_rate", e.fastest_rate},
+                          {"dt_times_fastest_rate", scene.time.dt * e.fastest_rate},
+                          {"growth_rate", e.growth.rate},
+                          {"growth_wavenumber", e.growth.q}};
+    result.update(cost_json(scene, e.cost));
+    return result;
 }
 
 void print_transforms(const Explanation& e) {
@@ -116,7 +101,7 @@ void print(const io::Scene& scene, const Explanation& e) {
     std::printf("stepper %s, order %d: %s\n", stepper.name.c_str(), stepper.order, stepper.citation.c_str());
     print_transforms(e);
     std::printf("  %lld steps of dt = %g s%s; linear terms: dt |s|max = %.3g (exact at any)\n",
-                static_cast<long long>(e.steps), scene.time.dt,
+                static_cast<long long>(e.cost.steps), scene.time.dt,
                 scene.time.tolerance > 0.0 && e.stages > 0 ? ", each cut into as many as time.tolerance asks for" : "",
                 scene.time.dt * e.fastest_rate);
     const char* state = e.stages > 0 ? "the state without order is " : "";
@@ -129,15 +114,7 @@ void print(const io::Scene& scene, const Explanation& e) {
     else
         std::printf("  %sstable: the slowest mode decays at %.4g /s at |q| = %.3g /mm\n", state, -e.growth.rate,
                     e.growth.q);
-    std::printf("memory %s (%s free), disk at most %s (%s free), %d thread%s\n",
-                bytes_text(e.needs.memory_bytes).c_str(), bytes_text(e.needs.memory_free).c_str(),
-                bytes_text(e.needs.disk_bytes).c_str(), bytes_text(e.needs.disk_free).c_str(), e.threads,
-                e.threads == 1 ? "" : "s");
-    if (e.time)
-        std::printf("wall time about %s, an estimate: %.3g ms a step, %s\n", duration_text(e.time->whole).c_str(),
-                    1e3 * e.time->step,
-                    e.time->scaled ? "scaled from a few steps on a smaller grid" : "from a few steps made just now");
-    std::printf("archive %s\n", run::archive_path(scene).c_str());
+    print_cost(scene, e.cost, "on a smaller grid");
 }
 }  // namespace
 

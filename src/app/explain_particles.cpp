@@ -3,12 +3,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <optional>
 
 #include "command.hpp"
 #include "drover/io/trajectory.hpp"
-#include "drover/run/cost.hpp"
 #include "drover/run/kind.hpp"
+#include "explain_cost.hpp"
 
 namespace drover::app {
 
@@ -43,10 +42,7 @@ struct Explanation {
     std::size_t spheres = 0;
     double acceleration = 0.0;  ///< of the plates, beside gravity
     double steps_per_period = 0.0;
-    std::int64_t steps = 0;
-    int threads = 1;
-    run::Needs needs;
-    std::optional<run::ExpectedTime> time;
+    Cost cost;
 };
 
 Explanation explain(const io::Scene& scene) {
@@ -58,10 +54,7 @@ Explanation explain(const io::Scene& scene) {
             .spheres = io::sphere_count(bodies),
             .acceleration = gravity > 0.0 ? setup.plates.amplitude * rate * rate / gravity : 0.0,
             .steps_per_period = setup.plates.frequency > 0.0 ? 1.0 / (setup.plates.frequency * scene.time.dt) : 0.0,
-            .steps = io::whole_steps(scene, "time.end", scene.time.end),
-            .threads = run::kind_of(scene).threads(scene),
-            .needs = run::needs_of(scene),
-            .time = run::expected_time(scene)};
+            .cost = cost_of(scene)};
 }
 
 nlohmann::json supply_json(const Supply& supply) {
@@ -73,24 +66,16 @@ nlohmann::json supply_json(const Supply& supply) {
 }
 
 nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
-    const auto seconds = [&](double run::ExpectedTime::*part) {
-        return e.time ? nlohmann::json(*e.time.*part) : nlohmann::json();
-    };
-    return {{"kind", "particles"},
-            {"beads", supply_json(e.beads)},
-            {"rods", supply_json(e.rods)},
-            {"spheres", e.spheres},
-            {"cell", scene.particles.cell.shape},
-            {"cell_area", dem::area(scene.particles.cell)},
-            {"acceleration", e.acceleration},
-            {"steps_per_period", e.steps_per_period},
-            {"steps", e.steps},
-            {"threads", e.threads},
-            {"seconds_per_step_estimate", seconds(&run::ExpectedTime::step)},
-            {"seconds_estimate", seconds(&run::ExpectedTime::whole)},
-            {"memory_bytes", e.needs.memory_bytes},
-            {"disk_bytes", e.needs.disk_bytes},
-            {"archive", run::archive_path(scene).string()}};
+    nlohmann::json result{{"kind", "particles"},
+                          {"beads", supply_json(e.beads)},
+                          {"rods", supply_json(e.rods)},
+                          {"spheres", e.spheres},
+                          {"cell", scene.particles.cell.shape},
+                          {"cell_area", dem::area(scene.particles.cell)},
+                          {"acceleration", e.acceleration},
+                          {"steps_per_period", e.steps_per_period}};
+    result.update(cost_json(scene, e.cost));
+    return result;
 }
 
 std::string range_text(double least, double most) {
@@ -117,17 +102,9 @@ void print(const io::Scene& scene, const Explanation& e) {
     print_supply("rods", e.rods);
     std::printf("  %zu spheres in all; packing: %s\n", e.spheres, setup.packing.kind.c_str());
     std::printf("  contacts: %s, restitution %s\n", setup.contacts.law.c_str(), setup.contacts.restitution.c_str());
-    std::printf("  %lld steps of dt = %g s, %.4g a period of the plates\n", static_cast<long long>(e.steps),
+    std::printf("  %lld steps of dt = %g s, %.4g a period of the plates\n", static_cast<long long>(e.cost.steps),
                 scene.time.dt, e.steps_per_period);
-    std::printf("memory %s (%s free), disk at most %s (%s free), %d thread%s\n",
-                bytes_text(e.needs.memory_bytes).c_str(), bytes_text(e.needs.memory_free).c_str(),
-                bytes_text(e.needs.disk_bytes).c_str(), bytes_text(e.needs.disk_free).c_str(), e.threads,
-                e.threads == 1 ? "" : "s");
-    if (e.time)
-        std::printf("wall time about %s, an estimate: %.3g ms a step, %s\n", duration_text(e.time->whole).c_str(),
-                    1e3 * e.time->step,
-                    e.time->scaled ? "scaled from a few steps in a smaller cell" : "from a few steps made just now");
-    std::printf("archive %s\n", run::archive_path(scene).c_str());
+    print_cost(scene, e.cost, "in a smaller cell");
 }
 }  // namespace
 

@@ -91,9 +91,7 @@ bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const Plate
             spheres.place[s] = place;
             beads.velocity[s] = velocity + push * time;
         }
-        const double x = place[0] - static_cast<double>(spheres.listed[s][0]),
-                     y = place[1] - static_cast<double>(spheres.listed[s][1]);
-        if (!(x * x + y * y < far)) [[unlikely]]
+        if (is_astray(place, spheres.listed[s], far)) [[unlikely]]
             astray = true;
     }
     return astray;

@@ -5,29 +5,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "drover/dem/vector.hpp"
+#include "drover/dem/nearest_image.hpp"
 #include "drover/dem/wall.hpp"
 
 namespace drover::dem {
 
-/// How positions differ: over the edge of a periodic cell, to the nearest image.
-struct Nearby {
-    double lx = 0.0, ly = 0.0, per_x = 0.0, per_y = 0.0;  ///< sides [mm] and their inverses, 0 where not periodic
-
-    Vector operator()(const Vector& from, const Vector& to) const {
-        const Vector d = to - from;
-        return {d.x - lx * std::rint(d.x * per_x), d.y - ly * std::rint(d.y * per_y), d.z};
-    }
-};
-inline Nearby nearby(const Cell& cell) {
-    if (cell.shape != "periodic") return {};
-    return {.lx = cell.lx, .ly = cell.ly, .per_x = 1.0 / cell.lx, .per_y = 1.0 / cell.ly};
-}
-
 /// Numbered places, each in its square; squares are at least `reach` wide, so that all within reach are in nine of them.
 class Bins {
 public:
-    Bins(const Cell& cell, double reach) : periodic_(cell.shape == "periodic") {
+    Bins(const Cell& cell, double reach) : periodic_(is_periodic(cell)) {
         const double width = 2.0 * half_width(cell), height = 2.0 * half_height(cell);
         // No finer than pays: many empty squares cost more than they save.
         constexpr double most = 2048.0;

@@ -70,7 +70,7 @@ template <class Visit>
 void for_pairs(const Crowd& crowd, double skin, const Visit& visit) {
     const double largest = crowd.reach.empty() ? 1.0 : *std::max_element(crowd.reach.begin(), crowd.reach.end());
     Bins bins(crowd.cell, 2.0 * largest + skin);
-    const Nearby apart = nearby(crowd.cell);
+    const NearestImage apart(crowd.cell);
     for (std::size_t a = 0; a < crowd.centre.size(); ++a) {
         bins.for_near(crowd.centre[a], [&](std::uint32_t b) {
             const Vector d = apart(crowd.centre[a], crowd.centre[b]);
@@ -102,7 +102,7 @@ bool is_stale(const Crowd& crowd, const Neighbours& neighbours) {
 
 /// Pushes of pairs; returns the deepest overlap beside the distance at which the two touch.
 double push_pairs(Crowd& crowd, const Neighbours& neighbours) {
-    const Nearby apart = nearby(crowd.cell);
+    const NearestImage apart(crowd.cell);
     double deepest = 0.0;
     for (std::size_t p = 0; p < neighbours.first.size(); ++p) {
         const std::uint32_t a = neighbours.first[p], b = neighbours.second[p];
@@ -121,7 +121,7 @@ double push_pairs(Crowd& crowd, const Neighbours& neighbours) {
 /// Pushes of plates and walls.
 double push_inside(Crowd& crowd) {
     double deepest = 0.0;
-    const bool walls = crowd.cell.shape != "periodic";
+    const bool walls = !is_periodic(crowd.cell);
     for (std::size_t s = 0; s < crowd.centre.size(); ++s) {
         const double reach = crowd.reach[s];
         const double below = crowd.floor + reach - crowd.centre[s].z, above = crowd.centre[s].z + reach - crowd.ceiling;

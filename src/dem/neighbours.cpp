@@ -45,8 +45,6 @@ double largest_radius(const Spheres& spheres) {
     return largest;
 }
 
-bool is_periodic(const Cell& cell) { return cell.shape == "periodic"; }
-
 /// Moves a coordinate into [-side/2, side/2) by whole cells.
 void wrap(double& x, std::int32_t& image, double side) {
     const double cells = std::floor(x / side + 0.5);

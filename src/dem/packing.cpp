@@ -71,7 +71,7 @@ bool is_inside(const Crowd& crowd, const Span& spheres) {
 
 /// Whether a rod as it lies meets its own images.
 bool meets_itself(const Crowd& crowd, const Span& spheres) {
-    const Nearby apart = nearby(crowd.cell);
+    const NearestImage apart(crowd.cell);
     for (std::size_t a = spheres.first; a < spheres.last; ++a)
         for (std::size_t b = spheres.first; b < a; ++b) {
             const Vector straight = crowd.centre[b] - crowd.centre[a], d = apart(crowd.centre[a], crowd.centre[b]);
@@ -82,7 +82,7 @@ bool meets_itself(const Crowd& crowd, const Span& spheres) {
 }
 
 bool meets(const Crowd& crowd, const Span& spheres, const Placed& placed) {
-    const Nearby apart = nearby(crowd.cell);
+    const NearestImage apart(crowd.cell);
     bool met = false;
     for (std::size_t a = spheres.first; a < spheres.last && !met; ++a)
         placed.bins.for_near(crowd.centre[a], [&](std::uint32_t n) {
@@ -141,7 +141,7 @@ bool place_rods(Crowd& crowd, Draws& draws, Placed& placed) {
 /// Beads overlap each other here, but no centre lies in a rod: from there the way out could be through its other side.
 void place_beads(Crowd& crowd, const Placed& placed, Draws& draws, const PlaceOf& place) {
     constexpr int places = 10000;
-    const Nearby apart = nearby(crowd.cell);
+    const NearestImage apart(crowd.cell);
     for (std::size_t bead = 0; bead < crowd.place.size() - crowd.axis.size(); ++bead) {
         int inside = 0, n = 0;
         for (bool free = false; n < places && !free; ++n) {
@@ -234,7 +234,7 @@ void loosen(Crowd& crowd, double margin) {
 }
 
 void write_back(const Crowd& crowd, Bodies& bodies) {
-    const Nearby apart = nearby(crowd.cell);
+    const NearestImage apart(crowd.cell);
     for (std::size_t i = 0; i < bodies.beads.size(); ++i) bodies.beads[i].position = apart({}, crowd.place[i]);
     for (std::size_t i = 0; i < bodies.rods.size(); ++i) {
         bodies.rods[i].position = apart({}, crowd.place[bodies.beads.size() + i]);

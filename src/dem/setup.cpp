@@ -107,7 +107,7 @@ void check_room(const Setup& setup, double thickest, double longest, const Place
     const Cell& cell = setup.cell;
     const double reach = 2.0 * (thickest + setup.contacts.skin);
     for (const auto& [key, side] : {std::pair{"cell.lx", cell.lx}, std::pair{"cell.ly", cell.ly}}) {
-        if (cell.shape == "periodic" && thickest > 0.0) {
+        if (is_periodic(cell) && thickest > 0.0) {
             require(side > reach, place(key),
                     "{} = {} mm; expected more than {} mm, twice the largest diameter and contacts.skin together, or a "
                     "body could touch another on both sides of the periodic cell",

@@ -41,17 +41,25 @@ struct Spheres {
 
     std::size_t size() const { return place.size(); }
     bool is_bead(std::uint32_t sphere) const { return sphere < beads.size(); }
+    /// The rod of a sphere that is not a bead.
+    std::uint32_t rod(std::uint32_t sphere) const { return rods.owner[sphere - beads.size()]; }
     /// Bodies are numbered like their first: beads by slot, then rods.
     std::uint32_t body(std::uint32_t sphere) const {
-        const auto count = static_cast<std::uint32_t>(beads.size());
-        return sphere < count ? sphere : count + rods.owner[sphere - count];
+        return is_bead(sphere) ? sphere : static_cast<std::uint32_t>(beads.size()) + rod(sphere);
     }
+    const Shape& shape_of_rod(std::size_t r) const { return rods.kinds[rods.kind[r]].shape; }
 };
+
+/// Whether a sphere has gone as far from where it was listed as `square` says, or nowhere at all.
+inline bool is_astray(const Lane& place, const std::array<float, 2>& listed, double square) {
+    const double x = place[0] - static_cast<double>(listed[0]), y = place[1] - static_cast<double>(listed[1]);
+    return !(x * x + y * y < square);
+}
 
 /// Puts the spheres of a rod where the rod is.
 inline void place_spheres(Spheres& spheres, std::size_t r) {
     const Rod& rod = spheres.rods.rod[r];
-    const Shape& shape = spheres.rods.kinds[spheres.rods.kind[r]].shape;
+    const Shape& shape = spheres.shape_of_rod(r);
     for (std::size_t k = 0; k < shape.at.size(); ++k) {
         Lane& place = spheres.place[spheres.rods.first[r] + k];
         set_vector(place, rod.position + shape.at[k] * rod.axis);

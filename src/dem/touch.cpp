@@ -21,8 +21,7 @@ Touch touch_of(const Spheres& spheres, std::uint32_t a, std::uint32_t b, double 
             .apart = {pa[0] - pb[0] - x, pa[1] - pb[1] - y, pa[2] - pb[2]},
             .reach = pa[3] + pb[3],
             .since = 0.0,
-            .normal = {},
-            .impulse = {}};
+            .normal = {}};
 }
 
 /// Squared distances of four pairs minus the squares of their reaches: negative where they overlap.
@@ -89,8 +88,7 @@ void find_walls(const Cell& cell, const Spheres& spheres, const std::vector<std:
                              .apart = walls[w].distance * Vector{walls[w].nx, walls[w].ny, 0.0},
                              .reach = place[3],
                              .since = 0.0,
-                             .normal = {walls[w].nx, walls[w].ny, 0.0},
-                             .impulse = {}});
+                             .normal = {walls[w].nx, walls[w].ny, 0.0}});
         }
     }
 }
@@ -123,7 +121,7 @@ Mover mover_of_bead(const BeadArrays& beads, std::uint32_t s) {
 /// Velocity of the centre of a sphere.
 Vector velocity_of(const Spheres& spheres, std::uint32_t sphere, const Mover& mover) {
     if (spheres.is_bead(sphere)) return mover.velocity;
-    const std::uint32_t r = spheres.rods.owner[sphere - spheres.beads.size()];
+    const std::uint32_t r = spheres.rod(sphere);
     return mover.velocity + cross(mover.spin, vector_of(spheres.place[sphere]) - spheres.rods.rod[r].position);
 }
 
@@ -141,12 +139,9 @@ void go_back(Touch& touch, const Vector& velocity, double dt) {
     if (touch.second != none) touch.normal = 1.0 / length(then) * then;
 }
 double overlap_of(const Touch& touch, const Spheres& spheres) {
-    const double smaller = touch.second == none
-                               ? spheres.place[touch.first][3]
-                               : std::min(spheres.place[touch.first][3], spheres.place[touch.second][3]);
     // A sphere whose centre is behind a wall lies along -normal.
     const double distance = touch.second == none ? dot(touch.apart, touch.normal) : length(touch.apart);
-    return (touch.reach - distance) / smaller;
+    return (touch.reach - distance) / smaller_radius(touch, spheres);
 }
 
 void count_impact(const Touch& touch, const Spheres& spheres, Counts& counts) {
@@ -259,12 +254,12 @@ private:
             movers_.push_back(mover_of_bead(spheres_.beads, body));
         } else {
             const std::uint32_t r = body - beads;
-            movers_.push_back(mover_of(spheres_.rods.rod[r], spheres_.rods.kinds[spheres_.rods.kind[r]].shape));
+            movers_.push_back(mover_of(spheres_.rods.rod[r], spheres_.shape_of_rod(r)));
         }
     }
     Vector from_centre(std::uint32_t sphere) const {
         if (spheres_.is_bead(sphere)) return {};
-        const std::uint32_t r = spheres_.rods.owner[sphere - spheres_.beads.size()];
+        const std::uint32_t r = spheres_.rod(sphere);
         return vector_of(spheres_.place[sphere]) - spheres_.rods.rod[r].position;
     }
     Contact contact_of(Touch& touch) const {
@@ -321,7 +316,7 @@ private:
         };
         if (bead) return add(sphere);
         const RodArrays& rods = spheres_.rods;
-        const std::uint32_t r = rods.owner[sphere - spheres_.beads.size()];
+        const std::uint32_t r = spheres_.rod(sphere);
         for (const std::uint32_t k : rods.kinds[rods.kind[r]].bearing) add(rods.first[r] + k);
     }
     void store(std::uint32_t body, const Mover& mover) {
@@ -345,7 +340,7 @@ private:
         } else {
             const std::uint32_t r = body - beads;
             Rod& rod = spheres_.rods.rod[r];
-            rod.position = rod.position + 1.0 / spheres_.rods.kinds[spheres_.rods.kind[r]].shape.mass * by_mass;
+            rod.position = rod.position + 1.0 / spheres_.shape_of_rod(r).mass * by_mass;
         }
     }
 
@@ -356,6 +351,11 @@ private:
     std::vector<Contact> contacts_;
 };
 }  // namespace
+
+double smaller_radius(const Touch& touch, const Spheres& spheres) {
+    const double first = spheres.place[touch.first][3];
+    return touch.second == none ? first : std::min(first, spheres.place[touch.second][3]);
+}
 
 void TouchSolver::find(const Cell& cell, const Spheres& spheres, const Neighbours& neighbours, Threads& threads) {
     const std::size_t chunks = neighbours.pairs.size() / pairs_per_chunk + 1;

@@ -18,9 +18,11 @@ struct Touch {
     double reach = 0.0;  ///< distance at which they touch [mm]
     double since = 0.0;  ///< time since they touched [s]
     Vector normal;       ///< towards first when they touched
-    Vector impulse;
     static constexpr std::uint32_t no_sphere = 0xffffffffu;
 };
+
+/// Of the two spheres, or of the one that touches a wall [mm].
+double smaller_radius(const Touch& touch, const Spheres& spheres);
 
 /// Coefficients by the kinds that meet.
 struct TouchRules {
@@ -50,7 +52,7 @@ struct TouchReport {
 class TouchSolver {
 public:
     /// Finds all overlaps and resolves those groups in which something approaches; moves bodies back out as far as they came in too late.
-    /// Adds to the ledger and the counts; returns the deepest overlap of the step.
+    /// Returns what the step adds to the ledger and the counts, with its deepest overlap.
     TouchReport step(const Cell& cell, Spheres& spheres, const Neighbours& neighbours, const TouchRules& rules,
                      Threads& threads);
 

@@ -68,16 +68,13 @@ Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
 }  // namespace
 
 double sum(const Ledger& ledger) {
-    return ledger.gravity + ledger.plates + ledger.forces + ledger.kicks + ledger.impact + ledger.friction;
+    double total = 0.0;
+    for (const auto part : ledger_parts) total += ledger.*part;
+    return total;
 }
 
 void add(const Ledger& part, Ledger& whole) {
-    whole.gravity += part.gravity;
-    whole.plates += part.plates;
-    whole.forces += part.forces;
-    whole.kicks += part.kicks;
-    whole.impact += part.impact;
-    whole.friction += part.friction;
+    for (const auto entry : ledger_parts) whole.*entry += part.*entry;
 }
 
 void add(const Counts& part, Counts& whole) {
@@ -138,15 +135,17 @@ void World::State::in_parts(std::size_t length, std::size_t chunk, Work work) {
 }
 
 double World::State::bead_potential() const {
-    const bool periodic = setup.cell.shape == "periodic";
     double total = 0.0;
     for (std::size_t b = 0; b < spheres.beads.size(); ++b) {
-        const auto& image = spheres.beads.image[b];
-        const Vector turns = periodic ? Vector{image[0] * setup.cell.lx, image[1] * setup.cell.ly, 0.0} : Vector{};
         const Vector weight = 1.0 / spheres.beads.velocity[b][3] * bead_rules.acceleration + bead_rules.force;
-        total += dot(weight, vector_of(spheres.place[b]) + turns);
+        total += dot(weight, unwrapped(vector_of(spheres.place[b]), spheres.beads.image[b]));
     }
     return total;
+}
+
+Vector World::State::unwrapped(const Vector& place, const std::array<std::int32_t, 2>& image) const {
+    if (!is_periodic(setup.cell)) return place;
+    return place + Vector{image[0] * setup.cell.lx, image[1] * setup.cell.ly, 0.0};
 }
 
 void World::State::fly_all_beads() {
@@ -166,11 +165,8 @@ void World::State::fly_rods() {
             fly(rods.rod[r], rods.memory[r], r, kind, push, plates, dt, rod_rules, space, part.ledger, part.counts);
             place_spheres(spheres, r);
             // What lies between its ends went no further than one of them.
-            for (const std::uint32_t end_sphere : {rods.first[r], rods.first[r + 1] - 1}) {
-                const double x = spheres.place[end_sphere][0] - static_cast<double>(spheres.listed[end_sphere][0]),
-                             y = spheres.place[end_sphere][1] - static_cast<double>(spheres.listed[end_sphere][1]);
-                part.astray |= !(x * x + y * y < far);
-            }
+            for (const std::uint32_t s : {rods.first[r], rods.first[r + 1] - 1})
+                part.astray |= is_astray(spheres.place[s], spheres.listed[s], far);
         }
     });
 }
@@ -181,7 +177,7 @@ void World::State::turn_rods() {
     const Vector field{std::cos(setup.forces.angle), std::sin(setup.forces.angle), 0.0};
     for (std::size_t r = 0; r < spheres.rods.size(); ++r) {
         Rod& rod = spheres.rods.rod[r];
-        const Shape& shape = spheres.rods.kinds[spheres.rods.kind[r]].shape;
+        const Shape& shape = spheres.shape_of_rod(r);
         const auto energy = [&] {
             return rotation_energy(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across);
         };
@@ -209,7 +205,7 @@ namespace {
 Name name_of(const Spheres& spheres, std::uint32_t sphere) {
     if (sphere == Touch::no_sphere) return {};
     if (spheres.is_bead(sphere)) return {.kind = Name::Kind::bead, .number = spheres.beads.number[sphere]};
-    const std::uint32_t r = spheres.rods.owner[sphere - spheres.beads.size()];
+    const std::uint32_t r = spheres.rod(sphere);
     return {.kind = Name::Kind::rod, .number = r, .sphere = sphere - spheres.rods.first[r]};
 }
 }  // namespace
@@ -226,10 +222,7 @@ void World::State::notice(const TouchReport& report, std::int64_t step) {
     if (report.depth <= counts.overlap) return;
     counts.overlap = report.depth;
     const Touch& touch = report.deepest;
-    const double smaller = touch.second == Touch::no_sphere
-                               ? spheres.place[touch.first][3]
-                               : std::min(spheres.place[touch.first][3], spheres.place[touch.second][3]);
-    overlap = {.depth = report.depth * smaller,
+    overlap = {.depth = report.depth * smaller_radius(touch, spheres),
                .of_radius = report.depth,
                .first = name_of(spheres, touch.first),
                .second = name_of(spheres, touch.second),
@@ -278,20 +271,15 @@ Ledger World::ledger() const {
 
 Bodies World::bodies() const {
     const Spheres& spheres = state_->spheres;
-    const Cell& cell = state_->setup.cell;
-    const bool periodic = cell.shape == "periodic";
-    const auto unwrapped = [&](const Vector& x, const std::array<std::int32_t, 2>& image) {
-        return periodic ? x + Vector{image[0] * cell.lx, image[1] * cell.ly, 0.0} : x;
-    };
     Bodies bodies{.shapes = state_->shapes, .beads = std::vector<Bead>(spheres.beads.size()), .rods = spheres.rods.rod};
     for (std::size_t s = 0; s < spheres.beads.size(); ++s)
-        bodies.beads[spheres.beads.number[s]] = {.position =
-                                                     unwrapped(vector_of(spheres.place[s]), spheres.beads.image[s]),
+        bodies.beads[spheres.beads.number[s]] = {.position = state_->unwrapped(vector_of(spheres.place[s]),
+                                                                               spheres.beads.image[s]),
                                                  .velocity = vector_of(spheres.beads.velocity[s]),
                                                  .spin = vector_of(spheres.beads.spin[s]),
                                                  .shape = spheres.beads.shape[s]};
     for (std::size_t r = 0; r < bodies.rods.size(); ++r)
-        bodies.rods[r].position = unwrapped(bodies.rods[r].position, spheres.rods.image[r]);
+        bodies.rods[r].position = state_->unwrapped(bodies.rods[r].position, spheres.rods.image[r]);
     return bodies;
 }
 
@@ -303,15 +291,8 @@ double World::energy_kinetic() const {
         total += 0.5 * (dot(v, v) / spheres.beads.velocity[b][3] + dot(w, w) / spheres.beads.spin[b][3]);
     }
     for (std::size_t r = 0; r < spheres.rods.size(); ++r)
-        total += dem::energy_kinetic(mover_of(spheres.rods.rod[r], spheres.rods.kinds[spheres.rods.kind[r]].shape));
+        total += dem::energy_kinetic(mover_of(spheres.rods.rod[r], spheres.shape_of_rod(r)));
     return total;
-}
-
-double World::bytes() const {
-    const Spheres& spheres = state_->spheres;
-    return static_cast<double>(spheres.size() * (sizeof(Lane) + 8) + spheres.beads.size() * (2 * sizeof(Lane) + 16) +
-                               spheres.rods.size() * (sizeof(Rod) + sizeof(PlateMemory) + 16) +
-                               state_->neighbours.pairs.capacity() * sizeof(SpherePair));
 }
 
 const Setup& World::setup() const { return state_->setup; }

@@ -10,9 +10,7 @@ namespace {
 /// Visits every number of the state that changes from step to step, in one order for both directions.
 template <class Visit>
 void for_numbers(Ledger& ledger, Visit visit) {
-    for (double* part :
-         {&ledger.gravity, &ledger.plates, &ledger.forces, &ledger.kicks, &ledger.impact, &ledger.friction})
-        visit(*part);
+    for (const auto part : ledger_parts) visit(ledger.*part);
 }
 
 template <class Visit>

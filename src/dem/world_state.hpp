@@ -43,6 +43,9 @@ struct World::State {
     /// takes itself off the ledger.  So free flight keeps no books.
     double bead_potential() const;
 
+    /// A place with the turns round a periodic cell that were taken off it.
+    Vector unwrapped(const Vector& place, const std::array<std::int32_t, 2>& image) const;
+
     template <class Work>
     void in_parts(std::size_t length, std::size_t chunk, Work work);
     void fly_all_beads();

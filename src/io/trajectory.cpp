@@ -217,7 +217,7 @@ Vector vector_at(const std::vector<double>& values, std::size_t i) {
 
 Box box_of(const Setup& setup) {
     const double x = 2.0 * dem::half_width(setup.cell), y = 2.0 * dem::half_height(setup.cell);
-    const bool periodic = setup.cell.shape == "periodic";
+    const bool periodic = dem::is_periodic(setup.cell);
     return {.sides = {x, y, 2.0 * setup.plates.amplitude + setup.plates.gap},
             .origin = {-0.5 * x, -0.5 * y, 0.0},
             .periodic = {periodic, periodic, false}};

@@ -7,27 +7,16 @@
 
 #include "drover/base/text.hpp"
 #include "measure/particles_boxes.hpp"
+#include "measure/particles_rows.hpp"
 
 namespace drover::measure {
 
 namespace {
 
-using Rows = std::vector<ParticleObservable>;
-using Function = std::function<double(const ParticleMoment&)>;
+using Rows = ParticleRows;
 using Sums = std::vector<double> PairSums::*;
 
 const std::string moment_only = "; at one phase of the plates when samples are a whole number of their periods apart";
-
-void add(Rows& rows, std::string name, std::string unit, std::string formula, Function function,
-         bool accumulates = false) {
-    rows.push_back({.name = std::move(name),
-                    .unit = std::move(unit),
-                    .axes = {},
-                    .formula = std::move(formula),
-                    .measure = [function = std::move(function)](const ParticleMoment& moment,
-                                                                std::span<double> out) { out[0] = function(moment); },
-                    .accumulates = accumulates});
-}
 
 void add_over(Rows& rows, std::string name, std::string unit, std::vector<ParticleAxis> axes, std::string formula,
               Sums sums) {
@@ -41,30 +30,33 @@ void add_over(Rows& rows, std::string name, std::string unit, std::vector<Partic
 }
 
 void add_beads(Rows& rows, std::string name, std::string unit, std::string formula, double BeadMeans::*mean) {
-    add(rows, std::move(name), std::move(unit), std::move(formula),
-        [mean](const ParticleMoment& moment) { return moment.beads.*mean; });
+    add_number(rows, std::move(name), std::move(unit), std::move(formula),
+               [mean](const ParticleMoment& moment) { return moment.beads.*mean; });
 }
 
 void add_rods(Rows& rows, std::string name, std::string unit, std::string formula, double RodMeans::*mean) {
-    add(rows, std::move(name), std::move(unit), std::move(formula),
-        [mean](const ParticleMoment& moment) { return moment.rods.*mean; });
+    add_number(rows, std::move(name), std::move(unit), std::move(formula),
+               [mean](const ParticleMoment& moment) { return moment.rods.*mean; });
 }
 
 double order_size(const RodMeans& rods) { return std::hypot(rods.order_x, rods.order_y); }
 
 void add_order(const ParticleSetting& setting, Rows& rows) {
-    add(rows, "polar_order", "1", "polar order P = |<n>|, n of each rod from tail to head, of length 1 in the plane",
-        [](const ParticleMoment& moment) { return order_size(moment.rods); });
+    add_number(rows, "polar_order", "1",
+               "polar order P = |<n>|, n of each rod from tail to head, of length 1 in the plane",
+               [](const ParticleMoment& moment) { return order_size(moment.rods); });
     add_rods(rows, "polar_order_x", "1", "mean of n_x over the rods", &RodMeans::order_x);
     add_rods(rows, "polar_order_y", "1", "mean of n_y over the rods", &RodMeans::order_y);
-    add(rows, "polar_order_direction", "rad", "direction of <n> from x, -pi to pi",
-        [](const ParticleMoment& moment) { return std::atan2(moment.rods.order_y, moment.rods.order_x); });
+    add_number(rows, "polar_order_direction", "rad", "direction of <n> from x, -pi to pi",
+               [](const ParticleMoment& moment) { return std::atan2(moment.rods.order_y, moment.rods.order_x); });
     add_rods(rows, "nematic_order", "1", "|<exp(2 i theta)>|, theta the direction of n of each rod",
              &RodMeans::order_nematic);
     if (!setting.round) return;
-    add(rows, "polar_order_local", "1",
-        "polar order in the local polar frame about the origin, |(<n_radial>, <n_azimuthal>)|",
-        [](const ParticleMoment& moment) { return std::hypot(moment.rods.order_radial, moment.rods.order_azimuthal); });
+    add_number(rows, "polar_order_local", "1",
+               "polar order in the local polar frame about the origin, |(<n_radial>, <n_azimuthal>)|",
+               [](const ParticleMoment& moment) {
+                   return std::hypot(moment.rods.order_radial, moment.rods.order_azimuthal);
+               });
     add_rods(rows, "polar_order_radial", "1", "mean over the rods of the part of n away from the origin",
              &RodMeans::order_radial);
     add_rods(rows, "polar_order_azimuthal", "1",
@@ -103,37 +95,42 @@ void add_rod_motion(const ParticleSetting& setting, Rows& rows) {
 void add_bead_flow(const ParticleSetting& setting, Rows& rows) {
     add_beads(rows, "bead_velocity_x", "mm s-1", "mean velocity of the beads along x", &BeadMeans::velocity_x);
     add_beads(rows, "bead_velocity_y", "mm s-1", "mean velocity of the beads along y", &BeadMeans::velocity_y);
-    add(rows, "bead_velocity_size", "mm s-1", "size of the mean velocity of the beads in the plane, |<v>|",
-        [](const ParticleMoment& moment) { return std::hypot(moment.beads.velocity_x, moment.beads.velocity_y); });
+    add_number(rows, "bead_velocity_size", "mm s-1", "size of the mean velocity of the beads in the plane, |<v>|",
+               [](const ParticleMoment& moment) {
+                   return std::hypot(moment.beads.velocity_x, moment.beads.velocity_y);
+               });
     add_beads(rows, "bead_speed", "mm s-1", "mean over the beads of |v| in the plane", &BeadMeans::speed);
-    add(rows, "bead_velocity_order", "1",
-        "order of the bead velocity, |<v>|/<|v|> in the plane; 0 when all are at rest",
-        [](const ParticleMoment& moment) {
-            const BeadMeans& beads = moment.beads;
-            return beads.speed > 0.0 ? std::hypot(beads.velocity_x, beads.velocity_y) / beads.speed : 0.0;
-        });
-    add(rows, "bead_direction_order", "1", "|<v/|v|>|: order of the directions of the bead velocities in the plane",
-        [](const ParticleMoment& moment) { return std::hypot(moment.beads.direction_x, moment.beads.direction_y); });
+    add_number(rows, "bead_velocity_order", "1",
+               "order of the bead velocity, |<v>|/<|v|> in the plane; 0 when all are at rest",
+               [](const ParticleMoment& moment) {
+                   const BeadMeans& beads = moment.beads;
+                   return beads.speed > 0.0 ? std::hypot(beads.velocity_x, beads.velocity_y) / beads.speed : 0.0;
+               });
+    add_number(rows, "bead_direction_order", "1",
+               "|<v/|v|>|: order of the directions of the bead velocities in the plane",
+               [](const ParticleMoment& moment) {
+                   return std::hypot(moment.beads.direction_x, moment.beads.direction_y);
+               });
     if (setting.rods > 0)
-        add(rows, "bead_velocity_along_order", "mm s-1",
-            "mean velocity of the beads along the mean n of the rods; 0 when that has no direction",
-            [](const ParticleMoment& moment) {
-                const double size = order_size(moment.rods);
-                return size > 0.0 ? (moment.beads.velocity_x * moment.rods.order_x +
-                                     moment.beads.velocity_y * moment.rods.order_y) /
-                                        size
-                                  : 0.0;
-            });
+        add_number(rows, "bead_velocity_along_order", "mm s-1",
+                   "mean velocity of the beads along the mean n of the rods; 0 when that has no direction",
+                   [](const ParticleMoment& moment) {
+                       const double size = order_size(moment.rods);
+                       return size > 0.0 ? (moment.beads.velocity_x * moment.rods.order_x +
+                                            moment.beads.velocity_y * moment.rods.order_y) /
+                                               size
+                                         : 0.0;
+                   });
     if (!setting.round) return;
     add_beads(rows, "bead_velocity_azimuthal", "mm s-1",
               "mean velocity of the beads around the origin, counter-clockwise > 0", &BeadMeans::velocity_azimuthal);
     add_beads(rows, "bead_velocity_radial", "mm s-1", "mean velocity of the beads away from the origin",
               &BeadMeans::velocity_radial);
-    add(rows, "bead_direction_order_local", "1",
-        "the bead velocity order of the seed paper: |<u>|, u = v/|v| in the local polar frame about the origin",
-        [](const ParticleMoment& moment) {
-            return std::hypot(moment.beads.direction_radial, moment.beads.direction_azimuthal);
-        });
+    add_number(rows, "bead_direction_order_local", "1",
+               "the bead velocity order of the seed paper: |<u>|, u = v/|v| in the local polar frame about the origin",
+               [](const ParticleMoment& moment) {
+                   return std::hypot(moment.beads.direction_radial, moment.beads.direction_azimuthal);
+               });
 }
 
 void add_bead_state(const ParticleSetting& setting, Rows& rows) {
@@ -143,15 +140,16 @@ void add_bead_state(const ParticleSetting& setting, Rows& rows) {
     add_beads(rows, "bead_temperature_vertical", "mg mm2 s-2", "the same, m (v_z - <v_z>)^2" + moment_only,
               &BeadMeans::temperature_vertical);
     add_beads(rows, "bead_height", "mm", "mean height of the centres of the beads" + moment_only, &BeadMeans::height);
-    add(rows, "hexatic_order", "1",
+    add_number(
+        rows, "hexatic_order", "1",
         "|<psi6>| over the beads, psi6 = <exp(6 i angle)> over the neighbours of a bead, 0 without any: beads nearer "
         "than 1.4 mean "
         "diameters in the plane",
         [](const ParticleMoment& moment) { return moment.pairs.hexatic; });
-    add(rows, "hexatic_order_local", "1", "<|psi6|> over the beads",
-        [](const ParticleMoment& moment) { return moment.pairs.hexatic_local; });
-    add(rows, "bead_neighbours", "1", "mean number of beads nearer than 1.4 mean diameters in the plane",
-        [](const ParticleMoment& moment) { return moment.pairs.neighbours; });
+    add_number(rows, "hexatic_order_local", "1", "<|psi6|> over the beads",
+               [](const ParticleMoment& moment) { return moment.pairs.hexatic_local; });
+    add_number(rows, "bead_neighbours", "1", "mean number of beads nearer than 1.4 mean diameters in the plane",
+               [](const ParticleMoment& moment) { return moment.pairs.neighbours; });
     if (setting.periodic && setting.bead_separations.count > 0)
         add_over(rows, "pair_correlation_beads", "1", {ParticleAxis::bead_separation},
                  "pair correlation g(r) of the beads in the plane, beside others at random; around 8192 of them when "

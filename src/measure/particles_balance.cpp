@@ -3,27 +3,17 @@
 #include <utility>
 
 #include "measure/particles_boxes.hpp"
+#include "measure/particles_rows.hpp"
 
 namespace drover::measure {
 
 namespace {
 
-using Rows = std::vector<ParticleObservable>;
-
-void add(Rows& rows, std::string name, std::string unit, std::string formula,
-         std::function<double(const ParticleMoment&)> function, bool accumulates) {
-    rows.push_back({.name = std::move(name),
-                    .unit = std::move(unit),
-                    .axes = {},
-                    .formula = std::move(formula),
-                    .measure = [function = std::move(function)](const ParticleMoment& moment,
-                                                                std::span<double> out) { out[0] = function(moment); },
-                    .accumulates = accumulates});
-}
+using Rows = ParticleRows;
 
 void add_work(Rows& rows) {
     const auto row = [&](std::string name, std::string formula, double dem::Ledger::*entry) {
-        add(
+        add_number(
             rows, std::move(name), "mg mm2 s-2", std::move(formula),
             [entry](const ParticleMoment& moment) { return moment.ledger.*entry; }, true);
     };
@@ -40,7 +30,7 @@ void add_impacts(Rows& rows, const std::string& what, const std::string& of, std
                  std::int64_t dem::Counts::*count) {
     if (bodies == 0) return;
     const double part = shares / static_cast<double>(bodies);
-    add(
+    add_number(
         rows, "impacts_" + what, "1", "impacts since the start of a " + of + ", mean; their rate is the collision rate",
         [part, count](const ParticleMoment& moment) { return part * static_cast<double>(moment.counts.*count); }, true);
 }
@@ -50,19 +40,14 @@ void add_impacts(Rows& rows, const std::string& what, const std::string& of, std
 void add_balance(const ParticleSetting& setting, Rows& rows) {
     if (setting.beads + setting.rods == 0) return;
     const std::size_t beads = setting.beads, rods = setting.rods;
-    add(
+    add_number(
         rows, "energy_kinetic", "mg mm2 s-2", "kinetic energy of all bodies",
         [](const ParticleMoment& moment) { return moment.energy_kinetic; }, false);
-    add(
+    add_number(
         rows, "energy_balance", "mg mm2 s-2",
         "kinetic energy less all work since the start: the kinetic energy at the start, when none is lost or made in "
         "the reckoning",
-        [](const ParticleMoment& moment) {
-            const dem::Ledger& work = moment.ledger;
-            return moment.energy_kinetic -
-                   (work.gravity + work.plates + work.forces + work.kicks + work.impact + work.friction);
-        },
-        false);
+        [](const ParticleMoment& moment) { return moment.energy_kinetic - dem::sum(moment.ledger); }, false);
     add_work(rows);
     add_impacts(rows, "bead_bead", "bead with beads", beads, 2.0, &dem::Counts::bead_bead);
     if (beads > 0) add_impacts(rows, "rod_bead", "rod with beads", rods, 1.0, &dem::Counts::rod_bead);
@@ -73,10 +58,10 @@ void add_balance(const ParticleSetting& setting, Rows& rows) {
         add_impacts(rows, "bead_wall", "bead with the side wall", beads, 1.0, &dem::Counts::bead_wall);
         add_impacts(rows, "rod_wall", "rod with the side wall", rods, 1.0, &dem::Counts::rod_wall);
     }
-    add(
+    add_number(
         rows, "impacts_unresolved", "1", "groups of contacts left with an approach above the tolerance since the start",
         [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.unresolved); }, true);
-    add(
+    add_number(
         rows, "overlap_largest", "1", "largest overlap of two bodies since the start, beside the smaller radius",
         [](const ParticleMoment& moment) { return moment.counts.overlap; }, false);
 }

@@ -106,7 +106,7 @@ void add_rod_pairs(const ParticleSetting& setting, const dem::Bodies& bodies, Pa
     const Bins& bins = setting.rod_separations;
     const Places rods = places_of(bodies.rods), n = directions(setting, bodies);
     const std::size_t all = rods.x.size(), centres = std::min(all, rod_centres_most);
-    const Nearest nearest(setting.cell);
+    const dem::NearestImage nearest(setting.cell);
     const double most = std::pow(bins.width * static_cast<double>(bins.count), 2);
     std::vector<double> pairs(bins.count), order(bins.count);
     for (std::size_t k = 0; k < centres; ++k) {

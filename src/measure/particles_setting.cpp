@@ -58,7 +58,7 @@ std::vector<double> box_sides(const ParticleSetting& setting) {
 
 ParticleSetting make_particle_setting(const dem::Setup& setup, const dem::Bodies& at_start) {
     ParticleSetting setting{.cell = setup.cell,
-                            .periodic = setup.cell.shape == "periodic",
+                            .periodic = dem::is_periodic(setup.cell),
                             .round = setup.cell.shape == "circle" || setup.cell.shape == "flower",
                             .beads = at_start.beads.size(),
                             .rods = at_start.rods.size()};

@@ -12,7 +12,7 @@ PlaneCells::Row PlaneCells::make_row(double from, double to, double reach, std::
 }
 
 PlaneCells::PlaneCells(const dem::Cell& cell, const std::vector<double>& x, const std::vector<double>& y, double reach)
-    : nearest_(cell), periodic_(cell.shape == "periodic"), index_(x.size()), x_(x.size()), y_(x.size()) {
+    : nearest_(cell), periodic_(dem::is_periodic(cell)), index_(x.size()), x_(x.size()), y_(x.size()) {
     std::vector<double> in_x(x), in_y(y);  // wrapped into the cell
     if (periodic_) {
         for (double& value : in_x) value = nearest_.x(value);

@@ -5,20 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "drover/dem/setup.hpp"
+#include "drover/dem/nearest_image.hpp"
 
 namespace drover::measure {
-
-/// The shortest displacement between images of a periodic cell; as it is in any other.
-struct Nearest {
-    double lx = 0.0, ly = 0.0, per_x = 0.0, per_y = 0.0;  ///< 0: not periodic
-    explicit Nearest(const dem::Cell& cell) {
-        if (cell.shape != "periodic") return;
-        lx = cell.lx, ly = cell.ly, per_x = 1.0 / lx, per_y = 1.0 / ly;
-    }
-    double x(double dx) const { return dx - lx * std::nearbyint(dx * per_x); }
-    double y(double dy) const { return dy - ly * std::nearbyint(dy * per_y); }
-};
 
 class PlaneCells {
 public:
@@ -61,7 +50,7 @@ private:
     }
     Range range(double x, double reach, const Row& row) const;
 
-    Nearest nearest_;
+    dem::NearestImage nearest_;
     bool periodic_;
     Row across_, up_;
     std::vector<std::size_t> start_;

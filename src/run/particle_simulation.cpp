@@ -212,9 +212,7 @@ std::string describe(const Shared& shared) {
     const dem::Overlap worst = shared.world.worst_overlap();
     const double now = shared.world.energy_kinetic(), change = now - shared.energy_start;
     double largest = std::abs(now);
-    for (const double part :
-         {ledger.gravity, ledger.plates, ledger.forces, ledger.kicks, ledger.impact, ledger.friction})
-        largest = std::max(largest, std::abs(part));
+    for (const auto part : dem::ledger_parts) largest = std::max(largest, std::abs(ledger.*part));
     std::string words =
         text("impacts: {} bead-bead, {} rod-bead, {} rod-rod, {} bead-plate, {} rod-plate, {} bead-wall, {} rod-wall",
              counts.bead_bead, counts.rod_bead, counts.rod_rod, counts.bead_plate, counts.rod_plate, counts.bead_wall,

@@ -23,7 +23,7 @@ TEST(PlaneCells, visits_each_place_within_reach_once) {
             std::vector<double> x, y;
             for (const dem::Bead& bead : scene.bodies.beads) x.push_back(bead.position.x), y.push_back(bead.position.y);
             const PlaneCells cells(scene.setup.cell, x, y, 1.1);
-            const Nearest nearest(scene.setup.cell);
+            const dem::NearestImage nearest(scene.setup.cell);
             for (std::size_t i = 0; i < x.size(); ++i) {
                 std::vector<int> visits(x.size());
                 cells.for_near(x[i], y[i], reach, [&](std::size_t j, double, double) { ++visits[j]; });

@@ -16,6 +16,8 @@ struct Cell {
     double petal_radius = 12.0;      ///< of each arc, at least radius sin(pi/petals) [mm]
 };
 
+inline bool is_periodic(const Cell& cell) { return cell.shape == "periodic"; }
+
 /// Base and lid, which move together: base at z = A (1 + cos(2 pi f t)), lid a gap above it.
 struct Plates {
     double amplitude = 0.04;   ///< A [mm]; 0: still

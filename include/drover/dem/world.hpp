@@ -21,6 +21,8 @@ struct Ledger {
     double impact = 0.0;    ///< lost in the direction of the normals, <= 0
     double friction = 0.0;  ///< lost to friction, <= 0
 };
+inline constexpr double Ledger::*ledger_parts[] = {&Ledger::gravity, &Ledger::plates, &Ledger::forces,
+                                                   &Ledger::kicks,   &Ledger::impact, &Ledger::friction};
 double sum(const Ledger& ledger);
 
 /// Impacts that approach slower than this are not counted [mm/s]: bodies that stay together hop at the rate of the steps.
@@ -57,7 +59,7 @@ struct Overlap {
 /// The world.  Its state changes by advance() and restore() alone, and is the same bytes for any number of threads.
 class World {
 public:
-    /// `threads` must outlive it.  Throws an input Error when the setup cannot be, or the bodies do not lie in the cell.
+    /// `threads` must outlive it.  Throws an input Error when the setup cannot be, and a run Error for a body that is at no finite place.
     World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
           const PlaceOf& place = nowhere);
     World(World&&) noexcept;
@@ -78,8 +80,6 @@ public:
     std::vector<double> save() const;
     /// Throws an input Error if it is not of this world.
     void restore(std::span<const double> state);
-
-    double bytes() const;  ///< of memory it holds
 
 private:
     struct State;
