@@ -10,7 +10,7 @@
 namespace drover::dem {
 
 namespace {
-using Place = std::array<float, 2>;
+using Place = std::array<double, 2>;
 
 /// Square cells of a mesh over the rectangle that holds the spheres.
 struct Mesh {
@@ -96,9 +96,7 @@ void sort_beads(const Mesh& mesh, Spheres& spheres) {
     std::vector<std::uint32_t> start(static_cast<std::size_t>(mesh.nx) * static_cast<std::size_t>(mesh.ny) + 1, 0),
         order(count);
     std::vector<std::uint32_t> cells(count);
-    const auto cell_of = [&](std::size_t s) {
-        return mesh.cell({static_cast<float>(spheres.place[s][0]), static_cast<float>(spheres.place[s][1])});
-    };
+    const auto cell_of = [&](std::size_t s) { return mesh.cell({spheres.place[s][0], spheres.place[s][1]}); };
     for (std::size_t s = 0; s < count; ++s) {
         cells[s] = static_cast<std::uint32_t>(cell_of(s));
         ++start[cells[s] + 1];
@@ -148,7 +146,7 @@ Wrapped wrapped(const Cell& cell, const std::vector<Place>& listed) {
         for (std::size_t axis = 0; axis < 2; ++axis) {
             const double cells = std::floor(listed[s][axis] / sides[axis] + 0.5);
             result.moved[s][axis] = -cells * sides[axis];
-            result.places[s][axis] = static_cast<float>(listed[s][axis] + result.moved[s][axis]);
+            result.places[s][axis] = listed[s][axis] + result.moved[s][axis];
         }
     }
     return result;
@@ -156,11 +154,11 @@ Wrapped wrapped(const Cell& cell, const std::vector<Place>& listed) {
 
 class Lister {
 public:
-    Lister(const Cell& cell, double skin, const Spheres& spheres, Neighbours& to)
-        : cell_(cell), skin_(skin), spheres_(spheres), wrapped_(wrapped(cell, spheres.listed)), to_(to) {}
+    Lister(const Cell& cell, double skin, const Spheres& spheres)
+        : cell_(cell), skin_(skin), spheres_(spheres), wrapped_(wrapped(cell, spheres.listed_wide)) {}
 
     /// x, y: added to the wrapped place of b.
-    void consider(std::uint32_t a, std::uint32_t b, double x, double y) {
+    void consider(std::uint32_t a, std::uint32_t b, double x, double y, Neighbours& to) const {
         const double dx = wrapped_.places[b][0] + x - wrapped_.places[a][0],
                      dy = wrapped_.places[b][1] + y - wrapped_.places[a][1];
         const double reach = spheres_.place[a][3] + spheres_.place[b][3] + skin_;
@@ -168,34 +166,44 @@ public:
         x += wrapped_.moved[b][0] - wrapped_.moved[a][0];
         y += wrapped_.moved[b][1] - wrapped_.moved[a][1];
         const bool image = x != 0.0 || y != 0.0;
-        if (image) to_.images.push_back({a, b, x, y});
-        else if (spheres_.body(a) != spheres_.body(b)) to_.pairs.push_back({a, b});
+        if (image) to.images.push_back({a, b, x, y});
+        else if (spheres_.body(a) != spheres_.body(b)) to.pairs.push_back({a, b});
     }
 
     /// Few spheres: all with all, over every edge.
-    void list_all() {
+    void list_all(Neighbours& to) const {
         const auto count = static_cast<std::uint32_t>(spheres_.size());
         const int edges = is_periodic(cell_) ? 1 : 0;
         for (std::uint32_t a = 0; a < count; ++a)
             for (std::uint32_t b = a + 1; b < count; ++b)
                 for (int i = -edges; i <= edges; ++i)
-                    for (int j = -edges; j <= edges; ++j) consider(a, b, i * cell_.lx, j * cell_.ly);
+                    for (int j = -edges; j <= edges; ++j) consider(a, b, i * cell_.lx, j * cell_.ly, to);
     }
 
-    void list_by(const Mesh& mesh) {
+    void list_by(const Mesh& mesh, Threads& threads, Neighbours& to) const {
         const Filled filled = fill(mesh, wrapped_.places);
-        for (int j = 0; j < mesh.ny; ++j)
-            for (int i = 0; i < mesh.nx; ++i) list_cell(mesh, filled, i, j);
+        constexpr std::size_t rows_per_chunk = 4;
+        const auto rows = static_cast<std::size_t>(mesh.ny);
+        std::vector<Neighbours> parts(rows / rows_per_chunk + 1);
+        threads.for_chunks(rows, rows_per_chunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t j = begin; j < end; ++j)
+                for (int i = 0; i < mesh.nx; ++i)
+                    list_cell(mesh, filled, i, static_cast<int>(j), parts[begin / rows_per_chunk]);
+        });
+        for (const Neighbours& part : parts) {
+            to.pairs.insert(to.pairs.end(), part.pairs.begin(), part.pairs.end());
+            to.images.insert(to.images.end(), part.images.begin(), part.images.end());
+        }
     }
 
     /// The pairs of one cell of the mesh with itself and with the half of the cells around it.
-    void list_cell(const Mesh& mesh, const Filled& filled, int i, int j) {
+    void list_cell(const Mesh& mesh, const Filled& filled, int i, int j, Neighbours& to) const {
         constexpr int half[4][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};
         const bool periodic = is_periodic(cell_);
         const std::size_t here = mesh.index(i, j);
         for (std::uint32_t k = filled.start[here]; k < filled.start[here + 1]; ++k)
             for (std::uint32_t l = k + 1; l < filled.start[here + 1]; ++l)
-                consider(filled.spheres[k], filled.spheres[l], 0.0, 0.0);
+                consider(filled.spheres[k], filled.spheres[l], 0.0, 0.0, to);
         for (const auto& step : half) {
             int column = i + step[0], row = j + step[1];
             double x = 0.0, y = 0.0;
@@ -211,17 +219,17 @@ public:
             const std::size_t there = mesh.index(column, row);
             for (std::uint32_t k = filled.start[here]; k < filled.start[here + 1]; ++k)
                 for (std::uint32_t l = filled.start[there]; l < filled.start[there + 1]; ++l)
-                    consider(filled.spheres[k], filled.spheres[l], x, y);
+                    consider(filled.spheres[k], filled.spheres[l], x, y, to);
         }
     }
 
-    void list_walls() {
+    void list_walls(Neighbours& to) const {
         if (is_periodic(cell_)) return;
         WallPoint found[4];
         for (std::uint32_t s = 0; s < spheres_.size(); ++s)
-            if (walls_near(cell_, spheres_.listed[s][0], spheres_.listed[s][1], spheres_.place[s][3] + skin_, found) >
-                0)
-                to_.near_wall.push_back(s);
+            if (const Place& at = spheres_.listed_wide[s];
+                walls_near(cell_, at[0], at[1], spheres_.place[s][3] + skin_, found) > 0)
+                to.near_wall.push_back(s);
     }
 
 private:
@@ -229,27 +237,73 @@ private:
     double skin_;
     const Spheres& spheres_;
     Wrapped wrapped_;
-    Neighbours& to_;
 };
-}  // namespace
 
-void list_again(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours) {
+void list_wide(const Cell& cell, double skin, const Spheres& spheres, Neighbours& neighbours, Threads& threads) {
     neighbours.pairs.clear();
     neighbours.images.clear();
     neighbours.near_wall.clear();
-    Lister lister(cell, skin, spheres, neighbours);
+    const Lister lister(cell, skin, spheres);
     const Mesh mesh = mesh_of(cell, 2.0 * largest_radius(spheres) + skin, spheres.size());
-    if (mesh.nx < 3 || mesh.ny < 3) lister.list_all();
-    else lister.list_by(mesh);
-    lister.list_walls();
+    if (mesh.nx < 3 || mesh.ny < 3) lister.list_all(neighbours);
+    else lister.list_by(mesh, threads, neighbours);
+    lister.list_walls(neighbours);
 }
 
-void make_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours) {
+/// The pairs of the wide list that were near each other when the spheres were listed last.
+void list_near(double skin, const Spheres& spheres, Neighbours& neighbours, Threads& threads) {
+    constexpr std::size_t pairs_per_chunk = 8192;
+    const std::vector<SpherePair>& pairs = neighbours.pairs;
+    const std::size_t chunks = pairs.size() / pairs_per_chunk + 1;
+    neighbours.near.resize(chunks);
+    threads.for_chunks(chunks, 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t c = begin; c < end; ++c) {
+            const std::size_t from = c * pairs_per_chunk, to = std::min(from + pairs_per_chunk, pairs.size());
+            std::vector<SpherePair>& near = neighbours.near[c];
+            near.resize(to - from);
+            std::size_t count = 0;
+            for (std::size_t p = from; p < to; ++p) {
+                const Place &a = spheres.listed[pairs[p].first], &b = spheres.listed[pairs[p].second];
+                const double dx = a[0] - b[0], dy = a[1] - b[1];
+                const double reach = spheres.place[pairs[p].first][3] + spheres.place[pairs[p].second][3] + skin;
+                near[count] = pairs[p];
+                count += dx * dx + dy * dy < reach * reach ? 1 : 0;  // without a jump, which would be guessed wrong
+            }
+            near.resize(count);
+        }
+    });
+}
+
+std::vector<Place> places_of(const Spheres& spheres) {
+    std::vector<Place> places(spheres.size());
+    for (std::size_t s = 0; s < spheres.size(); ++s) places[s] = {spheres.place[s][0], spheres.place[s][1]};
+    return places;
+}
+}  // namespace
+
+void list_again(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours, Threads& threads) {
+    list_wide(cell, skin, spheres, neighbours, threads);
+    list_near(near_skin(skin), spheres, neighbours, threads);
+}
+
+void make_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours, Threads& threads) {
     wrap_bodies(cell, spheres);
     sort_beads(mesh_of(cell, 2.0 * largest_radius(spheres) + skin, spheres.size()), spheres);
+    spheres.listed = spheres.listed_wide = places_of(spheres);
+    list_again(cell, skin, spheres, neighbours, threads);
+}
+
+bool renew_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours, Threads& threads) {
+    // The wide list holds all pairs within the near skin as long as none has gone half of what is left of it.
+    const double left = skin - near_skin(skin), square = 0.25 * left * left;
     for (std::size_t s = 0; s < spheres.size(); ++s)
-        spheres.listed[s] = {static_cast<float>(spheres.place[s][0]), static_cast<float>(spheres.place[s][1])};
-    list_again(cell, skin, spheres, neighbours);
+        if (is_astray(spheres.place[s], spheres.listed_wide[s], square)) {
+            make_neighbours(cell, skin, spheres, neighbours, threads);
+            return true;
+        }
+    spheres.listed = places_of(spheres);
+    list_near(near_skin(skin), spheres, neighbours, threads);
+    return false;
 }
 
 }  // namespace drover::dem

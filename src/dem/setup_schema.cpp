@@ -232,6 +232,11 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
          .member = &ContactControl::increments,
          .range = {.least = 1, .most = 100000},
          .sentence = "into how many parts an impact whose slip turns is cut"},
+        {.name = "slow",
+         .member = &ContactControl::slow,
+         .range = {.least = 0.0, .most = 1.0},
+         .sentence = "approaches in a group of contacts slower than this times 1 - e of its fastest end without "
+                     "rebound; 0: none do"},
         {.name = "substep",
          .member = &ContactControl::substep,
          .unit = "s",

@@ -34,8 +34,9 @@ struct RodArrays {
 
 /// All spheres: those of beads first, then those of rods, rod after rod.
 struct Spheres {
-    std::vector<Lane> place;                   ///< x, y, z and radius
-    std::vector<std::array<float, 2>> listed;  ///< x, y when the neighbour list was made
+    std::vector<Lane> place;                         ///< x, y, z and radius
+    std::vector<std::array<double, 2>> listed;       ///< x, y when the near list of neighbours was made
+    std::vector<std::array<double, 2>> listed_wide;  ///< when the wide one was
     BeadArrays beads;
     RodArrays rods;
 
@@ -51,8 +52,8 @@ struct Spheres {
 };
 
 /// Whether a sphere has gone as far from where it was listed as `square` says, or nowhere at all.
-inline bool is_astray(const Lane& place, const std::array<float, 2>& listed, double square) {
-    const double x = place[0] - static_cast<double>(listed[0]), y = place[1] - static_cast<double>(listed[1]);
+inline bool is_astray(const Lane& place, const std::array<double, 2>& listed, double square) {
+    const double x = place[0] - listed[0], y = place[1] - listed[1];
     return !(x * x + y * y < square);
 }
 

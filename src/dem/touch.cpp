@@ -10,7 +10,6 @@ namespace drover::dem {
 
 namespace {
 constexpr std::uint32_t none = Touch::no_sphere;
-constexpr std::size_t pairs_per_chunk = 8192;
 
 Touch touch_of(const Spheres& spheres, std::uint32_t a, std::uint32_t b, double x, double y) {
     const Lane &pa = spheres.place[a], &pb = spheres.place[b];
@@ -46,10 +45,10 @@ Lane beyond(const Lane* place, const SpherePair* pairs) {
     return x + y + z - reach * reach;
 }
 
-void find_pairs(const Spheres& spheres, const std::vector<SpherePair>& pairs, std::size_t begin, std::size_t end,
-                std::vector<Touch>& found) {
+void find_pairs(const Spheres& spheres, const std::vector<SpherePair>& pairs, std::vector<Touch>& found) {
     const Lane* place = spheres.place.data();
-    std::size_t p = begin;
+    const std::size_t end = pairs.size();
+    std::size_t p = 0;
     const auto take = [&](std::size_t q) {
         found.push_back(touch_of(spheres, pairs[q].first, pairs[q].second, 0.0, 0.0));
     };
@@ -358,13 +357,11 @@ double smaller_radius(const Touch& touch, const Spheres& spheres) {
 }
 
 void TouchSolver::find(const Cell& cell, const Spheres& spheres, const Neighbours& neighbours, Threads& threads) {
-    const std::size_t chunks = neighbours.pairs.size() / pairs_per_chunk + 1;
+    const std::size_t chunks = neighbours.near.size();
     found_.resize(chunks + 1);
     for (auto& list : found_) list.clear();
     threads.for_chunks(chunks, 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t c = begin; c < end; ++c)
-            find_pairs(spheres, neighbours.pairs, c * pairs_per_chunk,
-                       std::min((c + 1) * pairs_per_chunk, neighbours.pairs.size()), found_[c]);
+        for (std::size_t c = begin; c < end; ++c) find_pairs(spheres, neighbours.near[c], found_[c]);
     });
     find_images(spheres, neighbours.images, found_.back());
     find_walls(cell, spheres, neighbours.near_wall, found_.back());

@@ -29,7 +29,8 @@ ImpactLaw law_of(const ContactControl& contacts) {
     return {.group = group_law(contacts.law),
             .restitution = restitution_kind(contacts.restitution),
             .track_slip = contacts.track_slip,
-            .increments = contacts.increments};
+            .increments = contacts.increments,
+            .slow = contacts.slow};
 }
 
 Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
@@ -63,6 +64,7 @@ Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
     }
     rods.first.push_back(static_cast<std::uint32_t>(spheres.place.size()));
     spheres.listed.resize(spheres.place.size());
+    spheres.listed_wide.resize(spheres.place.size());
     return spheres;
 }
 }  // namespace
@@ -103,7 +105,7 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
                   .force = {setup.forces.bead_x, setup.forces.bead_y, 0.0},
                   .restitution = setup.restitution.bead_plate,
                   .friction = setup.friction.bead_plate,
-                  .skin = setup.contacts.skin};
+                  .skin = near_skin(setup.contacts.skin)};
     rod_rules = {.law = law,
                  .substep = setup.contacts.substep,
                  .together = setup.contacts.together,
@@ -156,7 +158,7 @@ void World::State::fly_all_beads() {
 
 void World::State::fly_rods() {
     RodArrays& rods = spheres.rods;
-    const double far = 0.25 * setup.contacts.skin * setup.contacts.skin;
+    const double far = 0.25 * bead_rules.skin * bead_rules.skin;
     in_parts(rods.size(), rods_per_chunk, [&](std::size_t begin, std::size_t end, Part& part) {
         FlightSpace space;
         for (std::size_t r = begin; r < end; ++r) {
@@ -239,7 +241,7 @@ void World::State::notice(const TouchReport& report, std::int64_t step) {
 World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const PlaceOf& place) {
     check(setup, place);
     state_ = std::make_unique<State>(setup, std::move(bodies), dt, seed, threads);
-    make_neighbours(setup.cell, setup.contacts.skin, state_->spheres, state_->neighbours);
+    make_neighbours(setup.cell, setup.contacts.skin, state_->spheres, state_->neighbours, threads);
     state_->astray = false;
     state_->bead_potential_start = state_->bead_potential();
 }
@@ -254,8 +256,7 @@ void World::advance(std::int64_t step) {
     s.fly_all_beads();
     s.fly_rods();
     if (s.astray) {
-        make_neighbours(s.setup.cell, s.setup.contacts.skin, s.spheres, s.neighbours);
-        ++s.counts.lists;
+        if (renew_neighbours(s.setup.cell, s.setup.contacts.skin, s.spheres, s.neighbours, s.threads)) ++s.counts.lists;
         s.astray = false;
     }
     s.touch_rules.base = s.plates.base(s.dt);

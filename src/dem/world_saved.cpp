@@ -69,8 +69,9 @@ void for_numbers(Spheres& spheres, Visit visit) {
         visit(spheres.rods.memory[r].signs);
         visit(spheres.rods.memory[r].since_impact);
     }
-    for (auto& place : spheres.listed)
-        for (float& coordinate : place) visit(coordinate);
+    for (auto* listed : {&spheres.listed, &spheres.listed_wide})
+        for (auto& place : *listed)
+            for (double& coordinate : place) visit(coordinate);
 }
 }  // namespace
 
@@ -101,7 +102,7 @@ void World::restore(std::span<const double> numbers) {
     for_state(s.spheres, s.ledger, s.counts, s.overlap, s.bead_potential_start,
               [&](auto& number) { number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]); });
     for (std::size_t r = 0; r < s.spheres.rods.size(); ++r) place_spheres(s.spheres, r);
-    list_again(s.setup.cell, s.setup.contacts.skin, s.spheres, s.neighbours);
+    list_again(s.setup.cell, s.setup.contacts.skin, s.spheres, s.neighbours, s.threads);
 }
 
 }  // namespace drover::dem

@@ -275,7 +275,7 @@ TEST(ImpactGroup, of_frictionless_balls_in_a_row_moves_as_springs_of_equal_stiff
         auto expected = movers;
         springs(expected, contacts);
         // Sweeps of second order, some ten for the shortest quarter of a period: a part in a hundred.
-        resolve(movers, contacts, {.increments = 64});
+        resolve(movers, contacts, {.increments = 64, .slow = 0.0});
         for (std::size_t b = 0; b < movers.size(); ++b)
             EXPECT_NEAR(movers[b].velocity.x, expected[b].velocity.x, 0.01 * 40.0) << "ball " << b << " e " << e;
     }

@@ -48,8 +48,9 @@ struct ImpactLaw {
     RestitutionKind restitution =
         RestitutionKind::energetic;  ///< of the laws that take one contact after another, and of single contacts
     bool track_slip = true;          ///< friction opposes the slip of each moment of the impact; false: that before it
-    int increments = 16;             ///< of an impact during which the slip turns
-    double tolerance = 1e-2;         ///< speed of approach that may be left, beside the largest before
+    int increments = 8;              ///< of an impact during which the slip turns
+    double slow = 0.03;  ///< approaches below this times 1 - e, beside the largest before, end without rebound; 0: none
+    double tolerance = 1e-2;  ///< speed of approach that may be left, beside the largest before
 };
 
 /// What a group of impacts did, as energies [mg mm^2/s^2]: the kinetic energy of the movers changed by walls + normal + friction.

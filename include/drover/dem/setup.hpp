@@ -82,7 +82,8 @@ struct ContactControl {
     std::string law = "simultaneous";       ///< see dem/impact.hpp
     std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
     bool track_slip = true;  ///< friction follows the slip through the impact; false: it keeps the direction before
-    int increments = 16;     ///< of an impact whose slip turns
+    int increments = 8;      ///< of an impact whose slip turns
+    double slow = 0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
     double substep =
         2e-5;  ///< least time between two impacts of a rod on the plates [s]; shorter ones are taken together
     double together = 1e-5;      ///< gaps below this act in one impact [mm]
