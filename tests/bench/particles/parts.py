@@ -91,13 +91,20 @@ def bed_step(seeds, factor):
             for dt in (1e-4, 5e-5, 2.5e-5, 1e-5, 5e-6, 2.5e-6) for fraction in (0.3, 0.6)]
 
 
+def bed_groups(seeds, factor):
+    return [make({"increments": increments, "slow": slow}, "bead-gas.toml",
+                 {"contacts.increments": increments, "contacts.slow": slow, "cell.lx": 20.0, "cell.ly": 20.0, "beads.area_fraction": 0.7},
+                 seeds or 4, whole(5.0 * factor, 0.5), measure="bed", release=whole(1.0 * factor, 0.005))
+            for increments, slow in ((64, 0.0), (16, 0.0), (8, 0.0), (8, 0.03), (8, 0.1), (4, 0.03))]
+
+
 def rod_in_bed(seeds, factor):
     return [make({"area_fraction": fraction}, scene, {"output.frame_every": 0.1}, seeds or 20, whole(40.0 * factor, 0.1),
                  tilted=False)
             for fraction, scene in ((0.0, "rod-matched.toml"), (0.67, "rod-in-beads.toml"))]
 
 
-PARTS = {part.__name__: part for part in (rod_step, rod_laws, rod_kick, rod_symmetric, bed_step, rod_in_bed)}
+PARTS = {part.__name__: part for part in (rod_step, rod_laws, rod_kick, rod_symmetric, bed_step, bed_groups, rod_in_bed)}
 
 # Under the first line of a table.
 COMMENTS = {

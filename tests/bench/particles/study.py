@@ -11,6 +11,7 @@ it takes on two cores (estimates at half a microsecond a step of one rod and 25 
     rod_kick       rod alone: loss of direction against the strength of the kick                                3 minutes
     rod_symmetric  rods of which head and tail are alike: their drift                                           2 minutes
     bed_step       beads at area fractions 0.3 and 0.6: temperature, impacts, decay of a flow, by time step    10 minutes
+    bed_groups     beads at 0.7, where they touch in groups: how finely the impact of a group is followed       4 minutes
     rod_in_bed     relaxation time of the matched rod in a bed of area fraction 0.67 and without               10 minutes
 
 --time scales all times of runs (whole frames: 0.1 will do), --seeds is how many starts each case has, --first how many cases: to try a
