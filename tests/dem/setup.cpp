@@ -118,7 +118,7 @@ TEST(Setup, has_a_row_for_each_of_its_members) {
     expect_rows<Restitution>(7);
     expect_rows<Friction>(7);
     expect_rows<Kick>(1);
-    expect_rows<BodyForces>(9);
+    expect_rows<BodyForces>(12);
     expect_rows<ContactControl>(9);
     expect_rows<Packing>(3);
 }
