@@ -87,7 +87,7 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
     const double from = estimates[2].mean;
     if (std::isnan(from))
         return "no exponential regime: the rate of loss still changes at the longest lags; follow for longer";
-    return text("C(t) is exponential from {:.3g} s on, after a drop of {:.2g} at once", from, estimates[1].mean);
+    return text("C(t) = {:.4g} exp(-{:.3g} t) from {:.3g} s on", 1.0 - estimates[1].mean, estimates[0].mean, from);
 }
 }  // namespace
 

@@ -6,12 +6,8 @@
 #include <set>
 
 #include "calibrate/synthetic.hpp"
-#include "drover/calibrate/compressibility.hpp"
-#include "drover/calibrate/damping.hpp"
-#include "drover/calibrate/drag.hpp"
-#include "drover/calibrate/propulsion.hpp"
-#include "drover/calibrate/relaxation.hpp"
-#include "drover/calibrate/weathercock.hpp"
+#include "drover/base/error.hpp"
+#include "drover/calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 namespace {
@@ -133,6 +129,26 @@ TEST(AssayRule, refuses_goals_and_trials_that_cannot_be) {
     };
     EXPECT_EQ(refused(relaxation(), 0, 900).substr(0, 32), "relaxation: a setup without rods");
     EXPECT_EQ(refused(damping(), 4, 0).substr(0, 30), "damping: a setup without beads");
+}
+
+TEST(AssayRule, every_assay_has_a_name_a_trial_and_quantities_with_units_and_formulas) {
+    const std::vector<Assay> assays = make_assays();
+    std::set<std::string> names;
+    for (const Assay& assay : assays) {
+        names.insert(assay.name);
+        EXPECT_TRUE(assay.trial && assay.estimator) << assay.name;
+        EXPECT_TRUE(assay.quantities.front().wanted) << assay.name;
+        for (const Quantity& quantity : assay.quantities)
+            EXPECT_FALSE(quantity.name.empty() || quantity.unit.empty() || quantity.formula.empty()) << assay.name;
+        EXPECT_EQ(&find_assay(assays, assay.name), &assay);
+    }
+    EXPECT_EQ(names.size(), 7u);
+    EXPECT_EQ(refusal_of([&] { find_assay(assays, "drags"); }),
+              "there is no assay \"drags\"; expected one of relaxation, weathercock, drag, damping, shear, propulsion, "
+              "compressibility");
+    EXPECT_THROW(make_assays({.drag = {.torques = {5.0, 1.0}}}), Error);
+    EXPECT_THROW(make_assays({.damping = {.speed_flock = 0.5}}), Error);
+    EXPECT_THROW(make_assays({.relaxation = {.lag_most = 100.0}}), Error);
 }
 
 TEST(AssayRule, an_estimate_that_most_resamples_do_not_give_has_no_error) {

@@ -4,13 +4,7 @@
 #include <memory>
 
 #include "calibrate/synthetic.hpp"
-#include "drover/calibrate/compressibility.hpp"
-#include "drover/calibrate/damping.hpp"
-#include "drover/calibrate/drag.hpp"
-#include "drover/calibrate/propulsion.hpp"
-#include "drover/calibrate/relaxation.hpp"
-#include "drover/calibrate/shear.hpp"
-#include "drover/calibrate/weathercock.hpp"
+#include "drover/calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 namespace {

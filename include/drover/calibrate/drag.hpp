@@ -10,7 +10,7 @@ struct DragPlan {
         200.0, 500.0, 1500.0,
         10000.0};          ///< orienting, weak to strong [mg mm^2/s^2] > 0, for P from below a half to near one
     double warm_up = 1.0;  ///< once, in the strongest [s]
-    double time = 4.0;     ///< in each [s]; together some times m rho/Gamma and 1/a
+    double time = 6.0;     ///< in each [s]; together some times m rho/Gamma and 1/a
     int windows = 4;       ///< of equal length that it is cut into
     double frame = 0.025;  ///< between looks at P [s]
 };
@@ -21,7 +21,8 @@ struct DragPlan {
 ///     <v> = (alpha/Gamma) <P> + c <|P|^2 P> - tau [v(T) - v(0)]/T,
 /// which holds however P fluctuates and wherever v comes from: nothing need have settled.  Least squares over the windows of all torques, along x; alpha/Gamma is
 /// the slope at the origin of the whole curve.
-/// Quantities: drag alpha/Gamma [mm/s]; drag_curvature c [mm/s]; response_time tau [s]; order_<h> and flow_<h>, <P> and <v> in the last window of each torque h.
+/// Quantities: drag alpha/Gamma [mm/s]; drag_curvature c [mm/s]; response_time tau [s], which only what had not settled tells: with few trials noise draws
+/// it to 0; order_<h> and flow_<h>, <P> and <v> in the last window of each torque h.
 Assay drag(const DragPlan& plan = {});
 
 }  // namespace drover::calibrate

@@ -20,7 +20,8 @@ struct RelaxationPlan {
 /// found once, on all trials together: among 1, 2, 4, ... frames the first whose slope agrees with that from 2 t0 on within the error of their
 /// difference (jackknife over trials); then twice that is taken.  C has no mean over time taken off and its logarithm is that of the
 /// mean over trials: trials may be shorter than 1/a.
-/// Quantities: relaxation_rate a [1/s]; rotational_jitter 1 - c; exponential_from t0 [s], not-a-number if no such lag is found.
+/// Quantities: relaxation_rate a [1/s]; rotational_jitter 1 - c, below 0 where what is lost late (persistent turning) is more than
+/// what is lost at once; exponential_from t0 [s], not-a-number if no such lag is found.
 /// Source: physics as in Kumar et al., Nat. Commun. 5, 4688 (2014), Methods.
 Assay relaxation(const RelaxationPlan& plan = {});
 
