@@ -236,6 +236,33 @@ TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_in_mi
     EXPECT_EQ(a.ledger().plates, d.ledger().plates);
 }
 
+TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_after_forces_changed) {
+    const dem::Setup setup = [] {
+        dem::Setup with_bead = square(14.0);
+        with_bead.beads.count = 1;  // the bodies are given below
+        return with_bead;
+    }();
+    const BodyForces forces{
+        .bead_x = 40.0, .hold_beads = true, .bead_velocity_x = 3.0, .held_waves = 1, .push = 200.0, .push_waves = 2};
+    Threads one(1), three(3);
+    const auto make = [&](Threads& threads) {
+        Drawn drawn(4);
+        return World(setup, mixture(setup, drawn), 2e-5, 7, threads);
+    };
+    World a = make(one), b = make(three), c = make(three);
+    for (World* world : {&a, &b}) {
+        run(*world, 0, 500);
+        world->set_forces(forces);
+        run(*world, 500, 1000);
+    }
+    EXPECT_TRUE(same_bytes(a.save(), b.save()));
+    c.set_forces(forces);
+    c.restore(a.save());
+    run(a, 1000, 1500);
+    run(c, 1000, 1500);
+    EXPECT_TRUE(same_bytes(a.save(), c.save()));
+}
+
 TEST(World, a_state_of_another_world_is_refused) {
     const dem::Setup setup = square(14.0);
     Threads threads;

@@ -9,9 +9,9 @@ struct CompressibilityPlan {
     int waves = 2;                              ///< of the force across the cell
     std::vector<double> pushes = {10.0, 20.0};  ///< two amplitudes of the force on a bead, ascending > 0 [mg mm/s^2]
     double warm_up = 0.5;                       ///< once [s]
-    double settle = 1.0;                        ///< after each change of the force [s], for its sound to die
-    double time = 2.0;                          ///< of the mean under each force [s]
-    double frame = 0.02;                        ///< between looks [s]
+    double settle = 2.0;  ///< after each change of the force, for its sound to die [s]: some 4 m rho/(Gamma + eta q^2)
+    double time = 2.0;    ///< of the mean under each force [s]
+    double frame = 0.02;  ///< between looks [s]
 };
 
 /// E of beads without rods, from the density that a standing force wave f sin(qx) on each bead makes.  (beadmom) with rho the number density takes the force
