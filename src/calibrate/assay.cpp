@@ -45,8 +45,9 @@ void set_error_and_bias(measure::Estimate& estimate, const std::vector<std::vect
 void check(const Goal& goal) {
     require(goal.relative_error > 0.0 && std::isfinite(goal.relative_error), {},
             "a relative error of {} is asked; expected a number above 0", goal.relative_error);
-    require(goal.round >= 1 && goal.rounds_least >= 1 && goal.round * goal.rounds_least >= 2, {},
-            "{} rounds of {} trials before the first look; expected two trials or more", goal.rounds_least, goal.round);
+    require(goal.round >= 1 && goal.round * goal.rounds_least >= measure::blocks_least, {},
+            "{} rounds of {} trials before the first look; expected {} trials or more, or their spread says little",
+            goal.rounds_least, goal.round, measure::blocks_least);
     require(goal.trials_most >= goal.round * goal.rounds_least, {},
             "at most {} trials, with {} rounds of {} before the first look; expected at least as many",
             goal.trials_most, goal.rounds_least, goal.round);

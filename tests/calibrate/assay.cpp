@@ -116,6 +116,7 @@ TEST(AssayRule, refuses_goals_and_trials_that_cannot_be) {
     const Assay assay = plain(1.0);
     EXPECT_THROW(judge(assay, {}, {.relative_error = 0.0}), Error);
     EXPECT_THROW(judge(assay, {}, {.round = 0}), Error);
+    EXPECT_THROW(judge(assay, {}, {.round = 3}), Error);
     EXPECT_THROW(judge(assay, {}, {.trials_most = 20}), Error);
     EXPECT_THROW(estimate(assay, std::vector<Trial>{{1.0}, {1.0, 2.0}}), Error);
     Conditions round = stand_in(4);

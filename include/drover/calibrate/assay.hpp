@@ -49,7 +49,7 @@ struct Conditions {
 struct Goal {
     double relative_error = 0.05;  ///< of every wanted quantity, > 0
     std::size_t round = 16;        ///< trials of a round, >= 1
-    /// Rounds before the first look, >= 1.  An error from n trials is itself known to 1/sqrt(2n); a rule that stops when it is small enough picks
+    /// Rounds before the first look, together 8 trials or more.  An error from n trials is itself known to 1/sqrt(2n); a rule that stops when it is small enough picks
     /// those that came out small, and the interval covers less than it says: from 32 trials on, 1 or 2 % less.
     std::size_t rounds_least = 2;
     std::size_t trials_most = 512;  ///< rounded down to whole rounds
