@@ -128,6 +128,17 @@ void check_room(const Setup& setup, double thickest, double longest, const Place
             "cell.radius = {} mm, with bodies {} mm long; expected more than half of that", cell.radius, longest);
 }
 
+void check_forces(const Setup& setup, double beads, const PlaceOf& place) {
+    const BodyForces& forces = setup.forces;
+    require(!forces.hold_beads || beads > 0.0, place("forces.hold_beads"),
+            "forces.hold_beads = true without beads; expected beads whose velocity it can hold");
+    for (const auto& [key, on] : {std::pair{"forces.held_waves", forces.hold_beads && forces.held_waves > 0},
+                                  std::pair{"forces.push", forces.push != 0.0}})
+        require(!on || is_periodic(setup.cell), place(key),
+                "{} asks for waves in a cell of shape \"{}\"; expected \"periodic\", which they fit", key,
+                setup.cell.shape);
+}
+
 void check_contacts(const Setup& setup, double thinnest, const PlaceOf& place) {
     require(thinnest == 0.0 || setup.contacts.together < 0.5 * thinnest, place("contacts.together"),
             "contacts.together = {} mm with spheres of radius {} mm; expected much less", setup.contacts.together,
@@ -164,8 +175,7 @@ void check(const Setup& setup, const PlaceOf& place) {
             "beads cover {:.4g} and rods {:.4g} of the cell's area; expected no more than 1 together: bodies of one "
             "layer do not fit otherwise",
             beads.area / area_cell, rods.area / area_cell);
-    require(!setup.forces.hold_beads || beads.count > 0.0, place("forces.hold_beads"),
-            "forces.hold_beads = true without beads; expected beads whose velocity it can hold");
+    check_forces(setup, beads.count, place);
     double thinnest = beads.count > 0.0 ? beads.thinnest : rods.thinnest;
     if (rods.count > 0.0) thinnest = std::min(thinnest, rods.thinnest);
     check_contacts(setup, thinnest, place);

@@ -208,7 +208,20 @@ const std::vector<Row<BodyForces>>& schema<BodyForces>() {
         {.name = "bead_velocity_y",
          .member = &BodyForces::bead_velocity_y,
          .unit = "mm/s",
-         .sentence = "the mean velocity that hold_beads keeps, along y"}};
+         .sentence = "the mean velocity that hold_beads keeps, along y"},
+        {.name = "held_waves",
+         .member = &BodyForces::held_waves,
+         .range = not_negative,
+         .sentence = "what hold_beads keeps: 0: the mean velocity; k: the part of the flow that goes as "
+                     "sin(2 pi k y/ly), with bead_velocity_x and bead_velocity_y its amplitude"},
+        {.name = "push",
+         .member = &BodyForces::push,
+         .unit = force,
+         .sentence = "of a force push sin(2 pi push_waves x/lx) along x on each bead"},
+        {.name = "push_waves",
+         .member = &BodyForces::push_waves,
+         .range = {.least = 1},
+         .sentence = "waves of push across the cell"}};
     return rows;
 }
 

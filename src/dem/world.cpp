@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "drover/dem/rotation.hpp"
 #include "world_state.hpp"
@@ -102,7 +103,7 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
     const ImpactLaw law = law_of(setup.contacts);
     const Vector gravity{setup.gravity.x, setup.gravity.y, setup.gravity.z};
     bead_rules = {.acceleration = gravity,
-                  .force = {setup.forces.bead_x, setup.forces.bead_y, 0.0},
+                  .force = {},
                   .restitution = setup.restitution.bead_plate,
                   .friction = setup.friction.bead_plate,
                   .skin = near_skin(setup.contacts.skin)};
@@ -111,16 +112,24 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
                  .together = setup.contacts.together,
                  .kick = setup.kick.strength,
                  .seed = seed};
-    rod_force = {setup.forces.rod_x, setup.forces.rod_y, 0.0};
     touch_rules = {.restitution = setup.restitution,
                    .friction = setup.friction,
                    .law = law,
                    .acceleration = gravity,
-                   .bead_force = bead_rules.force,
+                   .bead_force = {},
                    .dt = dt,
                    .overlap_most = setup.contacts.overlap_most,
                    .together = setup.contacts.together,
                    .base = {}};
+    set_forces(setup.forces);
+}
+
+void World::State::set_forces(const BodyForces& forces) {
+    const double before = bead_potential();
+    setup.forces = forces;
+    rod_force = {forces.rod_x, forces.rod_y, 0.0};
+    bead_rules.force = touch_rules.bead_force = {forces.bead_x, forces.bead_y, 0.0};
+    bead_potential_start += bead_potential() - before;  // another zero of the potential is no work
 }
 
 /// Runs work(begin, end, part) over chunks and adds the parts in their order.
@@ -189,17 +198,47 @@ void World::State::turn_rods() {
     }
 }
 
-/// All beads get the velocity that their mean lacks.
+namespace {
+/// Adds a change of velocity in the plane; returns the work it takes.
+double give(Lane& velocity, const Lane& change) {
+    const double mass = 1.0 / velocity[3];
+    const double work =
+        mass * (change[0] * (velocity[0] + 0.5 * change[0]) + change[1] * (velocity[1] + 0.5 * change[1]));
+    velocity += change;
+    return work;
+}
+}  // namespace
+
+/// All beads get the velocity that their mean lacks, or the share of it that a wave gives to their place.
 void World::State::hold_beads() {
-    if (!setup.forces.hold_beads || spheres.beads.size() == 0) return;
+    const BodyForces& forces = setup.forces;
+    if (!forces.hold_beads || spheres.beads.size() == 0) return;
+    const double across = 2.0 * std::numbers::pi * forces.held_waves / setup.cell.ly;
+    const auto share = [&](std::size_t b) {
+        return forces.held_waves == 0 ? 1.0 : std::sin(across * spheres.place[b][1]);
+    };
     Lane mean{};
-    for (const Lane& velocity : spheres.beads.velocity) mean += velocity;
-    mean /= static_cast<double>(spheres.beads.size());
-    const Lane lack{setup.forces.bead_velocity_x - mean[0], setup.forces.bead_velocity_y - mean[1], 0.0, 0.0};
-    for (Lane& velocity : spheres.beads.velocity) {
-        const double mass = 1.0 / velocity[3];
-        ledger.forces += mass * (lack[0] * (velocity[0] + 0.5 * lack[0]) + lack[1] * (velocity[1] + 0.5 * lack[1]));
-        velocity += lack;
+    double shares = 0.0;
+    for (std::size_t b = 0; b < spheres.beads.size(); ++b) {
+        const double s = share(b);
+        mean += s * spheres.beads.velocity[b];
+        shares += s * s;
+    }
+    if (shares == 0.0) return;
+    mean /= shares;
+    const Lane lack{forces.bead_velocity_x - mean[0], forces.bead_velocity_y - mean[1], 0.0, 0.0};
+    for (std::size_t b = 0; b < spheres.beads.size(); ++b)
+        ledger.forces += give(spheres.beads.velocity[b], share(b) * lack);
+}
+
+/// The force wave over the step.
+void World::State::push_beads() {
+    if (setup.forces.push == 0.0) return;
+    const double along = 2.0 * std::numbers::pi * setup.forces.push_waves / setup.cell.lx;
+    for (std::size_t b = 0; b < spheres.beads.size(); ++b) {
+        Lane& velocity = spheres.beads.velocity[b];
+        const double force = setup.forces.push * std::sin(along * spheres.place[b][0]);
+        ledger.forces += give(velocity, Lane{force * dt * velocity[3], 0.0, 0.0, 0.0});
     }
 }
 
@@ -253,6 +292,7 @@ void World::advance(std::int64_t step) {
     s.plates.set_time(static_cast<double>(step) * s.dt);
     s.turn_rods();
     s.hold_beads();
+    s.push_beads();
     s.fly_all_beads();
     s.fly_rods();
     if (s.astray) {
@@ -262,6 +302,13 @@ void World::advance(std::int64_t step) {
     s.touch_rules.base = s.plates.base(s.dt);
     s.touch_rules.lid = s.plates.lid() ? s.touch_rules.base.at + s.plates.gap() : never;
     s.notice(s.touches.step(s.setup.cell, s.spheres, s.neighbours, s.touch_rules, s.threads), step);
+}
+
+void World::set_forces(const BodyForces& forces) {
+    Setup changed = state_->setup;
+    changed.forces = forces;
+    check(changed);
+    state_->set_forces(forces);
 }
 
 Ledger World::ledger() const {

@@ -50,8 +50,10 @@ struct World::State {
     void in_parts(std::size_t length, std::size_t chunk, Work work);
     void fly_all_beads();
     void fly_rods();
+    void set_forces(const BodyForces& forces);
     void turn_rods();
     void hold_beads();
+    void push_beads();
     void notice(const TouchReport& report, std::int64_t step);
 };
 

@@ -51,6 +51,14 @@ TEST(Setup, beyond_the_range_of_a_row_is_refused_though_no_scene_was_read) {
     EXPECT_REFUSAL(s.packing.frame = -2, "at packing.frame: packing.frame = -2; expected ");
 }
 
+TEST(Setup, of_waves_in_a_cell_that_is_not_periodic_is_refused) {
+    EXPECT_REFUSAL((s.cell.shape = "circle", s.forces.push = 1.0),
+                   "at forces.push: forces.push asks for waves in a cell of shape \"circle\"; expected \"periodic\"");
+    EXPECT_REFUSAL((s.cell.shape = "rectangle", s.forces.hold_beads = true, s.forces.held_waves = 2),
+                   "at forces.held_waves: forces.held_waves asks for waves");
+    EXPECT_REFUSAL(s.forces.push_waves = 0, "at forces.push_waves: forces.push_waves = 0; expected ");
+}
+
 TEST(Setup, of_a_cell_that_bodies_do_not_fit_is_refused) {
     EXPECT_REFUSAL((s.cell.lx = 2.6, s.cell.ly = 900.0),
                    "at cell.lx: cell.lx = 2.6 mm; expected more than 2.7 mm, twice");
@@ -118,7 +126,7 @@ TEST(Setup, has_a_row_for_each_of_its_members) {
     expect_rows<Restitution>(7);
     expect_rows<Friction>(7);
     expect_rows<Kick>(1);
-    expect_rows<BodyForces>(9);
+    expect_rows<BodyForces>(12);
     expect_rows<ContactControl>(9);
     expect_rows<Packing>(3);
 }

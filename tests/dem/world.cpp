@@ -164,6 +164,50 @@ TEST(World, the_mean_velocity_of_the_beads_is_held) {
     EXPECT_NEAR(mean.y, -1.0, 0.2);
 }
 
+TEST(World, a_wave_of_the_velocity_of_the_beads_is_held_and_a_force_wave_gathers_them_where_it_ends) {
+    Threads threads;
+    dem::Setup setup = square(16.0);
+    setup.beads.count = 1;  // the bodies are given below
+    setup.forces = {.hold_beads = true, .bead_velocity_x = 6.0, .held_waves = 2};
+    Drawn drawn(5);
+    World world(setup, lattice(setup, 14, 14, 0.8, 10.0, drawn), 2e-5, 1, threads);
+    const double wave = 2.0 * std::numbers::pi / 16.0;
+    const auto mean = [&](const auto& value) {
+        double total = 0.0;
+        const Bodies bodies = world.bodies();
+        for (const Bead& bead : bodies.beads) total += value(bead) / static_cast<double>(bodies.beads.size());
+        return total;
+    };
+    run(world, 0, 1000);
+    // Held at the start of a step; within it, plates and impacts take some.
+    EXPECT_NEAR(2.0 * mean([&](const Bead& b) { return b.velocity.x * std::sin(2.0 * wave * b.position.y); }), 6.0,
+                0.3);
+    // A force f sin(qx) drives beads to where sin falls: x = lx/2, at which cos is -1.
+    world.set_forces({.push = 500.0, .push_waves = 1});
+    run(world, 1000, 6000);
+    EXPECT_LT(mean([&](const Bead& b) { return std::cos(wave * b.position.x); }), -0.1);
+    EXPECT_THROW(world.set_forces({.push = 1.0, .push_waves = 0}), Error);
+}
+
+TEST(World, the_books_stay_closed_when_forces_change) {
+    Threads threads(2);
+    dem::Setup setup = square(12.0);
+    setup.beads.count = 1;  // the bodies are given below
+    Drawn drawn(6);
+    World world(setup, mixture(setup, drawn), 2e-5, 1, threads);
+    const double before = world.energy_kinetic();
+    const BodyForces all[] = {{.bead_x = 200.0, .torque = 2e4, .push = 300.0, .push_waves = 2},
+                              {.bead_y = -100.0, .rod_x = 300.0, .hold_beads = true, .bead_velocity_y = 3.0},
+                              {.hold_beads = true, .bead_velocity_x = 5.0, .held_waves = 1}};
+    for (std::int64_t part = 0; part < 3; ++part) {
+        const Ledger at_change = world.ledger();
+        world.set_forces(all[part]);
+        EXPECT_NEAR(sum(world.ledger()), sum(at_change), 1e-9 * std::abs(at_change.plates));  // rounding
+        run(world, part * 2000, (part + 1) * 2000);
+    }
+    EXPECT_NEAR(world.energy_kinetic() - before, sum(world.ledger()), 1e-9 * world.ledger().plates);
+}
+
 bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
     return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
                return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
@@ -190,6 +234,33 @@ TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_in_mi
     EXPECT_TRUE(same_bytes(a.save(), d.save()));
     EXPECT_GT(a.counts().lists, 3);  // lists were made anew on both sides of the restart
     EXPECT_EQ(a.ledger().plates, d.ledger().plates);
+}
+
+TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_after_forces_changed) {
+    const dem::Setup setup = [] {
+        dem::Setup with_bead = square(14.0);
+        with_bead.beads.count = 1;  // the bodies are given below
+        return with_bead;
+    }();
+    const BodyForces forces{
+        .bead_x = 40.0, .hold_beads = true, .bead_velocity_x = 3.0, .held_waves = 1, .push = 200.0, .push_waves = 2};
+    Threads one(1), three(3);
+    const auto make = [&](Threads& threads) {
+        Drawn drawn(4);
+        return World(setup, mixture(setup, drawn), 2e-5, 7, threads);
+    };
+    World a = make(one), b = make(three), c = make(three);
+    for (World* world : {&a, &b}) {
+        run(*world, 0, 500);
+        world->set_forces(forces);
+        run(*world, 500, 1000);
+    }
+    EXPECT_TRUE(same_bytes(a.save(), b.save()));
+    c.set_forces(forces);
+    c.restore(a.save());
+    run(a, 1000, 1500);
+    run(c, 1000, 1500);
+    EXPECT_TRUE(same_bytes(a.save(), c.save()));
 }
 
 TEST(World, a_state_of_another_world_is_refused) {

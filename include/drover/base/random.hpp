@@ -12,6 +12,8 @@ enum class Stream : std::uint64_t {
     stationary_state = 3,
     packing = 4,
     kick = 5,
+    trial = 6,      ///< seeds of the trials of an assay
+    bootstrap = 7,  ///< resamples
     test = 1000
 };
 

@@ -75,6 +75,10 @@ struct BodyForces {
     double angle = 0.0;                                   ///< of that field h, from x [rad]
     bool hold_beads = false;                              ///< the mean velocity of the beads is kept at:
     double bead_velocity_x = 0.0, bead_velocity_y = 0.0;  ///< [mm/s]
+    int held_waves =
+        0;  ///< 0: the mean velocity; k: the part of the flow that goes as sin(2 pi k y/ly), the rest being free
+    double push = 0.0;  ///< of a force push sin(2 pi push_waves x/lx) along x on each bead [mg mm/s^2]
+    int push_waves = 1;
 };
 
 /// How contacts are resolved.

@@ -69,6 +69,9 @@ public:
     /// contacts.overlap_most of a radius, or a body leaves the finite numbers.
     void advance(std::int64_t step);
 
+    /// What acts on bodies from now on.  Forces are no part of the state: set them before restore().  Throws an input Error for what cannot be.
+    void set_forces(const BodyForces& forces);
+
     Bodies bodies() const;  ///< in the order in which they were given
     const Setup& setup() const;
     double dt() const;

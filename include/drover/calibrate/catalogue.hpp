@@ -1,0 +1,30 @@
+// calibrate/catalogue.hpp: all assays there are.
+#pragma once
+#include "drover/calibrate/compressibility.hpp"
+#include "drover/calibrate/damping.hpp"
+#include "drover/calibrate/drag.hpp"
+#include "drover/calibrate/propulsion.hpp"
+#include "drover/calibrate/relaxation.hpp"
+#include "drover/calibrate/shear.hpp"
+#include "drover/calibrate/weathercock.hpp"
+
+namespace drover::calibrate {
+
+/// Speeds, forces and times of each; the defaults suit rods and beads of millimetres, D_r of 0.05 to 1 /s and a cell of some 30 mm.
+struct Plans {
+    RelaxationPlan relaxation;
+    WeathercockPlan weathercock;
+    DragPlan drag;
+    DampingPlan damping;
+    ShearPlan shear;
+    PropulsionPlan propulsion;
+    CompressibilityPlan compressibility;
+};
+
+/// One of each, in this order.  Throws an input Error for a plan that cannot be.
+std::vector<Assay> make_assays(const Plans& plans = {});
+
+/// The one of this name.  Throws an input Error that names them all.
+const Assay& find_assay(std::span<const Assay> assays, const std::string& name);
+
+}  // namespace drover::calibrate

@@ -1,0 +1,27 @@
+// calibrate/catalogue.cpp: all assays there are.
+#include "drover/calibrate/catalogue.hpp"
+
+#include "drover/base/error.hpp"
+
+namespace drover::calibrate {
+
+std::vector<Assay> make_assays(const Plans& plans) {
+    return {relaxation(plans.relaxation),
+            weathercock(plans.weathercock),
+            drag(plans.drag),
+            damping(plans.damping),
+            shear(plans.shear),
+            propulsion(plans.propulsion),
+            compressibility(plans.compressibility)};
+}
+
+const Assay& find_assay(std::span<const Assay> assays, const std::string& name) {
+    std::vector<std::string> names;
+    for (const Assay& assay : assays) {
+        if (assay.name == name) return assay;
+        names.push_back(assay.name);
+    }
+    fail_input({}, "there is no assay \"{}\"; expected one of {}", name, joined(names));
+}
+
+}  // namespace drover::calibrate

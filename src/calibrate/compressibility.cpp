@@ -1,0 +1,80 @@
+// calibrate/compressibility.cpp: how beads resist being pushed together.
+#include "drover/calibrate/compressibility.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "calibrate/plan_support.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+constexpr double errors_least = 3.0;  // of a response that is told from none
+
+/// -d under each push, mean of both signs; and q at the end.
+Trial push(const CompressibilityPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+    require_beads(given, "compressibility");
+    const dem::Setup setup = beads_alone(given);
+    const auto specimen = make(setup, seed);
+    double time = plan.warm_up;
+    specimen->advance_to(time);
+    const std::size_t frames = frames_in(plan.time, plan.frame);
+    Trial trial;
+    for (const double force : plan.pushes) {
+        double response = 0.0;
+        for (const double side : {1.0, -1.0}) {
+            specimen->impose({.push = side * force, .push_waves = plan.waves});
+            specimen->advance_to(time += plan.settle);
+            for (std::size_t frame = 0; frame < frames; ++frame) {
+                specimen->advance_to(time += plan.frame);
+                response -= 0.5 * side * specimen->density_wave(plan.waves) / static_cast<double>(frames);
+            }
+        }
+        trial.push_back(response);
+    }
+    trial.push_back(2.0 * std::numbers::pi * plan.waves / setup.cell.lx);
+    return trial;
+}
+
+std::vector<double> estimates_of(const std::vector<double>& pushes, std::span<const double> means) {
+    const double response =
+        (pushes[0] * means[0] + pushes[1] * means[1]) / (pushes[0] * pushes[0] + pushes[1] * pushes[1]);
+    return {1.0 / (means[2] * response), response, means[1] / means[0] * pushes[0] / pushes[1]};
+}
+
+std::string conclude(std::vector<measure::Estimate>& estimates) {
+    measure::Estimate& modulus = estimates[0];
+    const measure::Estimate &response = estimates[1], &ratio = estimates[2];
+    if (!response.error || std::abs(response.mean) < errors_least * *response.error) {
+        modulus.mean = std::numeric_limits<double>::quiet_NaN();
+        modulus.error.reset();
+        modulus.refusal =
+            "the density does not answer to the force beyond its fluctuations: push harder, or for longer";
+        return "refused: " + modulus.refusal;
+    }
+    if (!ratio.error) return "whether the density answers linearly is not known";
+    const bool linear = std::abs(ratio.mean - 1.0) <= 2.0 * *ratio.error;
+    return text(
+        "the density {} to the force: beside the weaker push, the stronger has {:.3g} +- {:.2g} of the response",
+        linear ? "answers linearly" : "does not answer linearly", ratio.mean, *ratio.error);
+}
+}  // namespace
+
+Assay compressibility(const CompressibilityPlan& plan) {
+    require(plan.pushes.size() == 2 && plan.pushes[0] > 0.0 && plan.pushes[1] > plan.pushes[0], {},
+            "compressibility: expected two amplitudes of the force, above 0 and ascending");
+    return {.name = "compressibility",
+            .quantities = {{"compressibility", "mg mm^2/s^2", "E = f/(q d), density rho (1 - d cos(qx))"},
+                           {"density_response", "s^2/(mg mm)", "d/f", false},
+                           {"response_ratio", "1", "(d/f at the larger f)/(d/f at the smaller)", false}},
+            .trial = [plan](const Maker& make, const dem::Setup& setup,
+                            std::uint64_t seed) { return push(plan, make, setup, seed); },
+            .estimator =
+                [pushes = plan.pushes](std::span<const Trial>) {
+                    return [pushes](std::span<const double> means) { return estimates_of(pushes, means); };
+                },
+            .conclude = conclude};
+}
+
+}  // namespace drover::calibrate

@@ -1,0 +1,124 @@
+// calibrate/damping.cpp: how plates stop the beads.
+#include "drover/calibrate/damping.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "calibrate/plan_support.hpp"
+#include "drover/dem/bodies.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+/// v and x along the imposed flow after 0, 1, ... frames, means over releases: v0, x0, v1, x1, ...
+Trial release(const DampingPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+    require_beads(given, "damping");
+    dem::Setup setup = beads_alone(given);
+    setup.forces = {.hold_beads = true};
+    const auto specimen = make(setup, seed);
+    double time = plan.warm_up;
+    specimen->advance_to(time);
+    const std::size_t frames = frames_in(plan.time, plan.frame);
+    Trial trial(2 * (frames + 1), 0.0);
+    for (int i = 0; i < plan.releases; ++i) {
+        const double x = i % 2 == 0 ? (i % 4 == 0 ? 1.0 : -1.0) : 0.0, y = i % 2 == 1 ? (i % 4 == 1 ? 1.0 : -1.0) : 0.0;
+        specimen->impose({.hold_beads = true, .bead_velocity_x = x * plan.speed, .bead_velocity_y = y * plan.speed});
+        specimen->advance_to(time += plan.hold);
+        specimen->impose({});
+        const BeadMotion start = specimen->beads();
+        for (std::size_t frame = 0; frame <= frames; ++frame) {
+            specimen->advance_to(time + static_cast<double>(frame) * plan.frame);
+            const BeadMotion now = specimen->beads();
+            trial[2 * frame] += (x * now.vx + y * now.vy) / plan.releases;
+            trial[2 * frame + 1] += (x * (now.x - start.x) + y * (now.y - start.y)) / plan.releases;
+        }
+        time += static_cast<double>(frames) * plan.frame;
+    }
+    return trial;
+}
+
+/// First frame whose speed is below this, or the last there is.
+std::size_t frame_below(std::span<const double> means, double speed) {
+    std::size_t frame = 0;
+    while (2 * (frame + 1) < means.size() && means[2 * frame] >= speed) ++frame;
+    return frame;
+}
+
+/// Frames at which the decade and its thirds end.
+using Ends = std::array<std::size_t, 4>;
+Ends ends_of(const DampingPlan& plan, std::span<const Trial> trials) {
+    const std::vector<double> means = means_over(trials);
+    Ends ends{};
+    for (std::size_t third = 1; third <= 3; ++third) {
+        const double speed = plan.speed * std::pow(plan.speed_least / plan.speed, static_cast<double>(third) / 3.0);
+        ends[third] = std::max(frame_below(means, speed), ends[third - 1] + 1);
+        ends[third] = std::min(ends[third], means.size() / 2 - 1);
+    }
+    return ends;
+}
+
+std::vector<double> estimates_of(const DampingPlan& plan, const Ends& ends, std::span<const double> means) {
+    std::vector<double> ways, times, losses;
+    for (std::size_t frame = 0; frame < ends.back(); ++frame) {
+        losses.push_back(means[2 * frame] - means[2 * frame + 2]);
+        ways.push_back(means[2 * frame + 3] - means[2 * frame + 1]);
+        times.push_back(plan.frame);
+    }
+    const std::vector<double> fit = least_squares({ways, times}, losses);
+    const double linear = fit[0], coulomb = fit[1];
+    const double rate = linear + coulomb / plan.speed_flock;
+    std::vector<double> values{rate, linear, coulomb, coulomb / plan.speed_flock / rate};
+    for (std::size_t third = 0; third < 3; ++third) {
+        const std::size_t a = 2 * ends[third], b = 2 * ends[third + 1];
+        values.push_back((means[a] - means[b]) / (means[b + 1] - means[a + 1]));
+    }
+    return values;
+}
+
+std::string conclude(const DampingPlan& plan, std::vector<measure::Estimate>& estimates) {
+    const measure::Estimate& share = estimates[3];
+    if (!share.error) return "whether the damping is linear is not known";
+    const std::string told = text("at {} mm/s {:.2g} +- {:.2g} of it does not depend on the speed", plan.speed_flock,
+                                  share.mean, *share.error);
+    if (std::abs(share.mean) <= 2.0 * *share.error) return "the damping is linear as far as can be told: " + told;
+    if (share.mean < 0.0) return "the damping is weaker at low speeds than a linear one: " + told;
+    return (share.mean > 0.5 ? "the damping is Coulomb-like: " : "the damping is linear with a Coulomb-like part: ") +
+           told;
+}
+}  // namespace
+
+double mass_density(const dem::Setup& setup) {
+    const dem::Bodies bodies = dem::make_bodies(beads_alone(setup), 0);
+    double mass = 0.0;
+    for (const dem::Bead& bead : bodies.beads) mass += bodies.shapes[bead.shape].mass;
+    return mass / dem::area(setup.cell);
+}
+
+Assay damping(const DampingPlan& plan) {
+    require(plan.speed > plan.speed_flock && plan.speed_flock > plan.speed_least && plan.speed_least > 0.0, {},
+            "damping: speeds {}, {} and {} mm/s; expected that of the flock between the least and that at the release",
+            plan.speed_least, plan.speed_flock, plan.speed);
+    require(plan.releases >= 1 && plan.frame > 0.0 && plan.time >= 4.0 * plan.frame, {},
+            "damping: {} releases of {} s in frames of {} s; expected one or more, and four frames or more",
+            plan.releases, plan.time, plan.frame);
+    return {.name = "damping",
+            .quantities = {{"damping_rate", "1/s", "Gamma/(m rho) = g + c/v at the flock's speed v"},
+                           {"damping_linear", "1/s", "g: dv/dt = -g v - c", false},
+                           {"damping_coulomb", "mm/s^2", "c", false},
+                           {"coulomb_share", "1", "(c/v)/(g + c/v) at the flock's speed", false},
+                           {"damping_rate_fast", "1/s", "-dv/dx, fastest third of the decade", false},
+                           {"damping_rate_middle", "1/s", "-dv/dx, middle third", false},
+                           {"damping_rate_slow", "1/s", "-dv/dx, slowest third", false}},
+            .trial = [plan](const Maker& make, const dem::Setup& setup,
+                            std::uint64_t seed) { return release(plan, make, setup, seed); },
+            .estimator =
+                [plan](std::span<const Trial> trials) {
+                    return [plan, ends = ends_of(plan, trials)](std::span<const double> means) {
+                        return estimates_of(plan, ends, means);
+                    };
+                },
+            .conclude = [plan](std::vector<measure::Estimate>& estimates) { return conclude(plan, estimates); }};
+}
+
+}  // namespace drover::calibrate

@@ -1,0 +1,112 @@
+// calibrate/drag.cpp: how fast aligned rods carry the beads.
+#include "drover/calibrate/drag.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/plan_support.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+constexpr std::size_t numbers = 4;  // of a window: <v>, <P>, <|P|^2 P>, [v(T) - v(0)]/T, all along x
+
+/// The polar order of rods, along x and its square.
+struct Order {
+    double along = 0.0, square = 0.0;
+};
+Order order_of(const std::vector<RodPlace>& rods) {
+    double along = 0.0, across = 0.0;
+    for (const RodPlace& rod : rods) along += std::cos(rod.angle), across += std::sin(rod.angle);
+    const double count = static_cast<double>(rods.size());
+    return {along / count, (along * along + across * across) / (count * count)};
+}
+
+void watch(Specimen& specimen, double& time, const DragPlan& plan, double* out) {
+    const std::size_t frames = frames_in(plan.time / plan.windows, plan.frame);
+    const double part = 1.0 / static_cast<double>(frames), window = plan.frame * static_cast<double>(frames);
+    const BeadMotion start = specimen.beads();
+    for (std::size_t frame = 0; frame <= frames; ++frame) {
+        if (frame > 0) specimen.advance_to(time += plan.frame);
+        const Order order = order_of(specimen.rods());
+        const double weight = frame == 0 || frame == frames ? 0.5 * part : part;
+        out[1] += weight * order.along;
+        out[2] += weight * order.square * order.along;
+    }
+    const BeadMotion end = specimen.beads();
+    out[0] = (end.x - start.x) / window;
+    out[3] = (end.vx - start.vx) / window;
+}
+
+/// Windows of each torque, from the strongest on: rods that start in any direction come round soonest.
+Trial carry(const DragPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+    require_beads(given, "drag");
+    dem::Setup setup = with_rods(given, "drag", false);
+    setup.forces = {.torque = plan.torques.back()};
+    const auto specimen = make(setup, seed);
+    double time = plan.warm_up;
+    specimen->advance_to(time);
+    const auto windows = static_cast<std::size_t>(plan.windows);
+    Trial trial(numbers * windows * plan.torques.size(), 0.0);
+    for (std::size_t k = plan.torques.size(); k-- > 0;) {
+        specimen->impose({.torque = plan.torques[k]});
+        for (std::size_t w = 0; w < windows; ++w) watch(*specimen, time, plan, &trial[numbers * (windows * k + w)]);
+    }
+    return trial;
+}
+
+std::vector<double> estimates_of(std::size_t torques, std::span<const double> means) {
+    std::vector<std::vector<double>> columns(numbers - 1);
+    std::vector<double> flow;
+    const std::size_t windows = means.size() / numbers;
+    for (std::size_t w = 0; w < windows; ++w) {
+        flow.push_back(means[numbers * w]);
+        for (std::size_t i = 1; i < numbers; ++i) columns[i - 1].push_back(means[numbers * w + i]);
+    }
+    const std::vector<double> fit = least_squares(columns, flow);
+    std::vector<double> values{fit[0], fit[1], -fit[2]};
+    for (std::size_t k = 1; k <= torques; ++k) {
+        const std::size_t last = k * windows / torques - 1;
+        values.push_back(columns[0][last]);
+        values.push_back(flow[last]);
+    }
+    return values;
+}
+
+std::string conclude(std::vector<measure::Estimate>& estimates) {
+    const measure::Estimate &slope = estimates[0], &bend = estimates[1];
+    if (!slope.error || !bend.error) return "whether the flow is linear in the order is not known";
+    if (std::abs(bend.mean) <= 2.0 * *bend.error)
+        return text("the flow is linear in the order, to {:.2g} of its slope at P = 1",
+                    *bend.error / std::abs(slope.mean));
+    return text("the flow is not linear in the order: at P = 1 it is {:.3g} times its slope at P = 0",
+                1.0 + bend.mean / slope.mean);
+}
+}  // namespace
+
+Assay drag(const DragPlan& plan) {
+    require(plan.torques.size() >= 2 && std::is_sorted(plan.torques.begin(), plan.torques.end()) &&
+                plan.torques.front() > 0.0 && plan.torques.front() < plan.torques.back(),
+            {}, "drag: expected two torques or more, above 0 and ascending");
+    require(plan.windows >= 1 && plan.frame > 0.0 && plan.time >= plan.frame * plan.windows, {},
+            "drag: {} s in {} windows and frames of {} s; expected one window or more, of a frame or more", plan.time,
+            plan.windows, plan.frame);
+    std::vector<Quantity> quantities{{"drag", "mm/s", "alpha/Gamma: v = (alpha/Gamma) P + c |P|^2 P"},
+                                     {"drag_curvature", "mm/s", "c", false},
+                                     {"response_time", "s", "tau = m rho/Gamma", false}};
+    for (const double torque : plan.torques) {
+        quantities.push_back({text("order_{}", torque), "1", text("<P> at torque {}", torque), false});
+        quantities.push_back({text("flow_{}", torque), "mm/s", text("<v> at torque {}", torque), false});
+    }
+    return {.name = "drag",
+            .quantities = quantities,
+            .trial = [plan](const Maker& make, const dem::Setup& setup,
+                            std::uint64_t seed) { return carry(plan, make, setup, seed); },
+            .estimator =
+                [torques = plan.torques.size()](std::span<const Trial>) {
+                    return [torques](std::span<const double> means) { return estimates_of(torques, means); };
+                },
+            .conclude = conclude};
+}
+
+}  // namespace drover::calibrate

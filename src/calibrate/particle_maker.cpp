@@ -1,0 +1,75 @@
+// calibrate/particle_maker.cpp: specimens of the particle world.
+#include <cmath>
+#include <numbers>
+
+#include "drover/base/threads.hpp"
+#include "drover/calibrate/specimen.hpp"
+#include "drover/dem/packing.hpp"
+#include "drover/dem/world.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+class ParticleSpecimen : public Specimen {
+public:
+    ParticleSpecimen(const dem::Setup& setup, double dt, std::uint64_t seed)
+        : world_(setup, dem::pack(setup, seed).bodies, dt, seed, threads_), bodies_(world_.bodies()) {}
+
+    void impose(const dem::BodyForces& forces) override { world_.set_forces(forces); }
+
+    void advance_to(double time) override {
+        const auto end = static_cast<std::int64_t>(std::llround(time / world_.dt()));
+        if (end <= step_) return;
+        while (step_ < end) world_.advance(step_++);
+        bodies_ = world_.bodies();
+    }
+
+    std::vector<RodPlace> rods() const override {
+        std::vector<RodPlace> places;
+        for (const dem::Rod& rod : bodies_.rods)
+            places.push_back({.x = rod.position.x, .y = rod.position.y, .angle = std::atan2(rod.axis.y, rod.axis.x)});
+        return places;
+    }
+
+    BeadMotion beads() const override {
+        return {.x = mean([](const dem::Bead& bead) { return bead.position.x; }),
+                .y = mean([](const dem::Bead& bead) { return bead.position.y; }),
+                .vx = mean([](const dem::Bead& bead) { return bead.velocity.x; }),
+                .vy = mean([](const dem::Bead& bead) { return bead.velocity.y; })};
+    }
+
+    double shear_wave(int waves) const override {
+        const double q = 2.0 * std::numbers::pi * waves / world_.setup().cell.ly;
+        const auto share = [q](const dem::Bead& bead) { return std::sin(q * bead.position.y); };
+        // The best fit to the velocities, as the force that holds the wave takes it.
+        return mean([&](const dem::Bead& bead) { return bead.velocity.x * share(bead); }) /
+               mean([&](const dem::Bead& bead) { return share(bead) * share(bead); });
+    }
+
+    double density_wave(int waves) const override {
+        const double q = 2.0 * std::numbers::pi * waves / world_.setup().cell.lx;
+        return 2.0 * mean([q](const dem::Bead& bead) { return std::cos(q * bead.position.x); });
+    }
+
+private:
+    template <class Function>
+    double mean(Function function) const {
+        double total = 0.0;
+        for (const dem::Bead& bead : bodies_.beads) total += function(bead);
+        return bodies_.beads.empty() ? 0.0 : total / static_cast<double>(bodies_.beads.size());
+    }
+
+    Threads threads_{1};
+    dem::World world_;
+    dem::Bodies bodies_;
+    std::int64_t step_ = 0;
+};
+}  // namespace
+
+Maker particle_maker(double dt) {
+    return [dt](const dem::Setup& setup, std::uint64_t seed) {
+        return std::make_unique<ParticleSpecimen>(setup, dt, seed);
+    };
+}
+
+}  // namespace drover::calibrate

@@ -1,0 +1,75 @@
+// calibrate/plan_support.hpp: what the plans of several assays share: setups, held flows, lines.
+#pragma once
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "drover/base/error.hpp"
+#include "drover/calibrate/assay.hpp"
+
+namespace drover::calibrate {
+
+/// The setup without rods.
+inline dem::Setup beads_alone(dem::Setup setup) {
+    setup.rods.count = 0;
+    setup.rods.area_fraction = 0.0;
+    setup.packing = {};
+    setup.forces = {};
+    return setup;
+}
+
+/// The setup with its rods lying along x, or in any direction, and nothing imposed.
+inline dem::Setup with_rods(dem::Setup setup, const char* assay, bool aligned) {
+    require(setup.rods.count > 0 || setup.rods.area_fraction > 0.0, {},
+            "{}: a setup without rods; expected rods.area_fraction or rods.count above 0", assay);
+    setup.packing = {.kind = aligned ? "aligned" : "random"};
+    setup.forces = {};
+    return setup;
+}
+
+inline void require_beads(const dem::Setup& setup, const char* assay) {
+    require(setup.beads.count > 0 || setup.beads.area_fraction > 0.0, {},
+            "{}: a setup without beads; expected beads.area_fraction or beads.count above 0", assay);
+}
+
+/// Forces that keep beads from flowing as a whole, where there are any: a rod in a small periodic cell would follow its own wake.
+inline dem::BodyForces bed_at_rest(const dem::Setup& setup) {
+    return {.hold_beads = setup.beads.count > 0 || setup.beads.area_fraction > 0.0};
+}
+
+/// How many frames a time holds, at least 1.
+inline std::size_t frames_in(double time, double frame) {
+    return static_cast<std::size_t>(std::max(1.0, std::round(time / frame)));
+}
+
+/// Mean of each number over all trials.
+inline std::vector<double> means_over(std::span<const Trial> trials) {
+    std::vector<double> means(trials.front().size(), 0.0);
+    for (const Trial& trial : trials)
+        for (std::size_t i = 0; i < means.size(); ++i) means[i] += trial[i] / static_cast<double>(trials.size());
+    return means;
+}
+
+/// Line y = at_zero + slope x by weighted least squares.
+struct Line {
+    double at_zero = 0.0, slope = 0.0;
+};
+inline Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights) {
+    double weight = 0.0, mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        weight += weights[i];
+        mean_x += weights[i] * x[i];
+        mean_y += weights[i] * y[i];
+    }
+    mean_x /= weight, mean_y /= weight;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        xx += weights[i] * (x[i] - mean_x) * (x[i] - mean_x);
+        xy += weights[i] * (x[i] - mean_x) * (y[i] - mean_y);
+    }
+    return {mean_y - xy / xx * mean_x, xy / xx};
+}
+
+/// The factors of these columns whose sum is nearest to y, by least squares; not-a-number where columns are not independent.
+std::vector<double> least_squares(const std::vector<std::vector<double>>& columns, const std::vector<double>& y);
+
+}  // namespace drover::calibrate

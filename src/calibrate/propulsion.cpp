@@ -1,0 +1,59 @@
+// calibrate/propulsion.cpp: how fast rods go in the bed.
+#include "drover/calibrate/propulsion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/plan_support.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+/// Means over rods and frames of the speed along n and of n(0).n(frame), and of the squares of each rod's mean speed.
+Trial follow(const PropulsionPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+    dem::Setup setup = with_rods(given, "propulsion", false);
+    setup.forces = bed_at_rest(setup);
+    const auto specimen = make(setup, seed);
+    double time = plan.warm_up;
+    specimen->advance_to(time);
+    const std::size_t frames = frames_in(plan.time, plan.frame);
+    std::vector<RodPlace> before = specimen->rods();
+    const double rods = static_cast<double>(before.size()), looks = static_cast<double>(frames);
+    std::vector<double> speeds(before.size(), 0.0);
+    double turned = 0.0;
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+        specimen->advance_to(time += plan.frame);
+        const std::vector<RodPlace> now = specimen->rods();
+        for (std::size_t r = 0; r < now.size(); ++r) {
+            const double along = (now[r].x - before[r].x) * std::cos(before[r].angle) +
+                                 (now[r].y - before[r].y) * std::sin(before[r].angle);
+            speeds[r] += along / (plan.frame * looks);
+            turned += std::cos(now[r].angle - before[r].angle) / (looks * rods);
+        }
+        before = now;
+    }
+    Trial trial{0.0, turned, 0.0};
+    for (const double speed : speeds) trial[0] += speed / rods, trial[2] += speed * speed / rods;
+    return trial;
+}
+
+std::vector<double> estimates_of(std::span<const double> means) {
+    const double x = -std::log(means[1]);
+    const double shortened = x > 0.0 ? -std::expm1(-x) / x : 1.0;
+    return {means[0] / shortened, std::sqrt(std::max(means[2] - means[0] * means[0], 0.0))};
+}
+}  // namespace
+
+Assay propulsion(const PropulsionPlan& plan) {
+    require(plan.frame > 0.0 && plan.time >= plan.frame, {},
+            "propulsion: a trial of {} s in frames of {} s; expected one frame or more", plan.time, plan.frame);
+    return {.name = "propulsion",
+            .quantities = {{"propulsion", "mm/s", "u = <d.n>/frame, less what the turning of n takes"},
+                           {"propulsion_spread", "mm/s", "standard deviation of the means of rods", false}},
+            .trial = [plan](const Maker& make, const dem::Setup& setup,
+                            std::uint64_t seed) { return follow(plan, make, setup, seed); },
+            .estimator = [](std::span<const Trial>) { return estimates_of; },
+            .conclude = {}};
+}
+
+}  // namespace drover::calibrate

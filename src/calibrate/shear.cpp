@@ -1,0 +1,114 @@
+// calibrate/shear.cpp: how beads drag each other along.
+#include "drover/calibrate/shear.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "calibrate/plan_support.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+/// The amplitude after 0, 1, ... frames, wave after wave, means over releases; and q^2 of each wave at the end.
+Trial release(const ShearPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+    require_beads(given, "shear");
+    dem::Setup setup = beads_alone(given);
+    setup.forces = {.hold_beads = true};
+    const auto specimen = make(setup, seed);
+    double time = plan.warm_up;
+    specimen->advance_to(time);
+    const std::size_t frames = frames_in(plan.time, plan.frame);
+    Trial trial;
+    for (const int waves : plan.waves) {
+        std::vector<double> amplitude(frames + 1, 0.0);
+        for (int i = 0; i < plan.releases; ++i) {
+            const double side = i % 2 == 0 ? 1.0 : -1.0;
+            specimen->impose({.hold_beads = true, .bead_velocity_x = side * plan.speed, .held_waves = waves});
+            specimen->advance_to(time += plan.hold);
+            specimen->impose({});
+            for (std::size_t frame = 0; frame <= frames; ++frame) {
+                specimen->advance_to(time + static_cast<double>(frame) * plan.frame);
+                amplitude[frame] += side * specimen->shear_wave(waves) / plan.releases;
+            }
+            time += static_cast<double>(frames) * plan.frame;
+        }
+        trial.insert(trial.end(), amplitude.begin(), amplitude.end());
+    }
+    for (const int waves : plan.waves) trial.push_back(std::pow(2.0 * std::numbers::pi * waves / setup.cell.ly, 2));
+    return trial;
+}
+
+double rate_of(std::span<const double> amplitude, double frame) {
+    double trapezoids = 0.0;
+    for (std::size_t i = 1; i < amplitude.size(); ++i) trapezoids += 0.5 * frame * (amplitude[i - 1] + amplitude[i]);
+    return 2.0 / frame * std::atanh(0.5 * frame * (amplitude.front() - amplitude.back()) / trapezoids);
+}
+
+std::vector<double> estimates_of(const ShearPlan& plan, const std::vector<std::size_t>& ends,
+                                 std::span<const double> means) {
+    const std::size_t waves = plan.waves.size(), length = frames_in(plan.time, plan.frame) + 1;
+    std::vector<double> rates, weights;
+    const std::span<const double> squares = means.subspan(waves * length);
+    for (std::size_t k = 0; k < waves; ++k) {
+        rates.push_back(rate_of(means.subspan(k * length, ends[k] + 1), plan.frame));
+        weights.push_back(1.0 / (rates.back() * rates.back()));
+    }
+    const Line line = fit_line(squares, rates, weights);
+    double bend = 0.0;
+    for (std::size_t k = 0; k < waves; ++k) {
+        const double beside = (rates[k] - line.at_zero - line.slope * squares[k]) / rates[k];
+        if (std::abs(beside) > std::abs(bend)) bend = beside;
+    }
+    std::vector<double> values{line.slope, line.at_zero, bend};
+    values.insert(values.end(), rates.begin(), rates.end());
+    return values;
+}
+
+/// The last frame of each wave that is read, from all trials.
+std::vector<std::size_t> ends_of(const ShearPlan& plan, std::span<const Trial> trials) {
+    const std::vector<double> means = means_over(trials);
+    const std::size_t length = frames_in(plan.time, plan.frame) + 1;
+    std::vector<std::size_t> ends;
+    for (std::size_t k = 0; k < plan.waves.size(); ++k) {
+        std::size_t end = 1;
+        while (end + 1 < length && means[k * length + end] >= plan.part_least * means[k * length]) ++end;
+        ends.push_back(end);
+    }
+    return ends;
+}
+
+std::string conclude(std::vector<measure::Estimate>& estimates) {
+    const measure::Estimate& bend = estimates[2];
+    if (!bend.error) return "whether the rates lie on a line in q^2 is not known";
+    if (std::abs(bend.mean) <= 2.5 * *bend.error) return "the rates lie on a straight line in q^2 within their errors";
+    return text("the rates do not lie on a straight line in q^2: {:.2g} off", std::abs(bend.mean));
+}
+}  // namespace
+
+Assay shear(const ShearPlan& plan) {
+    require(plan.waves.size() >= 2 && plan.waves.front() >= 1 && std::is_sorted(plan.waves.begin(), plan.waves.end()) &&
+                plan.waves.front() < plan.waves.back(),
+            {}, "shear: expected two numbers of waves or more, above 0 and ascending");
+    require(plan.releases >= 1 && plan.frame > 0.0 && plan.time >= 4.0 * plan.frame, {},
+            "shear: {} releases of {} s in frames of {} s; expected one or more, and four frames or more",
+            plan.releases, plan.time, plan.frame);
+    std::vector<Quantity> quantities{{"viscosity_kinematic", "mm^2/s", "eta/(m rho): r = (Gamma + eta q^2)/(m rho)"},
+                                     {"damping_intercept", "1/s", "Gamma/(m rho): r at q = 0", false},
+                                     {"shear_bend", "1", "largest of (r - line)/r", false}};
+    for (const int waves : plan.waves)
+        quantities.push_back({text("shear_rate_{}", waves), "1/s", text("r of {} waves", waves), false});
+    return {.name = "shear",
+            .quantities = quantities,
+            .trial = [plan](const Maker& make, const dem::Setup& setup,
+                            std::uint64_t seed) { return release(plan, make, setup, seed); },
+            .estimator =
+                [plan](std::span<const Trial> trials) {
+                    return [plan, ends = ends_of(plan, trials)](std::span<const double> means) {
+                        return estimates_of(plan, ends, means);
+                    };
+                },
+            .conclude = conclude};
+}
+
+}  // namespace drover::calibrate

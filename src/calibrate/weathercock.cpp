@@ -1,0 +1,113 @@
+// calibrate/weathercock.cpp: how flow turns rods.
+#include "drover/calibrate/weathercock.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "calibrate/plan_support.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+/// Over the window of one release, means over rods.
+struct Turn {
+    double angle = 0.0;    ///< theta at the end less that at the start [rad]
+    double athwart = 0.0;  ///< integral of cos theta [s]
+};
+
+Turn watch(Specimen& specimen, double start, double window, double frame_most) {
+    const auto frames = static_cast<std::size_t>(std::max(4.0, std::ceil(window / frame_most - 1e-9)));
+    const double frame = window / static_cast<double>(frames);
+    std::vector<RodPlace> before = specimen.rods();
+    const double rods = static_cast<double>(before.size());
+    Turn turn;
+    for (std::size_t i = 1; i <= frames; ++i) {
+        specimen.advance_to(start + static_cast<double>(i) * frame);
+        const std::vector<RodPlace> now = specimen.rods();
+        for (std::size_t r = 0; r < now.size(); ++r) {
+            turn.angle += std::remainder(now[r].angle - before[r].angle, 2.0 * std::numbers::pi) / rods;
+            turn.athwart += 0.5 * frame * (std::cos(before[r].angle) + std::cos(now[r].angle)) / rods;
+        }
+        before = now;
+    }
+    return turn;
+}
+
+/// For each speed: turn towards the flow, and v int cos theta dt, both means of the mirror pair.
+Trial turn_rods(const WeathercockPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+    require_beads(given, "weathercock");
+    dem::Setup setup = with_rods(given, "weathercock", true);
+    setup.forces = {.torque = plan.torque, .hold_beads = true};
+    const auto specimen = make(setup, seed);
+    double time = plan.warm_up;
+    specimen->advance_to(time);
+    Trial trial;
+    for (const double speed : plan.speeds) {
+        double angle = 0.0, athwart = 0.0;
+        for (const double side : {1.0, -1.0}) {
+            dem::BodyForces forces{.torque = plan.torque, .hold_beads = true, .bead_velocity_y = side * speed};
+            specimen->impose(forces);
+            specimen->advance_to(time += plan.align);
+            forces.torque = 0.0;
+            specimen->impose(forces);
+            specimen->advance_to(time += plan.settle);
+            const double window = std::min(plan.distance / speed, plan.window_most);
+            const Turn turn = watch(*specimen, time, window, plan.frame);
+            time += window;
+            angle += 0.5 * side * turn.angle;
+            athwart += 0.5 * speed * turn.athwart;
+        }
+        trial.push_back(angle);
+        trial.push_back(athwart);
+    }
+    return trial;
+}
+
+std::vector<double> estimates_of(const std::vector<double>& speeds, std::span<const double> means) {
+    double turned = 0.0, athwart = 0.0;
+    std::vector<double> logarithms, singles;
+    for (std::size_t k = 0; k < speeds.size(); ++k) {
+        turned += speeds[k] * means[2 * k];
+        athwart += speeds[k] * means[2 * k + 1];
+        logarithms.push_back(std::log(speeds[k]));
+        singles.push_back(means[2 * k] / means[2 * k + 1]);
+    }
+    const double single = turned / athwart;
+    const double exponent = 1.0 + fit_line(logarithms, singles, speeds).slope / single;
+    std::vector<double> values{single, 0.5 * single, exponent};
+    values.insert(values.end(), singles.begin(), singles.end());
+    return values;
+}
+
+std::string conclude(std::vector<measure::Estimate>& estimates) {
+    const measure::Estimate& exponent = estimates[2];
+    if (!exponent.error) return "whether the turning rate is linear in the speed is not known";
+    const bool linear = std::abs(exponent.mean - 1.0) <= 2.0 * *exponent.error;
+    return text("the turning rate {} the speed of the flow: it goes as its power {:.3g} +- {:.2g}",
+                linear ? "is linear in" : "is not linear in", exponent.mean, *exponent.error);
+}
+}  // namespace
+
+Assay weathercock(const WeathercockPlan& plan) {
+    require(plan.speeds.size() >= 2 && std::is_sorted(plan.speeds.begin(), plan.speeds.end()) &&
+                plan.speeds.front() > 0.0 && plan.speeds.front() < plan.speeds.back(),
+            {}, "weathercock: expected two speeds or more, above 0 and ascending");
+    std::vector<Quantity> quantities{{"weathercock_single", "1/mm",
+                                      "lambda_s: d theta/dt = lambda_s v sin(angle of v - theta)"},
+                                     {"weathercock", "1/mm", "lambda = lambda_s/2"},
+                                     {"turning_exponent", "1", "x: the turning rate goes as v^x", false}};
+    for (const double speed : plan.speeds)
+        quantities.push_back({text("weathercock_single_{}", speed), "1/mm", text("lambda_s at {} mm/s", speed), false});
+    return {.name = "weathercock",
+            .quantities = quantities,
+            .trial = [plan](const Maker& make, const dem::Setup& setup,
+                            std::uint64_t seed) { return turn_rods(plan, make, setup, seed); },
+            .estimator =
+                [speeds = plan.speeds](std::span<const Trial>) {
+                    return [speeds](std::span<const double> means) { return estimates_of(speeds, means); };
+                },
+            .conclude = conclude};
+}
+
+}  // namespace drover::calibrate

@@ -1,0 +1,77 @@
+// tests/calibrate/particle_maker.cpp: assays on the particle world itself, as small as they can be: finite, the same each time, and the right way round.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "drover/base/error.hpp"
+#include "drover/calibrate/catalogue.hpp"
+
+namespace drover::calibrate {
+namespace {
+
+/// Two rods among 80 beads.
+Conditions tiny() {
+    Conditions conditions{.setup = {}, .seed = 3};
+    conditions.setup.cell.lx = conditions.setup.cell.ly = 10.0;
+    conditions.setup.beads.count = 80;
+    conditions.setup.rods.count = 2;
+    return conditions;
+}
+
+/// Every assay with a trial of a tenth of a second or so.
+std::vector<Assay> brief_assays() {
+    return {relaxation({.warm_up = 0.02, .frame = 0.005, .time = 0.1, .lag_most = 0.05}),
+            weathercock({.speeds = {5.0, 10.0}, .distance = 0.2, .warm_up = 0.02, .align = 0.01, .settle = 0.005}),
+            drag({.torques = {1000.0, 10000.0}, .warm_up = 0.02, .time = 0.04, .windows = 2, .frame = 0.005}),
+            damping({.warm_up = 0.02, .hold = 0.01, .time = 0.05, .frame = 0.005}),
+            shear({.waves = {1, 2}, .warm_up = 0.02, .hold = 0.01, .releases = 1, .time = 0.04, .frame = 0.005}),
+            propulsion({.warm_up = 0.02, .time = 0.1}),
+            compressibility({.waves = 1, .warm_up = 0.02, .settle = 0.01, .time = 0.02, .frame = 0.005})};
+}
+
+TEST(ParticleMaker, gives_every_assay_finite_numbers_the_same_for_the_same_trial_and_others_for_another) {
+    const Maker make = particle_maker(2e-5);
+    for (const Assay& assay : brief_assays()) {
+        const Trial one = run_trial(assay, make, tiny(), 0), again = run_trial(assay, make, tiny(), 0);
+        const Trial other = run_trial(assay, make, tiny(), 1);
+        EXPECT_TRUE(std::all_of(one.begin(), one.end(), [](double x) { return std::isfinite(x); })) << assay.name;
+        ASSERT_EQ(one.size(), again.size());
+        for (std::size_t i = 0; i < one.size(); ++i)
+            EXPECT_EQ(std::bit_cast<std::uint64_t>(one[i]), std::bit_cast<std::uint64_t>(again[i])) << assay.name;
+        EXPECT_EQ(one.size(), other.size());
+        EXPECT_NE(one, other) << assay.name;
+        EXPECT_EQ(estimate(assay, std::vector<Trial>{one, other}).size(), assay.quantities.size());
+    }
+}
+
+TEST(ParticleMaker, imposes_what_is_asked_and_sees_it) {
+    dem::Setup setup = tiny().setup;
+    setup.packing.kind = "aligned";
+    setup.forces = {.torque = 2e4, .hold_beads = true, .bead_velocity_y = 4.0};
+    const auto specimen = particle_maker(2e-5)(setup, 1);
+    specimen->advance_to(0.02);
+    for (const RodPlace& rod : specimen->rods()) EXPECT_LT(std::abs(rod.angle), 0.3);
+    const BeadMotion start = specimen->beads();
+    EXPECT_NEAR(start.vy, 4.0, 0.2);
+    specimen->advance_to(0.03);
+    EXPECT_NEAR((specimen->beads().y - start.y) / 0.01, 4.0, 0.1);
+    specimen->impose({.hold_beads = true, .bead_velocity_x = -7.0, .held_waves = 2});
+    specimen->advance_to(0.035);
+    EXPECT_NEAR(specimen->shear_wave(2), -7.0, 0.2);
+    specimen->impose({.push = 300.0, .push_waves = 1});
+    specimen->advance_to(0.12);
+    EXPECT_LT(specimen->density_wave(1), -0.1);  // where the force ends, at half of the cell, beads gather
+}
+
+TEST(ParticleMaker, beads_weigh_what_their_area_fraction_says) {
+    dem::Setup setup = tiny().setup;
+    setup.beads.count = 0;
+    setup.beads.area_fraction = 0.5;
+    // One layer of fraction 0.5 and diameter d: 0.5 (2/3) d density.  Whole beads: to half of one in 99.
+    EXPECT_NEAR(mass_density(setup), 0.5 * 2.0 / 3.0 * 0.8 * 2.7, 0.006 * 0.72);
+}
+
+}  // namespace
+}  // namespace drover::calibrate

@@ -1,0 +1,197 @@
+// tests/calibrate/synthetic.hpp: a stand-in for the particle world that obeys known coefficients exactly, with noise.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "drover/base/random.hpp"
+#include "drover/calibrate/assay.hpp"
+
+namespace drover::calibrate {
+
+/// What the stand-in obeys: rods  d theta = (lambda_s v x n + mobility h x n).z dt + noise,  dr = u n dt;  beads  dv = -(g + c/|v|) v dt + g (s + s3 |P|^2) P dt
+/// + noise;  waves of shear and density that decay and are driven, with noise.
+struct Truth {
+    double turning = 0.3;            ///< lambda_s [1/mm]
+    double diffusion = 0.4;          ///< D_r [1/s]
+    double memory = 0.0;             ///< of the angular velocity that makes it [s]; 0: none
+    double jitter = 0.05;            ///< of the angle that is seen [rad]
+    double speed = 3.6;              ///< u [mm/s]
+    double mobility = 2e-3;          ///< [1/(mg mm^2 s)]
+    double damping = 20.0;           ///< g = Gamma/(m rho) [1/s]
+    double coulomb = 0.0;            ///< c [mm/s^2]
+    double drag = 2.0;               ///< s = alpha/Gamma [mm/s]
+    double drag_cubic = 0.0;         ///< s3 [mm/s]
+    double agitation = 0.5;          ///< standard deviation of the mean velocity at rest [mm/s]
+    double viscosity = 6.0;          ///< eta/(m rho) [mm^2/s]
+    double wave_noise = 0.7;         ///< standard deviation of the amplitude of a shear wave [mm/s]
+    double compressibility = 500.0;  ///< E [mg mm^2/s^2]
+    double density_rate = 4.0;       ///< of the decay of density waves [1/s]
+    double density_noise = 0.02;     ///< standard deviation of their amplitude
+    double step = 0.01;              ///< longest [s]
+};
+
+class SyntheticSpecimen : public Specimen {
+public:
+    SyntheticSpecimen(const Truth& truth, const dem::Setup& setup, std::uint64_t seed)
+        : truth_(truth), setup_(setup), key_{.seed = seed, .stream = Stream::test} {
+        for (int r = 0; r < setup.rods.count; ++r) {
+            const double angle = setup.packing.kind == "aligned" ? 0.0 : 2.0 * std::numbers::pi * uniform();
+            rods_.push_back({.angle = angle});
+        }
+        spin_.resize(rods_.size());
+        for (double& spin : spin_)
+            if (truth.memory > 0.0) spin = std::sqrt(truth.diffusion / truth.memory) * normal();
+        impose(setup.forces);
+    }
+
+    void impose(const dem::BodyForces& forces) override {
+        forces_ = forces;
+        hold();
+    }
+    void advance_to(double time) override {
+        const double left = time - time_;
+        const auto steps = static_cast<int>(std::ceil(left / truth_.step - 1e-9));
+        for (int i = 0; i < steps; ++i) step(left / steps);
+        time_ = time;
+        seen_ = rods_;
+        for (RodPlace& rod : seen_) rod.angle += truth_.jitter * normal();
+    }
+    std::vector<RodPlace> rods() const override { return seen_.empty() ? rods_ : seen_; }
+    BeadMotion beads() const override { return beads_; }
+    double shear_wave(int waves) const override { return find(shear_, waves); }
+    double density_wave(int waves) const override { return find(density_, waves); }
+
+private:
+    static double find(const std::map<int, double>& waves, int number) {
+        const auto found = waves.find(number);
+        return found == waves.end() ? 0.0 : found->second;
+    }
+    double uniform() {
+        double drawn = 0.0;
+        fill_uniform(key_, next_++, 1, {&drawn, 1});
+        return drawn;
+    }
+    double normal() {
+        if (left_ == 0) {
+            RandomKey key = key_;
+            key.substep = 1;
+            fill_normal(key, next_, 1, pool_);
+            next_ += pool_.size();
+            left_ = pool_.size();
+        }
+        return pool_[--left_];
+    }
+    void hold() {
+        if (!forces_.hold_beads) return;
+        if (forces_.held_waves > 0) {
+            shear_[forces_.held_waves] = forces_.bead_velocity_x;
+            return;
+        }
+        beads_.vx = forces_.bead_velocity_x;
+        beads_.vy = forces_.bead_velocity_y;
+    }
+    /// x' = -rate (x - rest) + noise with this standard deviation at rest, exactly.
+    double relaxed(double x, double rest, double rate, double deviation, double dt) {
+        const double kept = std::exp(-rate * dt);
+        return rest + kept * (x - rest) + deviation * std::sqrt(1.0 - kept * kept) * normal();
+    }
+    void step(double dt) {
+        const std::array<double, 2> before = order();
+        turn_rods(dt);
+        move_beads(before, dt);
+        const double wave = 2.0 * std::numbers::pi / setup_.cell.ly;
+        for (auto& [number, amplitude] : shear_)
+            amplitude = relaxed(amplitude, 0.0, truth_.damping + truth_.viscosity * std::pow(wave * number, 2),
+                                truth_.wave_noise, dt);
+        if (forces_.push != 0.0) density_.insert({forces_.push_waves, 0.0});
+        for (auto& [number, amplitude] : density_) {
+            const double push = number == forces_.push_waves ? forces_.push : 0.0;
+            amplitude = relaxed(amplitude, -push / (truth_.compressibility * wave * number), truth_.density_rate,
+                                truth_.density_noise, dt);
+        }
+        hold();
+    }
+    /// Exactly under a field that stands: tan of half the angle to it falls exponentially; half of the noise before and half after.
+    void turn_rods(double dt) {
+        const double x = truth_.turning * beads_.vx + truth_.mobility * forces_.torque * std::cos(forces_.angle);
+        const double y = truth_.turning * beads_.vy + truth_.mobility * forces_.torque * std::sin(forces_.angle);
+        const double field = std::atan2(y, x), shrink = std::exp(-std::hypot(x, y) * dt);
+        for (std::size_t r = 0; r < rods_.size(); ++r) {
+            RodPlace& rod = rods_[r];
+            const double before = rod.angle;
+            const double kick = noise_of_turning(spin_[r], dt);
+            const double apart = std::remainder(rod.angle + 0.5 * kick - field, 2.0 * std::numbers::pi);
+            rod.angle += kick + 2.0 * std::atan(std::tan(0.5 * apart) * shrink) - apart;
+            rod.x += truth_.speed * dt * 0.5 * (std::cos(before) + std::cos(rod.angle));
+            rod.y += truth_.speed * dt * 0.5 * (std::sin(before) + std::sin(rod.angle));
+        }
+    }
+    /// The turn that noise makes; with memory, the integral of an angular velocity that follows white noise, exactly.
+    double noise_of_turning(double& spin, double dt) {
+        const double white = std::sqrt(2.0 * truth_.diffusion), first = normal();
+        if (truth_.memory == 0.0) return white * std::sqrt(dt) * first;
+        const double kept = std::exp(-dt / truth_.memory), before = spin;
+        const double spread = std::sqrt((1.0 - kept * kept) / (2.0 * truth_.memory));
+        const double together = (1.0 - kept) / spread;  // of the noise in the new spin and that of the whole step
+        spin = kept * before + white * spread * first;
+        return truth_.memory * (before - spin) +
+               white * (together * first + std::sqrt(std::max(dt - together * together, 0.0)) * normal());
+    }
+    /// Mean of n over rods.
+    std::array<double, 2> order() const {
+        std::array<double, 2> sum{};
+        for (const RodPlace& rod : rods_) {
+            sum[0] += std::cos(rod.angle) / static_cast<double>(rods_.size());
+            sum[1] += std::sin(rod.angle) / static_cast<double>(rods_.size());
+        }
+        return sum;
+    }
+    void move_beads(const std::array<double, 2>& before_turn, double dt) {
+        const std::array<double, 2> after_turn = order();
+        const double px = 0.5 * (before_turn[0] + after_turn[0]), py = 0.5 * (before_turn[1] + after_turn[1]);
+        const double carried = truth_.drag + truth_.drag_cubic * (px * px + py * py);
+        const double rate = truth_.damping, speed = std::hypot(beads_.vx, beads_.vy);
+        const double slower = speed > 0.0 ? truth_.coulomb / (rate * speed) : 0.0;
+        const double rest_x = carried * px - slower * beads_.vx, rest_y = carried * py - slower * beads_.vy;
+        const BeadMotion before = beads_;
+        beads_.vx = relaxed(before.vx, rest_x, rate, truth_.agitation, dt);
+        beads_.vy = relaxed(before.vy, rest_y, rate, truth_.agitation, dt);
+        // The integral of an exponential, from its ends.
+        const double half = std::tanh(0.5 * rate * dt) / rate;
+        beads_.x += rest_x * dt + half * (before.vx + beads_.vx - 2.0 * rest_x);
+        beads_.y += rest_y * dt + half * (before.vy + beads_.vy - 2.0 * rest_y);
+    }
+
+    Truth truth_;
+    dem::Setup setup_;
+    RandomKey key_;
+    std::uint64_t next_ = 0;
+    std::vector<double> pool_ = std::vector<double>(256);
+    std::size_t left_ = 0;
+    double time_ = 0.0;
+    dem::BodyForces forces_;
+    std::vector<RodPlace> rods_, seen_;
+    std::vector<double> spin_;
+    BeadMotion beads_;
+    std::map<int, double> shear_, density_;
+};
+
+inline Maker synthetic_maker(const Truth& truth) {
+    return [truth](const dem::Setup& setup, std::uint64_t seed) {
+        return std::make_unique<SyntheticSpecimen>(truth, setup, seed);
+    };
+}
+
+/// A periodic square of 30 mm with some rods and beads, by numbers.
+inline Conditions stand_in(int rods, std::uint64_t seed = 1) {
+    Conditions conditions{.setup = {}, .seed = seed};
+    conditions.setup.cell.lx = conditions.setup.cell.ly = 30.0;
+    conditions.setup.beads.count = 900;
+    conditions.setup.rods.count = rods;
+    return conditions;
+}
+
+}  // namespace drover::calibrate
