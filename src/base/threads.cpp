@@ -1,4 +1,4 @@
-// base/threads.cpp: a team of threads that takes chunks of a loop in turn.
+// base/threads.cpp: a team of threads that shares out the chunks of a loop.
 #include "drover/base/threads.hpp"
 
 #include <sched.h>
@@ -31,6 +31,15 @@ bool holds_soon(Holds holds) {
 }  // namespace
 
 struct Threads::Team {
+    /// Chunks that one thread takes first, the same from loop to loop: what they work on stays in its cache.  Who has done with them takes
+    /// from the others.
+    struct alignas(64) Share {
+        std::atomic<std::size_t> next = 0;
+        std::size_t end = 0;
+    };
+
+    explicit Team(std::size_t count) : shares(count) {}
+
     std::mutex mutex;
     std::condition_variable started, ended;
     std::vector<std::thread> helpers;
@@ -40,24 +49,35 @@ struct Threads::Team {
 
     const std::function<void(std::size_t, std::size_t)>* body = nullptr;
     std::size_t length = 0, chunk = 1;
-    std::atomic<std::size_t> next = 0;
+    std::vector<Share> shares;
     std::exception_ptr failure;
 
-    void work() {
-        for (;;) {
-            const std::size_t begin = next.fetch_add(chunk);
-            if (begin >= length) return;
-            try {
-                (*body)(begin, std::min(begin + chunk, length));
-            } catch (...) {
-                const std::lock_guard lock(mutex);
-                if (!failure) failure = std::current_exception();
-                next.store(length);
+    void share_out() {
+        const std::size_t chunks = (length + chunk - 1) / chunk;
+        for (std::size_t s = 0; s < shares.size(); ++s) {
+            shares[s].next = s * chunks / shares.size();
+            shares[s].end = (s + 1) * chunks / shares.size();
+        }
+    }
+
+    void work(std::size_t me) {
+        for (std::size_t k = 0; k < shares.size(); ++k) {
+            Share& share = shares[(me + k) % shares.size()];
+            for (;;) {
+                const std::size_t taken = share.next.fetch_add(1);
+                if (taken >= share.end) break;
+                try {
+                    (*body)(taken * chunk, std::min((taken + 1) * chunk, length));
+                } catch (...) {
+                    const std::lock_guard lock(mutex);
+                    if (!failure) failure = std::current_exception();
+                    for (Share& other : shares) other.next = other.end;
+                }
             }
         }
     }
 
-    void help() {
+    void help(std::size_t me) {
         std::uint64_t done = 0;
         const auto called = [&] { return leaving.load() || loop_number.load() != done; };
         for (;;) {
@@ -67,7 +87,7 @@ struct Threads::Team {
             }
             if (leaving) return;
             done = loop_number;
-            work();
+            work(me);
             if (working.fetch_sub(1) == 1) {
                 const std::lock_guard lock(mutex);  // the caller may be between its last look and its sleep
                 ended.notify_one();
@@ -76,9 +96,11 @@ struct Threads::Team {
     }
 };
 
-Threads::Threads(int count) : team_(std::make_unique<Team>()) {
+Threads::Threads(int count) {
     require(count >= 1, {}, "threads = {}; expected at least 1", count);
-    for (int i = 1; i < count; ++i) team_->helpers.emplace_back([this] { team_->help(); });
+    const auto all = static_cast<std::size_t>(count);
+    team_ = std::make_unique<Team>(all);
+    for (std::size_t i = 1; i < all; ++i) team_->helpers.emplace_back([this, i] { team_->help(i); });
 }
 
 Threads::~Threads() {
@@ -104,13 +126,13 @@ void Threads::for_chunks(std::size_t length, std::size_t chunk,
         team_->body = &body;
         team_->length = length;
         team_->chunk = chunk;
-        team_->next = 0;
+        team_->share_out();
         team_->failure = nullptr;
         team_->working = team_->helpers.size();
         ++team_->loop_number;
     }
     team_->started.notify_all();
-    team_->work();
+    team_->work(0);
     const auto all_ended = [&] { return team_->working.load() == 0; };
     if (!holds_soon(all_ended)) {
         std::unique_lock lock(team_->mutex);

@@ -252,7 +252,7 @@ void list_wide(const Cell& cell, double skin, const Spheres& spheres, Neighbours
 
 /// The pairs of the wide list that were near each other when the spheres were listed last.
 void list_near(double skin, const Spheres& spheres, Neighbours& neighbours, Threads& threads) {
-    constexpr std::size_t pairs_per_chunk = 8192;
+    constexpr std::size_t pairs_per_chunk = 4096;
     const std::vector<SpherePair>& pairs = neighbours.pairs;
     const std::size_t chunks = pairs.size() / pairs_per_chunk + 1;
     neighbours.near.resize(chunks);

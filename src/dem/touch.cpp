@@ -402,7 +402,7 @@ TouchReport TouchSolver::step(const Cell& cell, Spheres& spheres, const Neighbou
                               Threads& threads) {
     find(cell, spheres, neighbours, threads);
     group(spheres.beads.size() + spheres.rods.size());
-    constexpr std::size_t groups_per_chunk = 256;
+    constexpr std::size_t groups_per_chunk = 32;
     const std::size_t groups = start_.size() - 1, chunks = groups / groups_per_chunk + 1;
     reports_.assign(chunks, {});
     threads.for_chunks(chunks, 1, [&](std::size_t first, std::size_t last) {

@@ -11,7 +11,7 @@
 namespace drover::dem {
 
 namespace {
-constexpr std::size_t beads_per_chunk = 4096, rods_per_chunk = 32;
+constexpr std::size_t beads_per_chunk = 1024, rods_per_chunk = 16;
 
 GroupLaw group_law(const std::string& name) {
     if (name == "approaching-first") return GroupLaw::approaching_first;
