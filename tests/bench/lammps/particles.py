@@ -51,11 +51,11 @@ def read(path):
 
 
 def kinds_of(species):
-    """BEAD or ROD of each sphere; a species is text with `rod` or `bead` in it, or a number, 0 or 1 for beads."""
+    """BEAD or ROD of each sphere; a species is `B` or `Rh`, as drover exports them, or text with `bead` or `rod` in it."""
     text = numpy.char.lower(numpy.asarray(species).astype(str))
-    rods, beads = numpy.char.find(text, "rod") >= 0, numpy.char.find(text, "bead") >= 0
+    rods, beads = (text == "rh") | (numpy.char.find(text, "rod") >= 0), (text == "b") | (numpy.char.find(text, "bead") >= 0)
     if not (rods | beads).all():
-        raise SystemExit(f"species {sorted(set(text[~(rods | beads)]))[:5]}; expected names with rod or bead in them")
+        raise SystemExit(f"species {sorted(set(text[~(rods | beads)]))[:5]}; expected B and Rh, or names with bead and rod in them")
     return numpy.where(rods, ROD, BEAD)
 
 

@@ -79,8 +79,7 @@ SYMMETRIC = {
 def rod_matched(seeds, factor):
     return [make({"gap": gap, "kick": kick}, "rod-matched.toml", {"plates.gap": gap, "kick.strength": kick, "output.frame_every": 0.1}, seeds or 60,
                  whole(30.0 * factor, 0.1))
-            for gap, kick in ((1.17, 0.0275), (1.175, 0.0275), (1.18, 0.0275), (1.185, 0.0275), (1.19, 0.0275), (1.18, 0.012), (1.18, 0.015), (1.18, 0.018),
-                              (1.18, 0.025), (1.18, 0.03))]
+            for gap, kick in ((1.17, 0.0265), (1.177, 0.0265), (1.184, 0.0265), (1.177, 0.012), (1.177, 0.018))]
 
 
 def rod_symmetric(seeds, factor):
@@ -108,7 +107,7 @@ def bed_groups(seeds, factor):
 def rod_in_bed(seeds, factor):
     return [make({"area_fraction": fraction, "kick": kick}, scene, {"kick.strength": kick, "output.frame_every": 0.1}, seeds or 20,
                  whole(40.0 * factor, 0.1), tilted=False)
-            for kick in (0.0275, 0.018) for fraction, scene in ((0.0, "rod-matched.toml"), (0.67, "rod-in-beads.toml"))]
+            for kick in (0.0265, 0.018) for fraction, scene in ((0.0, "rod-matched.toml"), (0.67, "rod-in-beads.toml"))]
 
 
 PARTS = {part.__name__: part for part in (rod_step, rod_laws, rod_kick, rod_matched, rod_symmetric, bed_step, bed_groups, rod_in_bed)}
