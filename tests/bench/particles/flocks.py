@@ -20,12 +20,18 @@ import numpy as np
 
 MODELS = Path(__file__).resolve().parents[3] / "models"
 NOMINAL = ["plates.amplitude=0.04", "plates.gap=1.2", "rods.size_tolerance=0.0", "kick.strength=0.015"]
+QUICK = ["plates.amplitude=0.04", "plates.gap=1.15", "rods.size_tolerance=0.0", "kick.strength=0.015"]  # beyond the second gait
 LARGE = ["cell.lx=90.0", "cell.ly=90.0"]
 CASES = {
     "matched-dense": ("bead-flock", []),
+    "matched-dense-2": ("bead-flock", ["run.seed=2"]),
+    "matched-dense-3": ("bead-flock", ["run.seed=3"]),
     "matched-poor": ("bead-poor", []),
+    "free-matched-dense": ("bead-flock", ["kick.strength=0.0265"]),
+    "free-matched-poor": ("bead-poor", ["kick.strength=0.0265"]),
     "nominal-dense": ("bead-flock", NOMINAL),
     "nominal-poor": ("bead-poor", NOMINAL),
+    "quick-dense": ("bead-flock", QUICK),
     "rods-alone": ("rods-alone", []),
     "flower-dense": ("flower-flock", []),
     "flower-poor": ("flower-poor", []),
