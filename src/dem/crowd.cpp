@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/dem/wall.hpp"
+#include "walls.hpp"
 
 namespace drover::dem {
 
@@ -121,15 +121,14 @@ double push_pairs(Crowd& crowd, const Neighbours& neighbours) {
 /// Pushes of plates and walls.
 double push_inside(Crowd& crowd) {
     double deepest = 0.0;
-    const bool walls = !is_periodic(crowd.cell);
+    const Walls walls(crowd.cell);
     for (std::size_t s = 0; s < crowd.centre.size(); ++s) {
         const double reach = crowd.reach[s];
         const double below = crowd.floor + reach - crowd.centre[s].z, above = crowd.centre[s].z + reach - crowd.ceiling;
         crowd.push[s].z += std::max(0.0, below) - std::max(0.0, above);
         deepest = std::max({deepest, below / reach, above / reach});
-        if (!walls) continue;
         WallPoint found[4];
-        const int count = walls_near(crowd.cell, crowd.centre[s].x, crowd.centre[s].y, reach, found);
+        const int count = walls.near(crowd.centre[s].x, crowd.centre[s].y, reach, found);
         for (int i = 0; i < count; ++i) {
             const double depth = reach - found[i].distance;
             crowd.push[s] = crowd.push[s] + depth * Vector{found[i].nx, found[i].ny, 0.0};

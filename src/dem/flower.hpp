@@ -1,14 +1,16 @@
 // dem/flower.hpp: the lengths of a flower's outline.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "drover/dem/setup.hpp"
 
 namespace drover::dem {
 
-/// One petal, seen along its own middle line: an arc over a chord between two inner corners.
+/// The petals.  Each, seen along its own middle line, is an arc over a chord between two inner corners.
 struct Flower {
     double half_turn = 0.0;   ///< pi/petals, between the middle line and a corner [rad]
     double half_chord = 0.0;  ///< [mm]
@@ -16,6 +18,9 @@ struct Flower {
     double arc_radius = 0.0;  ///< [mm]
     double arc_at = 0.0;      ///< of the arc's centre from the origin [mm]; < 0 where petals are flatter than a circle
     double half_angle = 0.0;  ///< of the arc, seen from its centre [rad]
+    double cosine = 1.0, sine = 0.0;            ///< of half_angle
+    std::vector<std::array<double, 2>> middle;  ///< of each petal, the direction of its middle line
+    std::vector<std::array<double, 2>> corner;  ///< after each petal [mm]
 };
 
 inline Flower make_flower(const Cell& cell) {
@@ -25,6 +30,13 @@ inline Flower make_flower(const Cell& cell) {
     const double square = cell.petal_radius * cell.petal_radius - flower.half_chord * flower.half_chord;
     flower.arc_at = flower.chord_at - std::sqrt(std::max(0.0, square));
     flower.half_angle = std::asin(std::min(1.0, flower.half_chord / cell.petal_radius));
+    flower.cosine = std::cos(flower.half_angle);
+    flower.sine = std::sin(flower.half_angle);
+    for (int k = 0; k < cell.petals; ++k) {
+        const double middle = 2.0 * flower.half_turn * k, corner = middle + flower.half_turn;
+        flower.middle.push_back({std::cos(middle), std::sin(middle)});
+        flower.corner.push_back({cell.radius * std::cos(corner), cell.radius * std::sin(corner)});
+    }
     return flower;
 }
 

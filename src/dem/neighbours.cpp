@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "drover/dem/wall.hpp"
+#include "walls.hpp"
 
 namespace drover::dem {
 
@@ -225,10 +225,11 @@ public:
 
     void list_walls(Neighbours& to) const {
         if (is_periodic(cell_)) return;
+        const Walls walls(cell_);
         WallPoint found[4];
         for (std::uint32_t s = 0; s < spheres_.size(); ++s)
             if (const Place& at = spheres_.listed_wide[s];
-                walls_near(cell_, at[0], at[1], spheres_.place[s][3] + skin_, found) > 0)
+                walls.near(at[0], at[1], spheres_.place[s][3] + skin_, found) > 0)
                 to.near_wall.push_back(s);
     }
 

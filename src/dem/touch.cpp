@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/dem/wall.hpp"
-
 namespace drover::dem {
 
 namespace {
@@ -72,12 +70,12 @@ void find_images(const Spheres& spheres, const std::vector<ImagePair>& pairs, st
     }
 }
 
-void find_walls(const Cell& cell, const Spheres& spheres, const std::vector<std::uint32_t>& near,
+void find_walls(const Walls& side, const Spheres& spheres, const std::vector<std::uint32_t>& near,
                 std::vector<Touch>& found) {
     WallPoint walls[4];
     for (const std::uint32_t s : near) {
         const Lane& place = spheres.place[s];
-        const int count = walls_near(cell, place[0], place[1], place[3], walls);
+        const int count = side.near(place[0], place[1], place[3], walls);
         for (int w = 0; w < count; ++w) {
             if (walls[w].distance >= place[3]) continue;
             found.push_back({.first = s,
@@ -356,7 +354,7 @@ double smaller_radius(const Touch& touch, const Spheres& spheres) {
     return touch.second == none ? first : std::min(first, spheres.place[touch.second][3]);
 }
 
-void TouchSolver::find(const Cell& cell, const Spheres& spheres, const Neighbours& neighbours, Threads& threads) {
+void TouchSolver::find(const Walls& walls, const Spheres& spheres, const Neighbours& neighbours, Threads& threads) {
     const std::size_t chunks = neighbours.near.size();
     found_.resize(chunks + 1);
     for (auto& list : found_) list.clear();
@@ -364,7 +362,7 @@ void TouchSolver::find(const Cell& cell, const Spheres& spheres, const Neighbour
         for (std::size_t c = begin; c < end; ++c) find_pairs(spheres, neighbours.near[c], found_[c]);
     });
     find_images(spheres, neighbours.images, found_.back());
-    find_walls(cell, spheres, neighbours.near_wall, found_.back());
+    find_walls(walls, spheres, neighbours.near_wall, found_.back());
     touches_.clear();
     for (const auto& list : found_) touches_.insert(touches_.end(), list.begin(), list.end());
 }
@@ -398,9 +396,9 @@ void TouchSolver::group(std::size_t bodies) {
     for (std::uint32_t t = 0; t < count; ++t) order_[size_[root_of(parent_, t)]++] = t;
 }
 
-TouchReport TouchSolver::step(const Cell& cell, Spheres& spheres, const Neighbours& neighbours, const TouchRules& rules,
-                              Threads& threads) {
-    find(cell, spheres, neighbours, threads);
+TouchReport TouchSolver::step(const Walls& walls, Spheres& spheres, const Neighbours& neighbours,
+                              const TouchRules& rules, Threads& threads) {
+    find(walls, spheres, neighbours, threads);
     group(spheres.beads.size() + spheres.rods.size());
     constexpr std::size_t groups_per_chunk = 32;
     const std::size_t groups = start_.size() - 1, chunks = groups / groups_per_chunk + 1;

@@ -7,6 +7,7 @@
 #include "drover/dem/world.hpp"
 #include "neighbours.hpp"
 #include "spheres.hpp"
+#include "walls.hpp"
 
 namespace drover::dem {
 
@@ -53,11 +54,11 @@ class TouchSolver {
 public:
     /// Finds all overlaps and resolves those groups in which something approaches; moves bodies back out as far as they came in too late.
     /// Returns what the step adds to the ledger and the counts, with its deepest overlap.
-    TouchReport step(const Cell& cell, Spheres& spheres, const Neighbours& neighbours, const TouchRules& rules,
+    TouchReport step(const Walls& walls, Spheres& spheres, const Neighbours& neighbours, const TouchRules& rules,
                      Threads& threads);
 
 private:
-    void find(const Cell& cell, const Spheres& spheres, const Neighbours& neighbours, Threads& threads);
+    void find(const Walls& walls, const Spheres& spheres, const Neighbours& neighbours, Threads& threads);
     void group(std::size_t bodies);
 
     std::vector<Touch> touches_;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dem/flower.hpp"
+#include "walls.hpp"
 
 namespace drover::dem {
 
@@ -50,21 +50,28 @@ void add_circle(const Cell& cell, double x, double y, Nearest& nearest) {
 struct FromArc {
     double c = 1.0, s = 0.0;  ///< direction of the middle line
     double along = 0.0, across = 0.0;
+
+    double distance() const { return std::sqrt(along * along + across * across); }
 };
+
+/// Petals are counted round and round.
+std::size_t index_of(const Flower& flower, int petal) {
+    const int petals = static_cast<int>(flower.middle.size());
+    return static_cast<std::size_t>((petal % petals + petals) % petals);
+}
+
 FromArc from_arc(const Flower& flower, int petal, double x, double y) {
-    const double angle = 2.0 * flower.half_turn * petal, c = std::cos(angle), s = std::sin(angle);
+    const auto [c, s] = flower.middle[index_of(flower, petal)];
     return {.c = c, .s = s, .along = c * x + s * y - flower.arc_at, .across = c * y - s * x};
 }
 
 /// Whether the nearest point of an arc's circle belongs to the arc.
-bool faces(const Flower& flower, const FromArc& place) {
-    return std::abs(std::atan2(place.across, place.along)) <= flower.half_angle;
-}
+bool faces(const Flower& flower, const FromArc& place) { return place.along >= flower.cosine * place.distance(); }
 
 /// Adds the arc where a place faces it.
 void add_arc(const Flower& flower, const FromArc& place, Nearest& nearest) {
     if (!faces(flower, place)) return;
-    const double from_centre = std::hypot(place.along, place.across);
+    const double from_centre = place.distance();
     const double ux = from_centre > 0.0 ? place.along / from_centre : 1.0;
     const double uy = from_centre > 0.0 ? place.across / from_centre : 0.0;
     nearest.add({.distance = flower.arc_radius - from_centre,
@@ -73,39 +80,38 @@ void add_arc(const Flower& flower, const FromArc& place, Nearest& nearest) {
 }
 
 /// Adds the corner after a petal; sign: 1 for a place inside, -1 outside.
-void add_corner(const Cell& cell, const Flower& flower, int petal, double x, double y, double sign, Nearest& nearest) {
-    const double angle = flower.half_turn * (2 * petal + 1);
-    const double dx = x - cell.radius * std::cos(angle), dy = y - cell.radius * std::sin(angle);
-    const double distance = std::hypot(dx, dy);
+void add_corner(const Flower& flower, int petal, double x, double y, double sign, Nearest& nearest) {
+    const auto& corner = flower.corner[index_of(flower, petal)];
+    const double dx = x - corner[0], dy = y - corner[1], distance = std::sqrt(dx * dx + dy * dy);
     if (distance == 0.0) return;  // the arcs are there as well
     nearest.add({.distance = sign * distance, .nx = sign * dx / distance, .ny = sign * dy / distance});
 }
 
 /// Whether the distance grows from the corner after a petal along both arcs that end there.
 bool faces_corner(const Flower& flower, const FromArc& before, const FromArc& after) {
-    const double c = std::cos(flower.half_angle), s = std::sin(flower.half_angle);
+    const double c = flower.cosine, s = flower.sine;
     return c * before.across - s * before.along > 0.0 && c * after.across + s * after.along < 0.0;
 }
 
 /// Contacts are the places of the outline that are nearer than those beside them.
-void add_flower(const Cell& cell, double x, double y, Nearest& nearest) {
-    const Flower flower = make_flower(cell);
-    if (std::hypot(x, y) + nearest.reach < std::min(cell.radius, flower.arc_at + flower.arc_radius)) return;
+void add_flower(const Cell& cell, const Flower& flower, double x, double y, Nearest& nearest) {
+    const double clear = std::min(cell.radius, flower.arc_at + flower.arc_radius) - nearest.reach;
+    if (clear > 0.0 && x * x + y * y < clear * clear) return;
     const int petal = static_cast<int>(std::lround(std::atan2(y, x) / (2.0 * flower.half_turn)));
     // Outside: in the sector of a petal that is beyond its arc, or, where petals are flat, beyond a corner.
     const FromArc own = from_arc(flower, petal, x, y);
-    const bool facing = faces(flower, own), beyond = std::hypot(own.along, own.across) > flower.arc_radius;
+    const bool facing = faces(flower, own), beyond = own.distance() > flower.arc_radius;
     if (facing && beyond) return add_arc(flower, own, nearest);
     if (!facing && beyond && flower.arc_at < 0.0)
-        return add_corner(cell, flower, own.across > 0.0 ? petal : petal - 1, x, y, -1.0, nearest);
+        return add_corner(flower, own.across > 0.0 ? petal : petal - 1, x, y, -1.0, nearest);
     // What is nearer than half a chord belongs to this petal or to one beside it.
     const bool all = cell.petals <= 3 || nearest.reach >= flower.half_chord;
     const int first = all ? petal - cell.petals / 2 : petal - 1, last = all ? first + cell.petals - 1 : petal + 1;
     for (int k = first; k <= last; ++k) {
         const FromArc here = from_arc(flower, k, x, y), next = from_arc(flower, k + 1, x, y);
         // What lies beyond another petal's arc is in its own petal, and that arc has ended before.
-        if (std::hypot(here.along, here.across) <= flower.arc_radius) add_arc(flower, here, nearest);
-        if ((all || k < last) && faces_corner(flower, here, next)) add_corner(cell, flower, k, x, y, 1.0, nearest);
+        if (here.distance() <= flower.arc_radius) add_arc(flower, here, nearest);
+        if ((all || k < last) && faces_corner(flower, here, next)) add_corner(flower, k, x, y, 1.0, nearest);
     }
 }
 
@@ -123,12 +129,24 @@ double reach_of_flower(const Cell& cell, double direction) {
 }
 }  // namespace
 
-int walls_near(const Cell& cell, double x, double y, double radius, WallPoint (&found)[4]) {
+Walls::Walls(const Cell& cell) : cell_(cell) {
+    if (cell.shape == "rectangle") shape_ = Shape::rectangle;
+    if (cell.shape == "circle") shape_ = Shape::circle;
+    if (cell.shape != "flower") return;
+    shape_ = Shape::flower;
+    flower_ = make_flower(cell);
+}
+
+int Walls::near(double x, double y, double radius, WallPoint (&found)[4]) const {
     Nearest nearest{.found = found, .reach = radius};
-    if (cell.shape == "rectangle") add_rectangle(cell, x, y, nearest);
-    if (cell.shape == "circle") add_circle(cell, x, y, nearest);
-    if (cell.shape == "flower") add_flower(cell, x, y, nearest);
+    if (shape_ == Shape::rectangle) add_rectangle(cell_, x, y, nearest);
+    if (shape_ == Shape::circle) add_circle(cell_, x, y, nearest);
+    if (shape_ == Shape::flower) add_flower(cell_, flower_, x, y, nearest);
     return nearest.count;
+}
+
+int walls_near(const Cell& cell, double x, double y, double radius, WallPoint (&found)[4]) {
+    return Walls(cell).near(x, y, radius, found);
 }
 
 double half_width(const Cell& cell) {

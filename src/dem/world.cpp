@@ -97,7 +97,12 @@ void add(const Counts& part, Counts& whole) {
 }
 
 World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads)
-    : setup(the_setup), dt(the_dt), threads(the_threads), shapes(std::move(bodies.shapes)), plates(the_setup.plates) {
+    : setup(the_setup),
+      dt(the_dt),
+      threads(the_threads),
+      shapes(std::move(bodies.shapes)),
+      plates(the_setup.plates),
+      walls(the_setup.cell) {
     bodies.shapes = shapes;
     spheres = make_spheres(setup, bodies);
     const ImpactLaw law = law_of(setup.contacts);
@@ -301,7 +306,7 @@ void World::advance(std::int64_t step) {
     }
     s.touch_rules.base = s.plates.base(s.dt);
     s.touch_rules.lid = s.plates.lid() ? s.touch_rules.base.at + s.plates.gap() : never;
-    s.notice(s.touches.step(s.setup.cell, s.spheres, s.neighbours, s.touch_rules, s.threads), step);
+    s.notice(s.touches.step(s.walls, s.spheres, s.neighbours, s.touch_rules, s.threads), step);
 }
 
 void World::set_forces(const BodyForces& forces) {

@@ -24,6 +24,7 @@ struct World::State {
     Vector rod_force;
     TouchRules touch_rules;
     TouchSolver touches;
+    Walls walls;
     Ledger ledger;
     Counts counts;
     Overlap overlap;
