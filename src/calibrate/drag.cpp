@@ -99,6 +99,7 @@ Assay drag(const DragPlan& plan) {
         quantities.push_back({text("flow_{}", torque), "mm/s", text("<v> at torque {}", torque), false});
     }
     return {.name = "drag",
+            .population = Population::all,
             .quantities = quantities,
             .trial = [plan](const Maker& make, const dem::Setup& setup,
                             std::uint64_t seed) { return carry(plan, make, setup, seed); },
@@ -110,3 +111,19 @@ Assay drag(const DragPlan& plan) {
 }
 
 }  // namespace drover::calibrate
+
+namespace drover {
+
+template <>
+const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
+    using Plan = calibrate::DragPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "torques", .member = &Plan::torques, .unit = "mg mm^2/s^2", .range = positive, .sentence = "of the field that orients rods, weak to strong, for P from below a half to near one"},
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "once, in the strongest"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "in each; together some times m rho/Gamma and 1/a"},
+        {.name = "windows", .member = &Plan::windows, .range = {.least = 1, .most = 1000}, .sentence = "of equal length that the time is cut into"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks at P"}};
+    return rows;
+}
+
+}  // namespace drover

@@ -48,6 +48,7 @@ Assay propulsion(const PropulsionPlan& plan) {
     require(plan.frame > 0.0 && plan.time >= plan.frame, {},
             "propulsion: a trial of {} s in frames of {} s; expected one frame or more", plan.time, plan.frame);
     return {.name = "propulsion",
+            .population = Population::single_rods,
             .quantities = {{"propulsion", "mm/s", "u = <d.n>/frame, less what the turning of n takes"},
                            {"propulsion_spread", "mm/s", "standard deviation of the means of rods", false}},
             .trial = [plan](const Maker& make, const dem::Setup& setup,
@@ -57,3 +58,17 @@ Assay propulsion(const PropulsionPlan& plan) {
 }
 
 }  // namespace drover::calibrate
+
+namespace drover {
+
+template <>
+const std::vector<Row<calibrate::PropulsionPlan>>& schema<calibrate::PropulsionPlan>() {
+    using Plan = calibrate::PropulsionPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "before anything is followed"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "followed"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "over which a displacement is taken"}};
+    return rows;
+}
+
+}  // namespace drover

@@ -97,6 +97,7 @@ Assay relaxation(const RelaxationPlan& plan) {
             "longer trial",
             plan.frame, plan.lag_most, plan.time);
     return {.name = "relaxation",
+            .population = Population::single_rods,
             .quantities = {{"relaxation_rate", "1/s", "a = D_r = -d ln C/dt, C(t) = <cos(theta(t) - theta(0))>"},
                            {"rotational_jitter", "1", "1 - c, C(t) = c exp(-a t)", false},
                            {"exponential_from", "s", "t0, from which on ln C is straight", false}},
@@ -116,3 +117,18 @@ Assay relaxation(const RelaxationPlan& plan) {
 }
 
 }  // namespace drover::calibrate
+
+namespace drover {
+
+template <>
+const std::vector<Row<calibrate::RelaxationPlan>>& schema<calibrate::RelaxationPlan>() {
+    using Plan = calibrate::RelaxationPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "before anything is followed"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks; whole periods of the plates, which tilt rods at their own frequency"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "followed"},
+        {.name = "lag_most", .member = &Plan::lag_most, .unit = "s", .range = positive, .sentence = "longest lag t of C(t): less than time; some 0.5/a, or what there is time for"}};
+    return rows;
+}
+
+}  // namespace drover

@@ -20,7 +20,8 @@ Trial release(const ShearPlan& plan, const Maker& make, const dem::Setup& given,
     specimen->advance_to(time);
     const std::size_t frames = frames_in(plan.time, plan.frame);
     Trial trial;
-    for (const int waves : plan.waves) {
+    for (const double number : plan.waves) {
+        const int waves = static_cast<int>(number);
         std::vector<double> amplitude(frames + 1, 0.0);
         for (int i = 0; i < plan.releases; ++i) {
             const double side = i % 2 == 0 ? 1.0 : -1.0;
@@ -35,7 +36,7 @@ Trial release(const ShearPlan& plan, const Maker& make, const dem::Setup& given,
         }
         trial.insert(trial.end(), amplitude.begin(), amplitude.end());
     }
-    for (const int waves : plan.waves) trial.push_back(std::pow(2.0 * std::numbers::pi * waves / setup.cell.ly, 2));
+    for (const double waves : plan.waves) trial.push_back(std::pow(2.0 * std::numbers::pi * waves / setup.cell.ly, 2));
     return trial;
 }
 
@@ -88,17 +89,19 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 
 Assay shear(const ShearPlan& plan) {
     require(plan.waves.size() >= 2 && plan.waves.front() >= 1 && std::is_sorted(plan.waves.begin(), plan.waves.end()) &&
-                plan.waves.front() < plan.waves.back(),
-            {}, "shear: expected two numbers of waves or more, above 0 and ascending");
+                plan.waves.front() < plan.waves.back() &&
+                std::all_of(plan.waves.begin(), plan.waves.end(), [](double k) { return k == std::floor(k); }),
+            {}, "shear: expected two whole numbers of waves or more, above 0 and ascending");
     require(plan.releases >= 1 && plan.frame > 0.0 && plan.time >= 4.0 * plan.frame, {},
             "shear: {} releases of {} s in frames of {} s; expected one or more, and four frames or more",
             plan.releases, plan.time, plan.frame);
     std::vector<Quantity> quantities{{"viscosity_kinematic", "mm^2/s", "eta/(m rho): r = (Gamma + eta q^2)/(m rho)"},
                                      {"damping_intercept", "1/s", "Gamma/(m rho): r at q = 0", false},
                                      {"shear_bend", "1", "largest of (r - line)/r", false}};
-    for (const int waves : plan.waves)
+    for (const double waves : plan.waves)
         quantities.push_back({text("shear_rate_{}", waves), "1/s", text("r of {} waves", waves), false});
     return {.name = "shear",
+            .population = Population::beads,
             .quantities = quantities,
             .trial = [plan](const Maker& make, const dem::Setup& setup,
                             std::uint64_t seed) { return release(plan, make, setup, seed); },
@@ -112,3 +115,22 @@ Assay shear(const ShearPlan& plan) {
 }
 
 }  // namespace drover::calibrate
+
+namespace drover {
+
+template <>
+const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>() {
+    using Plan = calibrate::ShearPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "waves", .member = &Plan::waves, .range = {.least = 1, .most = 1000}, .sentence = "across the cell, whole numbers, ascending: q = 2 pi waves/ly"},
+        {.name = "speed", .member = &Plan::speed, .unit = "mm/s", .range = positive, .sentence = "amplitude at the release"},
+        {.name = "part_least", .member = &Plan::part_least, .range = {.least = 0.0, .most = 0.99, .least_open = true}, .sentence = "of the amplitude, to which the decay is read"},
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "once"},
+        {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .sentence = "before each release"},
+        {.name = "releases", .member = &Plan::releases, .range = {.least = 1, .most = 1000}, .sentence = "of each wave, to either side in turn"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "followed after each"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks, whole periods of the plates"}};
+    return rows;
+}
+
+}  // namespace drover

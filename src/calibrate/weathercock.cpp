@@ -100,6 +100,7 @@ Assay weathercock(const WeathercockPlan& plan) {
     for (const double speed : plan.speeds)
         quantities.push_back({text("weathercock_single_{}", speed), "1/mm", text("lambda_s at {} mm/s", speed), false});
     return {.name = "weathercock",
+            .population = Population::single_rods,
             .quantities = quantities,
             .trial = [plan](const Maker& make, const dem::Setup& setup,
                             std::uint64_t seed) { return turn_rods(plan, make, setup, seed); },
@@ -111,3 +112,22 @@ Assay weathercock(const WeathercockPlan& plan) {
 }
 
 }  // namespace drover::calibrate
+
+namespace drover {
+
+template <>
+const std::vector<Row<calibrate::WeathercockPlan>>& schema<calibrate::WeathercockPlan>() {
+    using Plan = calibrate::WeathercockPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "speeds", .member = &Plan::speeds, .unit = "mm/s", .range = positive, .sentence = "of the beads, ascending"},
+        {.name = "distance", .member = &Plan::distance, .unit = "mm", .range = positive, .sentence = "that the flow goes while rods turn: at most some 1/lambda_s"},
+        {.name = "window_most", .member = &Plan::window_most, .unit = "s", .range = positive, .sentence = "that this takes at most: slow flows go less far"},
+        {.name = "torque", .member = &Plan::torque, .unit = "mg mm^2/s^2", .range = positive, .sentence = "holds rods athwart before; more than the flow's"},
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "once"},
+        {.name = "align", .member = &Plan::align, .unit = "s", .range = not_negative, .sentence = "before each release"},
+        {.name = "settle", .member = &Plan::settle, .unit = "s", .range = not_negative, .sentence = "after a release, for the angular velocity to become that of the flow"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "most between looks"}};
+    return rows;
+}
+
+}  // namespace drover

@@ -67,14 +67,18 @@ Hermite hermite(const Cell& cell) {
 }  // namespace
 
 CoefficientTable::CoefficientTable(std::vector<double> bead_densities, std::vector<double> rod_densities,
-                                   std::vector<double> values, Outside outside)
-    : beads_(std::move(bead_densities)), rods_(std::move(rod_densities)), outside_(outside) {
+                                   std::vector<double> values, Outside outside, std::vector<double> errors)
+    : beads_(std::move(bead_densities)), rods_(std::move(rod_densities)), errors_(std::move(errors)), outside_(outside) {
     check_axis("bead_density", beads_);
     check_axis("rod_density", rods_);
     const std::size_t rows = beads_.size(), width = rods_.size();
     require(values.size() == rows * width, {}, "a table of {} by {} densities has {} values; expected {}", rows, width,
             values.size(), rows * width);
     for (const double value : values) require(std::isfinite(value), {}, "a table holds {}; expected numbers", value);
+    require(errors_.empty() || errors_.size() == values.size(), {}, "a table of {} values has {} errors; expected {}",
+            values.size(), errors_.size(), values.size());
+    for (const double error : errors_)
+        require(error >= 0.0 && std::isfinite(error), {}, "a table holds the error {}; expected numbers >= 0", error);
     nodes_.resize(values.size());
     const auto along_rods = [&](std::size_t i, auto get, auto set) {
         std::vector<double> y;
@@ -118,6 +122,35 @@ Dependence CoefficientTable::at(double bead_density, double rod_density) const {
     if (!bead.inside) sum.by_beads = 0.0;
     if (!rod.inside) sum.by_rods = 0.0;
     return sum;
+}
+
+namespace {
+/// What the value at a place takes of each node of one axis.
+std::vector<double> node_weights(const std::vector<double>& axis, double place) {
+    const Cell cell = cell_of(axis, place);
+    const Hermite h = hermite(cell);
+    std::vector<double> weights(axis.size(), 0.0), one(axis.size(), 0.0);
+    for (std::size_t i = 0; i < axis.size(); ++i) {
+        one[i] = 1.0;
+        const std::vector<double> slopes = node_slopes(axis, one);
+        for (std::size_t end = 0; end < (cell.length == 0.0 ? 1u : 2u); ++end)
+            weights[i] += h.value[end] * one[cell.first + end] + h.slope[end] * slopes[cell.first + end];
+        one[i] = 0.0;
+    }
+    return weights;
+}
+}  // namespace
+
+double CoefficientTable::standard_error(double bead_density, double rod_density) const {
+    if (errors_.empty()) return 0.0;
+    const std::vector<double> bead = node_weights(beads_, bead_density), rod = node_weights(rods_, rod_density);
+    double variance = 0.0;
+    for (std::size_t i = 0; i < bead.size(); ++i)
+        for (std::size_t k = 0; k < rod.size(); ++k) {
+            const double part = bead[i] * rod[k] * errors_[i * rod.size() + k];
+            variance += part * part;
+        }
+    return std::sqrt(variance);
 }
 
 std::string CoefficientTable::range_text() const {

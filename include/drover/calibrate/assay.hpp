@@ -26,9 +26,17 @@ struct Quantity {
 /// Quantities of an assay from the means of the numbers of its trials.
 using Estimator = std::function<std::vector<double>(std::span<const double> means)>;
 
+/// The bodies in the cell of an assay, and so the area fractions that its results depend on.
+enum class Population {
+    beads,        ///< beads alone: results depend on the area fraction of beads
+    single_rods,  ///< one rod, or a few far apart, among beads: the same
+    all           ///< rods and beads: results depend on both area fractions
+};
+
 /// A coefficient measured on particles.  Made by the functions of the assays' own headers, from their plans.
 struct Assay {
     std::string name;
+    Population population = Population::all;
     std::vector<Quantity> quantities;
     /// A pure function: the same numbers for the same maker, setup and seed.
     std::function<Trial(const Maker& make, const dem::Setup& setup, std::uint64_t seed)> trial;

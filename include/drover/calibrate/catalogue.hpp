@@ -21,6 +21,18 @@ struct Plans {
     CompressibilityPlan compressibility;
 };
 
+/// visit(name, sentence, plan) for each, in the order of the assays.
+template <class AnyPlans, class Visit>
+void for_plans(AnyPlans& plans, Visit visit) {
+    visit("relaxation", "Rods that lose their direction: a.", plans.relaxation);
+    visit("weathercock", "Flow that turns rods: lambda_s.", plans.weathercock);
+    visit("drag", "Aligned rods that carry beads: alpha/Gamma.", plans.drag);
+    visit("damping", "Flow of the beads that the plates stop: Gamma/(m rho).", plans.damping);
+    visit("shear", "Waves of the beads' velocity that decay: eta/(m rho).", plans.shear);
+    visit("propulsion", "Rods that swim: u.", plans.propulsion);
+    visit("compressibility", "Beads that are pushed together: E.", plans.compressibility);
+}
+
 /// One of each, in this order.  Throws an input Error for a plan that cannot be.
 std::vector<Assay> make_assays(const Plans& plans = {});
 

@@ -1,5 +1,6 @@
 // calibrate/compressibility.hpp: how beads resist being pushed together.
 #pragma once
+#include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"
 
 namespace drover::calibrate {
@@ -27,3 +28,8 @@ struct CompressibilityPlan {
 Assay compressibility(const CompressibilityPlan& plan = {});
 
 }  // namespace drover::calibrate
+
+namespace drover {
+template <>
+const std::vector<Row<calibrate::CompressibilityPlan>>& schema<calibrate::CompressibilityPlan>();
+}  // namespace drover

@@ -1,5 +1,6 @@
 // calibrate/damping.hpp: how plates stop the beads.
 #pragma once
+#include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"
 
 namespace drover::calibrate {
@@ -30,3 +31,8 @@ Assay damping(const DampingPlan& plan = {});
 double mass_density(const dem::Setup& setup);
 
 }  // namespace drover::calibrate
+
+namespace drover {
+template <>
+const std::vector<Row<calibrate::DampingPlan>>& schema<calibrate::DampingPlan>();
+}  // namespace drover

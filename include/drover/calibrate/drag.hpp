@@ -1,5 +1,6 @@
 // calibrate/drag.hpp: how fast aligned rods carry the beads.
 #pragma once
+#include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"
 
 namespace drover::calibrate {
@@ -26,3 +27,8 @@ struct DragPlan {
 Assay drag(const DragPlan& plan = {});
 
 }  // namespace drover::calibrate
+
+namespace drover {
+template <>
+const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>();
+}  // namespace drover

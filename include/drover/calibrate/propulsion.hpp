@@ -1,5 +1,6 @@
 // calibrate/propulsion.hpp: how fast rods go in the bed.
 #pragma once
+#include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"
 
 namespace drover::calibrate {
@@ -19,3 +20,8 @@ struct PropulsionPlan {
 Assay propulsion(const PropulsionPlan& plan = {});
 
 }  // namespace drover::calibrate
+
+namespace drover {
+template <>
+const std::vector<Row<calibrate::PropulsionPlan>>& schema<calibrate::PropulsionPlan>();
+}  // namespace drover

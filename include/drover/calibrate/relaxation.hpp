@@ -1,5 +1,6 @@
 // calibrate/relaxation.hpp: how fast rods in the bed lose their direction.
 #pragma once
+#include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"
 
 namespace drover::calibrate {
@@ -26,3 +27,8 @@ struct RelaxationPlan {
 Assay relaxation(const RelaxationPlan& plan = {});
 
 }  // namespace drover::calibrate
+
+namespace drover {
+template <>
+const std::vector<Row<calibrate::RelaxationPlan>>& schema<calibrate::RelaxationPlan>();
+}  // namespace drover

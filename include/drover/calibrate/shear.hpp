@@ -1,12 +1,13 @@
 // calibrate/shear.hpp: how beads drag each other along.
 #pragma once
+#include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"
 
 namespace drover::calibrate {
 
 /// Waves and times of a trial.
 struct ShearPlan {
-    std::vector<int> waves = {1, 3, 5};  ///< across the cell, ascending >= 1: q = 2 pi waves/ly
+    std::vector<double> waves = {1, 3, 5};  ///< across the cell, whole, ascending >= 1: q = 2 pi waves/ly
     double speed = 10.0;                 ///< amplitude at the release [mm/s]
     double part_least = 0.2;             ///< of it, to which the decay is read
     double warm_up = 0.5;                ///< once [s]
@@ -26,3 +27,8 @@ struct ShearPlan {
 Assay shear(const ShearPlan& plan = {});
 
 }  // namespace drover::calibrate
+
+namespace drover {
+template <>
+const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>();
+}  // namespace drover

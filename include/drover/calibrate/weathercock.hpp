@@ -1,5 +1,6 @@
 // calibrate/weathercock.hpp: how flow turns rods.
 #pragma once
+#include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"
 
 namespace drover::calibrate {
@@ -29,3 +30,8 @@ struct WeathercockPlan {
 Assay weathercock(const WeathercockPlan& plan = {});
 
 }  // namespace drover::calibrate
+
+namespace drover {
+template <>
+const std::vector<Row<calibrate::WeathercockPlan>>& schema<calibrate::WeathercockPlan>();
+}  // namespace drover

@@ -1,0 +1,52 @@
+// calibrate/campaign.cpp: looks after whole rounds of attempts, in the order of their numbers.
+#include "drover/calibrate/campaign.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drover/base/error.hpp"
+
+namespace drover::calibrate {
+
+Campaign::Campaign(Assay assay, const Goal& goal, double failed_most)
+    : assay_(std::move(assay)), goal_(goal), failed_most_(failed_most), look_(goal.round * goal.rounds_least) {
+    judge(assay_, {}, goal_);  // refuses a goal that cannot be
+    require(failed_most >= 0.0 && failed_most < 1.0, {}, "a part of {} of the trials may fail; expected 0 to below 1",
+            failed_most);
+}
+
+void Campaign::add(Attempt attempt) {
+    const std::uint64_t number = attempt.number;
+    attempts_.emplace(number, std::move(attempt));
+    while (!ended() && attempts_.contains(taken_)) {
+        const Attempt& next = attempts_.at(taken_++);
+        if (next.failure.empty()) good_.push_back(next.numbers);
+        else if (failed_++ == 0) failure_ = next.failure;
+        if (taken_ == look_) look();
+    }
+}
+
+void Campaign::look() {
+    const double tried = static_cast<double>(taken_), failed = static_cast<double>(failed_);
+    const double allowed = failed_most_ * tried;
+    const auto refuse = [&] {
+        refusal_ = text("{}: {} of {} trials failed; expected at most {:.3g} %: {}", assay_.name, failed_, taken_,
+                        100.0 * failed_most_, failure_);
+    };
+    // Twice the spread of their number beyond what is allowed: it will not become fewer.
+    if (failed > allowed + 2.0 * std::sqrt(allowed)) return refuse();
+    // A look that was in vain need not be taken again.
+    Goal goal = goal_;
+    goal.rounds_least = std::max(goal_.rounds_least, judged_ + 1);
+    if (good_.size() >= goal.round * goal.rounds_least) {
+        Judgement judgement = judge(assay_, good_, goal);
+        judged_ = good_.size() / goal.round;
+        if (judgement.measurement && failed > allowed) return refuse();
+        measurement_ = std::move(judgement.measurement);
+        if (measurement_) return;
+    }
+    const std::size_t missing = goal_.round - good_.size() % goal_.round;
+    look_ += missing;
+}
+
+}  // namespace drover::calibrate

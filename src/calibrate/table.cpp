@@ -1,0 +1,130 @@
+// calibrate/table.cpp: points of a table, its checks, and its coefficients as smooth functions.
+#include "drover/calibrate/table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace drover::calibrate {
+
+const char* origin_name(Origin origin) {
+    constexpr std::array<const char*, origin_count> names{"refused", "measured", "short", "closure", "set"};
+    return names[static_cast<std::size_t>(origin)];
+}
+
+std::size_t count_of(const Table& table, bool by_rods) {
+    return table.varied.size() * table.bead_fractions.size() * (by_rods ? table.rod_fractions.size() : 1);
+}
+
+std::size_t place_in(const Table& table, const TableRow& row, std::size_t varied, std::size_t bead, std::size_t rod) {
+    const std::size_t place = varied * table.bead_fractions.size() + bead;
+    return row.by_rods ? place * table.rod_fractions.size() + rod : place;
+}
+
+std::string point_text(const Table& table, bool by_rods, std::size_t place) {
+    const std::size_t rods = by_rods ? table.rod_fractions.size() : 1, beads = table.bead_fractions.size();
+    std::string point = text("bead area fraction {}", table.bead_fractions[place / rods % beads]);
+    if (by_rods) point += text(", rod area fraction {}", table.rod_fractions[place % rods]);
+    if (!table.varied_key.empty()) point += text(", {} = {}", table.varied_key, table.varied[place / rods / beads]);
+    return point;
+}
+
+const TableRow* find_row(const Table& table, const std::string& name) {
+    const auto found =
+        std::find_if(table.rows.begin(), table.rows.end(), [&](const TableRow& row) { return row.name == name; });
+    return found == table.rows.end() ? nullptr : &*found;
+}
+
+namespace {
+void check_fractions(const std::vector<double>& fractions, const char* name, const Where& where) {
+    for (std::size_t i = 0; i < fractions.size(); ++i)
+        require(fractions[i] > 0.0 && fractions[i] < 1.0 && (i == 0 || fractions[i] > fractions[i - 1]), where,
+                "{}: number {} is {}; expected area fractions between 0 and 1 that ascend", name, i + 1, fractions[i]);
+}
+
+void check_known(const Table& table, const TableRow& row, std::size_t place, const Where& where) {
+    const Known& known = row.known[place];
+    if (known.origin == Origin::refused) return;
+    const auto at = [&] { return point_text(table, row.by_rods, place); };
+    require(std::isfinite(known.value), where, "{} at {} is {}; expected a number where the origin is not \"refused\"",
+            row.name, at(), known.value);
+    require(known.error >= 0.0 && std::isfinite(known.error), where,
+            "{} at {} has the standard error {}; expected a number >= 0", row.name, at(), known.error);
+    require(known.trials >= 0, where, "{} at {} has {} trials; expected 0 or more", row.name, at(), known.trials);
+}
+}  // namespace
+
+void check(const Table& table, const Where& where) {
+    require(!table.bead_fractions.empty(), where, "bead_area_fraction is empty; expected one value at least");
+    check_fractions(table.bead_fractions, "bead_area_fraction", where);
+    check_fractions(table.rod_fractions, "rod_area_fraction", where);
+    require(!table.varied.empty(), where, "{} has no value; expected one at least", table.varied_key);
+    for (const double value : table.varied)
+        require(std::isfinite(value), where, "{} has the value {}; expected numbers", table.varied_key, value);
+    for (const TableRow& row : table.rows) {
+        require(row.known.size() == count_of(table, row.by_rods) && !row.known.empty(), where,
+                "{} has {} numbers; expected {}", row.name, row.known.size(), count_of(table, row.by_rods));
+        for (std::size_t place = 0; place < row.known.size(); ++place) check_known(table, row, place, where);
+    }
+}
+
+namespace {
+const TableRow& whole_row(const Table& table, const std::string& name, std::size_t varied) {
+    std::vector<std::string> names;
+    for (const TableRow& row : table.rows) names.push_back(row.name);
+    const TableRow* row = find_row(table, name);
+    if (row == nullptr) {
+        const std::string near = nearest_name(name, names);
+        fail_input({}, "the table has no coefficient {}; {}", name,
+                   near.empty() ? text("expected one of {}", joined(names)) : text("did you mean {}?", near));
+    }
+    require(varied < table.varied.size(), {}, "the table has {} values of {}; expected one numbered {}, from 0",
+            table.varied.size(), table.varied_key, varied);
+    const std::size_t part = row->known.size() / table.varied.size();
+    for (std::size_t place = varied * part; place < (varied + 1) * part; ++place) {
+        const Known& known = row->known[place];
+        require(known.origin != Origin::refused, {},
+                "the table has a hole: {} at {} was refused ({}); expected all of its points: measure it, or take this "
+                "point out of the scene",
+                name, point_text(table, row->by_rods, place), known.remark);
+    }
+    return *row;
+}
+
+physics::CoefficientTable smooth_table(const Table& table, const TableRow& row, std::size_t varied,
+                                       physics::Outside outside) {
+    const std::size_t part = row.known.size() / table.varied.size();
+    std::vector<double> values, errors;
+    for (std::size_t place = varied * part; place < (varied + 1) * part; ++place) {
+        values.push_back(row.known[place].value);
+        errors.push_back(row.known[place].error);
+    }
+    return {table.bead_fractions, row.by_rods ? table.rod_fractions : std::vector<double>{0.0}, values, outside,
+            errors};
+}
+}  // namespace
+
+SmoothCoefficient::SmoothCoefficient(const Table& table, const std::string& name, std::size_t varied,
+                                     physics::Outside outside)
+    : name_(name),
+      beads_(table.bead_fractions),
+      rods_(table.rod_fractions),
+      by_rods_(whole_row(table, name, varied).by_rods),
+      outside_(outside),
+      table_(smooth_table(table, *find_row(table, name), varied, outside)) {}
+
+Uncertain SmoothCoefficient::at(double bead_fraction, double rod_fraction) const {
+    const auto check_inside = [&](const char* kind, const std::vector<double>& axis, double fraction) {
+        const bool inside = axis.size() == 1 || (fraction >= axis.front() && fraction <= axis.back());
+        require(std::isfinite(fraction) && (inside || outside_ == physics::Outside::hold), {},
+                "{} at a {} area fraction of {}: the table has {} to {}; expected one within it: measure there, or say "
+                "that the value at the edge holds beyond it",
+                name_, kind, fraction, axis.front(), axis.back());
+    };
+    check_inside("bead", beads_, bead_fraction);
+    if (by_rods_) check_inside("rod", rods_, rod_fraction);
+    return {.value = table_.at(bead_fraction, rod_fraction).value,
+            .error = table_.standard_error(bead_fraction, rod_fraction)};
+}
+
+}  // namespace drover::calibrate
