@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "command.hpp"
+#include "drover/run/calibration.hpp"
 #include "drover/run/sweep.hpp"
 
 namespace drover::app {
@@ -22,6 +23,7 @@ void add_check(CLI::App& program, Action& action) {
             const io::Scene scene = scene_of(*options);
             run::check_needs(scene, {.overwrite = true, .quiet = true});
             if (!scene.sweep.vary.empty()) run::plan_sweep(scene);
+            if (!scene.calibration.bead_area_fractions.empty()) run::plan_calibration(scene);
             if (options->resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
             else std::printf("%s: good\n", options->scene.c_str());
             return run::exit_done;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drover/calibrate/table.hpp"
 #include "drover/io/archive.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/run/exit_status.hpp"
@@ -22,6 +23,7 @@ void add_restart(CLI::App& program, Action& action);
 void add_sweep(CLI::App& program, Action& action);
 void add_check(CLI::App& program, Action& action);
 void add_explain(CLI::App& program, Action& action);
+void add_calibrate(CLI::App& program, Action& action);
 void add_stability(CLI::App& program, Action& action);
 void add_boundary(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
@@ -56,6 +58,9 @@ void write_results(const std::string& file, const std::string& what, const io::S
 nlohmann::json report_json(const run::Report& report);
 /// The provenance of an archive.
 nlohmann::json attributes_json(const io::ArchiveReader& archive);
+
+/// Coefficients by name, each with its points.
+nlohmann::json table_json(const calibrate::Table& table);
 
 /// Prints how a run ended and what came out; returns its exit status.
 int print_outcome(const run::RunOutcome& outcome, bool json);

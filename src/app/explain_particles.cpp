@@ -6,6 +6,7 @@
 
 #include "command.hpp"
 #include "drover/io/trajectory.hpp"
+#include "drover/run/calibration.hpp"
 #include "drover/run/kind.hpp"
 #include "explain_cost.hpp"
 
@@ -105,6 +106,14 @@ void print(const io::Scene& scene, const Explanation& e) {
     std::printf("  %lld steps of dt = %g s, %.4g a period of the plates\n", static_cast<long long>(e.cost.steps),
                 scene.time.dt, e.steps_per_period);
     print_cost(scene, e.cost, "in a smaller cell");
+    if (scene.calibration.bead_area_fractions.empty()) return;
+    const run::CalibrationLayout layout = run::plan_calibration(scene);
+    std::printf("drover calibrate: %zu measurements of %zu to %zu trials each\n", layout.units.size(),
+                layout.goal.round * layout.goal.rounds_least,
+                layout.goal.trials_most / layout.goal.round * layout.goal.round);
+    for (const calibrate::Assay& assay : layout.assays)
+        std::printf("  %-16s over Phi_b%s\n", assay.name.c_str(),
+                    assay.population == calibrate::Population::all ? " and Phi_r" : "");
 }
 }  // namespace
 

@@ -1,15 +1,23 @@
 // app/info.cpp: drover info ARCHIVE.
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
+#include "drover/io/calibration.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/io/xyz.hpp"
+#include "drover/run/calibration.hpp"
 
 namespace drover::app {
 
 namespace {
+struct Options {
+    std::string archive;
+    bool json = false, scene = false;
+};
+
 constexpr const char* frames_path = "/time";
 
 std::string times_text(double first, double last) { return text("t = {:.6g} to {:.6g} s", first, last); }
@@ -48,6 +56,30 @@ void print(const io::ArchiveReader& archive, const run::Report& report, bool sce
     std::fputs(run::report_text(report).c_str(), stdout);
 }
 
+/// A table of coefficients: where it came from, and what it holds.
+void print_calibration(const io::ArchiveReader& archive, const Options& options) {
+    const calibrate::Table table = io::read_calibration(archive, options.archive);
+    if (options.json) {
+        const nlohmann::json result{{"attributes", attributes_json(archive)}, {"coefficients", table_json(table)}};
+        std::puts(result.dump(2).c_str());
+        return;
+    }
+    for (const auto& [name, value] : archive.attributes())
+        if (name != "scene" && name != "remarks" && name != "coefficients")
+            std::printf("%-20s %s\n", name.c_str(),
+                        std::visit([](const auto& held) { return text("{}", held); }, value).c_str());
+    std::array<std::size_t, calibrate::origin_count> origins{};
+    for (const calibrate::TableRow& row : table.rows)
+        for (const calibrate::Known& known : row.known) ++origins[static_cast<std::size_t>(known.origin)];
+    std::printf("%-20s %zu:", "coefficients", table.rows.size());
+    for (std::size_t i = 0; i < origins.size(); ++i)
+        std::printf("%s %zu %s", i == 0 ? "" : ",", origins[i],
+                    calibrate::origin_name(static_cast<calibrate::Origin>(i)));
+    std::printf("\n\n");
+    if (options.scene) std::printf("%s\n", archive.text_attribute("scene").c_str());
+    std::fputs(run::calibration_text(table).c_str(), stdout);
+}
+
 void print_xyz(const std::string& file, bool json) {
     const io::XyzInfo info = io::read_xyz_info(file);
     if (json) {
@@ -78,13 +110,9 @@ void print_xyz(const std::string& file, bool json) {
 }  // namespace
 
 void add_info(CLI::App& program, Action& action) {
-    struct Options {
-        std::string archive;
-        bool json = false, scene = false;
-    };
     const auto options = std::make_shared<Options>();
-    CLI::App* command =
-        program.add_subcommand("info", "where an archive came from, and its results so far; or what an XYZ file holds");
+    CLI::App* command = program.add_subcommand(
+        "info", "where an archive or a table came from, and its results so far; or what an XYZ file holds");
     command->add_option("archive", options->archive, "the archive, such as isotropic.h5")->required();
     command->add_flag("--scene", options->scene, "also the scene, every key with its value");
     command->add_flag("--json", options->json, "as JSON");
@@ -95,6 +123,10 @@ void add_info(CLI::App& program, Action& action) {
                 return run::exit_done;
             }
             const io::ArchiveReader archive(options->archive);
+            if (io::is_calibration(archive)) {
+                print_calibration(archive, *options);
+                return run::exit_done;
+            }
             const run::Report report = run::make_report(archive);
             if (!options->json) {
                 print(archive, report, options->scene);

@@ -46,8 +46,9 @@ int main(int count, char** words) {
     program.require_subcommand(1);
     program.footer("Exit status: 0 done, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
     app::Action action;
-    for (const auto add : {app::add_run, app::add_restart, app::add_sweep, app::add_stability, app::add_boundary,
-                           app::add_check, app::add_explain, app::add_info, app::add_export, app::add_schema})
+    for (const auto add :
+         {app::add_run, app::add_restart, app::add_sweep, app::add_calibrate, app::add_stability, app::add_boundary,
+          app::add_check, app::add_explain, app::add_info, app::add_export, app::add_schema})
         add(program, action);
     return run::status_of([&] {
         const int status = app::act(program, count, words, action);

@@ -271,6 +271,19 @@ std::string ArchiveReader::text_attribute(const std::string& name) const {
     return *words;
 }
 
+std::string ArchiveReader::text_attribute(const std::string& dataset, const std::string& name) const {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    const Handle open = open_dataset(file_->file, dataset, errors);
+    require(H5Aexists(open, name.c_str()) > 0, {errors.file}, "{} has no attribute {}; expected an archive of drover",
+            dataset, name);
+    const Handle attribute = errors.own(H5Aopen(open, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
+    const auto read = read_attribute(attribute, name, file_->overlay.length, errors);
+    const auto* words = read ? std::get_if<std::string>(&read->second) : nullptr;
+    require(words != nullptr, {errors.file}, "the attribute {} of {} is no text; expected one", name, dataset);
+    return *words;
+}
+
 bool ArchiveReader::has(const std::string& dataset) const {
     const QuietErrors quiet;
     return leads_to(file_->file, dataset, H5O_TYPE_DATASET, file_->errors);

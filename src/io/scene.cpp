@@ -74,6 +74,11 @@ void for_sections(AnyScene& scene, Visit visit) {
     both("run", "What does not change the physics, but the seed.", scene.run);
     both("sweep", "Many runs of this scene; for drover sweep alone.", scene.sweep);
     fields("stability", "Waves to look at; for drover stability alone.", scene.stability);
+    const auto particles = of(Belongs::to_particles);
+    particles("calibrate", "What to measure, and how well; for drover calibrate alone.", scene.calibration);
+    calibrate::for_plans(scene.plans, [&](const std::string& name, const char* sentence, auto& plan) {
+        particles("calibrate." + name, sentence, plan);
+    });
     fields("boundary", "A plane of two numbers of the model; for drover boundary alone.", scene.boundary);
 }
 
@@ -127,6 +132,20 @@ toml::table parsed(const std::string& text, const std::string& name) {
     }
 }
 
+/// The keys of one section; of [calibrate], a table within it is the section calibrate.<its name>.
+void add_table(const std::string& section, const toml::table& table, const Where& where, const std::string& file,
+               Tables& tables) {
+    PlacedTable placed{.where = where, .values = {}};
+    for (const auto& [key, value] : table) {
+        const Where place = where_of(key.source(), file);
+        const std::string name = section + "." + std::string(key.str());
+        if (const toml::table* inner = value.as_table(); inner != nullptr && section == "calibrate")
+            add_table(name, *inner, place, file, tables);
+        else placed.values.emplace(std::string(key.str()), PlacedValue{value_of(value, name, place), place});
+    }
+    tables.emplace(section, std::move(placed));
+}
+
 Tables tables_of(const toml::table& root, const std::string& file) {
     Tables tables;
     for (const auto& [name, node] : root) {
@@ -134,13 +153,7 @@ Tables tables_of(const toml::table& root, const std::string& file) {
         const Where where = where_of(name.source(), file);
         const toml::table* table = node.as_table();
         require(table != nullptr, where, "{} stands outside a table; expected it below a line such as [grid]", section);
-        PlacedTable placed{.where = where, .values = {}};
-        for (const auto& [key, value] : *table) {
-            const Where place = where_of(key.source(), file);
-            const std::string word(key.str());
-            placed.values.emplace(word, PlacedValue{value_of(value, section + "." + word, place), place});
-        }
-        tables.emplace(section, std::move(placed));
+        add_table(section, *table, where, file, tables);
     }
     return tables;
 }
@@ -148,7 +161,7 @@ Tables tables_of(const toml::table& root, const std::string& file) {
 /// "section.key=value": the value as TOML, or as a text when it is not.
 void apply_override(const std::string& setting, Tables& tables) {
     const Where where{.file = "--set " + setting};
-    const std::size_t equals = setting.find('='), dot = setting.find('.');
+    const std::size_t equals = setting.find('='), dot = setting.rfind('.', equals);
     require(equals != std::string::npos && dot != std::string::npos && dot > 0 && dot + 1 < equals, where,
             "expected section.key=value, such as grid.nx=128");
     const auto trimmed = [](std::string word) {

@@ -35,8 +35,29 @@ void check_fields(const Scene& scene, const PlaceOf& place) {
             scene.time.tolerance, scene.time.stepper);
 }
 
+void check_fractions(const std::vector<double>& fractions, const std::string& key, const PlaceOf& place) {
+    for (std::size_t i = 1; i < fractions.size(); ++i)
+        require(fractions[i] > fractions[i - 1], place(key), "{} has {} after {}; expected numbers that ascend", key,
+                fractions[i], fractions[i - 1]);
+}
+
+void check_calibration(const Scene& scene, const PlaceOf& place) {
+    const CalibrationPlan& plan = scene.calibration;
+    check_fractions(plan.bead_area_fractions, "calibrate.bead_area_fractions", place);
+    check_fractions(plan.rod_area_fractions, "calibrate.rod_area_fractions", place);
+    require(plan.trials_most >= 2 * plan.round, place("calibrate.trials_most"),
+            "calibrate.trials_most = {}; expected two rounds of calibrate.round = {} or more", plan.trials_most,
+            plan.round);
+    try {
+        calibrate::make_assays(scene.plans);
+    } catch (const Error& error) {
+        fail_input({.file = scene.file}, "calibrate.{}", error.what());
+    }
+}
+
 void check_particles(const Scene& scene, const PlaceOf& place) {
     dem::check(scene.particles, place);
+    check_calibration(scene, place);
     // The plates' path within a step is a series in its part of a period.
     constexpr double least = 20.0;
     const dem::Plates& plates = scene.particles.plates;
@@ -260,6 +281,58 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
          .member = &BoundaryPlan::map,
          .range = {.least = 0, .most = 4096},
          .sentence = "points on each side of the map of stable states; 0: none"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<CalibrationPlan>>& schema<CalibrationPlan>() {
+    constexpr Range fraction{.least = 0.0, .most = 0.95, .least_open = true};
+    static const std::vector<Row<CalibrationPlan>> rows = [&] {
+        std::vector<std::string> names;
+        for (const calibrate::Assay& assay : calibrate::make_assays()) names.push_back(assay.name);
+        return std::vector<Row<CalibrationPlan>>{
+            {.name = "bead_area_fractions",
+             .member = &CalibrationPlan::bead_area_fractions,
+             .range = fraction,
+             .sentence = "Phi_b, ascending: every assay is made at each, in place of beads.area_fraction"},
+            {.name = "rod_area_fractions",
+             .member = &CalibrationPlan::rod_area_fractions,
+             .range = fraction,
+             .sentence = "Phi_r, ascending: for drag, which depends on it, in place of rods.area_fraction"},
+            {.name = "vary",
+             .member = &CalibrationPlan::vary,
+             .sentence = "one key more and its values, \"kick.strength = 0.01, 0.02\": everything is measured at each"},
+            {.name = "assays",
+             .member = &CalibrationPlan::assays,
+             .choices = names,
+             .sentence = "which to make; empty: all"},
+            {.name = "relative_error",
+             .member = &CalibrationPlan::relative_error,
+             .range = {.least = 0.0, .most = 10.0, .least_open = true},
+             .sentence = "of every wanted coefficient: an assay makes trials until it is reached"},
+            {.name = "round",
+             .member = &CalibrationPlan::round,
+             .range = {.least = 4, .most = 100000},
+             .sentence = "trials between looks at the error; the first look is after two rounds"},
+            {.name = "trials_most",
+             .member = &CalibrationPlan::trials_most,
+             .range = {.least = 8, .most = 1e6},
+             .sentence = "of one assay at one point, in whole rounds: it then keeps the error it has, and says so"},
+            {.name = "failed_most",
+             .member = &CalibrationPlan::failed_most,
+             .range = {.least = 0.0, .most = 0.9},
+             .sentence =
+                 "part of the trials of an assay at a point that may fail; with more of them the point is refused"},
+            {.name = "single_rods",
+             .member = &CalibrationPlan::single_rods,
+             .range = {.least = 1, .most = 10000},
+             .sentence =
+                 "rods in the cell of relaxation, weathercock and propulsion: few enough that they hardly meet"},
+            {.name = "workers",
+             .member = &CalibrationPlan::workers,
+             .range = {.least = 0, .most = 1024},
+             .sentence = "trials at a time; 0: the cores the process may use; the table is the same for any number"}};
+    }();
     return rows;
 }
 

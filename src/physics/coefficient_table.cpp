@@ -68,7 +68,10 @@ Hermite hermite(const Cell& cell) {
 
 CoefficientTable::CoefficientTable(std::vector<double> bead_densities, std::vector<double> rod_densities,
                                    std::vector<double> values, Outside outside, std::vector<double> errors)
-    : beads_(std::move(bead_densities)), rods_(std::move(rod_densities)), errors_(std::move(errors)), outside_(outside) {
+    : beads_(std::move(bead_densities)),
+      rods_(std::move(rod_densities)),
+      errors_(std::move(errors)),
+      outside_(outside) {
     check_axis("bead_density", beads_);
     check_axis("rod_density", rods_);
     const std::size_t rows = beads_.size(), width = rods_.size();
@@ -143,6 +146,8 @@ std::vector<double> node_weights(const std::vector<double>& axis, double place) 
 
 double CoefficientTable::standard_error(double bead_density, double rod_density) const {
     if (errors_.empty()) return 0.0;
+    if (outside_ == Outside::refuse && (!cell_of(beads_, bead_density).inside || !cell_of(rods_, rod_density).inside))
+        return std::numeric_limits<double>::quiet_NaN();
     const std::vector<double> bead = node_weights(beads_, bead_density), rod = node_weights(rods_, rod_density);
     double variance = 0.0;
     for (std::size_t i = 0; i < bead.size(); ++i)

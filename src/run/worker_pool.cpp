@@ -1,16 +1,19 @@
-// run/worker_pool.cpp: jobs in child processes by fork.
+// run/worker_pool.cpp: jobs in child processes by fork; what they hand over comes through a pipe, whose end is theirs.
 #include "drover/run/worker_pool.hpp"
 
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <map>
-#include <thread>
+#include <vector>
 
 #include "drover/base/error.hpp"
 #include "drover/run/exit_status.hpp"
@@ -19,49 +22,133 @@
 namespace drover::run {
 
 namespace {
-pid_t start_child(std::size_t job, const std::function<int(std::size_t)>& work) {
+using Clock = std::chrono::steady_clock;
+
+struct Worker {
+    std::size_t job = 0;
+    pid_t process = -1;
+    int pipe = -1;  ///< the end that is read
+    std::string result;
+};
+
+void write_all(int to, const std::string& bytes) {
+    for (std::size_t done = 0; done < bytes.size();) {
+        const ssize_t written = write(to, bytes.data() + done, bytes.size() - done);
+        if (written < 0 && errno != EINTR) return;  // nobody reads any more
+        if (written > 0) done += static_cast<std::size_t>(written);
+    }
+}
+
+Worker start_worker(std::size_t job, const Jobs& jobs, bool bound) {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) < 0) fail_run("cannot make a pipe for a worker: {}", std::strerror(errno));
     std::fflush(nullptr);  // or the child would write what we have buffered once more
-    const pid_t child = fork();
+    const pid_t caller = getpid(), child = fork();
     if (child < 0) fail_run("cannot start a worker process: {}", std::strerror(errno));
-    if (child > 0) return child;
-    const int status = status_of([&] { return work(job); });
+    if (child > 0) {
+        close(ends[1]);
+        return {.job = job, .process = child, .pipe = ends[0], .result = {}};
+    }
+    close(ends[0]);
+    if (bound) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        if (getppid() != caller) _exit(exit_run_failed);  // it ended before we could ask to end with it
+    }
+    std::string result;
+    const int status = status_of([&] { return jobs.work(job, result); });
     std::fflush(nullptr);
+    write_all(ends[1], result);
     _exit(status);  // the parent's objects are the parent's to end
 }
+
+void signal_all(const std::vector<Worker>& workers, int signal) {
+    for (const Worker& worker : workers) kill(worker.process, signal);
+}
+
+/// The exit status, as shells have it.
+int wait_for(pid_t process) {
+    int state = 0;
+    while (waitpid(process, &state, 0) < 0)
+        if (errno != EINTR) fail_run("waiting for a worker process failed: {}", std::strerror(errno));
+    return WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
+}
+
+/// Takes what workers have written; the index of one that closed its pipe, that is, ended.
+std::optional<std::size_t> listen(std::vector<Worker>& workers) {
+    std::vector<pollfd> pipes;
+    for (const Worker& worker : workers) pipes.push_back({.fd = worker.pipe, .events = POLLIN, .revents = 0});
+    constexpr int moment = 20;  // ms; short, so that a signal is passed on at once
+    if (poll(pipes.data(), pipes.size(), moment) <= 0) return std::nullopt;
+    for (std::size_t i = 0; i < workers.size(); ++i) {
+        if (pipes[i].revents == 0) continue;
+        std::array<char, 65536> bytes{};
+        const ssize_t got = read(workers[i].pipe, bytes.data(), bytes.size());
+        if (got > 0) workers[i].result.append(bytes.data(), static_cast<std::size_t>(got));
+        else if (got == 0 || errno != EINTR) return i;
+    }
+    return std::nullopt;
+}
+
+/// Passes a signal that asked for a stop on, once, and ends the workers when they take too long over it.
+class Stopper {
+public:
+    explicit Stopper(double patience) : patience_(patience) {}
+    void look(const std::vector<Worker>& workers) {
+        if (stop_signal() == 0) return;
+        if (!asked_) signal_all(workers, SIGTERM);
+        if (!asked_) since_ = Clock::now();
+        asked_ = true;
+        if (std::chrono::duration<double>(Clock::now() - since_).count() > patience_) signal_all(workers, SIGKILL);
+    }
+
+private:
+    double patience_;
+    bool asked_ = false;
+    Clock::time_point since_;
+};
 }  // namespace
 
-PoolOutcome run_jobs(std::size_t count, int workers, const std::function<int(std::size_t)>& work,
-                     const std::function<void(std::size_t, int)>& ended) {
+PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
     PoolOutcome outcome;
-    std::map<pid_t, std::size_t> running;
-    std::size_t next = 0;
-    bool passed_on = false;
-    while (next < count || !running.empty()) {
-        while (stop_signal() == 0 && next < count && running.size() < static_cast<std::size_t>(workers)) {
-            running.emplace(start_child(next, work), next);
-            ++next;
+    std::vector<Worker> running;
+    Stopper stopper(options.patience);
+    try {
+        for (;;) {
+            while (stop_signal() == 0 && running.size() < static_cast<std::size_t>(options.workers)) {
+                const std::optional<std::size_t> job = jobs.next();
+                if (!job) break;
+                running.push_back(start_worker(*job, jobs, options.bound));
+            }
+            if (running.empty()) break;
+            stopper.look(running);
+            const std::optional<std::size_t> over = listen(running);
+            if (!over) continue;
+            const Worker worker = std::move(running[*over]);
+            running.erase(running.begin() + static_cast<std::ptrdiff_t>(*over));
+            close(worker.pipe);
+            const int status = wait_for(worker.process);
+            ++(status == 0 ? outcome.done : outcome.failed);
+            jobs.ended(worker.job, status, worker.result);
         }
-        if (running.empty()) break;
-        if (stop_signal() != 0 && !passed_on) {
-            for (const auto& [child, job] : running) kill(child, SIGTERM);
-            passed_on = true;
-        }
-        int state = 0;
-        const pid_t child = waitpid(-1, &state, WNOHANG);
-        if (child < 0 && errno != EINTR) fail_run("waiting for worker processes failed: {}", std::strerror(errno));
-        if (child <= 0) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(20));  // short, so that a signal is passed on at once
-            continue;
-        }
-        const auto found = running.find(child);
-        if (found == running.end()) continue;
-        const int status = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
-        ++(status == 0 ? outcome.done : outcome.failed);
-        ended(found->second, status);
-        running.erase(found);
+    } catch (...) {
+        signal_all(running, options.bound ? SIGKILL : SIGTERM);
+        for (const Worker& worker : running) wait_for(worker.process);
+        throw;
     }
     outcome.stopped = stop_signal() != 0;
     return outcome;
+}
+
+PoolOutcome run_jobs(std::size_t count, int workers, const std::function<int(std::size_t)>& work,
+                     const std::function<void(std::size_t, int)>& ended) {
+    std::size_t known = 0;
+    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
+                        if (known == count) return std::nullopt;
+                        return known++;
+                    },
+                    .work = [&](std::size_t job, std::string&) { return work(job); },
+                    .ended = [&](std::size_t job, int status, const std::string&) { ended(job, status); }};
+    return run_jobs(jobs, {.workers = workers});
 }
 
 }  // namespace drover::run

@@ -126,6 +126,9 @@ public:
     std::vector<Attribute> attributes() const;
     std::string text_attribute(const std::string& name) const;  ///< throws when absent or not text
 
+    /// A text of a dataset: "units", "long_name".  Throws when absent or not text.
+    std::string text_attribute(const std::string& dataset, const std::string& name) const;
+
     bool has(const std::string& dataset) const;  ///< "/observables/time"
     std::vector<std::size_t> shape(const std::string& dataset) const;
     Array read(const std::string& dataset) const;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "drover/base/schema.hpp"
+#include "drover/calibrate/catalogue.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/physics/initial_state.hpp"
@@ -75,6 +76,20 @@ struct BoundaryPlan {
     int map = 96;                          ///< cells on each side of the map of states; 0: none
 };
 
+/// What drover calibrate measures, and how well.
+struct CalibrationPlan {
+    std::vector<double> bead_area_fractions;  ///< ascending, each > 0
+    std::vector<double> rod_area_fractions;   ///< the same, for assays that depend on them
+    std::string vary;                         ///< one key more: "kick.strength = 0.01, 0.02"; "": none
+    std::vector<std::string> assays;          ///< names; empty: all
+    double relative_error = 0.1;              ///< of every wanted quantity
+    int round = 16;                           ///< trials between looks
+    int trials_most = 512;                    ///< of one assay at one point
+    double failed_most = 0.1;                 ///< part of the trials that may fail
+    int single_rods = 1;                      ///< rods in the cell of an assay of single rods
+    int workers = 0;                          ///< 0: the cores the process may use
+};
+
 /// What a scene is made of: one that has a section of particles ([cell], [plates], [beads], [rods], ...) is one of particles.
 enum class SceneKind { fields, particles };
 
@@ -94,6 +109,8 @@ struct Scene {
     SweepPlan sweep;
     StabilityPlan stability;
     BoundaryPlan boundary;
+    CalibrationPlan calibration;  // of particles, as are the plans of its assays
+    calibrate::Plans plans;
 };
 
 /// Throws an input Error, which says what the command is for, when the scene is not of this kind.
@@ -153,4 +170,6 @@ template <>
 const std::vector<Row<io::StabilityPlan>>& schema<io::StabilityPlan>();
 template <>
 const std::vector<Row<io::BoundaryPlan>>& schema<io::BoundaryPlan>();
+template <>
+const std::vector<Row<io::CalibrationPlan>>& schema<io::CalibrationPlan>();
 }  // namespace drover

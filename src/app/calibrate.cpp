@@ -1,0 +1,152 @@
+// app/calibrate.cpp: drover calibrate SCENE.
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "command.hpp"
+#include "drover/base/log.hpp"
+#include "drover/run/calibration.hpp"
+
+namespace drover::app {
+
+namespace {
+struct Options : SceneOptions {
+    std::string share;
+    int workers = 0, slurm = 0;
+    bool collect = false, json = false, quiet = false;
+};
+
+/// "2/8": the second of eight shares.
+void read_share(const std::string& written, run::CalibrationOptions& to) {
+    int used = 0;
+    const bool whole = std::sscanf(written.c_str(), "%d/%d%n", &to.share, &to.shares, &used) == 2 &&
+                       used == static_cast<int>(written.size());
+    require(whole && to.share >= 1 && to.share <= to.shares, {},
+            "--share {}; expected I/N with I from 1 to N, such as 2/8", written);
+}
+
+/// A word as the shell takes it.
+std::string shell_word(const std::string& word) {
+    std::string quoted = "'";
+    for (const char letter : word) quoted += letter == '\'' ? "'\\''" : std::string(1, letter);
+    return quoted + "'";
+}
+
+/// Submits the shares as an array, and a job that makes the table after them.
+std::string slurm_script(const Options& options, const std::filesystem::path& folder) {
+    std::string command =
+        text("drover calibrate {} --output {} --quiet", shell_word(std::filesystem::absolute(options.scene).string()),
+             shell_word(std::filesystem::absolute(folder).string()));
+    for (const std::string& setting : options.overrides) command += " --set " + shell_word(setting);
+    return text(R"(#!/bin/sh
+# Measures the coefficients of {0} as {1} array tasks of Slurm and makes their table; run it with sh, and with options for sbatch, such as
+#     sh calibrate.sh --partition=short --time=12:00:00 --cpus-per-task=8
+# Given again after a time limit or a failure it goes on: no trial that has ended is run twice.  All tasks need the same folder.
+set -eu
+calibrate={2}
+array=$(sbatch --parsable --job-name=drover --array=1-{1} "$@" \
+    --wrap "exec $calibrate --share \$SLURM_ARRAY_TASK_ID/{1} --workers \${{SLURM_CPUS_PER_TASK:-1}}")
+sbatch --parsable --job-name=drover-table --dependency="afterany:${{array%%;*}}" "$@" --wrap "exec $calibrate --collect"
+)",
+                options.scene, options.slurm, shell_word(command));
+}
+
+int tell(const Options& options, const run::CalibrationOutcome& outcome) {
+    if (outcome.table && options.json) {
+        const nlohmann::json result{{"table", outcome.file.string()},
+                                    {"trials_run", outcome.trials},
+                                    {"trials_found", outcome.already},
+                                    {"coefficients", table_json(*outcome.table)}};
+        std::puts(result.dump(2).c_str());
+    } else if (outcome.table) {
+        std::fputs(run::calibration_text(*outcome.table).c_str(), stdout);
+        std::printf("\n%s: all coefficients, with errors, trials and origins; table.toml beside it\n",
+                    outcome.file.c_str());
+    }
+    if (outcome.shortfalls > 0)
+        log_warning("{} of {} measurements have a larger error than was asked; they are marked, and kept",
+                    outcome.shortfalls, outcome.units);
+    if (outcome.stopped) {
+        log_information("stopped by a signal; the same command goes on");
+        return run::exit_stopped;
+    }
+    if (outcome.refused > 0)
+        log_warning("{} of {} measurements were refused, see above", outcome.refused, outcome.units);
+    if (outcome.unfinished > 0)
+        log_warning("{} of {} measurements are not finished; the same command without --collect goes on",
+                    outcome.unfinished, outcome.units);
+    return outcome.refused + outcome.unfinished > 0 ? run::exit_run_failed : run::exit_done;
+}
+
+int calibrate_scene(const Options& options) {
+    std::vector<std::string> overrides = options.overrides;
+    if (options.workers > 0) overrides.push_back(text("calibrate.workers={}", options.workers));
+    const io::Scene scene = io::read_scene(options.scene, overrides);
+    run::CalibrationOptions how{.folder = options.output.empty()
+                                              ? std::filesystem::path(options.scene).stem().concat(".calibration")
+                                              : std::filesystem::path(options.output),
+                                .collect = options.collect,
+                                .quiet = options.quiet};
+    if (!options.share.empty()) read_share(options.share, how);
+    require(!options.json || options.share.empty(), {},
+            "--json with --share, which makes no table; give it to --collect");
+    if (options.slurm > 0) {
+        run::plan_calibration(scene);
+        std::fputs(slurm_script(options, how.folder).c_str(), stdout);
+        return run::exit_done;
+    }
+    return tell(options, run::run_calibration(scene, how));
+}
+}  // namespace
+
+nlohmann::json table_json(const calibrate::Table& table) {
+    nlohmann::json coefficients = nlohmann::json::object();
+    for (const calibrate::TableRow& row : table.rows) {
+        nlohmann::json points = nlohmann::json::array();
+        const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1, beads = table.bead_fractions.size();
+        for (std::size_t place = 0; place < row.known.size(); ++place) {
+            const calibrate::Known& known = row.known[place];
+            nlohmann::json point{{"bead_area_fraction", table.bead_fractions[place / rods % beads]},
+                                 {"value", number_json(known.value)},
+                                 {"error", number_json(known.error)},
+                                 {"trials", known.trials},
+                                 {"origin", calibrate::origin_name(known.origin)},
+                                 {"remark", known.remark}};
+            if (row.by_rods) point["rod_area_fraction"] = table.rod_fractions[place % rods];
+            if (!table.varied_key.empty()) point[table.varied_key] = table.varied[place / rods / beads];
+            points.push_back(std::move(point));
+        }
+        coefficients[row.name] = {{"unit", row.unit}, {"formula", row.formula}, {"points", std::move(points)}};
+    }
+    return coefficients;
+}
+
+void add_calibrate(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = program.add_subcommand("calibrate",
+                                               "measure coefficients on particles over area fractions, into one table "
+                                               "with errors; given again, it goes on");
+    add_scene_options(*command, *options);
+    command->add_option("-o,--output", options->output,
+                        "folder of the trials and the table; by default the scene's name with .calibration");
+    command->add_option("--workers", options->workers, "trials at a time")->check(CLI::Range(1, 1024));
+    CLI::Option* share =
+        command
+            ->add_option("--share", options->share, "work on the I-th of N shares in a common folder; makes no table")
+            ->type_name("I/N");
+    CLI::Option* collect =
+        command->add_flag("--collect", options->collect, "run nothing: make the table of what is there")
+            ->excludes(share);
+    command
+        ->add_option("--slurm", options->slurm,
+                     "print a script that does it in N shares on Slurm, and the table after them")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100000))
+        ->excludes(share)
+        ->excludes(collect);
+    command->add_flag("--json", options->json, "the table as JSON");
+    command->add_flag("-q,--quiet", options->quiet, "no log");
+    command->callback([options, &action] { action = [options] { return calibrate_scene(*options); }; });
+}
+
+}  // namespace drover::app

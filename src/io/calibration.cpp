@@ -1,0 +1,191 @@
+// io/calibration.cpp: tables of coefficients to HDF5 and back.
+#include "drover/io/calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <sstream>
+
+#include "io/durable.hpp"
+
+namespace drover::io {
+
+namespace {
+constexpr const char* group = "/calibration";
+constexpr const char *bead_axis = "bead_area_fraction", *rod_axis = "rod_area_fraction";
+constexpr const char *names_attribute = "coefficients", *varied_attribute = "varied", *remarks_attribute = "remarks";
+
+std::string path_of(const std::string& name) { return std::string(group) + "/" + name; }
+
+std::string axis_of(std::string key) {
+    std::replace(key.begin(), key.end(), '.', '_');
+    return key;
+}
+
+std::vector<std::string> axes_of(const calibrate::Table& table, bool by_rods) {
+    std::vector<std::string> axes;
+    if (!table.varied_key.empty()) axes.push_back(axis_of(table.varied_key));
+    axes.emplace_back(bead_axis);
+    if (by_rods) axes.emplace_back(rod_axis);
+    return axes;
+}
+
+void add_row(const calibrate::Table& table, const calibrate::TableRow& row, ResultTable& to) {
+    const std::vector<std::string> axes = axes_of(table, row.by_rods);
+    to.quantities.push_back({row.name, row.unit, row.formula, axes});
+    to.quantities.push_back({row.name + "_error", row.unit, "standard error of " + row.name, axes});
+    to.quantities.push_back({row.name + "_trials", "1", "trials behind " + row.name, axes, true});
+    to.quantities.push_back({row.name + "_origin", "1",
+                             "0 refused, 1 measured, 2 measured, short of the error asked, 3 closure, 4 set", axes,
+                             true});
+    std::vector<double> values, errors, trials, origins;
+    for (const calibrate::Known& known : row.known) {
+        values.push_back(known.value);
+        errors.push_back(known.error);
+        trials.push_back(known.trials);
+        origins.push_back(static_cast<double>(known.origin));
+    }
+    for (std::vector<double>* one : {&values, &errors, &trials, &origins}) to.values.push_back(std::move(*one));
+}
+
+ResultTable results_of(const calibrate::Table& table) {
+    ResultTable results{.group = group, .axes = {}, .quantities = {}, .values = {}};
+    if (!table.varied_key.empty())
+        results.axes.push_back({axis_of(table.varied_key), "1", table.varied_key, table.varied});
+    results.axes.push_back({bead_axis, "1", "projected area of beads over that of the cell", table.bead_fractions});
+    if (!table.rod_fractions.empty())
+        results.axes.push_back(
+            {rod_axis, "1", "projected area of lying rods over that of the cell", table.rod_fractions});
+    for (const calibrate::TableRow& row : table.rows) add_row(table, row, results);
+    return results;
+}
+}  // namespace
+
+void write_calibration(const std::filesystem::path& file, const calibrate::Table& table,
+                       std::vector<Attribute> attributes) {
+    calibrate::check(table, {.file = file.string()});
+    std::string names, remarks;
+    for (const calibrate::TableRow& row : table.rows) {
+        names += (names.empty() ? "" : " ") + row.name;
+        for (std::size_t place = 0; place < row.known.size(); ++place)
+            if (std::string remark = row.known[place].remark; !remark.empty()) {
+                std::replace(remark.begin(), remark.end(), '\n', ' ');
+                remarks += text("{}[{}]: {}\n", row.name, place, remark);
+            }
+    }
+    attributes.emplace_back(names_attribute, names);
+    attributes.emplace_back(varied_attribute, table.varied_key);
+    attributes.emplace_back(remarks_attribute, remarks);
+    const std::filesystem::path beside = file.string() + ".new";
+    {
+        Archive archive = Archive::create(beside, {}, attributes, true);
+        archive.replace(results_of(table));
+        archive.commit();
+    }
+    try {
+        remove_if_there(beside.string() + ".journal");
+        rename_over(beside, file);
+        sync_folder_of(file);
+    } catch (const std::system_error& cause) {
+        throw write_failure(file, cause, 0, "the file stays as it was");
+    }
+}
+
+bool is_calibration(const ArchiveReader& archive) { return archive.has(path_of(bead_axis)); }
+
+namespace {
+/// A dataset of this shape, flat.
+std::vector<double> read_shaped(const ArchiveReader& archive, const Where& where, const std::string& name,
+                                const std::vector<std::size_t>& shape) {
+    require(archive.has(path_of(name)), where, "has no {}; expected a whole table, as drover calibrate makes it",
+            path_of(name));
+    Array array = archive.read(path_of(name));
+    const auto sizes = [](const std::vector<std::size_t>& of) {
+        std::vector<std::string> words;
+        for (const std::size_t size : of) words.push_back(text("{}", size));
+        return joined(words, " by ");
+    };
+    require(array.shape == shape, where, "{} is {} numbers; expected {}, as the axes have", path_of(name),
+            sizes(array.shape), sizes(shape));
+    return std::move(array.values);
+}
+
+std::vector<double> read_axis(const ArchiveReader& archive, const Where& where, const std::string& name) {
+    require(archive.has(path_of(name)), where, "has no {}; expected a table, as drover calibrate makes it",
+            path_of(name));
+    Array array = archive.read(path_of(name));
+    require(array.shape.size() == 1 && !array.values.empty(), where, "{} is no list; expected an axis with values",
+            path_of(name));
+    return std::move(array.values);
+}
+
+calibrate::Origin origin_of(double stored, const std::string& name, const Where& where) {
+    require(stored >= 0.0 && stored < calibrate::origin_count && stored == std::floor(stored), where,
+            "{}_origin holds {}; expected 0 to {}", name, stored, calibrate::origin_count - 1);
+    return static_cast<calibrate::Origin>(static_cast<int>(stored));
+}
+
+void read_row(const ArchiveReader& archive, const Where& where, const calibrate::Table& table,
+              calibrate::TableRow& row) {
+    require(archive.has(path_of(row.name)), where, "has no {}, which it names; expected a whole table",
+            path_of(row.name));
+    std::vector<std::size_t> shape;
+    if (!table.varied_key.empty()) shape.push_back(table.varied.size());
+    shape.push_back(table.bead_fractions.size());
+    row.by_rods = archive.shape(path_of(row.name)).size() > shape.size();
+    if (row.by_rods) shape.push_back(table.rod_fractions.size());
+    const auto read = [&](const char* part) { return read_shaped(archive, where, row.name + part, shape); };
+    const std::vector<double> values = read(""), errors = read("_error"), trials = read("_trials"),
+                              origins = read("_origin");
+    constexpr double most = std::numeric_limits<int>::max();
+    for (std::size_t place = 0; place < values.size(); ++place) {
+        require(trials[place] >= 0.0 && trials[place] <= most, where, "{}_trials holds {}; expected 0 to {}", row.name,
+                trials[place], most);
+        row.known.push_back({.value = values[place],
+                             .error = errors[place],
+                             .trials = static_cast<int>(trials[place]),
+                             .origin = origin_of(origins[place], row.name, where)});
+    }
+    row.unit = archive.text_attribute(path_of(row.name), "units");
+    row.formula = archive.text_attribute(path_of(row.name), "long_name");
+}
+
+/// "drag[3]: a sentence" to its number; a line that is none of this is left out.
+void add_remark(const std::string& line, calibrate::Table& table) {
+    const std::size_t open = line.find('['), close = line.find("]: ");
+    if (open == std::string::npos || close == std::string::npos || close < open) return;
+    for (calibrate::TableRow& row : table.rows)
+        if (row.name == line.substr(0, open))
+            if (const std::size_t place = std::strtoull(line.c_str() + open + 1, nullptr, 10); place < row.known.size())
+                row.known[place].remark = line.substr(close + 3);
+}
+}  // namespace
+
+calibrate::Table read_calibration(const ArchiveReader& archive, const std::filesystem::path& file) {
+    const Where where{.file = file.string()};
+    require(is_calibration(archive), where,
+            "is no table of coefficients: it has no {}; expected a file that drover calibrate made",
+            path_of(bead_axis));
+    calibrate::Table table{.varied_key = archive.text_attribute(varied_attribute),
+                           .bead_fractions = read_axis(archive, where, bead_axis),
+                           .rod_fractions = {},
+                           .rows = {}};
+    if (!table.varied_key.empty()) table.varied = read_axis(archive, where, axis_of(table.varied_key));
+    if (archive.has(path_of(rod_axis))) table.rod_fractions = read_axis(archive, where, rod_axis);
+    std::istringstream names(archive.text_attribute(names_attribute)),
+        remarks(archive.text_attribute(remarks_attribute));
+    for (std::string name; names >> name;) {
+        table.rows.push_back({.name = name, .unit = {}, .formula = {}, .known = {}});
+        read_row(archive, where, table, table.rows.back());
+    }
+    for (std::string line; std::getline(remarks, line);) add_remark(line, table);
+    calibrate::check(table, where);
+    return table;
+}
+
+calibrate::Table read_calibration(const std::filesystem::path& file) {
+    return read_calibration(ArchiveReader(file), file);
+}
+
+}  // namespace drover::io

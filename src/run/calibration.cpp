@@ -1,0 +1,243 @@
+// run/calibration.cpp: trials on workers, each durable when it ends; then the table.
+#include "drover/run/calibration.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "drover/base/log.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/base/version.hpp"
+#include "drover/io/calibration.hpp"
+#include "drover/io/trial_file.hpp"
+#include "drover/run/provenance.hpp"
+#include "drover/run/signals.hpp"
+#include "drover/run/worker_pool.hpp"
+
+namespace drover::run {
+
+namespace {
+namespace fs = std::filesystem;
+constexpr const char* manifest_name = "calibrate.toml";
+constexpr double patience = 5.0;  // for trials that run when a signal comes [s]; the program then ends within 10 s
+
+fs::path trials_of(const fs::path& folder, const CalibrationUnit& unit) { return folder / (unit.name + ".trials"); }
+
+calibrate::Campaign campaign_of(const CalibrationLayout& layout, const CalibrationUnit& unit, double failed_most) {
+    return {layout.assays[unit.assay], layout.goal, failed_most};
+}
+
+std::string result_text(const calibrate::Campaign& campaign) {
+    if (!campaign.refusal().empty()) return "refused: " + campaign.refusal();
+    const calibrate::Measurement& found = *campaign.measurement();
+    const measure::Estimate& first = found.estimates.front();
+    const calibrate::Quantity& quantity = campaign.assay().quantities.front();
+    const std::string error = first.error ? text(" +- {:.2g}", *first.error) : "";
+    return text("{} = {:.4g}{} {} from {} trials{}", quantity.name, first.mean, error, quantity.unit, found.trials,
+                found.reached ? "" : ", short of the error asked");
+}
+
+/// Units of one process: their files, claimed, and what is wanted of them.
+class Work {
+public:
+    Work(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options)
+        : layout_(layout), options_(options), maker_(calibrate::particle_maker(scene.time.dt)) {
+        for (std::size_t u = 0; u < layout.units.size(); ++u)
+            if (u % static_cast<std::size_t>(options.shares) == static_cast<std::size_t>(options.share - 1))
+                open(u, scene.calibration.failed_most);
+    }
+
+    std::size_t units() const { return mine_.size(); }
+    std::size_t already() const { return already_; }
+    std::size_t ran() const { return ran_; }
+    std::size_t crashed() const { return crashed_; }
+
+    Jobs jobs() {
+        return {.next = [this] { return next(); },
+                .work = [this](std::size_t job, std::string& result) { return run(job, result); },
+                .ended = [this](std::size_t job, int status, const std::string& result) { take(job, status, result); }};
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    struct Mine {
+        std::size_t unit;
+        io::TrialFile file;
+        calibrate::Campaign campaign;
+        std::uint64_t next = 0;  ///< trials below it are done or at work
+        bool given_up = false;   ///< a worker crashed over it
+    };
+    struct Job {
+        std::size_t mine;
+        std::uint64_t trial;
+    };
+
+    void open(std::size_t u, double failed_most) {
+        const CalibrationUnit& unit = layout_.units[u];
+        const fs::path file = trials_of(options_.folder, unit);
+        Mine one{.unit = u,
+                 .file = io::TrialFile(file, unit.identity),
+                 .campaign = campaign_of(layout_, unit, failed_most)};
+        if (one.file.cut() > 0)
+            log_warning(
+                "{}: {} bytes at its end were no whole trial; they are cut off, and what was in them is done again",
+                file.string(), one.file.cut());
+        for (const calibrate::Attempt& attempt : one.file.attempts()) one.campaign.add(attempt);
+        already_ += one.campaign.count();
+        mine_.push_back(std::move(one));
+    }
+
+    std::optional<std::size_t> next() {
+        for (std::size_t m = 0; m < mine_.size(); ++m) {
+            Mine& one = mine_[m];
+            if (one.given_up || one.campaign.ended()) continue;
+            while (one.next < one.campaign.wanted() && one.campaign.has(one.next)) ++one.next;
+            if (one.next >= one.campaign.wanted()) continue;
+            jobs_.push_back({.mine = m, .trial = one.next++});
+            return jobs_.size() - 1;
+        }
+        return std::nullopt;
+    }
+
+    /// In the worker.
+    int run(std::size_t job, std::string& result) const {
+        const auto& [m, trial] = jobs_[job];
+        const CalibrationUnit& unit = layout_.units[mine_[m].unit];
+        calibrate::Attempt attempt{.number = trial, .numbers = {}, .failure = {}};
+        try {
+            attempt.numbers = calibrate::run_trial(layout_.assays[unit.assay], maker_, unit.conditions, trial);
+        } catch (const Error& error) {
+            attempt.failure = error.what();
+        }
+        result = io::attempt_bytes(attempt);
+        return 0;
+    }
+
+    void take(std::size_t job, int status, const std::string& result) {
+        const auto& [m, trial] = jobs_[job];
+        Mine& one = mine_[m];
+        const std::string& name = layout_.units[one.unit].name;
+        if (status != 0) {
+            if (stop_signal() != 0) return;  // it was ended, and will be run again
+            log_warning("{}: the worker of trial {} ended with status {}; no more of this is tried now", name, trial,
+                        status);
+            one.given_up = true;
+            ++crashed_;
+            return;
+        }
+        calibrate::Attempt attempt = io::attempt_of(result);
+        if (!attempt.failure.empty()) log_warning("{}: trial {} failed: {}", name, trial, attempt.failure);
+        one.file.append(attempt);
+        one.campaign.add(std::move(attempt));
+        ++ran_;
+        if (!options_.quiet) tell(one, name);
+    }
+
+    void tell(const Mine& one, const std::string& name) {
+        if (one.campaign.ended()) log_information("{}: {}", name, result_text(one.campaign));
+        constexpr auto pause = std::chrono::seconds(30);
+        const auto now = Clock::now();
+        if (now - told_ < pause) return;
+        told_ = now;
+        const auto ended = std::count_if(mine_.begin(), mine_.end(), [](const Mine& m) { return m.campaign.ended(); });
+        const double seconds = std::chrono::duration<double>(now - start_).count();
+        log_information("{} of {} measured; {} trials in {}, one every {}; {} is at {} of {} or more", ended,
+                        mine_.size(), ran_, duration_text(seconds), duration_text(seconds / static_cast<double>(ran_)),
+                        name, one.campaign.count(), one.campaign.wanted());
+    }
+
+    const CalibrationLayout& layout_;
+    const CalibrationOptions& options_;
+    calibrate::Maker maker_;
+    std::vector<Mine> mine_;
+    std::vector<Job> jobs_;
+    std::size_t already_ = 0, ran_ = 0, crashed_ = 0;
+    Clock::time_point start_ = Clock::now(), told_ = start_;
+};
+
+/// What is there, of all units, whoever ran it.
+std::vector<calibrate::Campaign> found_campaigns(const io::Scene& scene, const CalibrationLayout& layout,
+                                                 const fs::path& folder) {
+    std::vector<calibrate::Campaign> campaigns;
+    for (const CalibrationUnit& unit : layout.units) {
+        campaigns.push_back(campaign_of(layout, unit, scene.calibration.failed_most));
+        for (calibrate::Attempt& attempt : io::read_trials(trials_of(folder, unit), unit.identity))
+            campaigns.back().add(std::move(attempt));
+    }
+    return campaigns;
+}
+
+std::string hash_text(const std::string& words) { return text("{:016x}", io::fingerprint(words)); }
+
+/// Where the table came from.  Of its making, what would make its bytes depend on the moment and the machine is left out: trials may come from many.
+std::vector<io::Attribute> attributes_of(io::Scene scene) {
+    scene.calibration.workers = 0;
+    std::vector<io::Attribute> attributes = provenance(scene, 1, "calibrate");
+    std::erase_if(attributes, [](const io::Attribute& one) {
+        return one.first == "host" || one.first == "start_time" || one.first == "threads";
+    });
+    attributes.emplace_back("scene_hash", hash_text(io::resolved_text(scene)));
+    return attributes;
+}
+
+void write_table(const io::Scene& scene, const fs::path& folder, CalibrationOutcome& outcome) {
+    const std::vector<io::Attribute> attributes = attributes_of(scene);
+    outcome.file = folder / "table.h5";
+    io::write_calibration(outcome.file, *outcome.table, attributes);
+    std::string heading;
+    for (const auto& [name, value] : attributes)
+        if (name != "scene")
+            heading += name + " = " + std::visit([](const auto& held) { return toml_text(Value(held)); }, value) + "\n";
+    io::replace_file(folder / "table.toml", calibration_toml(*outcome.table, heading));
+}
+
+void claim(const CalibrationLayout& layout, const CalibrationOptions& options) {
+    const Version built = version();
+    const std::string maker =
+        text("# made by drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : "");
+    const std::string first = io::claim_folder(options.folder, manifest_name, maker, layout.manifest);
+    if (first != maker)
+        log_warning(
+            "{}: its first trials were {}; this is drover {} ({}): if what it changed has a part in them, "
+            "begin again in another folder",
+            options.folder.string(), first.substr(2), built.version, built.git_hash);
+}
+
+void run_share(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options,
+               CalibrationOutcome& outcome) {
+    claim(layout, options);
+    Work work(scene, layout, options);
+    const int workers = scene.calibration.workers > 0 ? scene.calibration.workers : usable_cores();
+    outcome.units = work.units();
+    outcome.already = work.already();
+    if (!options.quiet)
+        log_information("{} measurements{} ({} trials done already), {} trials at a time, in {}", work.units(),
+                        options.shares > 1 ? text(", share {} of {}", options.share, options.shares) : "",
+                        work.already(), workers, options.folder.string());
+    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .bound = true, .patience = patience});
+    outcome.trials = work.ran();
+    outcome.stopped = pool.stopped;
+}
+}  // namespace
+
+CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options) {
+    const CalibrationLayout layout = plan_calibration(scene);
+    CalibrationOutcome outcome{.units = layout.units.size()};
+    require(!options.collect || fs::is_directory(options.folder), {.file = options.folder.string()},
+            "no such folder; expected one that drover calibrate made: give its name with --output");
+    if (options.collect) claim(layout, options);
+    else run_share(scene, layout, options, outcome);
+    const std::vector<calibrate::Campaign> campaigns = found_campaigns(scene, layout, options.folder);
+    for (std::size_t u = 0; u < campaigns.size(); ++u) {
+        if (u % static_cast<std::size_t>(options.shares) != static_cast<std::size_t>(options.share - 1)) continue;
+        const calibrate::Campaign& one = campaigns[u];
+        if (!one.ended()) ++outcome.unfinished;
+        else if (!one.measurement()) ++outcome.refused;
+        else if (!one.measurement()->reached) ++outcome.shortfalls;
+    }
+    if (options.shares > 1) return outcome;
+    outcome.table = table_of(layout, campaigns);
+    write_table(scene, options.folder, outcome);
+    return outcome;
+}
+
+}  // namespace drover::run

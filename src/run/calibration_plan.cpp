@@ -1,0 +1,117 @@
+// run/calibration_plan.cpp: from the lists of [calibrate] to assays at points.
+#include <algorithm>
+#include <cmath>
+
+#include "drover/io/trial_file.hpp"
+#include "drover/run/calibration.hpp"
+#include "run/written_values.hpp"
+
+namespace drover::run {
+
+namespace {
+constexpr const char *list = "calibrate.vary", *example = "\"kick.strength = 0.01, 0.02\"";
+
+void read_varied(const io::Scene& scene, calibrate::Table& axes) {
+    const std::string& written = scene.calibration.vary;
+    if (written.empty()) return;
+    const Where where = io::place_of(scene, list);
+    const auto [key, values] = read_written(written, list, example, where);
+    for (const char* own : {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.end",
+                            "beads.area_fraction", "beads.count", "rods.area_fraction", "rods.count", "cell.shape"})
+        require(!key.starts_with(own), where,
+                "calibrate.vary names {}; expected a key of the bodies, the plates or the contacts: choose one", key);
+    axes.varied_key = key;
+    axes.varied.clear();
+    for (const std::string& word : split(values, ','))
+        axes.varied.push_back(read_number(word, written, list, example, where));
+    require(!axes.varied.empty(), where, "calibrate.vary has \"{}\" without a value; expected at least one", written);
+    for (std::size_t i = 1; i < axes.varied.size(); ++i)
+        require(axes.varied[i] > axes.varied[i - 1], where,
+                "calibrate.vary has {} after {}; expected values that ascend", axes.varied[i], axes.varied[i - 1]);
+}
+
+/// The scene, with all that no trial depends on at its default.
+std::string manifest_of(io::Scene scene) {
+    const int single_rods = scene.calibration.single_rods;
+    scene.calibration = {};
+    scene.calibration.single_rods = single_rods;
+    scene.output = {};
+    scene.analysis = {};
+    scene.sweep = {};
+    scene.time.end = io::TimeControl{}.end;
+    scene.run.threads = 0;
+    scene.particles.packing = {};
+    scene.particles.forces = {};
+    scene.particles.beads.count = scene.particles.rods.count = 0;
+    scene.particles.beads.area_fraction = scene.particles.rods.area_fraction = 0.0;
+    return io::resolved_text(scene);
+}
+
+/// The world of one point; every value is refused or taken here, before anything runs.
+dem::Setup setup_at(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationUnit& unit) {
+    const calibrate::Table& axes = layout.axes;
+    std::vector<std::string> overrides{"packing.kind=random", "forces.hold_beads=false", "beads.count=0",
+                                       text("beads.area_fraction={}", axes.bead_fractions[unit.bead])};
+    const auto rods = [&](const std::string& count, const std::string& fraction) {
+        overrides.push_back("rods.count=" + count);
+        overrides.push_back("rods.area_fraction=" + fraction);
+    };
+    switch (layout.assays[unit.assay].population) {
+        case calibrate::Population::beads: rods("0", "0"); break;
+        case calibrate::Population::single_rods: rods(text("{}", scene.calibration.single_rods), "0"); break;
+        case calibrate::Population::all: rods("0", text("{}", axes.rod_fractions[unit.rod])); break;
+    }
+    if (!axes.varied_key.empty()) overrides.push_back(text("{}={}", axes.varied_key, axes.varied[unit.varied]));
+    return io::parse_scene(io::resolved_text(scene), scene.file, overrides).particles;
+}
+
+void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& layout) {
+    const calibrate::Table& axes = layout.axes;
+    const calibrate::Assay& assay = layout.assays[unit.assay];
+    std::string place = text("bead-{}", axes.bead_fractions[unit.bead]);
+    if (assay.population == calibrate::Population::all) place += text("-rod-{}", axes.rod_fractions[unit.rod]);
+    if (!axes.varied_key.empty()) place += text("-{}-{}", axes.varied_key, axes.varied[unit.varied]);
+    unit.name = assay.name + "-" + place;
+    unit.identity = io::fingerprint(layout.manifest + unit.name);
+    unit.conditions = {.setup = setup_at(scene, layout, unit),
+                       .seed = calibrate::trial_seed(static_cast<std::uint64_t>(scene.run.seed), place, 0)};
+    layout.units.push_back(std::move(unit));
+}
+}  // namespace
+
+CalibrationLayout plan_calibration(const io::Scene& scene) {
+    io::require_kind(scene, io::SceneKind::particles, "calibrate");
+    const io::CalibrationPlan& plan = scene.calibration;
+    require(dem::is_periodic(scene.particles.cell), io::place_of(scene, "cell.shape"),
+            "cell.shape = \"{}\"; expected \"periodic\" for drover calibrate", scene.particles.cell.shape);
+    require(!plan.bead_area_fractions.empty(), io::place_of(scene, "calibrate.bead_area_fractions"),
+            "nothing to calibrate: give calibrate.bead_area_fractions, such as [0.2, 0.4, 0.6]");
+    CalibrationLayout layout;
+    layout.goal = {.relative_error = plan.relative_error,
+                   .round = static_cast<std::size_t>(plan.round),
+                   .trials_most = static_cast<std::size_t>(plan.trials_most)};
+    layout.manifest = manifest_of(scene);
+    for (calibrate::Assay& assay : calibrate::make_assays(scene.plans))
+        if (plan.assays.empty() || std::find(plan.assays.begin(), plan.assays.end(), assay.name) != plan.assays.end())
+            layout.assays.push_back(std::move(assay));
+    layout.axes.bead_fractions = plan.bead_area_fractions;
+    layout.axes.rod_fractions = plan.rod_area_fractions;
+    read_varied(scene, layout.axes);
+    for (std::size_t varied = 0; varied < layout.axes.varied.size(); ++varied)
+        for (std::size_t bead = 0; bead < plan.bead_area_fractions.size(); ++bead)
+            for (std::size_t a = 0; a < layout.assays.size(); ++a) {
+                const bool by_rods = layout.assays[a].population == calibrate::Population::all;
+                require(!by_rods || !plan.rod_area_fractions.empty(),
+                        io::place_of(scene, "calibrate.rod_area_fractions"),
+                        "calibrate.rod_area_fractions is empty, and {} depends on it; give it, such as [0.05, 0.1], or "
+                        "choose other calibrate.assays",
+                        layout.assays[a].name);
+                for (std::size_t rod = 0; rod < (by_rods ? plan.rod_area_fractions.size() : 1); ++rod)
+                    add_unit(scene,
+                             {.name = {}, .assay = a, .varied = varied, .bead = bead, .rod = rod, .conditions = {}},
+                             layout);
+            }
+    return layout;
+}
+
+}  // namespace drover::run

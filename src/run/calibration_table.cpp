@@ -1,0 +1,226 @@
+// run/calibration_table.cpp: from trials to a table, and tables for people.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "drover/dem/bodies.hpp"
+#include "drover/run/calibration.hpp"
+
+namespace drover::run {
+
+namespace {
+using calibrate::Known;
+using calibrate::Origin;
+
+Known refused(const std::string& why, int trials) {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    return {.value = none, .error = none, .trials = trials, .origin = Origin::refused, .remark = why};
+}
+
+std::string joined_remarks(std::vector<std::string> parts) {
+    std::erase(parts, "");
+    return joined(parts, "; ");
+}
+
+Known known_of(const CalibrationLayout& layout, const calibrate::Campaign& campaign, std::size_t q) {
+    const int tried = static_cast<int>(campaign.count());
+    if (!campaign.refusal().empty()) return refused(campaign.refusal(), tried);
+    if (!campaign.ended())
+        return refused(text("not finished: {} trials of {} or more", campaign.count(), campaign.wanted()), tried);
+    const calibrate::Measurement& found = *campaign.measurement();
+    const measure::Estimate& estimate = found.estimates[q];
+    const calibrate::Quantity& quantity = campaign.assay().quantities[q];
+    const int trials = static_cast<int>(found.trials);
+    if (!estimate.error || !std::isfinite(estimate.mean))
+        return refused(estimate.refusal.empty() ? "no value" : estimate.refusal, trials);
+    Known known{.value = estimate.mean, .error = *estimate.error, .trials = trials, .origin = Origin::measured};
+    if (!quantity.wanted) return known;
+    std::string shortfall;
+    if (known.error > layout.goal.relative_error * std::abs(known.value)) {
+        known.origin = Origin::measured_short;
+        shortfall = found.shortfall.find(": " + quantity.name + " ") != std::string::npos
+                        ? found.shortfall
+                        : text("known to {:.3g} %; {:.3g} % was asked", 100.0 * known.error / std::abs(known.value),
+                               100.0 * layout.goal.relative_error);
+    }
+    const std::string failed =
+        campaign.failed() > 0 ? text("{} trials failed, the first: {}", campaign.failed(), campaign.failure()) : "";
+    known.remark = joined_remarks({shortfall, found.verdict, failed});
+    return known;
+}
+
+/// Numbers of the setup that others are made from.
+struct Content {
+    double rods = 0.0, beads = 0.0, bead_mass = 0.0;  ///< per area of the cell
+};
+Content content_of(const dem::Setup& setup) {
+    const dem::Bodies bodies = dem::make_bodies(setup, 0);
+    const double area = dem::area(setup.cell);
+    Content content{.rods = static_cast<double>(bodies.rods.size()) / area,
+                    .beads = static_cast<double>(bodies.beads.size()) / area};
+    for (const dem::Bead& bead : bodies.beads) content.bead_mass += bodies.shapes[bead.shape].mass / area;
+    return content;
+}
+
+void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
+    struct SetupRow {
+        const char *name, *unit, *formula;
+        bool by_rods;
+        double Content::*number;
+    };
+    const std::array<SetupRow, 3> rows{
+        SetupRow{"bead_density", "1/mm^2", "rho: beads per area of the cell", false, &Content::beads},
+        SetupRow{"bead_mass_density", "mg/mm^2", "m rho: mass of the beads per area of the cell", false,
+                 &Content::bead_mass},
+        SetupRow{"rod_density", "1/mm^2", "sigma: rods per area of the cell", true, &Content::rods}};
+    for (const SetupRow& row : rows) {
+        if (row.by_rods && table.rod_fractions.empty()) continue;
+        calibrate::TableRow added{.name = row.name, .unit = row.unit, .formula = row.formula, .by_rods = row.by_rods};
+        const Known none = refused("no assay was made there", 0);
+        added.known.assign(calibrate::count_of(table, row.by_rods), none);
+        for (const CalibrationUnit& unit : layout.units) {
+            const bool all = layout.assays[unit.assay].population == calibrate::Population::all;
+            if (row.by_rods && !all) continue;
+            Known& known = added.known[calibrate::place_in(table, added, unit.varied, unit.bead, unit.rod)];
+            if (known.origin == Origin::set) continue;
+            known = {.value = content_of(unit.conditions.setup).*row.number, .origin = Origin::set};
+        }
+        if (added.known.front().origin == Origin::set) table.rows.push_back(std::move(added));
+    }
+}
+}  // namespace
+
+calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::Campaign>& campaigns) {
+    calibrate::Table table = layout.axes;
+    for (std::size_t a = 0; a < layout.assays.size(); ++a) {
+        const calibrate::Assay& assay = layout.assays[a];
+        const bool by_rods = assay.population == calibrate::Population::all;
+        for (std::size_t q = 0; q < assay.quantities.size(); ++q) {
+            const calibrate::Quantity& quantity = assay.quantities[q];
+            calibrate::TableRow row{.name = quantity.name,
+                                    .unit = quantity.unit,
+                                    .formula = quantity.formula,
+                                    .by_rods = by_rods};
+            row.known.resize(calibrate::count_of(table, by_rods));
+            for (std::size_t u = 0; u < layout.units.size(); ++u) {
+                const CalibrationUnit& unit = layout.units[u];
+                if (unit.assay == a)
+                    row.known[calibrate::place_in(table, row, unit.varied, unit.bead, unit.rod)] =
+                        known_of(layout, campaigns[u], q);
+            }
+            table.rows.push_back(std::move(row));
+        }
+    }
+    add_setup_rows(layout, table);
+    calibrate::add_derived(table);
+    return table;
+}
+
+namespace {
+/// Columns of the table for people: row and heading.
+constexpr std::array<std::pair<const char*, const char*>, 9> columns{{{"drag", "alpha/Gamma"},
+                                                                      {"relaxation_rate", "a"},
+                                                                      {"weathercock", "lambda"},
+                                                                      {"relaxation_over_weathercock", "a/lambda"},
+                                                                      {"alignment", "g"},
+                                                                      {"propulsion", "u"},
+                                                                      {"damping_rate", "Gamma/(m rho)"},
+                                                                      {"viscosity_kinematic", "eta/(m rho)"},
+                                                                      {"compressibility", "E"}}};
+
+std::string cell_text(const Known& known) {
+    if (known.origin == Origin::refused) return "refused";
+    return text("{:.4g} +- {:.2g}{}", known.value, known.error, known.origin == Origin::measured_short ? " !" : "");
+}
+
+std::string remarks_text(const calibrate::Table& table) {
+    std::string out;
+    for (const calibrate::TableRow& row : table.rows)
+        for (std::size_t place = 0; place < row.known.size(); ++place) {
+            const Known& known = row.known[place];
+            const bool shown = std::any_of(columns.begin(), columns.end(),
+                                           [&](const auto& column) { return column.first == row.name; });
+            if (shown && (known.origin == Origin::refused || known.origin == Origin::measured_short))
+                out += text("{} {} at {}: {}\n", known.origin == Origin::refused ? "refused:" : "!", row.name,
+                            calibrate::point_text(table, row.by_rods, place), known.remark);
+        }
+    return out;
+}
+}  // namespace
+
+std::string calibration_text(const calibrate::Table& table) {
+    std::string out;
+    const bool varied = !table.varied_key.empty();
+    if (varied) out += text("{:>16} ", table.varied_key);
+    out += text("{:>6} {:>6}", "Phi_b", "Phi_r");
+    std::vector<const calibrate::TableRow*> rows;
+    for (const auto& [name, heading] : columns)
+        if (const calibrate::TableRow* row = calibrate::find_row(table, name)) {
+            rows.push_back(row);
+            out += text(" {:>21}", text("{} [{}]", heading, row->unit));
+        }
+    out += '\n';
+    const std::size_t rods = std::max<std::size_t>(table.rod_fractions.size(), 1);
+    for (std::size_t v = 0; v < table.varied.size(); ++v)
+        for (std::size_t b = 0; b < table.bead_fractions.size(); ++b)
+            for (std::size_t r = 0; r < rods; ++r) {
+                if (varied) out += text("{:>16.6g} ", table.varied[v]);
+                out += text("{:>6.4g} {:>6}", table.bead_fractions[b],
+                            table.rod_fractions.empty() ? "-" : text("{:.4g}", table.rod_fractions[r]));
+                for (const calibrate::TableRow* row : rows)
+                    out += text(" {:>21}", cell_text(row->known[calibrate::place_in(table, *row, v, b, r)]));
+                out += '\n';
+            }
+    const std::string remarks = remarks_text(table);
+    return remarks.empty() ? out : out + "\n" + remarks;
+}
+
+namespace {
+/// One number of each point, in nested lists by the axes.
+template <class Write>
+std::string nested(const calibrate::Table& table, const calibrate::TableRow& row, Write write) {
+    const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1;
+    std::vector<std::string> all;
+    std::size_t place = 0;
+    for (std::size_t v = 0; v < table.varied.size(); ++v) {
+        std::vector<std::string> by_bead;
+        for (std::size_t b = 0; b < table.bead_fractions.size(); ++b) {
+            std::vector<std::string> by_rod;
+            for (std::size_t r = 0; r < rods; ++r) by_rod.push_back(write(row.known[place++]));
+            by_bead.push_back(row.by_rods ? "[" + joined(by_rod) + "]" : by_rod.front());
+        }
+        all.push_back("[" + joined(by_bead) + "]");
+    }
+    return table.varied_key.empty() ? all.front() : "[" + joined(all) + "]";
+}
+}  // namespace
+
+std::string calibration_toml(const calibrate::Table& table, const std::string& heading) {
+    std::string out =
+        "# Coefficients over area fractions.  Lists go by the varied key, if there is one, then by beads, then by "
+        "rods.\n" +
+        heading;
+    if (!table.varied_key.empty())
+        out += "varied = " + toml_text(table.varied_key) + "\nvaried_values = " + toml_text(table.varied) + "\n";
+    out += "bead_area_fraction = " + toml_text(table.bead_fractions) +
+           "\nrod_area_fraction = " + toml_text(table.rod_fractions) + "\n";
+    const auto number = [](double value) { return toml_text(Value(value)); };
+    for (const calibrate::TableRow& row : table.rows) {
+        out += text("\n[\"{}\"]\nunit = {}\nformula = {}\n", row.name, toml_text(row.unit), toml_text(row.formula));
+        out += "value = " + nested(table, row, [&](const Known& k) { return number(k.value); });
+        out += "\nerror = " + nested(table, row, [&](const Known& k) { return number(k.error); });
+        out += "\ntrials = " + nested(table, row, [&](const Known& k) { return text("{}", k.trials); });
+        out += "\norigin = " + nested(table, row, [&](const Known& k) {
+                   return toml_text(std::string(calibrate::origin_name(k.origin)));
+               });
+        std::vector<std::string> remarks;
+        for (std::size_t place = 0; place < row.known.size(); ++place)
+            if (!row.known[place].remark.empty())
+                remarks.push_back(calibrate::point_text(table, row.by_rods, place) + ": " + row.known[place].remark);
+        out += remarks.empty() ? "\n" : "\nremarks = " + toml_text(remarks) + "\n";
+    }
+    return out;
+}
+
+}  // namespace drover::run

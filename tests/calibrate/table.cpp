@@ -1,0 +1,196 @@
+// tests/calibrate/table.cpp: closures with their errors, tables that cannot be, and smooth functions with theirs.
+#include "drover/calibrate/table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+namespace drover::calibrate {
+namespace {
+
+std::string refusal_of(const std::function<void()>& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "no refusal";
+}
+
+TableRow row_of(const std::string& name, bool by_rods, const std::vector<double>& values, double relative_error,
+                Origin origin = Origin::measured) {
+    TableRow row{.name = name, .unit = "1", .formula = "x", .by_rods = by_rods};
+    for (const double value : values)
+        row.known.push_back({.value = value, .error = relative_error * value, .trials = 32, .origin = origin});
+    return row;
+}
+
+/// Two by two points of a rod of 3 mm/s.
+Table small_table() {
+    Table table{.varied_key = {}, .bead_fractions = {0.2, 0.4}, .rod_fractions = {0.05, 0.1}, .rows = {}};
+    table.rows = {row_of("relaxation_rate", false, {0.4, 0.2}, 0.03),
+                  row_of("weathercock_single", false, {0.2, 0.1}, 0.04),
+                  row_of("weathercock", false, {0.1, 0.05}, 0.04),
+                  row_of("propulsion", false, {3.0, 2.0}, 0.02),
+                  row_of("damping_rate", false, {20.0, 20.0}, 0.01),
+                  row_of("viscosity_kinematic", false, {5.0, 10.0}, 0.1),
+                  row_of("drag", true, {1.0, 1.5, 2.0, 2.5}, 0.05),
+                  row_of("bead_mass_density", false, {0.3, 0.6}, 0.0, Origin::set),
+                  row_of("rod_density", true, {0.01, 0.02, 0.01, 0.02}, 0.0, Origin::set)};
+    return table;
+}
+
+const Known& known_at(const Table& table, const std::string& name, std::size_t bead, std::size_t rod) {
+    const TableRow* row = find_row(table, name);
+    if (row == nullptr) throw std::runtime_error("no row " + name);
+    return row->known[place_in(table, *row, 0, bead, rod)];
+}
+
+TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_that_add_in_squares) {
+    Table table = small_table();
+    add_derived(table);
+    const double a = 0.2, single = 0.1, u = 2.0, drag = 2.5, sigma = 0.02, g = single * drag / a;
+    struct Expected {
+        const char* name;
+        double value, relative_error;
+        Origin origin;
+    };
+    const double e_a = 0.03, e_l = 0.04, e_u = 0.02, e_g = 0.01, e_d = 0.05;
+    for (const Expected& expected :
+         {Expected{"noise_order", a * sigma * u * u, std::hypot(e_a, 2 * e_u), Origin::closure},
+          {"pressure_rods", u * u / 2, 2 * e_u, Origin::closure},
+          {"elasticity_stiffness", u * u / (16 * a), std::hypot(2 * e_u, e_a), Origin::closure},
+          {"relaxation_saturation", a * g * g / (8 * sigma * sigma * u * u),
+           std::sqrt(4 * e_l * e_l + 4 * e_d * e_d + e_a * e_a + 4 * e_u * e_u), Origin::closure},
+          {"alignment", g, std::sqrt(e_l * e_l + e_d * e_d + e_a * e_a), Origin::measured},
+          {"relaxation_over_weathercock", a / 0.05, std::hypot(e_a, e_l), Origin::measured},
+          {"friction", 20.0 * 0.6, e_g, Origin::measured},
+          {"driving_strength", drag * 12.0 / (sigma * u), std::sqrt(e_d * e_d + e_g * e_g + e_u * e_u),
+           Origin::measured},
+          {"weathercock_strength", 0.05 * sigma * u, std::hypot(e_l, e_u), Origin::measured}}) {
+        const Known& found = known_at(table, expected.name, 1, 1);
+        EXPECT_NEAR(found.value, expected.value, 1e-12 * expected.value) << expected.name;
+        EXPECT_NEAR(found.error, expected.relative_error * expected.value, 1e-12 * expected.value) << expected.name;
+        EXPECT_EQ(found.origin, expected.origin) << expected.name;
+        EXPECT_EQ(found.trials, 32) << expected.name;
+    }
+    for (const char* zero : {"advection", "pressure_beads", "compressibility_rods", "viscosity_bulk"}) {
+        EXPECT_EQ(known_at(table, zero, 0, 0).value, 0.0);
+        EXPECT_EQ(known_at(table, zero, 0, 0).origin, Origin::set);
+    }
+    EXPECT_EQ(known_at(table, "elasticity_splay", 0, 0).origin, Origin::closure);
+    EXPECT_FALSE(find_row(table, "pressure_rods")->by_rods);
+    EXPECT_TRUE(find_row(table, "noise_order")->by_rods);
+    check(table);
+}
+
+TEST(CalibrationTable, refuses_what_follows_from_a_hole_or_divides_by_what_may_be_zero) {
+    Table table = small_table();
+    table.rows[0].known[0] = {.value = 0.4, .error = 0.2, .trials = 32, .origin = Origin::measured_short};
+    table.rows[6].known[3] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "no"};
+    add_derived(table);
+    EXPECT_EQ(known_at(table, "elasticity_stiffness", 0, 0).origin, Origin::refused);
+    EXPECT_NE(known_at(table, "elasticity_stiffness", 0, 0).remark.find("cannot be told from 0"), std::string::npos);
+    EXPECT_EQ(known_at(table, "noise_order", 0, 0).origin, Origin::closure);  // it multiplies
+    EXPECT_EQ(known_at(table, "relaxation_over_weathercock", 0, 0).origin, Origin::measured_short);
+    EXPECT_EQ(known_at(table, "alignment", 1, 1).remark, "drag is refused");
+    EXPECT_EQ(known_at(table, "alignment", 1, 0).origin, Origin::measured);
+    check(table);  // holes are told, not forbidden
+}
+
+TEST(CalibrationTable, leaves_out_what_no_assay_was_made_for) {
+    Table table = small_table();
+    std::erase_if(table.rows, [](const TableRow& row) { return row.name == "propulsion"; });
+    add_derived(table);
+    EXPECT_EQ(find_row(table, "noise_order"), nullptr);
+    EXPECT_NE(find_row(table, "alignment"), nullptr);
+}
+
+TEST(CalibrationTable, is_refused_with_errors_below_zero_axes_that_fall_or_numbers_that_miss) {
+    const auto refusal = [](const std::function<void(Table&)>& spoil) {
+        Table table = small_table();
+        spoil(table);
+        return refusal_of([&] { check(table, {.file = "rods.h5"}); });
+    };
+    EXPECT_EQ(refusal([](Table& t) { t.rows[6].known[1].error = -0.1; }),
+              "rods.h5: drag at bead area fraction 0.2, rod area fraction 0.1 has the standard error -0.1; expected a "
+              "number >= 0");
+    EXPECT_EQ(refusal([](Table& t) { t.rows[0].known[1].value = NAN; }),
+              "rods.h5: relaxation_rate at bead area fraction 0.4 is nan; expected a number where the origin is not "
+              "\"refused\"");
+    EXPECT_EQ(refusal([](Table& t) {
+                  t.bead_fractions = {0.4, 0.2};
+              }),
+              "rods.h5: bead_area_fraction: number 2 is 0.2; expected area fractions between 0 and 1 that ascend");
+    EXPECT_EQ(refusal([](Table& t) { t.rows[6].known.pop_back(); }), "rods.h5: drag has 3 numbers; expected 4");
+    EXPECT_EQ(refusal([](Table& t) { t.bead_fractions.clear(); }),
+              "rods.h5: bead_area_fraction is empty; expected one value at least");
+}
+
+/// Four by three points with errors of all sizes.
+Table larger_table() {
+    Table table{.varied_key = {},
+                .bead_fractions = {0.2, 0.3, 0.5, 0.7},
+                .rod_fractions = {0.05, 0.08, 0.11},
+                .rows = {}};
+    TableRow row{.name = "drag", .unit = "mm/s", .formula = "x", .by_rods = true};
+    for (std::size_t i = 0; i < 12; ++i)
+        row.known.push_back({.value = 1.0 + std::sin(1.0 + static_cast<double>(i)),
+                             .error = 0.02 + 0.01 * static_cast<double>(i % 5),
+                             .origin = Origin::measured});
+    table.rows = {row, row_of("weathercock", false, {0.1, 0.12, 0.15, 0.2}, 0.1)};
+    return table;
+}
+
+TEST(SmoothCoefficient, has_the_exact_error_of_a_curve_through_uncertain_nodes) {
+    const Table table = larger_table();
+    const SmoothCoefficient smooth(table, "drag");
+    for (const auto& [bead, rod] : {std::pair{0.2, 0.05}, {0.3, 0.11}, {0.25, 0.06}, {0.61, 0.1}, {0.7, 0.07}}) {
+        const Uncertain found = smooth.at(bead, rod);
+        double squares = 0.0;  // the value is linear in the nodes: each is moved by its error in turn
+        for (std::size_t k = 0; k < 12; ++k) {
+            Table moved = table;
+            moved.rows[0].known[k].value += moved.rows[0].known[k].error;
+            squares += std::pow(SmoothCoefficient(moved, "drag").at(bead, rod).value - found.value, 2);
+        }
+        EXPECT_NEAR(found.error, std::sqrt(squares), 1e-12) << bead << ' ' << rod;
+    }
+    EXPECT_EQ(smooth.at(0.3, 0.11).value, table.rows[0].known[5].value);
+    EXPECT_NEAR(smooth.at(0.3, 0.11).error, table.rows[0].known[5].error, 1e-15);
+    EXPECT_LT(smooth.at(0.4, 0.08).error, 0.06);
+}
+
+TEST(SmoothCoefficient, of_beads_alone_takes_any_fraction_of_rods) {
+    const SmoothCoefficient smooth(larger_table(), "weathercock");
+    EXPECT_EQ(smooth.at(0.5, 0.4).value, 0.15);
+    EXPECT_NEAR(smooth.at(0.5, 0.4).error, 0.015, 1e-15);
+}
+
+TEST(SmoothCoefficient, refuses_to_extrapolate_unless_told) {
+    const Table table = larger_table();
+    EXPECT_EQ(
+        refusal_of([&] { SmoothCoefficient(table, "drag").at(0.75, 0.08); }),
+        "drag at a bead area fraction of 0.75: the table has 0.2 to 0.7; expected one within it: measure there, or "
+        "say that the value at the edge holds beyond it");
+    EXPECT_NE(refusal_of([&] { SmoothCoefficient(table, "drag").at(0.5, 0.2); }).find("rod area fraction of 0.2"),
+              std::string::npos);
+    const SmoothCoefficient held(table, "drag", 0, physics::Outside::hold);
+    EXPECT_EQ(held.at(0.9, 0.08).value, held.at(0.7, 0.08).value);
+    EXPECT_EQ(held.at(0.9, 0.08).error, held.at(0.7, 0.08).error);
+}
+
+TEST(SmoothCoefficient, refuses_holes_and_names_that_are_none) {
+    Table table = larger_table();
+    table.rows[0].known[4] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "rods jam"};
+    EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "drag"); }),
+              "the table has a hole: drag at bead area fraction 0.3, rod area fraction 0.08 was refused (rods jam); "
+              "expected all of its points: measure it, or take this point out of the scene");
+    EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "wethercock"); }),
+              "the table has no coefficient wethercock; did you mean weathercock?");
+    EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "weathercock", 1); }),
+              "the table has 1 values of ; expected one numbered 1, from 0");
+}
+
+}  // namespace
+}  // namespace drover::calibrate

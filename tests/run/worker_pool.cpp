@@ -1,0 +1,71 @@
+// tests/run/worker_pool.cpp: jobs that become known while others run, what they hand over, and how they end.
+#include "drover/run/worker_pool.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <map>
+
+#include "drover/base/error.hpp"
+
+namespace drover::run {
+namespace {
+
+TEST(WorkerPool, runs_jobs_that_become_known_as_others_end_and_takes_what_they_hand_over) {
+    std::size_t known = 0, ended = 0;
+    std::map<std::size_t, std::size_t> lengths;
+    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
+                        if (known == 6 || known >= ended + 2)
+                            return std::nullopt;  // two at first, one for each that ends
+                        return known++;
+                    },
+                    .work =
+                        [](std::size_t job, std::string& result) {
+                            result.assign(100000 * job, static_cast<char>('a' + job));  // more than a pipe holds
+                            return 0;
+                        },
+                    .ended =
+                        [&](std::size_t job, int status, const std::string& result) {
+                            ++ended;
+                            EXPECT_EQ(status, 0);
+                            EXPECT_EQ(result, std::string(100000 * job, static_cast<char>('a' + job)));
+                            lengths[job] = result.size();
+                        }};
+    const PoolOutcome outcome = run_jobs(jobs, {.workers = 3, .bound = true});
+    EXPECT_EQ(outcome.done, 6u);
+    EXPECT_EQ(lengths.size(), 6u);
+}
+
+TEST(WorkerPool, tells_how_a_worker_ended) {
+    std::map<std::size_t, int> statuses;
+    const PoolOutcome outcome = run_jobs(
+        4, 2,
+        [](std::size_t job) {
+            if (job == 1) fail_input({}, "no");
+            if (job == 2) ::kill(::getpid(), SIGKILL);
+            return job == 3 ? 7 : 0;
+        },
+        [&](std::size_t job, int status) { statuses[job] = status; });
+    EXPECT_EQ(statuses, (std::map<std::size_t, int>{{0, 0}, {1, 2}, {2, 128 + SIGKILL}, {3, 7}}));
+    EXPECT_EQ(outcome.done, 1u);
+    EXPECT_EQ(outcome.failed, 3u);
+}
+
+TEST(WorkerPool, leaves_no_worker_behind_where_the_caller_fails) {
+    const Jobs jobs{.next = [n = std::size_t{0}]() mutable -> std::optional<std::size_t> { return n++; },
+                    .work =
+                        [](std::size_t job, std::string&) {
+                            if (job > 0) ::sleep(60);
+                            return 0;
+                        },
+                    .ended = [](std::size_t, int, const std::string&) { fail_run("the disk is full"); }};
+    EXPECT_THROW(run_jobs(jobs, {.workers = 3, .bound = true}), Error);
+    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
+    EXPECT_EQ(errno, ECHILD);
+}
+
+}  // namespace
+}  // namespace drover::run
