@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
@@ -31,9 +32,10 @@ std::string result_text(const calibrate::Campaign& campaign) {
     const calibrate::Measurement& found = *campaign.measurement();
     const measure::Estimate& first = found.estimates.front();
     const calibrate::Quantity& quantity = campaign.assay().quantities.front();
-    const std::string error = first.error ? text(" +- {:.2g}", *first.error) : "";
-    return text("{} = {:.4g}{} {} from {} trials{}", quantity.name, first.mean, error, quantity.unit, found.trials,
-                found.reached ? "" : ", short of the error asked");
+    const std::string failed = campaign.failed() > 0 ? text(", {} more failed", campaign.failed()) : "";
+    if (!first.error) return text("{} refused after {} trials{}: {}", quantity.name, found.trials, failed, first.refusal);
+    return text("{} = {:.4g} +- {:.2g} {} from {} trials{}{}", quantity.name, first.mean, *first.error, quantity.unit,
+                found.trials, failed, found.reached ? "" : ", short of the error asked");
 }
 
 /// Units of one process: their files, claimed, and what is wanted of them.
@@ -49,7 +51,6 @@ public:
     std::size_t units() const { return mine_.size(); }
     std::size_t already() const { return already_; }
     std::size_t ran() const { return ran_; }
-    std::size_t crashed() const { return crashed_; }
 
     Jobs jobs() {
         return {.next = [this] { return next(); },
@@ -65,6 +66,7 @@ private:
         calibrate::Campaign campaign;
         std::uint64_t next = 0;  ///< trials below it are done or at work
         bool given_up = false;   ///< a worker crashed over it
+        bool told = false;       ///< that a trial failed
     };
     struct Job {
         std::size_t mine;
@@ -121,11 +123,11 @@ private:
             log_warning("{}: the worker of trial {} ended with status {}; no more of this is tried now", name, trial,
                         status);
             one.given_up = true;
-            ++crashed_;
             return;
         }
         calibrate::Attempt attempt = io::attempt_of(result);
-        if (!attempt.failure.empty()) log_warning("{}: trial {} failed: {}", name, trial, attempt.failure);
+        if (!attempt.failure.empty() && !std::exchange(one.told, true))
+            log_warning("{}: trial {} failed: {} (others of this will be counted)", name, trial, attempt.failure);
         one.file.append(attempt);
         one.campaign.add(std::move(attempt));
         ++ran_;
@@ -150,7 +152,7 @@ private:
     calibrate::Maker maker_;
     std::vector<Mine> mine_;
     std::vector<Job> jobs_;
-    std::size_t already_ = 0, ran_ = 0, crashed_ = 0;
+    std::size_t already_ = 0, ran_ = 0;
     Clock::time_point start_ = Clock::now(), told_ = start_;
 };
 

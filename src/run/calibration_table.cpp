@@ -141,7 +141,8 @@ std::string remarks_text(const calibrate::Table& table) {
             const Known& known = row.known[place];
             const bool shown = std::any_of(columns.begin(), columns.end(),
                                            [&](const auto& column) { return column.first == row.name; });
-            if (shown && (known.origin == Origin::refused || known.origin == Origin::measured_short))
+            const bool follows = known.remark.ends_with(" is refused");  // what it follows from is told
+            if (shown && !follows && (known.origin == Origin::refused || known.origin == Origin::measured_short))
                 out += text("{} {} at {}: {}\n", known.origin == Origin::refused ? "refused:" : "!", row.name,
                             calibrate::point_text(table, row.by_rods, place), known.remark);
         }

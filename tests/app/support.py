@@ -38,8 +38,11 @@ SMALL = {
 
 
 def scenes(kind):
-    """The scenes of models/ by name: those of "particles" have a [cell], those of "fields" have none."""
-    return sorted(path.stem for path in MODELS.glob("*.toml") if ("cell" in tomllib.loads(path.read_text())) == (kind == "particles"))
+    """The scenes of models/ by name: those for "calibrate" have a section of that name, of the others those of "particles" have a [cell] and
+    those of "fields" have none."""
+    def kind_of(scene):
+        return "calibrate" if "calibrate" in scene else "particles" if "cell" in scene else "fields"
+    return sorted(path.stem for path in MODELS.glob("*.toml") if kind_of(tomllib.loads(path.read_text())) == kind)
 
 
 def settings(keys):
@@ -56,7 +59,7 @@ def scene_text(keys):
     """TOML of {"section.key": value}."""
     sections = {}
     for name, value in keys.items():
-        section, key = name.split(".")
+        section, key = name.rsplit(".", 1)
         sections.setdefault(section, []).append(f"{key} = {toml_value(value)}\n")
     return "\n".join(f"[{section}]\n" + "".join(lines) for section, lines in sections.items())
 

@@ -1,0 +1,132 @@
+"""tests/app/calibration.py: a calibration of two by two points that takes seconds, and what is looked at in its folder."""
+import re
+import subprocess
+import tomllib
+from pathlib import Path
+
+import h5py
+from support import drover, end_group, group_is_alive, start, wait_until, write_scene
+
+# Cells of a hundred bodies and trials of a tenth of a second: the numbers mean nothing, the machinery is all there.
+TINY = {
+    "cell.lx": 10.0,
+    "cell.ly": 10.0,
+    "plates.amplitude": 0.05,
+    "plates.gap": 1.268,
+    "contacts.overlap_most": 0.2,  # of long steps
+    "time.dt": 5e-5,
+    "run.seed": 3,
+    "calibrate.bead_area_fractions": [0.2, 0.4],
+    "calibrate.rod_area_fractions": [0.1, 0.2],
+    "calibrate.relative_error": 0.5,
+    "calibrate.round": 4,
+    "calibrate.trials_most": 12,
+    "calibrate.relaxation.warm_up": 0.05,
+    "calibrate.relaxation.frame": 0.005,
+    "calibrate.relaxation.time": 0.2,
+    "calibrate.relaxation.lag_most": 0.1,
+    "calibrate.weathercock.speeds": [10.0, 20.0],
+    "calibrate.weathercock.window_most": 0.1,
+    "calibrate.weathercock.warm_up": 0.05,
+    "calibrate.weathercock.align": 0.05,
+    "calibrate.drag.torques": [2000.0, 20000.0],
+    "calibrate.drag.warm_up": 0.05,
+    "calibrate.drag.time": 0.1,
+    "calibrate.drag.windows": 2,
+    "calibrate.drag.frame": 0.005,
+    "calibrate.damping.warm_up": 0.05,
+    "calibrate.damping.hold": 0.02,
+    "calibrate.damping.time": 0.2,
+    "calibrate.damping.frame": 0.01,
+    "calibrate.shear.waves": [1, 2],
+    "calibrate.shear.warm_up": 0.05,
+    "calibrate.shear.hold": 0.02,
+    "calibrate.shear.releases": 1,
+    "calibrate.shear.time": 0.1,
+    "calibrate.propulsion.warm_up": 0.05,
+    "calibrate.propulsion.time": 0.1,
+    "calibrate.compressibility.warm_up": 0.05,
+    "calibrate.compressibility.settle": 0.05,
+    "calibrate.compressibility.time": 0.1,
+}
+UNITS = 2 * 6 + 2 * 2  # drag alone depends on the rods
+
+
+def write_tiny(folder, changes=None, name="tiny.toml"):
+    """Writes the small scene, with some keys changed, and gives its name."""
+    return write_scene(folder, changes, name=name, base=TINY)
+
+
+def datasets(path):
+    """Every dataset of a table, raw."""
+    found = {}
+
+    def take(name, item):
+        if isinstance(item, h5py.Dataset):
+            found[name] = (item.dtype.str, item.shape, item[()].tobytes())
+
+    with h5py.File(path) as file:
+        file.visititems(take)
+    assert len(found) > 60
+    return found
+
+
+def trials_in(folder):
+    """Whole trials in the files of a folder: name -> numbers in the order in which they ended."""
+    found = {}
+    for file in sorted(Path(folder).glob("*.trials")):
+        content, place, numbers = file.read_bytes(), 16, []
+        while place + 8 <= len(content):
+            length = int.from_bytes(content[place:place + 8], "little")
+            if place + 8 + length > len(content):
+                break
+            numbers.append(int.from_bytes(content[place + 8:place + 16], "little"))
+            place += 8 + length
+        found[file.stem] = numbers
+    return found
+
+
+def toml_of(folder):
+    return tomllib.loads((Path(folder) / "table.toml").read_text())
+
+
+def already_done(log):
+    """What a run says that it found."""
+    return int(re.search(r"\((\d+) trials done already\)", log).group(1))
+
+
+def assert_same_tables(one, other):
+    """To the byte: all of both files."""
+    assert datasets(one / "table.h5") == datasets(other / "table.h5")
+    for name in ("table.h5", "table.toml"):
+        assert (one / name).read_bytes() == (other / name).read_bytes()
+
+
+def kill_again_and_again(folder, scene, whole, kills, dice, seconds):
+    """A calibration that is killed `kills` times within so many seconds and goes on each time: nothing is lost, done twice or changed.
+    Gives how many kills met it at work."""
+    met, before = 0, 0
+    for _ in range(kills):
+        process = start(folder, "calibrate", scene, "-o", "parts", "--workers", "2")
+        try:
+            try:
+                process.wait(dice.uniform(0.02, seconds))
+            except subprocess.TimeoutExpired:  # it runs
+                met += 1
+            process.kill()
+            _, log = process.communicate()
+            wait_until(lambda: not group_is_alive(process.pid), "the end of the workers", 10.0)
+        finally:
+            end_group(process)
+        if "done already" in log:
+            assert already_done(log) == before, "what had ended was there, and no more"
+        found = trials_in(folder / "parts")
+        assert all(len(set(numbers)) == len(numbers) for numbers in found.values()), found
+        before = sum(map(len, found.values()))
+    ended = drover(folder, "calibrate", scene, "-o", "parts")
+    assert already_done(ended.stderr) == before
+    found, undisturbed = trials_in(folder / "parts"), trials_in(whole)
+    assert {name: sorted(numbers) for name, numbers in found.items()} == {name: sorted(numbers) for name, numbers in undisturbed.items()}
+    assert_same_tables(folder / "parts", whole)
+    assert sorted(path.name for path in (folder / "parts").iterdir()) == sorted(path.name for path in whole.iterdir())
+    return met
