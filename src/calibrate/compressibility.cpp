@@ -86,11 +86,26 @@ template <>
 const std::vector<Row<calibrate::CompressibilityPlan>>& schema<calibrate::CompressibilityPlan>() {
     using Plan = calibrate::CompressibilityPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "waves", .member = &Plan::waves, .range = {.least = 1, .most = 1000}, .sentence = "of the force across the cell"},
-        {.name = "pushes", .member = &Plan::pushes, .unit = "mg mm/s^2", .range = positive, .sentence = "two amplitudes of the force on a bead, ascending"},
+        {.name = "waves",
+         .member = &Plan::waves,
+         .range = {.least = 1, .most = 1000},
+         .sentence = "of the force across the cell"},
+        {.name = "pushes",
+         .member = &Plan::pushes,
+         .unit = "mg mm/s^2",
+         .range = positive,
+         .sentence = "two amplitudes of the force on a bead, ascending"},
         {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "once"},
-        {.name = "settle", .member = &Plan::settle, .unit = "s", .range = not_negative, .sentence = "after each change of the force, for its sound to die: some 4 m rho/(Gamma + eta q^2)"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "of the mean under each force"},
+        {.name = "settle",
+         .member = &Plan::settle,
+         .unit = "s",
+         .range = not_negative,
+         .sentence = "after each change of the force, for its sound to die: some 4 m rho/(Gamma + eta q^2)"},
+        {.name = "time",
+         .member = &Plan::time,
+         .unit = "s",
+         .range = positive,
+         .sentence = "of the mean under each force"},
         {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks"}};
     return rows;
 }

@@ -130,14 +130,37 @@ template <>
 const std::vector<Row<calibrate::DampingPlan>>& schema<calibrate::DampingPlan>() {
     using Plan = calibrate::DampingPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "speed", .member = &Plan::speed, .unit = "mm/s", .range = positive, .sentence = "of the beads at the release"},
-        {.name = "speed_least", .member = &Plan::speed_least, .unit = "mm/s", .range = positive, .sentence = "to which the decay is read: a decade"},
-        {.name = "speed_flock", .member = &Plan::speed_flock, .unit = "mm/s", .range = positive, .sentence = "at which the rate is wanted, between the two"},
+        {.name = "speed",
+         .member = &Plan::speed,
+         .unit = "mm/s",
+         .range = positive,
+         .sentence = "of the beads at the release"},
+        {.name = "speed_least",
+         .member = &Plan::speed_least,
+         .unit = "mm/s",
+         .range = positive,
+         .sentence = "to which the decay is read: a decade"},
+        {.name = "speed_flock",
+         .member = &Plan::speed_flock,
+         .unit = "mm/s",
+         .range = positive,
+         .sentence = "at which the rate is wanted, between the two"},
         {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "once"},
         {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .sentence = "before each release"},
-        {.name = "releases", .member = &Plan::releases, .range = {.least = 1, .most = 1000}, .sentence = "of one specimen, along x, y, -x, -y, and so on"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "followed after each; until speed_least, some 3/(Gamma/(m rho))"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks, whole periods of the plates"}};
+        {.name = "releases",
+         .member = &Plan::releases,
+         .range = {.least = 1, .most = 1000},
+         .sentence = "of one specimen, along x, y, -x, -y, and so on"},
+        {.name = "time",
+         .member = &Plan::time,
+         .unit = "s",
+         .range = positive,
+         .sentence = "followed after each; until speed_least, some 3/(Gamma/(m rho))"},
+        {.name = "frame",
+         .member = &Plan::frame,
+         .unit = "s",
+         .range = positive,
+         .sentence = "between looks, whole periods of the plates"}};
     return rows;
 }
 

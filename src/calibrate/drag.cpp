@@ -118,10 +118,25 @@ template <>
 const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
     using Plan = calibrate::DragPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "torques", .member = &Plan::torques, .unit = "mg mm^2/s^2", .range = positive, .sentence = "of the field that orients rods, weak to strong, for P from below a half to near one"},
-        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "once, in the strongest"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "in each; together some times m rho/Gamma and 1/a"},
-        {.name = "windows", .member = &Plan::windows, .range = {.least = 1, .most = 1000}, .sentence = "of equal length that the time is cut into"},
+        {.name = "torques",
+         .member = &Plan::torques,
+         .unit = "mg mm^2/s^2",
+         .range = positive,
+         .sentence = "of the field that orients rods, weak to strong, for P from below a half to near one"},
+        {.name = "warm_up",
+         .member = &Plan::warm_up,
+         .unit = "s",
+         .range = not_negative,
+         .sentence = "once, in the strongest"},
+        {.name = "time",
+         .member = &Plan::time,
+         .unit = "s",
+         .range = positive,
+         .sentence = "in each; together some times m rho/Gamma and 1/a"},
+        {.name = "windows",
+         .member = &Plan::windows,
+         .range = {.least = 1, .most = 1000},
+         .sentence = "of equal length that the time is cut into"},
         {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks at P"}};
     return rows;
 }

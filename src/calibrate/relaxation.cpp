@@ -124,10 +124,22 @@ template <>
 const std::vector<Row<calibrate::RelaxationPlan>>& schema<calibrate::RelaxationPlan>() {
     using Plan = calibrate::RelaxationPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "before anything is followed"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks; whole periods of the plates, which tilt rods at their own frequency"},
+        {.name = "warm_up",
+         .member = &Plan::warm_up,
+         .unit = "s",
+         .range = not_negative,
+         .sentence = "before anything is followed"},
+        {.name = "frame",
+         .member = &Plan::frame,
+         .unit = "s",
+         .range = positive,
+         .sentence = "between looks; whole periods of the plates, which tilt rods at their own frequency"},
         {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "followed"},
-        {.name = "lag_most", .member = &Plan::lag_most, .unit = "s", .range = positive, .sentence = "longest lag t of C(t): less than time; some 0.5/a, or what there is time for"}};
+        {.name = "lag_most",
+         .member = &Plan::lag_most,
+         .unit = "s",
+         .range = positive,
+         .sentence = "longest lag t of C(t): less than time; some 0.5/a, or what there is time for"}};
     return rows;
 }
 

@@ -122,14 +122,31 @@ template <>
 const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>() {
     using Plan = calibrate::ShearPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "waves", .member = &Plan::waves, .range = {.least = 1, .most = 1000}, .sentence = "across the cell, whole numbers, ascending: q = 2 pi waves/ly"},
-        {.name = "speed", .member = &Plan::speed, .unit = "mm/s", .range = positive, .sentence = "amplitude at the release"},
-        {.name = "part_least", .member = &Plan::part_least, .range = {.least = 0.0, .most = 0.99, .least_open = true}, .sentence = "of the amplitude, to which the decay is read"},
+        {.name = "waves",
+         .member = &Plan::waves,
+         .range = {.least = 1, .most = 1000},
+         .sentence = "across the cell, whole numbers, ascending: q = 2 pi waves/ly"},
+        {.name = "speed",
+         .member = &Plan::speed,
+         .unit = "mm/s",
+         .range = positive,
+         .sentence = "amplitude at the release"},
+        {.name = "part_least",
+         .member = &Plan::part_least,
+         .range = {.least = 0.0, .most = 0.99, .least_open = true},
+         .sentence = "of the amplitude, to which the decay is read"},
         {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .sentence = "once"},
         {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .sentence = "before each release"},
-        {.name = "releases", .member = &Plan::releases, .range = {.least = 1, .most = 1000}, .sentence = "of each wave, to either side in turn"},
+        {.name = "releases",
+         .member = &Plan::releases,
+         .range = {.least = 1, .most = 1000},
+         .sentence = "of each wave, to either side in turn"},
         {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "followed after each"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks, whole periods of the plates"}};
+        {.name = "frame",
+         .member = &Plan::frame,
+         .unit = "s",
+         .range = positive,
+         .sentence = "between looks, whole periods of the plates"}};
     return rows;
 }
 

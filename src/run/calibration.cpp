@@ -33,7 +33,8 @@ std::string result_text(const calibrate::Campaign& campaign) {
     const measure::Estimate& first = found.estimates.front();
     const calibrate::Quantity& quantity = campaign.assay().quantities.front();
     const std::string failed = campaign.failed() > 0 ? text(", {} more failed", campaign.failed()) : "";
-    if (!first.error) return text("{} refused after {} trials{}: {}", quantity.name, found.trials, failed, first.refusal);
+    if (!first.error)
+        return text("{} refused after {} trials{}: {}", quantity.name, found.trials, failed, first.refusal);
     return text("{} = {:.4g} +- {:.2g} {} from {} trials{}{}", quantity.name, first.mean, *first.error, quantity.unit,
                 found.trials, failed, found.reached ? "" : ", short of the error asked");
 }

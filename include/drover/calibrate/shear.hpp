@@ -8,13 +8,13 @@ namespace drover::calibrate {
 /// Waves and times of a trial.
 struct ShearPlan {
     std::vector<double> waves = {1, 3, 5};  ///< across the cell, whole, ascending >= 1: q = 2 pi waves/ly
-    double speed = 10.0;                 ///< amplitude at the release [mm/s]
-    double part_least = 0.2;             ///< of it, to which the decay is read
-    double warm_up = 0.5;                ///< once [s]
-    double hold = 0.2;                   ///< before each release [s]
-    int releases = 2;                    ///< of each wave, to either side in turn
-    double time = 0.8;                   ///< followed after each [s]
-    double frame = 0.01;                 ///< between looks [s], whole periods of the plates
+    double speed = 10.0;                    ///< amplitude at the release [mm/s]
+    double part_least = 0.2;                ///< of it, to which the decay is read
+    double warm_up = 0.5;                   ///< once [s]
+    double hold = 0.2;                      ///< before each release [s]
+    int releases = 2;                       ///< of each wave, to either side in turn
+    double time = 0.8;                      ///< followed after each [s]
+    double frame = 0.01;                    ///< between looks [s], whole periods of the plates
 };
 
 /// eta and Gamma of beads without rods, from the decay of waves v_x = A sin(q y), which (beadmom) damps at the rate

@@ -38,10 +38,10 @@ struct TableRow {
 };
 
 struct Table {
-    std::string varied_key;                          ///< "kick.strength"; "" when nothing else is varied
-    std::vector<double> varied{0.0};                 ///< its values; one when nothing is varied
-    std::vector<double> bead_fractions;              ///< area fractions of beads, ascending
-    std::vector<double> rod_fractions;               ///< of rods, ascending; may be empty when no row needs them
+    std::string varied_key;              ///< "kick.strength"; "" when nothing else is varied
+    std::vector<double> varied{0.0};     ///< its values; one when nothing is varied
+    std::vector<double> bead_fractions;  ///< area fractions of beads, ascending
+    std::vector<double> rod_fractions;   ///< of rods, ascending; may be empty when no row needs them
     std::vector<TableRow> rows;
 };
 
