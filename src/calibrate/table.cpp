@@ -78,8 +78,9 @@ const TableRow& whole_row(const Table& table, const std::string& name, std::size
         fail_input({}, "the table has no coefficient {}; {}", name,
                    near.empty() ? text("expected one of {}", joined(names)) : text("did you mean {}?", near));
     }
-    require(varied < table.varied.size(), {}, "the table has {} values of {}; expected one numbered {}, from 0",
-            table.varied.size(), table.varied_key, varied);
+    require(varied < table.varied.size(), {}, "the value numbered {} of {} is asked; expected one below {}, from 0",
+            varied, table.varied_key.empty() ? "a key that the table does not vary" : table.varied_key,
+            table.varied.size());
     const std::size_t part = row->known.size() / table.varied.size();
     for (std::size_t place = varied * part; place < (varied + 1) * part; ++place) {
         const Known& known = row->known[place];

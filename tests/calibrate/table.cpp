@@ -189,7 +189,7 @@ TEST(SmoothCoefficient, refuses_holes_and_names_that_are_none) {
     EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "wethercock"); }),
               "the table has no coefficient wethercock; did you mean weathercock?");
     EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "weathercock", 1); }),
-              "the table has 1 values of ; expected one numbered 1, from 0");
+              "the value numbered 1 of a key that the table does not vary is asked; expected one below 1, from 0");
 }
 
 }  // namespace
