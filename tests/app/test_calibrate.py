@@ -127,11 +127,6 @@ def test_the_table_is_the_same_for_any_number_of_workers_and_after_kills(whole, 
     assert kill_again_and_again(tmp_path, write_tiny(tmp_path), whole[0], 3, random.Random(5), 0.5) >= 1
 
 
-def test_one_worker_makes_the_same_table(whole, tmp_path):
-    drover(tmp_path, "calibrate", write_tiny(tmp_path), "-o", "one", "--workers", "1", "--quiet")
-    assert_same_tables(tmp_path / "one", whole[0])
-
-
 def test_a_smaller_error_and_more_points_use_the_trials_that_are_there(tmp_path):
     scene = write_tiny(tmp_path, ONE)
     first = json.loads(drover(tmp_path, "calibrate", scene, "--json").stdout)
