@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "calibrate/plan_support.hpp"
 #include "drover/dem/bodies.hpp"
@@ -45,29 +46,44 @@ std::size_t frame_below(std::span<const double> means, double speed) {
     return frame;
 }
 
-/// Frames at which the decade and its thirds end.
-using Ends = std::array<std::size_t, 4>;
-Ends ends_of(const DampingPlan& plan, std::span<const Trial> trials) {
+/// Frames at which the decade and its thirds end, and whether beads came down to the speed of the flock.
+struct Stretch {
+    std::array<std::size_t, 4> ends{};
+    bool to_flock = false;
+};
+Stretch stretch_of(const DampingPlan& plan, std::span<const Trial> trials) {
     const std::vector<double> means = means_over(trials);
-    Ends ends{};
+    Stretch stretch;
+    auto& ends = stretch.ends;
     for (std::size_t third = 1; third <= 3; ++third) {
         const double speed = plan.speed * std::pow(plan.speed_least / plan.speed, static_cast<double>(third) / 3.0);
         ends[third] = std::max(frame_below(means, speed), ends[third - 1] + 1);
         ends[third] = std::min(ends[third], means.size() / 2 - 1);
     }
-    return ends;
+    stretch.to_flock = means[2 * ends.back()] <= plan.speed_flock;
+    return stretch;
 }
 
-std::vector<double> estimates_of(const DampingPlan& plan, const Ends& ends, std::span<const double> means) {
+/// g, c, and the rate at the flock's speed; where beads stay faster than that, the mean rate of the speeds they had alone.
+std::array<double, 3> law_of(const DampingPlan& plan, const Stretch& stretch, std::span<const double> means) {
+    const std::size_t last = stretch.ends.back();
+    if (!stretch.to_flock) {
+        constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+        return {unknown, unknown, (means[0] - means[2 * last]) / (means[2 * last + 1] - means[1])};
+    }
     std::vector<double> ways, times, losses;
-    for (std::size_t frame = 0; frame < ends.back(); ++frame) {
+    for (std::size_t frame = 0; frame < last; ++frame) {
         losses.push_back(means[2 * frame] - means[2 * frame + 2]);
         ways.push_back(means[2 * frame + 3] - means[2 * frame + 1]);
         times.push_back(plan.frame);
     }
     const std::vector<double> fit = least_squares({ways, times}, losses);
-    const double linear = fit[0], coulomb = fit[1];
-    const double rate = linear + coulomb / plan.speed_flock;
+    return {fit[0], fit[1], fit[0] + fit[1] / plan.speed_flock};
+}
+
+std::vector<double> estimates_of(const DampingPlan& plan, const Stretch& stretch, std::span<const double> means) {
+    const auto [linear, coulomb, rate] = law_of(plan, stretch, means);
+    const auto& ends = stretch.ends;
     std::vector<double> values{rate, linear, coulomb, coulomb / plan.speed_flock / rate};
     for (std::size_t third = 0; third < 3; ++third) {
         const std::size_t a = 2 * ends[third], b = 2 * ends[third + 1];
@@ -78,7 +94,11 @@ std::vector<double> estimates_of(const DampingPlan& plan, const Ends& ends, std:
 
 std::string conclude(const DampingPlan& plan, std::vector<measure::Estimate>& estimates) {
     const measure::Estimate& share = estimates[3];
-    if (!share.error) return "whether the damping is linear is not known";
+    if (!share.error)
+        return text(
+            "the beads did not come down to {} mm/s: the rate is the mean over the speeds they had, and whether it is "
+            "linear is not known",
+            plan.speed_flock);
     const std::string told = text("at {} mm/s {:.2g} +- {:.2g} of it does not depend on the speed", plan.speed_flock,
                                   share.mean, *share.error);
     if (std::abs(share.mean) <= 2.0 * *share.error) return "the damping is linear as far as can be told: " + told;
@@ -115,8 +135,8 @@ Assay damping(const DampingPlan& plan) {
                             std::uint64_t seed) { return release(plan, make, setup, seed); },
             .estimator =
                 [plan](std::span<const Trial> trials) {
-                    return [plan, ends = ends_of(plan, trials)](std::span<const double> means) {
-                        return estimates_of(plan, ends, means);
+                    return [plan, stretch = stretch_of(plan, trials)](std::span<const double> means) {
+                        return estimates_of(plan, stretch, means);
                     };
                 },
             .conclude = [plan](std::vector<measure::Estimate>& estimates) { return conclude(plan, estimates); }};

@@ -38,10 +38,10 @@ void watch(Specimen& specimen, double& time, const DragPlan& plan, double* out) 
     out[3] = (end.vx - start.vx) / window;
 }
 
-/// Windows of each torque, from the strongest on: rods that start in any direction come round soonest.
+/// Windows of each torque, from the strongest on.  Rods start along x and beads at rest: how the flow builds up tells tau.
 Trial carry(const DragPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "drag");
-    dem::Setup setup = with_rods(given, "drag", false);
+    dem::Setup setup = with_rods(given, "drag", true);
     setup.forces = {.torque = plan.torques.back()};
     const auto specimen = make(setup, seed);
     double time = plan.warm_up;
@@ -93,7 +93,7 @@ Assay drag(const DragPlan& plan) {
             plan.windows, plan.frame);
     std::vector<Quantity> quantities{{"drag", "mm/s", "alpha/Gamma: v = (alpha/Gamma) P + c |P|^2 P"},
                                      {"drag_curvature", "mm/s", "c", false},
-                                     {"response_time", "s", "tau = m rho/Gamma", false}};
+                                     {"response_time", "s", "tau = m rho/Gamma, rods among the beads", false}};
     for (const double torque : plan.torques) {
         quantities.push_back({text("order_{}", torque), "1", text("<P> at torque {}", torque), false});
         quantities.push_back({text("flow_{}", torque), "mm/s", text("<v> at torque {}", torque), false});

@@ -96,7 +96,7 @@ def test_closures_are_those_of_the_numbers_beside_them(whole):
     u, a, sigma = np.repeat(values["propulsion"], 2), np.repeat(values["relaxation_rate"], 2), values["rod_density"]
     assert np.allclose(values["pressure_rods"], values["propulsion"]**2 / 2)
     assert np.allclose(values["noise_order"], a * sigma * u**2)
-    assert np.allclose(values["friction"], values["damping_rate"] * values["bead_mass_density"])
+    assert np.allclose(values["friction_of_plates"], values["damping_rate"] * values["bead_mass_density"])
     assert np.allclose(sigma * 100.0, [2, 4, 2, 4], atol=1.0)
 
 

@@ -34,6 +34,7 @@ Table small_table() {
                   row_of("weathercock", false, {0.1, 0.05}, 0.04),
                   row_of("propulsion", false, {3.0, 2.0}, 0.02),
                   row_of("damping_rate", false, {20.0, 20.0}, 0.01),
+                  row_of("response_time", true, {0.1, 0.1, 0.1, 0.05}, 0.06),
                   row_of("viscosity_kinematic", false, {5.0, 10.0}, 0.1),
                   row_of("drag", true, {1.0, 1.5, 2.0, 2.5}, 0.05),
                   row_of("bead_mass_density", false, {0.3, 0.6}, 0.0, Origin::set),
@@ -56,7 +57,7 @@ TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_that_add
         double value, relative_error;
         Origin origin;
     };
-    const double e_a = 0.03, e_l = 0.04, e_u = 0.02, e_g = 0.01, e_d = 0.05;
+    const double e_a = 0.03, e_l = 0.04, e_u = 0.02, e_g = 0.01, e_t = 0.06, e_d = 0.05;
     for (const Expected& expected :
          {Expected{"noise_order", a * sigma * u * u, std::hypot(e_a, 2 * e_u), Origin::closure},
           {"pressure_rods", u * u / 2, 2 * e_u, Origin::closure},
@@ -65,8 +66,9 @@ TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_that_add
            std::sqrt(4 * e_l * e_l + 4 * e_d * e_d + e_a * e_a + 4 * e_u * e_u), Origin::closure},
           {"alignment", g, std::sqrt(e_l * e_l + e_d * e_d + e_a * e_a), Origin::measured},
           {"relaxation_over_weathercock", a / 0.05, std::hypot(e_a, e_l), Origin::measured},
-          {"friction", 20.0 * 0.6, e_g, Origin::measured},
-          {"driving_strength", drag * 12.0 / (sigma * u), std::sqrt(e_d * e_d + e_g * e_g + e_u * e_u),
+          {"friction", 0.6 / 0.05, e_t, Origin::measured},
+          {"friction_of_plates", 20.0 * 0.6, e_g, Origin::measured},
+          {"driving_strength", drag * 12.0 / (sigma * u), std::sqrt(e_d * e_d + e_t * e_t + e_u * e_u),
            Origin::measured},
           {"weathercock_strength", 0.05 * sigma * u, std::hypot(e_l, e_u), Origin::measured}}) {
         const Known& found = known_at(table, expected.name, 1, 1);
@@ -88,7 +90,7 @@ TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_that_add
 TEST(CalibrationTable, refuses_what_follows_from_a_hole_or_divides_by_what_may_be_zero) {
     Table table = small_table();
     table.rows[0].known[0] = {.value = 0.4, .error = 0.2, .trials = 32, .origin = Origin::measured_short};
-    table.rows[6].known[3] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "no"};
+    table.rows[7].known[3] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "no"};
     add_derived(table);
     EXPECT_EQ(known_at(table, "elasticity_stiffness", 0, 0).origin, Origin::refused);
     EXPECT_NE(known_at(table, "elasticity_stiffness", 0, 0).remark.find("cannot be told from 0"), std::string::npos);
@@ -113,7 +115,7 @@ TEST(CalibrationTable, is_refused_with_errors_below_zero_axes_that_fall_or_numbe
         spoil(table);
         return refusal_of([&] { check(table, {.file = "rods.h5"}); });
     };
-    EXPECT_EQ(refusal([](Table& t) { t.rows[6].known[1].error = -0.1; }),
+    EXPECT_EQ(refusal([](Table& t) { t.rows[7].known[1].error = -0.1; }),
               "rods.h5: drag at bead area fraction 0.2, rod area fraction 0.1 has the standard error -0.1; expected a "
               "number >= 0");
     EXPECT_EQ(refusal([](Table& t) { t.rows[0].known[1].value = NAN; }),
@@ -123,7 +125,7 @@ TEST(CalibrationTable, is_refused_with_errors_below_zero_axes_that_fall_or_numbe
                   t.bead_fractions = {0.4, 0.2};
               }),
               "rods.h5: bead_area_fraction: number 2 is 0.2; expected area fractions between 0 and 1 that ascend");
-    EXPECT_EQ(refusal([](Table& t) { t.rows[6].known.pop_back(); }), "rods.h5: drag has 3 numbers; expected 4");
+    EXPECT_EQ(refusal([](Table& t) { t.rows[7].known.pop_back(); }), "rods.h5: drag has 3 numbers; expected 4");
     EXPECT_EQ(refusal([](Table& t) { t.bead_fractions.clear(); }),
               "rods.h5: bead_area_fraction is empty; expected one value at least");
 }

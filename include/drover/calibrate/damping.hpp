@@ -21,7 +21,7 @@ struct DampingPlan {
 ///     dv/dt = -g v - c,    g [1/s] linear, c [mm/s^2] Coulomb-like,    Gamma/(m rho) = g + c/v at the speed v of the flock.
 /// (A uniform velocity relaxes at Gamma/(m rho), see (beadmom).)  Over each frame  v - v' = g (x' - x) + c frame,  exactly, x the mean displacement of the
 /// beads; least squares over the frames of the mean decay of all trials, while it is faster than speed_least, which frames these are being found
-/// once, on all trials together.  Noise of the beads' collisions is the same in every frame: so are the weights.
+/// once, on all trials together.  Beads that stay faster than speed_flock have the mean of -dv/dx over the speeds they had, and no g and c.  Noise of the beads' collisions is the same in every frame: so are the weights.
 /// Quantities: damping_rate Gamma/(m rho) at the flock's speed [1/s]; damping_linear g; damping_coulomb c; coulomb_share (c/v)/(g + c/v) at the flock's
 /// speed; damping_rate_fast, _middle, _slow: (v - v')/(x' - x) over thirds of the decade (in ln v), the table of which a linear law makes one number.
 /// Multiply by mass_density() for Gamma [mg/(mm^2 s)].
