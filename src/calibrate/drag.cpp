@@ -55,7 +55,8 @@ Trial carry(const DragPlan& plan, const Maker& make, const dem::Setup& given, st
     return trial;
 }
 
-std::vector<double> estimates_of(std::size_t torques, std::span<const double> means) {
+std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> means) {
+    const std::size_t torques = plan.torques.size();
     std::vector<std::vector<double>> columns(numbers - 1);
     std::vector<double> flow;
     const std::size_t windows = means.size() / numbers;
@@ -63,8 +64,13 @@ std::vector<double> estimates_of(std::size_t torques, std::span<const double> me
         flow.push_back(means[numbers * w]);
         for (std::size_t i = 1; i < numbers; ++i) columns[i - 1].push_back(means[numbers * w + i]);
     }
-    const std::vector<double> fit = least_squares(columns, flow);
-    std::vector<double> values{fit[0], fit[1], -fit[2]};
+    const std::vector<double> bent = least_squares(columns, flow);
+    std::vector<double> values{bent[0], bent[1], -bent[2]};
+    if (!plan.bend) {
+        const std::vector<double> straight = least_squares({columns[0], columns[2]}, flow);
+        values[0] = straight[0];
+        values[2] = -straight[1];
+    }
     for (std::size_t k = 1; k <= torques; ++k) {
         const std::size_t last = k * windows / torques - 1;
         values.push_back(columns[0][last]);
@@ -73,12 +79,17 @@ std::vector<double> estimates_of(std::size_t torques, std::span<const double> me
     return values;
 }
 
-std::string conclude(std::vector<measure::Estimate>& estimates) {
+std::string conclude(const DragPlan& plan, std::vector<measure::Estimate>& estimates) {
     const measure::Estimate &slope = estimates[0], &bend = estimates[1];
     if (!slope.error || !bend.error) return "whether the flow is linear in the order is not known";
     if (std::abs(bend.mean) <= 2.0 * *bend.error)
         return text("the flow is linear in the order, to {:.2g} of its slope at P = 1",
                     *bend.error / std::abs(slope.mean));
+    if (!plan.bend)
+        return text(
+            "the flow is not linear in the order, and a straight line was taken: a term {:.2g} +- {:.2g} |P|^2 P "
+            "is left out",
+            bend.mean, *bend.error);
     return text("the flow is not linear in the order: at P = 1 it is {:.3g} times its slope at P = 0",
                 1.0 + bend.mean / slope.mean);
 }
@@ -104,10 +115,10 @@ Assay drag(const DragPlan& plan) {
             .trial = [plan](const Maker& make, const dem::Setup& setup,
                             std::uint64_t seed) { return carry(plan, make, setup, seed); },
             .estimator =
-                [torques = plan.torques.size()](std::span<const Trial>) {
-                    return [torques](std::span<const double> means) { return estimates_of(torques, means); };
+                [plan](std::span<const Trial>) {
+                    return [plan](std::span<const double> means) { return estimates_of(plan, means); };
                 },
-            .conclude = conclude};
+            .conclude = [plan](std::vector<measure::Estimate>& estimates) { return conclude(plan, estimates); }};
 }
 
 }  // namespace drover::calibrate
@@ -137,7 +148,11 @@ const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
          .member = &Plan::windows,
          .range = {.least = 1, .most = 1000},
          .sentence = "of equal length that the time is cut into"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks at P"}};
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks at P"},
+        {.name = "bend",
+         .member = &Plan::bend,
+         .sentence = "the flow has a term in |P|^2 P beside the one in P: four times the error of its slope; false: a "
+                     "straight line, and the verdict says whether it is one"}};
     return rows;
 }
 

@@ -3,10 +3,13 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
 #include <sstream>
+
+#include "io/scene_calibrated.hpp"
 
 namespace drover::io {
 
@@ -79,6 +82,7 @@ void for_sections(AnyScene& scene, Visit visit) {
     calibrate::for_plans(scene.plans, [&](const std::string& name, const char* sentence, auto& plan) {
         particles("calibrate." + name, sentence, plan);
     });
+    fields("calibrated", "A table of coefficients in place of numbers of the model.", scene.calibrated);
     fields("boundary", "A plane of two numbers of the model; for drover boundary alone.", scene.boundary);
 }
 
@@ -238,8 +242,33 @@ Scene scene_of(const Tables& tables, const std::string& file) {
         fail_input(table.where, "unknown table [{}]; {}", name,
                    near.empty() ? text("expected one of {}", joined(sections)) : text("did you mean [{}]?", near));
     }
+    fill_from_table(scene);
     check(scene);
     return scene;
+}
+
+/// The section of a name such as "drag.coefficient", and its key; a section by itself has none.
+std::pair<std::string, std::string> parts_of(const std::string& name) {
+    const std::size_t dot = name.find('.');
+    return {name.substr(0, dot), dot == std::string::npos ? "" : name.substr(dot + 1)};
+}
+
+/// Another state of the table is asked for: what the one before has filled in goes, to be filled in anew.
+void forget_filled(Tables& tables) {
+    const auto calibrated = tables.find("calibrated");
+    if (calibrated == tables.end()) return;
+    const auto filled = calibrated->second.values.find("filled");
+    if (filled == calibrated->second.values.end()) return;
+    if (const auto* names = std::get_if<std::vector<std::string>>(&filled->second.value))
+        for (const std::string& written : *names) {
+            const auto [section, key] = parts_of(written.substr(0, written.find(':')));
+            const auto table = tables.find(section);
+            if (table == tables.end()) continue;
+            if (key.empty()) tables.erase(table);
+            else table->second.values.erase(key);
+        }
+    calibrated->second.values.erase("filled");
+    calibrated->second.values.erase("expected");
 }
 }  // namespace
 
@@ -280,6 +309,9 @@ ModelNumber model_number(const std::string& key, const Where& where) {
 
 Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides) {
     Tables tables = tables_of(parsed(toml, name), name);
+    if (std::any_of(overrides.begin(), overrides.end(),
+                    [](const std::string& setting) { return setting.starts_with("calibrated."); }))
+        forget_filled(tables);
     for (const std::string& setting : overrides) apply_override(setting, tables);
     return scene_of(tables, name);
 }

@@ -50,38 +50,53 @@ Known known_of(const CalibrationLayout& layout, const calibrate::Campaign& campa
     return known;
 }
 
-/// Numbers of the setup that others are made from.
+/// Numbers of the setup that others are made from; not-a-number where it has no such bodies.
 struct Content {
-    double rods = 0.0, beads = 0.0, bead_mass = 0.0;  ///< per area of the cell
+    double rods = 0.0, beads = 0.0, bead_mass_density = 0.0;  ///< per area of the cell
+    double bead_mass = 0.0, bead_area = 0.0, rod_area = 0.0;  ///< of one; of a rod without the tolerance of its size
 };
 Content content_of(const dem::Setup& setup) {
     const dem::Bodies bodies = dem::make_bodies(setup, 0);
-    const double area = dem::area(setup.cell);
-    Content content{.rods = static_cast<double>(bodies.rods.size()) / area,
-                    .beads = static_cast<double>(bodies.beads.size()) / area};
-    for (const dem::Bead& bead : bodies.beads) content.bead_mass += bodies.shapes[bead.shape].mass / area;
+    const double area = dem::area(setup.cell), beads = static_cast<double>(bodies.beads.size());
+    Content content{.rods = static_cast<double>(bodies.rods.size()) / area, .beads = beads / area};
+    for (const dem::Bead& bead : bodies.beads) {
+        const dem::Shape& shape = bodies.shapes[bead.shape];
+        content.bead_mass_density += shape.mass / area;
+        content.bead_mass += shape.mass / beads;
+        content.bead_area += shape.projected_area / beads;
+    }
+    dem::Setup standard = setup;
+    standard.rods.size_tolerance = 0.0;
+    const dem::Bodies alike = dem::make_bodies(standard, 0);
+    if (!alike.rods.empty()) content.rod_area = alike.shapes[alike.rods.front().shape].projected_area;
     return content;
 }
 
+struct SetupRow {
+    const char *name, *unit, *formula;
+    bool by_rods, of_rods;  ///< whether it depends on the area fraction of rods; whether it is of bodies that are rods
+    double Content::*number;
+};
+constexpr std::array<SetupRow, 6> setup_rows{
+    {{"bead_density", "1/mm^2", "rho: beads per area of the cell", false, false, &Content::beads},
+     {"bead_mass_density", "mg/mm^2", "m rho: mass of the beads per area of the cell", false, false,
+      &Content::bead_mass_density},
+     {"rod_density", "1/mm^2", "sigma: rods per area of the cell", true, true, &Content::rods},
+     {"bead_mass", "mg", "m: of one bead, the mean of a mixture", false, false, &Content::bead_mass},
+     {"bead_area", "mm^2", "Phi_b/rho: projected area of one bead, the mean of a mixture", false, false,
+      &Content::bead_area},
+     {"rod_area", "mm^2", "Phi_r/sigma: projected area of one rod that lies", false, true, &Content::rod_area}}};
+
 void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
-    struct SetupRow {
-        const char *name, *unit, *formula;
-        bool by_rods;
-        double Content::*number;
-    };
-    const std::array<SetupRow, 3> rows{
-        SetupRow{"bead_density", "1/mm^2", "rho: beads per area of the cell", false, &Content::beads},
-        SetupRow{"bead_mass_density", "mg/mm^2", "m rho: mass of the beads per area of the cell", false,
-                 &Content::bead_mass},
-        SetupRow{"rod_density", "1/mm^2", "sigma: rods per area of the cell", true, &Content::rods}};
-    for (const SetupRow& row : rows) {
+    for (const SetupRow& row : setup_rows) {
         if (row.by_rods && table.rod_fractions.empty()) continue;
         calibrate::TableRow added{.name = row.name, .unit = row.unit, .formula = row.formula, .by_rods = row.by_rods};
         const Known none = refused("no assay was made there", 0);
         added.known.assign(calibrate::count_of(table, row.by_rods), none);
         for (const CalibrationUnit& unit : layout.units) {
-            const bool all = layout.assays[unit.assay].population == calibrate::Population::all;
-            if (row.by_rods && !all) continue;
+            const calibrate::Population population = layout.assays[unit.assay].population;
+            if (row.by_rods && population != calibrate::Population::all) continue;
+            if (row.of_rods && population == calibrate::Population::beads) continue;
             Known& known = added.known[calibrate::place_in(table, added, unit.varied, unit.bead, unit.rod)];
             if (known.origin == Origin::set) continue;
             known = {.value = content_of(unit.conditions.setup).*row.number, .origin = Origin::set};

@@ -90,6 +90,18 @@ struct CalibrationPlan {
     int workers = 0;                          ///< 0: the cores the process may use
 };
 
+/// A table of coefficients in place of numbers of the model.
+struct CalibratedPlan {
+    std::string table;                                         ///< a file that drover calibrate made; "": none
+    double bead_area_fraction = 0.0, rod_area_fraction = 0.0;  ///< of the scene; > 0 with a table
+    double varied = 0.0;                                       ///< of the key that the table varies, when it has one
+    std::string coefficients =
+        "uniform";                      ///< uniform: at these area fractions everywhere; local: at those of each place
+    std::string outside = "refuse";     ///< refuse or hold: what to do beyond the table
+    std::vector<std::string> filled;    ///< written by drover: "drag.coefficient: measured, 3.1 +- 0.2"
+    std::vector<std::string> expected;  ///< written by drover: what the mean field of the table expects
+};
+
 /// What a scene is made of: one that has a section of particles ([cell], [plates], [beads], [rods], ...) is one of particles.
 enum class SceneKind { fields, particles };
 
@@ -97,7 +109,7 @@ struct Scene {
     SceneKind kind = SceneKind::fields;
     std::string file;                     ///< where it came from, for messages
     std::map<std::string, Where> places;  ///< of the keys that were given: "time.dt"
-    physics::Model model;                 // of fields, as are grid, dealiasing, initial, stability and boundary
+    physics::Model model;  // of fields, as are grid, dealiasing, initial, stability boundary and calibrated
     numerics::Grid grid;
     physics::Dealiasing dealiasing;
     dem::Setup particles;
@@ -109,6 +121,7 @@ struct Scene {
     SweepPlan sweep;
     StabilityPlan stability;
     BoundaryPlan boundary;
+    CalibratedPlan calibrated;
     CalibrationPlan calibration;  // of particles, as are the plans of its assays
     calibrate::Plans plans;
 };
@@ -170,6 +183,8 @@ template <>
 const std::vector<Row<io::StabilityPlan>>& schema<io::StabilityPlan>();
 template <>
 const std::vector<Row<io::BoundaryPlan>>& schema<io::BoundaryPlan>();
+template <>
+const std::vector<Row<io::CalibratedPlan>>& schema<io::CalibratedPlan>();
 template <>
 const std::vector<Row<io::CalibrationPlan>>& schema<io::CalibrationPlan>();
 }  // namespace drover

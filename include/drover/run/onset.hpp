@@ -1,0 +1,20 @@
+// run/onset.hpp: what drover boundary says of a table of coefficients, for people and for files.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/calibrate/onset.hpp"
+#include "drover/io/archive.hpp"
+
+namespace drover::run {
+
+/// Curves at the nodes of the table, crossings of both conventions, and the line.
+std::string onset_text(const calibrate::Onset& onset, const calibrate::Table& table);
+
+/// "0.43 +- 0.03", "at all of them", "at none of them".
+std::string crossing_text(const calibrate::Crossing& crossing);
+
+/// Groups /curves (by rod_fraction, bead_fraction) and /line (by rod_fraction).
+std::vector<io::ResultTable> onset_tables(const calibrate::Onset& onset);
+
+}  // namespace drover::run

@@ -1,0 +1,136 @@
+// io/scene_calibrated.cpp: numbers of a table into a model.
+#include "io/scene_calibrated.hpp"
+
+#include <algorithm>
+
+#include "drover/calibrate/field_model.hpp"
+#include "drover/io/calibration.hpp"
+
+namespace drover::io {
+
+namespace {
+constexpr const char* local_section = "table";
+
+bool gives(const Scene& scene, const std::string& key) {
+    return std::any_of(scene.places.begin(), scene.places.end(),
+                       [&](const auto& place) { return place.first == key || place.first.starts_with(key + "."); });
+}
+
+/// Keys that the table is to give.
+std::vector<std::string> wanted_keys(const Scene& scene) {
+    std::vector<std::string> wanted;
+    for (const std::string& key : calibrate::calibrated_keys())
+        if (!gives(scene, key)) wanted.push_back(key);
+    if (scene.calibrated.coefficients == "local" && !gives(scene, local_section)) wanted.emplace_back(local_section);
+    return wanted;
+}
+
+std::size_t varied_of(const Scene& scene, const calibrate::Table& table) {
+    const Where where = place_of(scene, "calibrated.varied");
+    if (table.varied_key.empty()) return 0;
+    const auto found = std::find(table.varied.begin(), table.varied.end(), scene.calibrated.varied);
+    std::vector<std::string> values;
+    for (const double value : table.varied) values.push_back(text("{}", value));
+    require(found != table.varied.end(), where,
+            "calibrated.varied = {}; the table is over {}: expected one of {}, between which nothing is taken",
+            scene.calibrated.varied, table.varied_key, joined(values));
+    return static_cast<std::size_t>(found - table.varied.begin());
+}
+
+std::string number_text(const calibrate::Uncertain& number) {
+    return number.error > 0.0 ? text("{:.4g} +- {:.2g}", number.value, number.error) : text("{:.4g}", number.value);
+}
+
+std::vector<std::string> expected_texts(const calibrate::Table& table, const calibrate::StatePoint& point) {
+    const calibrate::MeanField field = calibrate::mean_field(table, point);
+    return {"alignment = " + number_text(field.alignment),
+            "effective_relaxation = " + number_text(field.effective_relaxation) + " 1/s",
+            "order = " + number_text(field.order), "bead_velocity = " + number_text(field.bead_velocity) + " mm/s",
+            "response_time = " + number_text(field.response_time) + " s"};
+}
+
+void fill(Scene& scene, const std::vector<std::string>& wanted) {
+    CalibratedPlan& plan = scene.calibrated;
+    const calibrate::Table table = read_calibration(plan.table);
+    const calibrate::StatePoint point{.bead_fraction = plan.bead_area_fraction,
+                                      .rod_fraction = plan.rod_area_fraction,
+                                      .varied = varied_of(scene, table),
+                                      .outside =
+                                          plan.outside == "hold" ? physics::Outside::hold : physics::Outside::refuse};
+    const auto kind =
+        scene.model.current.kind == "order" ? calibrate::OrderKind::density : calibrate::OrderKind::orientation;
+    for (const std::string& key : wanted) {
+        if (key == local_section) {
+            scene.model.table = calibrate::density_table(table, point, kind);
+            plan.filled.push_back(std::string(local_section) + ": at the nodes of the table");
+            continue;
+        }
+        calibrate::ModelNumber found = calibrate::model_number(table, key, point, kind);
+        // lambda_s = 2 lambda, of a scene that says so.
+        if (key == "weathercock.strength" && scene.model.weathercock.convention == "single-rod")
+            found.number.value *= 2.0, found.number.error *= 2.0;
+        model_number(key, {}).in(scene.model) = found.number.value;
+        plan.filled.push_back(key + ": " + calibrate::origin_name(found.origin) + ", " + number_text(found.number));
+    }
+    plan.expected = expected_texts(table, point);
+}
+}  // namespace
+
+void fill_from_table(Scene& scene) {
+    CalibratedPlan& plan = scene.calibrated;
+    if (plan.table.empty()) return;
+    for (const auto& [key, fraction] : {std::pair{"calibrated.bead_area_fraction", plan.bead_area_fraction},
+                                        std::pair{"calibrated.rod_area_fraction", plan.rod_area_fraction}})
+        require(fraction > 0.0, place_of(scene, key),
+                "{} is not given; expected the area fraction of the scene, within those of {}", key, plan.table);
+    const std::vector<std::string> wanted = wanted_keys(scene);
+    if (wanted.empty()) return;
+    try {
+        fill(scene, wanted);
+    } catch (const Error& error) {
+        // A table is a file of its own; what it has not, this scene asked for.
+        fail_input(place_of(scene, "calibrated.table"), "{}", error.what());
+    }
+}
+
+}  // namespace drover::io
+
+namespace drover {
+
+template <>
+const std::vector<Row<io::CalibratedPlan>>& schema<io::CalibratedPlan>() {
+    using Plan = io::CalibratedPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "table",
+         .member = &Plan::table,
+         .sentence = "a file that drover calibrate made: it gives the numbers of the model that the scene leaves out"},
+        {.name = "bead_area_fraction",
+         .member = &Plan::bead_area_fraction,
+         .range = {.least = 0.0, .most = 0.95},
+         .sentence = "Phi_b of the scene"},
+        {.name = "rod_area_fraction",
+         .member = &Plan::rod_area_fraction,
+         .range = {.least = 0.0, .most = 0.95},
+         .sentence = "Phi_r of the scene"},
+        {.name = "varied",
+         .member = &Plan::varied,
+         .sentence = "the value of the key that the table varies, one of its own; of a table that has such a key"},
+        {.name = "coefficients",
+         .member = &Plan::coefficients,
+         .choices = {"uniform", "local"},
+         .sentence = "uniform: those of these area fractions everywhere; local: a, b, Gamma, alpha and lambda follow "
+                     "the densities of each place, and a boundary has error bands"},
+        {.name = "outside",
+         .member = &Plan::outside,
+         .choices = {"refuse", "hold"},
+         .sentence = "densities beyond the table: refuse, or hold the value of its edge"},
+        {.name = "filled",
+         .member = &Plan::filled,
+         .sentence = "written by drover: what came from the table, its origin and its error; leave it out"},
+        {.name = "expected",
+         .member = &Plan::expected,
+         .sentence = "written by drover: what the mean field of the table expects; leave it out"}};
+    return rows;
+}
+
+}  // namespace drover
