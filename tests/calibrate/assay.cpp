@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "base/refusal.hpp"
 #include "calibrate/synthetic.hpp"
 #include "drover/base/error.hpp"
 #include "drover/calibrate/catalogue.hpp"
@@ -36,15 +37,6 @@ std::vector<Trial> trials_of(const Assay& assay, std::size_t count) {
     std::vector<Trial> trials;
     for (std::size_t t = 0; t < count; ++t) trials.push_back(run_trial(assay, {}, {.setup = {}, .seed = 5}, t));
     return trials;
-}
-
-std::string refusal_of(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no refusal";
 }
 
 TEST(AssayRule, gives_every_trial_of_every_assay_a_seed_of_its_own) {

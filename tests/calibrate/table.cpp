@@ -6,17 +6,10 @@
 #include <cmath>
 #include <functional>
 
+#include "base/refusal.hpp"
+
 namespace drover::calibrate {
 namespace {
-
-std::string refusal_of(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no refusal";
-}
 
 TableRow row_of(const std::string& name, bool by_rods, const std::vector<double>& values, double relative_error,
                 Origin origin = Origin::measured) {

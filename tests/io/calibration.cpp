@@ -3,21 +3,13 @@
 
 #include <cmath>
 
+#include "base/refusal.hpp"
 #include "io/archive_support.hpp"
 
 namespace drover::io {
 namespace {
 
 using testing_support::Folder;
-
-std::string refusal_of(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no refusal";
-}
 
 calibrate::Table sample_table(bool varied) {
     calibrate::Table table{.varied_key = varied ? "kick.strength" : "",

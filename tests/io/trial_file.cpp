@@ -1,21 +1,13 @@
 // tests/io/trial_file.cpp: trials that are there once they were appended, whatever cut the file short afterwards.
 #include "drover/io/trial_file.hpp"
 
+#include "base/refusal.hpp"
 #include "io/archive_support.hpp"
 
 namespace drover::io {
 namespace {
 
 using testing_support::Folder;
-
-std::string refusal_of(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no refusal";
-}
 
 calibrate::Attempt attempt(std::uint64_t number) {
     if (number % 3 == 2) return {.number = number, .numbers = {}, .failure = "rod 7 is lost"};

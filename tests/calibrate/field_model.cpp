@@ -1,0 +1,241 @@
+// The numbers of a field model from a table: by hand, in both normalisations, and against the physics that they are to have.
+#include "drover/calibrate/field_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "base/refusal.hpp"
+#include "drover/base/random.hpp"
+#include "drover/physics/linear_theory.hpp"
+#include "drover/physics/uniform_states.hpp"
+
+namespace drover::calibrate {
+namespace {
+
+/// a = 0.1, lambda = 0.1, alpha/Gamma = 2 to 3, tau = 2, u = 3: g = 4 to 6.
+Table flocking_table() {
+    Table table{.varied_key = {}, .bead_fractions = {0.2, 0.4, 0.6}, .rod_fractions = {0.05, 0.1}, .rows = {}};
+    const auto add = [&](const char* name, bool by_rods, std::vector<double> values, double part, Origin origin) {
+        TableRow row{.name = name, .unit = "x", .formula = "x", .by_rods = by_rods};
+        for (const double value : values)
+            row.known.push_back({.value = value, .error = part * value, .trials = 20, .origin = origin});
+        table.rows.push_back(std::move(row));
+    };
+    add("relaxation_rate", false, {0.1, 0.1, 0.1}, 0.05, Origin::measured);
+    add("weathercock", false, {0.1, 0.1, 0.1}, 0.1, Origin::measured);
+    add("drag", true, {2.0, 2.2, 2.4, 2.6, 2.8, 3.0}, 0.04, Origin::measured);
+    add("response_time", true, {2.0, 2.0, 2.0, 2.0, 2.0, 2.0}, 0.1, Origin::measured);
+    add("propulsion", false, {3.0, 3.0, 3.0}, 0.02, Origin::measured);
+    add("viscosity_kinematic", false, {5.0, 6.0, 7.0}, 0.1, Origin::measured);
+    add("compressibility", false, {300.0, 400.0, 500.0}, 0.1, Origin::measured);
+    add("bead_mass", false, {0.7, 0.7, 0.7}, 0.0, Origin::set);
+    add("bead_area", false, {0.5, 0.5, 0.5}, 0.0, Origin::set);
+    add("rod_area", false, {4.0, 4.0, 4.0}, 0.0, Origin::set);
+    return table;
+}
+constexpr StatePoint dense{.bead_fraction = 0.6, .rod_fraction = 0.1};
+
+double value_of(const std::string& key, OrderKind kind = OrderKind::orientation, const StatePoint& point = dense) {
+    return model_number(flocking_table(), key, point, kind).number.value;
+}
+
+/// A model with every number that the table gives.
+physics::Model model_of(const StatePoint& point, OrderKind kind) {
+    const auto number = [&](const char* key) { return value_of(key, kind, point); };
+    physics::Model model;
+    model.fields = {.bead_density = true, .bead_velocity = "dynamic"};
+    model.uniform = {.rod_density = number("uniform.rod_density"), .bead_density = number("uniform.bead_density")};
+    model.current = {.speed = number("current.speed"), .kind = kind == OrderKind::density ? "order" : "density-order"};
+    model.inertia.bead_mass = number("inertia.bead_mass");
+    model.drag.coefficient = number("drag.coefficient");
+    model.viscosity = {.shear = number("viscosity.shear"), .bulk = number("viscosity.bulk")};
+    model.driving.strength = number("driving.strength");
+    model.compressibility = {.beads = number("compressibility.beads"), .rods = number("compressibility.rods")};
+    model.relaxation.rate = number("relaxation.rate");
+    model.relaxation.saturation = number("relaxation.saturation");
+    model.elasticity = {.stiffness = number("elasticity.stiffness"), .splay = number("elasticity.splay")};
+    model.weathercock.strength = number("weathercock.strength");
+    model.pressure = {.beads = number("pressure.beads"), .rods = number("pressure.rods")};
+    model.noise.order = number("noise.order");
+    return model;
+}
+
+TEST(FieldModel, has_the_numbers_that_physics_asks_for) {
+    const double sigma = 0.1 / 4.0, rho = 0.6 / 0.5, gamma = 0.7 * rho / 2.0, g = 2.0 * 0.1 * 3.0 / 0.1;
+    const double order = order_of_alignment(g);
+    const std::pair<const char*, double> expected[]{{"uniform.rod_density", sigma},
+                                                    {"uniform.bead_density", rho},
+                                                    {"drag.coefficient", gamma},
+                                                    {"driving.strength", 3.0 * gamma},
+                                                    {"viscosity.shear", 7.0 * 0.7 * rho},
+                                                    {"compressibility.beads", 500.0},
+                                                    {"relaxation.rate", 0.1},
+                                                    {"relaxation.saturation", 0.1 * (0.5 * g - 1.0) / (order * order)},
+                                                    {"elasticity.stiffness", 9.0 / 1.6},
+                                                    {"weathercock.strength", 0.1},
+                                                    {"pressure.rods", 1.5 / sigma},
+                                                    {"noise.order", 0.1 / sigma}};
+    for (const auto& [key, value] : expected) EXPECT_NEAR(value_of(key), value, 1e-12 * value) << key;
+    for (const char* zero :
+         {"viscosity.bulk", "compressibility.rods", "elasticity.splay", "advection.strength", "pressure.beads"}) {
+        const ModelNumber found = model_number(flocking_table(), zero, dense, OrderKind::orientation);
+        EXPECT_EQ(found.number.value, 0.0) << zero;
+        EXPECT_EQ(found.number.error, 0.0) << zero;
+    }
+}
+
+TEST(FieldModel, of_the_current_has_the_closures_of_independent_rods) {
+    // With p the current sigma u P, as in the Methods: J = p, so u = 1 there; from sigma P by powers of u.
+    const double sigma = 0.1 / 4.0, u = 3.0, a = 0.1, g = 2.0;
+    const auto current = [&](const char* key) {
+        return value_of(key, OrderKind::density) * std::pow(u, power_of_density(key));
+    };
+    EXPECT_NEAR(current("noise.order"), a * sigma * u * u, 1e-12);
+    EXPECT_NEAR(current("pressure.rods"), 0.5 * u * u, 1e-12);
+    EXPECT_NEAR(current("weathercock.strength") * current("driving.strength"),
+                value_of("weathercock.strength") * value_of("driving.strength"), 1e-12);
+    EXPECT_NEAR(saturation_of_alignment(g) * a / std::pow(sigma * u, 2), a * g * g / (8.0 * std::pow(sigma * u, 2)),
+                1e-9);
+}
+
+TEST(FieldModel, grows_and_fluctuates_alike_in_both_normalisations) {
+    // Rates do not depend on what p is called; the two models share no coefficient of the order but a and K3.
+    const physics::Model a = model_of(dense, OrderKind::orientation), b = model_of(dense, OrderKind::density);
+    const numerics::Grid grid{.nx = 16, .ny = 16, .lx = 45.0, .ly = 45.0};
+    const auto growth_a = physics::fastest_growth(physics::linear_system(a, grid)),
+               growth_b = physics::fastest_growth(physics::linear_system(b, grid));
+    EXPECT_GT(growth_a.rate, 0.0);
+    EXPECT_NEAR(growth_a.rate, growth_b.rate, 1e-10 * growth_a.rate);
+    EXPECT_NEAR(physics::fastest_rate(physics::linear_system(a, grid)),
+                physics::fastest_rate(physics::linear_system(b, grid)), 1e-9);
+    // Below onset the stationary structure factors: of the rods the same, of the order by sigma squared.
+    Table weak = flocking_table();
+    for (Known& known : weak.rows[1].known) known.value *= 0.25;
+    const auto structure = [&](OrderKind kind) {
+        physics::Model model = model_of(dense, kind);
+        model.weathercock.strength = model_number(weak, "weathercock.strength", dense, kind).number.value;
+        return physics::structure_factor(physics::linear_system(model, grid), physics::form(model), 0.5);
+    };
+    const double sigma = 0.1 / 4.0;
+    const physics::StructureFactor p = structure(OrderKind::orientation), w = structure(OrderKind::density);
+    EXPECT_NEAR(w.rods, p.rods, 1e-9 * p.rods);
+    EXPECT_NEAR(w.order_across, p.order_across * sigma * sigma, 1e-9 * w.order_across);
+}
+
+TEST(FieldModel, of_rods_that_feel_nothing_has_the_order_of_independent_rods) {
+    // sigma <|P_q|^2> = 1/2 a component, for any diffusion: rods in random directions.  K3 > 0 lowers it at q > 0 alone.
+    Table weak = flocking_table();
+    for (Known& known : weak.rows[1].known) known.value = 0.0;
+    physics::Model model = model_of(dense, OrderKind::orientation);
+    model.weathercock.strength = 0.0;
+    const numerics::Grid grid{.nx = 16, .ny = 16, .lx = 1e4, .ly = 1e4};
+    const auto found = physics::structure_factor(physics::linear_system(model, grid), physics::form(model), 1e-6);
+    EXPECT_NEAR(found.order_across * model.uniform.rod_density, 0.5, 1e-6);
+}
+
+TEST(FieldModel, has_a_flock_with_the_order_and_the_flow_of_the_mean_field) {
+    for (const OrderKind kind : {OrderKind::orientation, OrderKind::density}) {
+        const physics::Equations equations(model_of(dense, kind));
+        const physics::StationaryStates states = physics::stationary_states(equations);
+        ASSERT_EQ(states.states.size(), 2u) << states.no_order;
+        const double unit = kind == OrderKind::density ? equations.model.uniform.rod_density : 1.0;
+        const MeanField expected = mean_field(flocking_table(), dense);
+        EXPECT_NEAR(states.states[1].point.order.norm() / unit, expected.order.value, 1e-10);
+        EXPECT_NEAR(states.states[1].point.velocity.norm(), expected.bead_velocity.value, 1e-10);
+        EXPECT_NEAR(expected.alignment.value, 6.0, 1e-12);
+        EXPECT_NEAR(expected.effective_relaxation.value,
+                    physics::effective_coefficients(equations, equations.model.uniform.bead_density,
+                                                    equations.model.uniform.rod_density)
+                        .relaxation,
+                    1e-12);
+    }
+}
+
+TEST(MeanFieldOrder, is_the_mean_of_cos_over_its_own_distribution) {
+    for (const double g : {2.001, 2.5, 4.0, 30.0, 1500.0}) {
+        const double order = order_of_alignment(g), x = g * order;
+        double sum = 0.0,
+               norm = 0.0;  // of exp(x (cos - 1)): trapezoids of a periodic function, exact once it is resolved
+        constexpr int points = 4096;
+        for (int i = 0; i < points; ++i) {
+            const double angle = 2.0 * std::numbers::pi * i / points, weight = std::exp(x * (std::cos(angle) - 1.0));
+            sum += weight * std::cos(angle);
+            norm += weight;
+        }
+        // At x = 1500 four terms of the series beyond 1 leave (1/x)^4.
+        EXPECT_NEAR(order, sum / norm, 1e-11) << g;
+    }
+    for (const double g : {-3.0, 0.0, 1.0, 2.0}) EXPECT_EQ(order_of_alignment(g), 0.0);
+    // P^2 = (g - 2)(1 - 5/6 (g - 2) + ...) above onset, so that b/D_r = (g/2 - 1)/P^2 goes over into g^2/8 = 1/2.
+    for (const double beyond : {1e-2, 1e-3, 1e-4}) {
+        EXPECT_NEAR(std::pow(order_of_alignment(2.0 + beyond), 2) / beyond, 1.0 - 5.0 / 6.0 * beyond,
+                    beyond * beyond + 1e-9);
+        EXPECT_NEAR(saturation_of_alignment(2.0 + beyond), 0.5, beyond);
+    }
+    EXPECT_NEAR(saturation_of_alignment(2.0 + 0.9e-6), saturation_of_alignment(2.0 + 1.1e-6), 1e-5);
+    EXPECT_EQ(saturation_of_alignment(1.0), 0.125);
+}
+
+TEST(FieldModel, has_the_errors_that_tables_redrawn_within_theirs_show) {
+    const Table table = flocking_table();
+    for (const char* key : {"driving.strength", "relaxation.saturation", "elasticity.stiffness"}) {
+        const double error = model_number(table, key, dense, OrderKind::density).number.error;
+        double sum = 0.0, squares = 0.0;
+        constexpr int draws = 4000;
+        for (int i = 0; i < draws; ++i) {
+            Table moved = table;
+            std::vector<double> normal(200);
+            fill_normal({.seed = static_cast<std::uint64_t>(i), .stream = Stream::test}, 0, 1, normal);
+            std::size_t next = 0;
+            // A tenth of the errors: first order is what is claimed.
+            for (TableRow& row : moved.rows)
+                for (Known& known : row.known) known.value += 0.1 * known.error * normal[next++];
+            const double value = model_number(moved, key, dense, OrderKind::density).number.value;
+            sum += value, squares += value * value;
+        }
+        const double spread = std::sqrt((squares - sum * sum / draws) / (draws - 1)) / 0.1;
+        // The spread of 4000 draws is known to 1.1 %.
+        EXPECT_NEAR(spread / error, 1.0, 0.04) << key;
+    }
+}
+
+TEST(DensityTable, has_the_model_of_every_node_and_the_error_of_alpha_over_gamma) {
+    const Table table = flocking_table();
+    const physics::TableData data = density_table(table, dense, OrderKind::orientation);
+    ASSERT_EQ(data.driving_strength.size(), 6u);
+    EXPECT_NEAR(data.bead_density[1], 0.4 / 0.5, 1e-15);
+    EXPECT_NEAR(data.rod_density[0], 0.05 / 4.0, 1e-15);
+    for (std::size_t node = 0; node < 6; ++node) {
+        EXPECT_NEAR(data.driving_strength[node] / data.drag_coefficient[node], 2.0 + 0.2 * static_cast<double>(node),
+                    1e-12);
+        EXPECT_NEAR(data.driving_strength_error[node], 0.04 * data.driving_strength[node], 1e-12);
+    }
+    EXPECT_TRUE(data.drag_coefficient_error.empty());
+    physics::Model model = model_of(dense, OrderKind::orientation);
+    model.table = data;
+    physics::check(model);
+}
+
+TEST(FieldModel, says_what_the_table_has_not) {
+    Table table = flocking_table();
+    const auto refusal = [&](const char* key, StatePoint point = dense) {
+        return refusal_of([&] { model_number(table, key, point, OrderKind::orientation); });
+    };
+    EXPECT_EQ(refusal("noise.beads"), "noise.beads is nothing that a table of coefficients gives");
+    EXPECT_NE(refusal("relaxation.rate", {.bead_fraction = 0.7, .rod_fraction = 0.1}).find("the table has 0.2 to 0.6"),
+              std::string::npos);
+    EXPECT_EQ(model_number(table, "relaxation.rate",
+                           {.bead_fraction = 0.7, .rod_fraction = 0.1, .outside = physics::Outside::hold},
+                           OrderKind::orientation)
+                  .number.value,
+              0.1);
+    table.rows[6].known[1] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "too soft"};
+    EXPECT_NE(refusal("compressibility.beads").find("hole: compressibility at bead area fraction 0.4"),
+              std::string::npos);
+    EXPECT_NEAR(value_of("relaxation.rate"), 0.1, 1e-15);  // what needs no such row is not asked
+}
+
+}  // namespace
+}  // namespace drover::calibrate
