@@ -54,7 +54,7 @@ struct Options : SceneOptions {
 
 int print_scene_boundary(const Options& options) {
     require(!options.varied, {.file = options.scene},
-            "--varied is for a table of coefficients, and this is a scene; leave it out");
+            "--varied is for a table of coefficients, and this is a scene; expected the command without it");
     std::vector<std::string> overrides = options.overrides;
     if (!options.x.empty()) overrides.push_back("boundary.x=" + toml_text(options.x));
     if (!options.y.empty()) overrides.push_back("boundary.y=" + toml_text(options.y));
@@ -78,7 +78,7 @@ int print_boundary(const Options& options) {
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(),
             {.file = options.scene},
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
-            "that of its area fractions; leave them out");
+            "that of its area fractions; expected the command without them");
     return print_table_boundary({.file = options.scene,
                                  .output = options.output,
                                  .varied = options.varied,

@@ -46,7 +46,7 @@ nlohmann::json onset_json(const calibrate::Onset& onset) {
 std::size_t chosen(const calibrate::Table& table, const std::string& file, const std::optional<double>& varied) {
     const Where where{.file = file};
     require(!varied || !table.varied_key.empty(), where,
-            "--varied is given, and the table varies no key; leave it out");
+            "--varied is given, and the table varies no key; expected the command without it");
     if (table.varied_key.empty()) return 0;
     std::vector<std::string> values;
     for (const double value : table.varied) values.push_back(text("{}", value));

@@ -49,9 +49,16 @@ std::vector<std::string> expected_texts(const calibrate::Table& table, const cal
             "response_time = " + number_text(field.response_time) + " s"};
 }
 
+/// Beside the scene, or else where drover runs.
+std::filesystem::path table_file(const Scene& scene) {
+    const std::filesystem::path beside = std::filesystem::path(scene.file).parent_path() / scene.calibrated.table;
+    std::error_code problem;
+    return std::filesystem::exists(beside, problem) ? beside : std::filesystem::path(scene.calibrated.table);
+}
+
 void fill(Scene& scene, const std::vector<std::string>& wanted) {
     CalibratedPlan& plan = scene.calibrated;
-    const calibrate::Table table = read_calibration(plan.table);
+    const calibrate::Table table = read_calibration(table_file(scene));
     const calibrate::StatePoint point{.bead_fraction = plan.bead_area_fraction,
                                       .rod_fraction = plan.rod_area_fraction,
                                       .varied = varied_of(scene, table),
@@ -103,7 +110,8 @@ const std::vector<Row<io::CalibratedPlan>>& schema<io::CalibratedPlan>() {
     static const std::vector<Row<Plan>> rows{
         {.name = "table",
          .member = &Plan::table,
-         .sentence = "a file that drover calibrate made: it gives the numbers of the model that the scene leaves out"},
+         .sentence = "a file that drover calibrate made, beside the scene or where drover runs: it gives the numbers of the "
+                     "model that the scene leaves out"},
         {.name = "bead_area_fraction",
          .member = &Plan::bead_area_fraction,
          .range = {.least = 0.0, .most = 0.95},

@@ -5,6 +5,7 @@ import tomllib
 from pathlib import Path
 
 import h5py
+import numpy as np
 from support import drover, end_group, group_is_alive, start, wait_until, write_scene
 
 # Cells of a hundred bodies and trials of a tenth of a second: the numbers mean nothing, the machinery is all there.
@@ -55,6 +56,44 @@ UNITS = 2 * 6 + 2 * 2  # drag alone depends on the rods
 def write_tiny(folder, changes=None, name="tiny.toml"):
     """Writes the small scene, with some keys changed, and gives its name."""
     return write_scene(folder, changes, name=name, base=TINY)
+
+
+# A table as drover calibrate writes it, of rows that make flocks at many beads; the threshold a/lambda is 3 mm/s everywhere.
+PLAUSIBLE = {
+    "relaxation_rate": lambda beads, rods: 0.3,
+    "weathercock": lambda beads, rods: 0.1,
+    "drag": lambda beads, rods: 1.0 + 4.0 * beads + 10.0 * rods,
+    "response_time": lambda beads, rods: 2.0,
+    "propulsion": lambda beads, rods: 3.0,
+    "viscosity_kinematic": lambda beads, rods: 5.0,
+    "compressibility": lambda beads, rods: 400.0,
+    "bead_mass": lambda beads, rods: 0.7,
+    "bead_area": lambda beads, rods: 0.5,
+    "rod_area": lambda beads, rods: 4.0,
+}
+BY_RODS, SET = {"drag", "response_time"}, {"bead_mass", "bead_area", "rod_area"}
+
+
+def write_plausible(path, relative_error=0.02, holes=()):
+    """Writes that table; holes are (name, place) that have no value."""
+    beads, rods = [0.2, 0.3, 0.5, 0.7], [0.05, 0.08, 0.11]
+    with h5py.File(path, "w") as file:
+        file.attrs["coefficients"] = np.bytes_(" ".join(PLAUSIBLE))
+        file.attrs["varied"] = file.attrs["remarks"] = np.array(b"", dtype="S1")
+        file.attrs["scene"] = np.bytes_("[cell]\nlx = 45.0\nly = 45.0\n")
+        group = file.create_group("calibration")
+        group["bead_area_fraction"], group["rod_area_fraction"] = beads, rods
+        for name, value in PLAUSIBLE.items():
+            values = np.array([[value(bead, rod) for rod in rods] for bead in beads])
+            values = values if name in BY_RODS else values[:, 0].copy()
+            origins = np.full(values.shape, 4.0 if name in SET else 1.0)
+            for place in (place for hole, place in holes if hole == name):
+                origins.flat[place], values.flat[place] = 0.0, np.nan
+            for part, numbers in (("", values), ("_error", (0.0 if name in SET else relative_error) * values), ("_trials", np.full(values.shape, 20.0)),
+                                  ("_origin", origins)):
+                group[name + part] = numbers
+                group[name + part].attrs["units"] = group[name + part].attrs["long_name"] = np.bytes_("x")
+    return path.name
 
 
 def datasets(path):

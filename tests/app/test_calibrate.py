@@ -283,7 +283,8 @@ def test_two_at_work_in_one_folder_are_refused_and_the_first_is_not_disturbed(tm
     scene = write_tiny(tmp_path, {**ONE, "calibrate.damping.time": 60.0})
     process = start(tmp_path, "calibrate", scene, "--workers", "1")
     try:
-        wait_until(lambda: (tmp_path / "tiny.calibration" / "damping-bead-0.3.trials").exists(), "its file", process=process)
+        file = tmp_path / "tiny.calibration" / "damping-bead-0.3.trials"
+        wait_until(lambda: file.exists() and file.stat().st_size >= 16, "the head of its file", process=process)  # then nothing for a minute
         refused(tmp_path, ["calibrate", scene], ["another drover calibrate is at work"])
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=10)  # the trial takes longer than the patience: it is ended

@@ -1,0 +1,190 @@
+"""tests/app/test_calibrated.py: what a table of coefficients is for: scenes of fields on it, and where it says that flocks begin."""
+import json
+import math
+import re
+import tomllib
+
+import h5py
+import numpy as np
+import pytest
+from calibration import write_plausible
+from refusal import make_archive, refused
+from support import SMALL, drover, drover_json, scene_text, settings
+
+SCENE = {
+    "fields.bead_density": True,
+    "fields.bead_velocity": "dynamic",
+    "current.kind": "density-order",
+    "calibrated.table": "table.h5",
+    "calibrated.bead_area_fraction": 0.5,
+    "calibrated.rod_area_fraction": 0.08,
+    "grid.nx": 16,
+    "grid.ny": 16,
+    "grid.lx": 45.0,
+    "grid.ly": 45.0,
+    "time.dt": 0.05,
+    "time.end": 1.0,
+    "output.frame_every": 0.5,
+    "output.sample_every": 0.1,
+}
+
+
+@pytest.fixture(name="folder")
+def folder_with_a_table(tmp_path):
+    write_plausible(tmp_path / "table.h5")
+    (tmp_path / "flock.toml").write_text(scene_text(SCENE))
+    return tmp_path
+
+
+def resolved(folder, scene="flock.toml", *changes):
+    return tomllib.loads(drover(folder, "check", "--resolved", scene, *settings(changes)).stdout)
+
+
+def model_of(scene):
+    """What the table can give."""
+    return {name: scene[name] for name in ("uniform", "current", "inertia", "drag", "viscosity", "driving", "compressibility", "relaxation",
+                                           "elasticity", "weathercock", "advection", "pressure", "noise")}
+
+
+# --- scenes on a table
+
+def test_a_scene_on_a_table_has_its_numbers_with_origins_and_errors(folder):
+    scene = resolved(folder)
+    sigma, rho, drag, g = 0.08 / 4.0, 0.5 / 0.5, 1.0 + 2.0 + 0.8, 2.0 * 0.1 * 3.8 / 0.3
+    gamma = 0.7 * rho / 2.0
+    for key, value in {"uniform.rod_density": sigma, "uniform.bead_density": rho, "drag.coefficient": gamma, "driving.strength": drag * gamma,
+                       "viscosity.shear": 5.0 * 0.7 * rho, "compressibility.beads": 400.0, "relaxation.rate": 0.3, "weathercock.strength": 0.1,
+                       "elasticity.stiffness": 9.0 / (16.0 * 0.3), "pressure.rods": 1.5 / sigma, "noise.order": 0.3 / sigma,
+                       "current.speed": 3.0, "inertia.bead_mass": 0.7}.items():
+        section, name = key.split(".")
+        assert math.isclose(scene[section][name], value, rel_tol=1e-12), key
+    filled = dict(line.split(": ", 1) for line in scene["calibrated"]["filled"])
+    assert filled["relaxation.rate"] == "measured, 0.3 +- 0.006" and filled["advection.strength"] == "set, 0"
+    assert filled["noise.order"].startswith("closure, 15 +- 0.3") and filled["uniform.rod_density"].startswith("set")
+    expected = dict(line.split(" = ", 1) for line in scene["calibrated"]["expected"])
+    # lambda and a to 2 % each, and the drag of one node: g to 3.5 %.
+    assert expected["alignment"].startswith("2.533 +- 0.08") and math.isclose(g, 2.533, rel_tol=1e-3)
+    order = float(expected["order"].split()[0])
+    assert math.isclose(float(expected["bead_velocity"].split()[0]), drag * order, rel_tol=1e-3)
+
+
+def test_what_a_scene_says_itself_goes_before_the_table(folder):
+    assert resolved(folder, "flock.toml", "relaxation.rate=0.7")["relaxation"]["rate"] == 0.7
+    assert resolved(folder, "flock.toml", "weathercock.convention=single-rod")["weathercock"]["strength"] == pytest.approx(0.2, rel=1e-12)
+    # A hole in what is not asked for is no obstacle.
+    write_plausible(folder / "table.h5", holes=[("compressibility", 1)])
+    assert resolved(folder, "flock.toml", "compressibility.beads=100.0")["compressibility"]["beads"] == 100.0
+
+
+def test_both_normalisations_are_one_model(folder):
+    orientation, density = resolved(folder), resolved(folder, "flock.toml", "current.kind=order")
+    sigma = orientation["uniform"]["rod_density"]
+    for section, key, power in (("driving", "strength", -1), ("weathercock", "strength", 1), ("relaxation", "saturation", -2),
+                                ("pressure", "rods", 1), ("noise", "order", 2), ("relaxation", "rate", 0)):
+        assert math.isclose(density[section][key], orientation[section][key] * sigma**power, rel_tol=1e-12)
+    reports = []
+    for kind in ("order", "density-order"):
+        text = drover(folder, "explain", "flock.toml", *settings([f"current.kind={kind}"])).stdout
+        reports.append(re.search(r"grows at ([0-9.e-]+) /s", text)[1])
+    assert reports[0] == reports[1]
+
+
+def test_a_resolved_scene_needs_no_table_until_another_state_is_asked_for(folder):
+    (folder / "whole.toml").write_text(drover(folder, "check", "--resolved", "flock.toml").stdout)
+    elsewhere = ["calibrated.bead_area_fraction=0.6", "calibrated.rod_area_fraction=0.1"]
+    fresh = resolved(folder, "flock.toml", *elsewhere)
+    assert model_of(resolved(folder, "whole.toml", *elsewhere)) == model_of(fresh) != model_of(resolved(folder))
+    (folder / "table.h5").unlink()
+    assert resolved(folder, "whole.toml") == tomllib.loads((folder / "whole.toml").read_text())
+    refused(folder, ["check", "whole.toml", "--set", elsewhere[0]], ["whole.toml", "table.h5: does not exist"])
+
+
+def test_a_run_carries_its_origins_and_a_sweep_asks_the_table_at_each_point(folder):
+    drover(folder, "run", "flock.toml", "--quiet", *settings(["time.end=0.5"]))
+    with h5py.File(folder / "flock.h5") as file:
+        assert "relaxation.rate: measured, 0.3 +- 0.006" in tomllib.loads(file.attrs["scene"].decode())["calibrated"]["filled"]
+    drover(folder, "sweep", "flock.toml", "--quiet", *settings(["sweep.vary=[\"calibrated.rod_area_fraction = 0.05, 0.1\"]"]))
+    densities = []
+    for path in sorted((folder / "flock.sweep").glob("*.h5")):
+        with h5py.File(path) as file:
+            densities.append(tomllib.loads(file.attrs["scene"].decode())["uniform"]["rod_density"])
+    assert sorted(densities) == pytest.approx([0.05 / 4.0, 0.1 / 4.0])
+
+
+# --- where flocks begin
+
+def test_the_boundary_of_a_table_is_where_its_straight_lines_cross(folder):
+    write_plausible(folder / "table.h5", relative_error=0.01)
+    told = drover_json(folder, "boundary", "table.h5")
+    assert [curve["rod_area_fraction"] for curve in told["curves"]] == [0.05, 0.08, 0.11]
+    for point in [*told["curves"], *told["line"]]:
+        assert point["mean"]["bead_area_fraction"] == pytest.approx(0.5 - 2.5 * point["rod_area_fraction"], abs=1e-9)
+        assert 0.002 < point["mean"]["error"] < 0.03 and point["mean"]["share"] > 0.9
+        assert point["single-rod"]["bead_area_fraction"] is None and point["single-rod"]["above_all"]
+    text = drover(folder, "boundary", "table.h5", "-o", "onset.h5").stdout
+    assert "from Phi_b = 0.375 +- " in text and "from the least area fraction of beads on" in text
+    with h5py.File(folder / "onset.h5") as file:
+        assert np.allclose(file["line/mean"][()], 0.5 - 2.5 * file["line/line_rod_fraction"][()])
+        assert file["curves/drag"].shape == (3, 31) and np.allclose(file["curves/threshold"][()], 3.0)
+        assert file.attrs["title"].decode() == "drover onset of " + "table.h5 (its scene)"
+
+
+def test_the_boundary_of_a_scene_with_local_coefficients_is_that_of_its_table(folder):
+    """The one follows the zero of abar in the plane by its own tracer, the other a/lambda = alpha/Gamma along beads."""
+    report = drover_json(folder, "boundary", "flock.toml", "--x", "bead_area_fraction = 0.2:0.7", "--y", "rod_area_fraction = 0.05:0.11",
+                         *settings(["calibrated.coefficients=local", "boundary.lines=[\"onset\"]", "boundary.map=0"]))
+    assert report["uncertain_numbers"] > 0
+    (line,) = report["traced"][0]["lines"]
+    # alpha and Gamma are joined between the nodes each by itself: Gamma is straight here, alpha bends with rho^2, and a natural spline through
+    # four points of a parabola is off by a percent or two of the bend.
+    for point in line["points"]:
+        assert point["x"] == pytest.approx(0.5 - 2.5 * point["y"], abs=6e-3)
+        assert math.hypot(point["error_x"], point["error_y"]) > 0.0
+
+
+# --- what is refused
+
+def test_scenes_on_tables_that_will_not_do_are_refused(folder):
+    def no(says, *changes):
+        refused(folder, ["check", "flock.toml", *settings(changes)], says)
+
+    no(["missing.h5: does not exist", "expected"], "calibrated.table=missing.h5")
+    no(["bead area fraction of 0.8: the table has 0.2 to 0.7", "measure there"], "calibrated.bead_area_fraction=0.8")
+    no(["rod area fraction of 0.2", "the table has 0.05 to 0.11"], "calibrated.rod_area_fraction=0.2")
+    no(["calibrated.rod_area_fraction is not given"], "calibrated.rod_area_fraction=0.0")
+    no(["calibrated.outside", "refuse"], "calibrated.outside=extrapolate")
+    assert resolved(folder, "flock.toml", "calibrated.bead_area_fraction=0.8", "calibrated.outside=hold")["relaxation"]["rate"] == pytest.approx(0.3)
+    write_plausible(folder / "table.h5", holes=[("drag", 4)])
+    no(["hole", "drag at bead area fraction 0.3, rod area fraction 0.08"])
+    refused(folder, ["boundary", "table.h5"], ["hole", "drag at bead area fraction 0.3"])
+    make_archive(folder, "run.h5")
+    no(["run.h5", "is no table of coefficients"], "calibrated.table=run.h5")
+    refused(folder, ["boundary", "run.h5"], ["is no table of coefficients"])
+    (folder / "text.h5").write_text("not a table")
+    no(["text.h5"], "calibrated.table=text.h5")
+
+
+def test_options_of_the_other_kind_are_refused(folder):
+    refused(folder, ["boundary", "table.h5", "--x", "relaxation.rate = 0:1"], ["are for scenes"])
+    refused(folder, ["boundary", "table.h5", "--varied", "0.02"], ["varies no key"])
+    refused(folder, ["boundary", "flock.toml", "--varied", "0.02"], ["is for a table"])
+    (folder / "onset.h5").write_bytes(b"")
+    refused(folder, ["boundary", "table.h5", "-o", "onset.h5"], ["onset.h5"])
+
+
+def test_a_table_with_errors_below_zero_is_refused(folder):
+    with h5py.File(folder / "table.h5", "r+") as file:
+        file["calibration/drag_error"][1, 1] = -0.1
+    refused(folder, ["check", "flock.toml"], ["drag at bead area fraction 0.3, rod area fraction 0.08 has the standard error -0.1"])
+
+
+def test_scenes_of_particles_have_no_calibrated_section(folder):
+    (folder / "rods.toml").write_text(scene_text({"cell.lx": 10.0, "calibrated.table": "table.h5"}))
+    refused(folder, ["check", "rods.toml"], ["[calibrated]", "of a scene of fields"])
+
+
+def test_a_scene_without_a_table_is_as_before(folder):
+    (folder / "small.toml").write_text(scene_text(SMALL))
+    scene = resolved(folder, "small.toml")
+    assert scene["calibrated"]["table"] == "" and scene["calibrated"]["filled"] == [] and scene["relaxation"]["rate"] == 0.5
+    assert json.dumps(scene["calibrated"]["expected"]) == "[]"
