@@ -9,8 +9,8 @@
 namespace drover::calibrate {
 
 namespace {
-/// Rows of the table at one point, in the order of `row_names`.
-enum Row { bead_area, rod_area, bead_mass, relaxation, weathercock, drag, response, speed, viscosity, stiffness };
+/// Rows of the table that formulas are made of, in the order of `row_names`.
+enum Input { bead_area, rod_area, bead_mass, relaxation, weathercock, drag, response, speed, viscosity, stiffness };
 constexpr std::array<const char*, 10> row_names{"bead_area",       "rod_area",    "bead_mass",
                                                 "relaxation_rate", "weathercock", "drag",
                                                 "response_time",   "propulsion",  "viscosity_kinematic",
@@ -21,7 +21,7 @@ struct Measured {
     std::array<double, row_names.size()> numbers{};
     StatePoint point;
 
-    double operator[](Row row) const { return numbers[row]; }
+    double operator[](Input row) const { return numbers[row]; }
     double bead_density() const { return point.bead_fraction / numbers[bead_area]; }
     double rod_density() const { return point.rod_fraction / numbers[rod_area]; }
     double mass_density() const { return numbers[bead_mass] * bead_density(); }
@@ -33,7 +33,7 @@ struct Measured {
 struct Formula {
     std::string key;
     Origin origin;
-    std::vector<Row> rows;
+    std::vector<Input> rows;
     std::function<double(const Measured&)> value;
 };
 
@@ -85,11 +85,11 @@ const Formula& formula_of(const std::string& key) {
 }
 
 /// The value at what was measured, and its slopes times the errors, added in squares.
-Uncertain evaluated(const Table& table, const std::vector<Row>& rows, const StatePoint& point,
+Uncertain evaluated(const Table& table, const std::vector<Input>& rows, const StatePoint& point,
                     const std::function<double(const Measured&)>& value) {
     Measured measured{.point = point};
-    std::map<Row, double> errors;
-    for (const Row row : rows) {
+    std::map<Input, double> errors;
+    for (const Input row : rows) {
         const Uncertain found = SmoothCoefficient(table, row_names[row], point.varied, point.outside)
                                     .at(point.bead_fraction, point.rod_fraction);
         measured.numbers[row] = found.value;
@@ -128,10 +128,10 @@ const std::vector<std::string>& calibrated_keys() {
     return keys;
 }
 
-ModelNumber model_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {
+FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {
     const Formula& formula = formula_of(key);
     const double power = kind == OrderKind::density ? power_of_density(key) : 0.0;
-    std::vector<Row> rows = formula.rows;
+    std::vector<Input> rows = formula.rows;
     if (power != 0.0 && std::find(rows.begin(), rows.end(), rod_area) == rows.end()) rows.push_back(rod_area);
     const auto value = [&](const Measured& measured) {
         const double found = formula.value(measured);
@@ -147,7 +147,7 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
         StatePoint node = point;
         node.bead_fraction = beads;
         node.rod_fraction = rods;
-        return model_number(table, key, node, kind).number;
+        return field_number(table, key, node, kind).number;
     };
     const double beads = table.bead_fractions.front(), rods = table.rod_fractions.front();
     for (const double fraction : table.bead_fractions)
@@ -202,10 +202,10 @@ double saturation_of_alignment(double alignment) {
 }
 
 MeanField mean_field(const Table& table, const StatePoint& point) {
-    const auto of = [&](std::vector<Row> rows, const std::function<double(const Measured&)>& value) {
+    const auto of = [&](std::vector<Input> rows, const std::function<double(const Measured&)>& value) {
         return evaluated(table, rows, point, value);
     };
-    const std::vector<Row> all{relaxation, weathercock, drag};
+    const std::vector<Input> all{relaxation, weathercock, drag};
     using M = const Measured&;
     return {.alignment = of(all, [](M m) { return m.alignment(); }),
             .effective_relaxation = of(all, [](M m) { return m[relaxation] - m[weathercock] * m[drag]; }),

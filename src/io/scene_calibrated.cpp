@@ -72,7 +72,7 @@ void fill(Scene& scene, const std::vector<std::string>& wanted) {
             plan.filled.push_back(std::string(local_section) + ": at the nodes of the table");
             continue;
         }
-        calibrate::ModelNumber found = calibrate::model_number(table, key, point, kind);
+        calibrate::FieldNumber found = calibrate::field_number(table, key, point, kind);
         // lambda_s = 2 lambda, of a scene that says so.
         if (key == "weathercock.strength" && scene.model.weathercock.convention == "single-rod")
             found.number.value *= 2.0, found.number.error *= 2.0;
@@ -110,8 +110,9 @@ const std::vector<Row<io::CalibratedPlan>>& schema<io::CalibratedPlan>() {
     static const std::vector<Row<Plan>> rows{
         {.name = "table",
          .member = &Plan::table,
-         .sentence = "a file that drover calibrate made, beside the scene or where drover runs: it gives the numbers of the "
-                     "model that the scene leaves out"},
+         .sentence =
+             "a file that drover calibrate made, beside the scene or where drover runs: it gives the numbers of the "
+             "model that the scene leaves out"},
         {.name = "bead_area_fraction",
          .member = &Plan::bead_area_fraction,
          .range = {.least = 0.0, .most = 0.95},

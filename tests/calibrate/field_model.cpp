@@ -38,7 +38,7 @@ Table flocking_table() {
 constexpr StatePoint dense{.bead_fraction = 0.6, .rod_fraction = 0.1};
 
 double value_of(const std::string& key, OrderKind kind = OrderKind::orientation, const StatePoint& point = dense) {
-    return model_number(flocking_table(), key, point, kind).number.value;
+    return field_number(flocking_table(), key, point, kind).number.value;
 }
 
 /// A model with every number that the table gives.
@@ -80,7 +80,7 @@ TEST(FieldModel, has_the_numbers_that_physics_asks_for) {
     for (const auto& [key, value] : expected) EXPECT_NEAR(value_of(key), value, 1e-12 * value) << key;
     for (const char* zero :
          {"viscosity.bulk", "compressibility.rods", "elasticity.splay", "advection.strength", "pressure.beads"}) {
-        const ModelNumber found = model_number(flocking_table(), zero, dense, OrderKind::orientation);
+        const FieldNumber found = field_number(flocking_table(), zero, dense, OrderKind::orientation);
         EXPECT_EQ(found.number.value, 0.0) << zero;
         EXPECT_EQ(found.number.error, 0.0) << zero;
     }
@@ -115,7 +115,7 @@ TEST(FieldModel, grows_and_fluctuates_alike_in_both_normalisations) {
     for (Known& known : weak.rows[1].known) known.value *= 0.25;
     const auto structure = [&](OrderKind kind) {
         physics::Model model = model_of(dense, kind);
-        model.weathercock.strength = model_number(weak, "weathercock.strength", dense, kind).number.value;
+        model.weathercock.strength = field_number(weak, "weathercock.strength", dense, kind).number.value;
         return physics::structure_factor(physics::linear_system(model, grid), physics::form(model), 0.5);
     };
     const double sigma = 0.1 / 4.0;
@@ -181,7 +181,7 @@ TEST(MeanFieldOrder, is_the_mean_of_cos_over_its_own_distribution) {
 TEST(FieldModel, has_the_errors_that_tables_redrawn_within_theirs_show) {
     const Table table = flocking_table();
     for (const char* key : {"driving.strength", "relaxation.saturation", "elasticity.stiffness"}) {
-        const double error = model_number(table, key, dense, OrderKind::density).number.error;
+        const double error = field_number(table, key, dense, OrderKind::density).number.error;
         double sum = 0.0, squares = 0.0;
         constexpr int draws = 4000;
         for (int i = 0; i < draws; ++i) {
@@ -192,7 +192,7 @@ TEST(FieldModel, has_the_errors_that_tables_redrawn_within_theirs_show) {
             // A tenth of the errors: first order is what is claimed.
             for (TableRow& row : moved.rows)
                 for (Known& known : row.known) known.value += 0.1 * known.error * normal[next++];
-            const double value = model_number(moved, key, dense, OrderKind::density).number.value;
+            const double value = field_number(moved, key, dense, OrderKind::density).number.value;
             sum += value, squares += value * value;
         }
         const double spread = std::sqrt((squares - sum * sum / draws) / (draws - 1)) / 0.1;
@@ -221,12 +221,12 @@ TEST(DensityTable, has_the_model_of_every_node_and_the_error_of_alpha_over_gamma
 TEST(FieldModel, says_what_the_table_has_not) {
     Table table = flocking_table();
     const auto refusal = [&](const char* key, StatePoint point = dense) {
-        return refusal_of([&] { model_number(table, key, point, OrderKind::orientation); });
+        return refusal_of([&] { field_number(table, key, point, OrderKind::orientation); });
     };
     EXPECT_EQ(refusal("noise.beads"), "noise.beads is nothing that a table of coefficients gives");
     EXPECT_NE(refusal("relaxation.rate", {.bead_fraction = 0.7, .rod_fraction = 0.1}).find("the table has 0.2 to 0.6"),
               std::string::npos);
-    EXPECT_EQ(model_number(table, "relaxation.rate",
+    EXPECT_EQ(field_number(table, "relaxation.rate",
                            {.bead_fraction = 0.7, .rod_fraction = 0.1, .outside = physics::Outside::hold},
                            OrderKind::orientation)
                   .number.value,

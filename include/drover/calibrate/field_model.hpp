@@ -25,7 +25,7 @@ double power_of_density(const std::string& key);
 /// Keys of a model that a table gives, in the order of a scene: "uniform.bead_density", "drag.coefficient".
 const std::vector<std::string>& calibrated_keys();
 
-struct ModelNumber {
+struct FieldNumber {
     Uncertain number;
     Origin origin = Origin::set;
 };
@@ -37,7 +37,7 @@ struct ModelNumber {
 ///     b such that the uniform flock has the order of the mean field of rods, see order_of_alignment();
 ///     w, A, F, zeta and K1 zero.
 /// The error is of first order in those of the assays.  Throws an input Error where the table has a hole in what it needs, or does not reach.
-ModelNumber model_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
+FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
 
 /// The coefficients that may depend on densities, on all nodes of the table.  The error of alpha/Gamma stands with alpha; Gamma itself has none here.
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind);

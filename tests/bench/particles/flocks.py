@@ -39,6 +39,9 @@ CASES = {
     "amorphous": ("amorphous", []),
     "matched-dense-90mm": ("bead-flock", LARGE),
     "matched-poor-90mm": ("bead-poor", LARGE),
+    # The plane of both area fractions, for the boundary that a table of coefficients predicts.
+    **{f"point-{beads}-{rods}": ("bead-flock", [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}"])
+       for beads in (0.2, 0.4, 0.5, 0.6, 0.7) for rods in (0.05, 0.08, 0.11)},
 }
 ROUND = ("flower-flock", "flower-poor", "circle-flock")
 SERIES = ["polar_order", "polar_order_local", "bead_velocity_size", "bead_velocity_along_order", "bead_velocity_azimuthal",

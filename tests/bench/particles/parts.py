@@ -43,6 +43,13 @@ def rod_step(seeds, factor):
             for dt in STEPS for kick in (0.0, 0.015)]
 
 
+def matched_step(seeds, factor):
+    """Rods of one size, all in one gait: what a step changes is not lost in their spread."""
+    return [make({"dt": dt, "kick": kick}, "rod-matched.toml", {"time.dt": dt, "contacts.substep": dt, "kick.strength": kick, "rods.size_tolerance": 0.0},
+                 seeds or 40, whole(20.0 * factor, 0.1))
+            for dt in STEPS[1:-1] for kick in (0.0, 0.0265)]
+
+
 LAWS = ("simultaneous", "approaching-first", "first-to-last", "last-to-first")
 GAPS = tuple(round(1.18 + 0.01 * i, 2) for i in range(9))
 CHOSEN = {"law": "simultaneous", "restitution": "energetic", "track_slip": True, "increments": 8, "together": 1e-5, "substep": 2e-5}
@@ -110,7 +117,7 @@ def rod_in_bed(seeds, factor):
             for kick in (0.0265, 0.018) for fraction, scene in ((0.0, "rod-matched.toml"), (0.67, "rod-in-beads.toml"))]
 
 
-PARTS = {part.__name__: part for part in (rod_step, rod_laws, rod_kick, rod_matched, rod_symmetric, bed_step, bed_groups, rod_in_bed)}
+PARTS = {part.__name__: part for part in (rod_step, matched_step, rod_laws, rod_kick, rod_matched, rod_symmetric, bed_step, bed_groups, rod_in_bed)}
 
 # Under the first line of a table.
 COMMENTS = {

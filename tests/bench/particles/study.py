@@ -7,6 +7,7 @@ writes FOLDER/PART.csv, one row a case, and skips the cases that the file has: s
 it takes on two cores (estimates at half a microsecond a step of one rod and 25 ns a step of one bead):
 
     rod_step       rod alone: time step and substep from 2e-4 to 2e-6 s, kick off and on                        8 minutes
+    matched_step   the matched rod, all of one size: time step and substep, kick off and on                     3 minutes
     rod_laws       rod alone: laws of contact at gaps from 1.18 to 1.26 mm, dt = 2e-5 s                        30 minutes
     rod_kick       rod alone: loss of direction against the strength of the kick                                3 minutes
     rod_symmetric  rods of which head and tail are alike: their drift                                           2 minutes
