@@ -11,7 +11,11 @@
     with drover.open_run("tapered.h5") as run:          # of particles
         run.frames.rod_axis.isel(time=-1), run.spheres.position, run.observables.polar_order.plot()
 
+    with drover.open_theory("onset.h5") as theory:      # what drover boundary TABLE wrote
+        theory.groups["line"]["mean"].plot()
+
 `python3 -m drover.figure isotropic.h5` draws one picture of an archive of any kind.
+`python3 -m drover.compare fields.h5 particles.h5` sets a run of fields on a table of coefficients beside one of particles.
 """
 from drover.archive import Run, open_run
 from drover.error import DroverError

@@ -94,15 +94,20 @@ def read_head(store, path):
 
 
 def kind_of(attributes):
-    """Which command wrote an archive: "run", "stability" or "boundary"."""
+    """What an archive holds: "run", "stability", "boundary" or, of a table of coefficients, "onset"."""
     words = str(attributes.get("title", "")).split()
-    return words[1] if words[:1] == ["drover"] and words[1:2] in (["stability"], ["boundary"]) else "run"
+    return words[1] if words[:1] == ["drover"] and words[1:2] in (["stability"], ["boundary"], ["onset"]) else "run"
+
+
+def command_of(kind):
+    """The command that writes archives of a kind."""
+    return "boundary" if kind == "onset" else kind
 
 
 def read_run(store, path):
     attributes, scene = read_head(store, path)
     if kind_of(attributes) != "run":
-        raise DroverError(f"{path} is no run but what drover {kind_of(attributes)} wrote; open it by drover.open_theory, "
+        raise DroverError(f"{path} is no run but what drover {command_of(kind_of(attributes))} wrote; open it by drover.open_theory, "
                           f'or a group of it by xarray.open_dataset("{path}", group="{example_group(store)}")')
     if is_of_particles(scene):
         return read_particles(store, path, attributes, scene)

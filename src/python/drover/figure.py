@@ -7,13 +7,15 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import boundary_figure, panels, particle_figure, stability_figure
-from drover.archive import Run, settled
+from drover import boundary_figure, onset_figure, panels, particle_figure, stability_figure
+from drover.archive import Run, command_of, settled
 from drover.error import DroverError
 from drover.paper import STYLE, add_axes, bar_box, sheet, write_words
 from drover.particles import ParticleRun
 from drover.theory import open_any
 
+# What draws what theory found, by the kind of its archive; that of a stability is given a state too.
+THEORY = {"boundary": boundary_figure.draw, "onset": onset_figure.draw}
 # Where panels go, by the shape of the cell: left, bottom, width, height in inches; the map is fitted into its own.
 SQUARE = {"map": (0.8, 3.2, 3.75, 3.75), "structure": (6.35, 3.2, 2.15, 3.75), "numbers": (9.3, 4.95, 2.1, 2.0),
           "exponents": (9.3, 3.2, 2.1, 1.4), "order": (0.8, 1.2, 10.6, 1.1)}
@@ -54,12 +56,12 @@ def draw_file(path, frame=None, state=None):
         kind = "run" if isinstance(opened, (Run, ParticleRun)) else opened.kind
         for option, value, its_kind in (("--frame", frame, "run"), ("--state", state, "stability")):
             if value is not None and kind != its_kind:
-                raise DroverError(f"{path}: {option} {value} is asked for, but drover {kind} wrote this archive; only "
-                                  f"those of drover {its_kind} have one: leave it out")
+                raise DroverError(f"{path}: {option} {value} is asked for, but drover {command_of(kind)} wrote this archive; "
+                                  f"only those of drover {its_kind} have one: leave it out")
         if kind == "run":
             its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw
             return its_draw(opened, -1 if frame is None else frame)
-        return stability_figure.draw(opened, state) if kind == "stability" else boundary_figure.draw(opened)
+        return stability_figure.draw(opened, state) if kind == "stability" else THEORY[kind](opened)
 
 
 def fitted(box, ratio):
@@ -110,9 +112,10 @@ def write(figure, path):
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python3 -m drover.figure", description="One picture of an archive: of a run, of "
-                                     "the stability of a scene or of its phase boundaries.")
+                                     "the stability of a scene, of its phase boundaries or of where the coefficients of a table "
+                                     "say that flocks begin.")
     parser.add_argument("archive", type=Path, help="what drover run, stability or boundary wrote, such as isotropic.h5")
-    parser.add_argument("--output", type=Path,
+    parser.add_argument("-o", "--output", type=Path,
                         help="the picture (.png, .pdf or .svg); by default the archive's name with .png")
     parser.add_argument("--frame", type=int, help="of a run: number of the frame from 0; -1, the default, is the last")
     parser.add_argument("--state", help="of a stability: the uniform state, such as isotropic; by default the most "

@@ -1,4 +1,4 @@
-"""drover/theory.py: linear theory read back from the archives of drover stability and drover boundary."""
+"""drover/theory.py: theory read back from the archives of drover stability and drover boundary, of a scene or of a table."""
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +13,10 @@ BRANCH, SLOW = ("angle", "wavenumber", "branch"), ("angle", "slow_mode")
 NEEDED = {"stability": {"growth_rate": BRANCH},
           "boundary": {name: ("vertex",) for name in ("line", "limit", "convention", "closed", "x", "y", "error_x",
                                                       "error_y", "angle")},
+          "curves": {name: ("rod_fraction", "bead_fraction") for name in ("drag", "drag_error", "threshold",
+                                                                          "threshold_error")},
+          "line": {name: ("line_rod_fraction",) for name in ("mean", "mean_error", "mean_share", "single_rod",
+                                                             "single_rod_error", "single_rod_share")},
           "map": {"regime": ("map_y", "map_x")}}
 # Axes of what it may hold.
 KNOWN = {"frequency": BRANCH, "slow_speed": SLOW, "slow_growth": SLOW, "slow_damping": SLOW}
@@ -25,8 +29,8 @@ class Theory(Held):
     it by `with`."""
 
     path: Path
-    kind: str         # "stability" or "boundary"
-    groups: dict      # name -> xarray.Dataset: of each uniform state ("ordered", ...), or "boundary" and "map"
+    kind: str         # "stability", "boundary" or "onset": what drover boundary TABLE wrote
+    groups: dict      # name -> xarray.Dataset: of each uniform state ("ordered", ...), "boundary" and "map", or "curves" and "line"
     scene: dict       # every key with its value: scene["relaxation"]["rate"]
     attributes: dict  # where it came from: version, commit, host, ...
     store: Store
