@@ -138,7 +138,7 @@ const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
          .member = &Plan::warm_up,
          .unit = "s",
          .range = not_negative,
-         .sentence = "once, in the strongest"},
+         .sentence = "once, in the strongest; less than m rho/Gamma"},
         {.name = "time",
          .member = &Plan::time,
          .unit = "s",

@@ -2,6 +2,7 @@
 #include "drover/calibrate/field_model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -84,9 +85,11 @@ const Formula& formula_of(const std::string& key) {
     return *found;
 }
 
-/// The value at what was measured, and its slopes times the errors, added in squares.
+constexpr double slope_part = 1e-3;  // of an error: a slope, also where the error is large
+
+/// The value at what was measured, and what each error changes, added in squares: half of what lies between `part` of the error to either side.
 Uncertain evaluated(const Table& table, const std::vector<Input>& rows, const StatePoint& point,
-                    const std::function<double(const Measured&)>& value) {
+                    const std::function<double(const Measured&)>& value, double part = slope_part) {
     Measured measured{.point = point};
     std::map<Input, double> errors;
     for (const Input row : rows) {
@@ -97,8 +100,7 @@ Uncertain evaluated(const Table& table, const std::vector<Input>& rows, const St
     }
     double squares = 0.0;
     for (const auto& [row, error] : errors) {
-        // Over a thousandth of the error: a slope, also where the error is large.
-        const double part = 1e-3, held = measured[row];
+        const double held = measured[row];
         measured.numbers[row] = held + part * error;
         const double above = value(measured);
         measured.numbers[row] = held - part * error;
@@ -161,8 +163,7 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
     for (const double bead : table.bead_fractions)
         for (const double rod : table.rod_fractions) {
             add(number("relaxation.rate", bead, rod), data.relaxation_rate, data.relaxation_rate_error);
-            add(number("relaxation.saturation", bead, rod), data.relaxation_saturation,
-                data.relaxation_saturation_error);
+            data.relaxation_saturation.push_back(number("relaxation.saturation", bead, rod).value);
             add(number("weathercock.strength", bead, rod), data.weathercock_strength, data.weathercock_strength_error);
             data.drag_coefficient.push_back(number("drag.coefficient", bead, rod).value);
             const Uncertain ratio = SmoothCoefficient(table, row_names[drag], point.varied).at(bead, rod);
@@ -178,7 +179,7 @@ double order_of_alignment(double alignment) {
     if (!(alignment > 2.0)) return 0.0;
     // I1(x)/I0(x) > x/2 (1 - x^2/8), so P lies above that root; x = gP solves I1(x)/I0(x) = x/g, whose left side is concave.
     const auto excess = [&](double x) {
-        // Beyond some hundreds the functions leave the range of numbers; 1 - 1/(2x) - 1/(8x^2) is then exact to rounding^(1/2) and better.
+        // Beyond some hundreds the functions leave the range of numbers; the terms of the series that are left out are below 1e-10 there.
         constexpr double large = 500.0;
         const double ratio = x < large ? std::cyl_bessel_i(1.0, x) / std::cyl_bessel_i(0.0, x)
                                        : 1.0 - 0.5 / x - 0.125 / (x * x) - 0.125 / (x * x * x);
@@ -206,11 +207,15 @@ MeanField mean_field(const Table& table, const StatePoint& point) {
         return evaluated(table, rows, point, value);
     };
     const std::vector<Input> all{relaxation, weathercock, drag};
+    // P has no slope below g = 2 and an infinite one above it: the whole of an error to either side.
+    const auto over_errors = [&](const std::function<double(const Measured&)>& value) {
+        return evaluated(table, all, point, value, 1.0);
+    };
     using M = const Measured&;
     return {.alignment = of(all, [](M m) { return m.alignment(); }),
             .effective_relaxation = of(all, [](M m) { return m[relaxation] - m[weathercock] * m[drag]; }),
-            .order = of(all, [](M m) { return order_of_alignment(m.alignment()); }),
-            .bead_velocity = of(all, [](M m) { return m[drag] * order_of_alignment(m.alignment()); }),
+            .order = over_errors([](M m) { return order_of_alignment(m.alignment()); }),
+            .bead_velocity = over_errors([](M m) { return m[drag] * order_of_alignment(m.alignment()); }),
             .response_time = of({response}, [](M m) { return m[response]; })};
 }
 

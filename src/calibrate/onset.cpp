@@ -16,11 +16,11 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<const char*, 3> rows{"drag", "relaxation_rate", "weathercock"};
 
-/// The nodes with places between them.
-std::vector<double> refined(const std::vector<double>& nodes, int between) {
+/// The nodes with places between them: equal parts of each interval.
+std::vector<double> refined(const std::vector<double>& nodes, int parts) {
     std::vector<double> places;
     for (std::size_t i = 0; i + 1 < nodes.size(); ++i)
-        for (int k = 0; k < between; ++k) places.push_back(nodes[i] + (nodes[i + 1] - nodes[i]) * k / between);
+        for (int k = 0; k < parts; ++k) places.push_back(nodes[i] + (nodes[i + 1] - nodes[i]) * k / parts);
     places.push_back(nodes.back());
     return places;
 }
@@ -105,9 +105,9 @@ Uncertain threshold_of(const Uncertain& a, const Uncertain& lambda) {
 }
 }  // namespace
 
-Onset find_onset(const Table& table, std::size_t varied, int between, int redrawn) {
-    require(between >= 1 && redrawn >= 0, {},
-            "{} places between nodes, {} tables redrawn; expected 1 or more, 0 or more", between, redrawn);
+Onset find_onset(const Table& table, std::size_t varied, int parts, int redrawn) {
+    require(parts >= 1 && redrawn >= 0, {}, "{} parts of an interval, {} tables redrawn; expected 1 or more, 0 or more",
+            parts, redrawn);
     require(table.bead_fractions.size() >= 2 && !table.rod_fractions.empty(), {},
             "the table has {} area fractions of beads and {} of rods; a boundary needs two or more, and one",
             table.bead_fractions.size(), table.rod_fractions.size());
@@ -115,7 +115,7 @@ Onset find_onset(const Table& table, std::size_t varied, int between, int redraw
     const Coefficients measured(few, varied);
     std::vector<Coefficients> others;
     for (int i = 0; i < redrawn; ++i) others.emplace_back(redrawn_table(few, static_cast<std::uint64_t>(i)), varied);
-    Onset onset{.bead_fractions = refined(table.bead_fractions, between), .curves = {}, .line = {}};
+    Onset onset{.bead_fractions = refined(table.bead_fractions, parts), .curves = {}, .line = {}};
     const auto crossings = [&](OnsetCurve& curve) {
         for (const Convention convention : {Convention::mean, Convention::single_rod})
             curve.crossings[static_cast<int>(convention)] =
@@ -131,7 +131,7 @@ Onset find_onset(const Table& table, std::size_t varied, int between, int redraw
         crossings(curve);
         onset.curves.push_back(std::move(curve));
     }
-    for (const double rod : refined(table.rod_fractions, between)) {
+    for (const double rod : refined(table.rod_fractions, parts)) {
         OnsetCurve point{.rod_fraction = rod, .drag = {}, .threshold = {}};
         crossings(point);
         onset.line.push_back(point);

@@ -64,18 +64,21 @@ namespace drover {
 template <>
 const std::vector<Row<calibrate::PropulsionPlan>>& schema<calibrate::PropulsionPlan>() {
     using Plan = calibrate::PropulsionPlan;
-    static const std::vector<Row<Plan>> rows{
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .sentence = "before anything is followed"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "followed"},
-        {.name = "frame",
-         .member = &Plan::frame,
-         .unit = "s",
-         .range = positive,
-         .sentence = "over which a displacement is taken"}};
+    static const std::vector<Row<Plan>> rows{{.name = "warm_up",
+                                              .member = &Plan::warm_up,
+                                              .unit = "s",
+                                              .range = not_negative,
+                                              .sentence = "before anything is followed"},
+                                             {.name = "time",
+                                              .member = &Plan::time,
+                                              .unit = "s",
+                                              .range = positive,
+                                              .sentence = "for which rods are followed"},
+                                             {.name = "frame",
+                                              .member = &Plan::frame,
+                                              .unit = "s",
+                                              .range = positive,
+                                              .sentence = "over which a displacement is taken"}};
     return rows;
 }
 

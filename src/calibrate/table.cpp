@@ -116,10 +116,11 @@ SmoothCoefficient::SmoothCoefficient(const Table& table, const std::string& name
 
 Uncertain SmoothCoefficient::at(double bead_fraction, double rod_fraction) const {
     const auto check_inside = [&](const char* kind, const std::vector<double>& axis, double fraction) {
-        const bool inside = axis.size() == 1 || (fraction >= axis.front() && fraction <= axis.back());
+        constexpr double rounding = 1e-12;
+        const bool inside = fraction >= axis.front() - rounding && fraction <= axis.back() + rounding;
         require(std::isfinite(fraction) && (inside || outside_ == physics::Outside::hold), {},
-                "{} at a {} area fraction of {}: the table has {} to {}; expected one within it: measure there, or say "
-                "that the value at the edge holds beyond it",
+                "{} at a {} area fraction of {}: the table has {} to {}; expected one within it: measure there, or let "
+                "the value at the edge hold beyond it (calibrated.outside = \"hold\" of a scene)",
                 name_, kind, fraction, axis.front(), axis.back());
     };
     check_inside("bead", beads_, bead_fraction);

@@ -253,6 +253,31 @@ std::pair<std::string, std::string> parts_of(const std::string& name) {
     return {name.substr(0, dot), dot == std::string::npos ? "" : name.substr(dot + 1)};
 }
 
+/// The key of "section.key=value".
+std::string key_of(const std::string& setting) {
+    std::string key = setting.substr(0, setting.find('='));
+    key.erase(0, key.find_first_not_of(" \t"));
+    key.erase(key.find_last_not_of(" \t") + 1);
+    return key;
+}
+
+/// Whether a setting changes what the table has to give.
+bool asks_table_anew(const std::string& setting) {
+    const std::string key = key_of(setting);
+    return key.starts_with("calibrated.") || key.starts_with("fields.") || key == "current.kind" ||
+           key == "weathercock.convention";
+}
+
+/// What a setting gives has not come from the table.
+void note_given(const std::string& setting, Tables& tables) {
+    const auto calibrated = tables.find("calibrated");
+    if (calibrated == tables.end()) return;
+    const auto filled = calibrated->second.values.find("filled");
+    if (filled == calibrated->second.values.end()) return;
+    if (auto* names = std::get_if<std::vector<std::string>>(&filled->second.value))
+        std::erase_if(*names, [&](const std::string& name) { return name.starts_with(key_of(setting) + ":"); });
+}
+
 /// Another state of the table is asked for: what the one before has filled in goes, to be filled in anew.
 void forget_filled(Tables& tables) {
     const auto calibrated = tables.find("calibrated");
@@ -309,9 +334,8 @@ ModelNumber model_number(const std::string& key, const Where& where) {
 
 Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides) {
     Tables tables = tables_of(parsed(toml, name), name);
-    if (std::any_of(overrides.begin(), overrides.end(),
-                    [](const std::string& setting) { return setting.starts_with("calibrated."); }))
-        forget_filled(tables);
+    if (std::any_of(overrides.begin(), overrides.end(), asks_table_anew)) forget_filled(tables);
+    for (const std::string& setting : overrides) note_given(setting, tables);
     for (const std::string& setting : overrides) apply_override(setting, tables);
     return scene_of(tables, name);
 }

@@ -11,22 +11,37 @@ namespace drover::io {
 namespace {
 constexpr const char* local_section = "table";
 
-bool gives(const Scene& scene, const std::string& key) {
-    return std::any_of(scene.places.begin(), scene.places.end(),
-                       [&](const auto& place) { return place.first == key || place.first.starts_with(key + "."); });
+bool gives(const Scene& scene, const std::string& key) { return scene.places.contains(key); }
+
+bool gives_nodes(const physics::TableData& table) {
+    return !table.relaxation_rate.empty() || !table.relaxation_saturation.empty() || !table.drag_coefficient.empty() ||
+           !table.driving_strength.empty() || !table.weathercock_strength.empty();
+}
+
+/// Whether a number of the table has a field to act on.
+bool has_field(const std::string& key, const physics::FieldChoice& fields) {
+    const bool velocity = fields.bead_velocity != "absent";
+    for (const char* section : {"drag.", "driving.", "viscosity.", "weathercock.", "compressibility."})
+        if (key.starts_with(section) && !velocity) return false;
+    if (key == "compressibility.beads" || key == "pressure.beads") return fields.bead_density;
+    if (key == "compressibility.rods" || key == "pressure.rods" || key == "current.speed") return fields.rod_density;
+    return true;
 }
 
 /// Keys that the table is to give.
 std::vector<std::string> wanted_keys(const Scene& scene) {
     std::vector<std::string> wanted;
     for (const std::string& key : calibrate::calibrated_keys())
-        if (!gives(scene, key)) wanted.push_back(key);
-    if (scene.calibrated.coefficients == "local" && !gives(scene, local_section)) wanted.emplace_back(local_section);
+        if (!gives(scene, key) && has_field(key, scene.model.fields)) wanted.push_back(key);
+    if (scene.calibrated.coefficients == "local" && !gives_nodes(scene.model.table)) wanted.emplace_back(local_section);
     return wanted;
 }
 
 std::size_t varied_of(const Scene& scene, const calibrate::Table& table) {
     const Where where = place_of(scene, "calibrated.varied");
+    require(!table.varied_key.empty() || scene.calibrated.varied == 0.0, where,
+            "calibrated.varied = {}, and the table varies no key; expected a scene without it",
+            scene.calibrated.varied);
     if (table.varied_key.empty()) return 0;
     const auto found = std::find(table.varied.begin(), table.varied.end(), scene.calibrated.varied);
     std::vector<std::string> values;
@@ -56,6 +71,21 @@ std::filesystem::path table_file(const Scene& scene) {
     return std::filesystem::exists(beside, problem) ? beside : std::filesystem::path(scene.calibrated.table);
 }
 
+/// What the equations can have; a number of few trials may come out on the other side of zero.
+void check_range(const ModelNumber& number, const std::string& key, const calibrate::Uncertain& found) {
+    const bool low = number.range.least_open ? found.value <= number.range.least : found.value < number.range.least;
+    require(!low && found.value <= number.range.most, {},
+            "{} comes out as {}; expected {} {}: measure more, or give it in the scene", key, number_text(found),
+            number.range.least_open ? ">" : ">=", number.range.least);
+}
+
+/// Numbers that the mean field is made of: with one of them from the scene it is not that of the table.
+bool expects(const Scene& scene) {
+    for (const char* key : {"relaxation.rate", "weathercock.strength", "drag.coefficient", "driving.strength"})
+        if (gives(scene, key) || !has_field(key, scene.model.fields)) return false;
+    return true;
+}
+
 void fill(Scene& scene, const std::vector<std::string>& wanted) {
     CalibratedPlan& plan = scene.calibrated;
     const calibrate::Table table = read_calibration(table_file(scene));
@@ -65,21 +95,26 @@ void fill(Scene& scene, const std::vector<std::string>& wanted) {
                                       .outside =
                                           plan.outside == "hold" ? physics::Outside::hold : physics::Outside::refuse};
     const auto kind =
-        scene.model.current.kind == "order" ? calibrate::OrderKind::density : calibrate::OrderKind::orientation;
+        physics::form(scene.model).order_is_density ? calibrate::OrderKind::density : calibrate::OrderKind::orientation;
+    // lambda_s = 2 lambda, of a scene that says so.
+    const double lambdas = scene.model.weathercock.convention == "single-rod" ? 2.0 : 1.0;
     for (const std::string& key : wanted) {
         if (key == local_section) {
             scene.model.table = calibrate::density_table(table, point, kind);
+            for (auto* numbers :
+                 {&scene.model.table.weathercock_strength, &scene.model.table.weathercock_strength_error})
+                for (double& number : *numbers) number *= lambdas;
             plan.filled.push_back(std::string(local_section) + ": at the nodes of the table");
             continue;
         }
         calibrate::FieldNumber found = calibrate::field_number(table, key, point, kind);
-        // lambda_s = 2 lambda, of a scene that says so.
-        if (key == "weathercock.strength" && scene.model.weathercock.convention == "single-rod")
-            found.number.value *= 2.0, found.number.error *= 2.0;
-        model_number(key, {}).in(scene.model) = found.number.value;
+        if (key == "weathercock.strength") found.number.value *= lambdas, found.number.error *= lambdas;
+        const ModelNumber number = model_number(key, {});
+        check_range(number, key, found.number);
+        number.in(scene.model) = found.number.value;
         plan.filled.push_back(key + ": " + calibrate::origin_name(found.origin) + ", " + number_text(found.number));
     }
-    plan.expected = expected_texts(table, point);
+    if (expects(scene)) plan.expected = expected_texts(table, point);
 }
 }  // namespace
 

@@ -16,7 +16,7 @@ void read_varied(const io::Scene& scene, calibrate::Table& axes) {
     if (written.empty()) return;
     const Where where = io::place_of(scene, list);
     const auto [key, values] = read_written(written, list, example, where);
-    for (const char* own : {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.end",
+    for (const char* own : {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.",
                             "beads.area_fraction", "beads.count", "rods.area_fraction", "rods.count", "cell.shape"})
         require(!key.starts_with(own), where,
                 "calibrate.vary names {}; expected a key of the bodies, the plates or the contacts: choose one", key);
@@ -50,8 +50,8 @@ std::string manifest_of(io::Scene scene) {
 /// The world of one point; every value is refused or taken here, before anything runs.
 dem::Setup setup_at(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationUnit& unit) {
     const calibrate::Table& axes = layout.axes;
-    std::vector<std::string> overrides{"packing.kind=random", "forces.hold_beads=false", "beads.count=0",
-                                       text("beads.area_fraction={}", axes.bead_fractions[unit.bead])};
+    std::vector<std::string> overrides{"packing.kind=random", "packing.file=\"\"", "forces.hold_beads=false",
+                                       "beads.count=0", text("beads.area_fraction={}", axes.bead_fractions[unit.bead])};
     const auto rods = [&](const std::string& count, const std::string& fraction) {
         overrides.push_back("rods.count=" + count);
         overrides.push_back("rods.area_fraction=" + fraction);

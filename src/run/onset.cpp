@@ -40,7 +40,9 @@ std::string crossing_text(const calibrate::Crossing& crossing) {
     const std::string share = text("{:.0f} % of tables redrawn within their errors cross", 100.0 * crossing.share);
     if (std::isnan(crossing.bead_fraction))
         return (crossing.above_all ? "from the least area fraction of beads on; " : "nowhere in the table; ") + share;
-    return text("from Phi_b = {:.3g} +- {:.2g}; {}", crossing.bead_fraction, crossing.error, share);
+    return text("{}from Phi_b = {:.3g} +- {:.2g}; {}",
+                crossing.above_all ? "at the least area fraction of beads, and after a dip " : "",
+                crossing.bead_fraction, crossing.error, share);
 }
 
 std::string onset_text(const calibrate::Onset& onset, const calibrate::Table& table) {
@@ -62,7 +64,7 @@ std::string onset_text(const calibrate::Onset& onset, const calibrate::Table& ta
 
 std::vector<io::ResultTable> onset_tables(const calibrate::Onset& onset) {
     std::vector<double> rods, line_rods;
-    std::vector<std::vector<double>> curves(4), line(6);
+    std::vector<std::vector<double>> curves(4), line(8);
     for (const calibrate::OnsetCurve& curve : onset.curves) {
         rods.push_back(curve.rod_fraction);
         for (std::size_t i = 0; i < onset.bead_fractions.size(); ++i) {
@@ -75,10 +77,11 @@ std::vector<io::ResultTable> onset_tables(const calibrate::Onset& onset) {
         line_rods.push_back(point.rod_fraction);
         for (const Convention convention : conventions) {
             const calibrate::Crossing& one = crossing(point, convention);
-            const std::size_t first = 3 * static_cast<std::size_t>(convention);
+            const std::size_t first = 4 * static_cast<std::size_t>(convention);
             line[first].push_back(one.bead_fraction);
             line[first + 1].push_back(one.error);
             line[first + 2].push_back(one.share);
+            line[first + 3].push_back(one.above_all ? 1.0 : 0.0);
         }
     }
     const std::vector<std::string> both{"rod_fraction", "bead_fraction"}, rod{"line_rod_fraction"};
@@ -86,7 +89,8 @@ std::vector<io::ResultTable> onset_tables(const calibrate::Onset& onset) {
     const char* of_single = "lambda_s taken for lambda: ";
     const auto words = [](const char* start, const char* rest) { return std::string(start) + rest; };
     const char *where = "Phi_b from which flocks are expected", *error = "standard error of it",
-               *share = "part of the tables redrawn within their errors that cross";
+               *share = "part of the tables redrawn within their errors that cross",
+               *above = "1: flocks are expected at the least Phi_b of the table already";
     return {{.group = "/curves",
              .axes = {{"rod_fraction", "1", "Phi_r", rods}, {"bead_fraction", "1", "Phi_b", onset.bead_fractions}},
              .quantities = {{"drag", "mm s-1", "alpha/Gamma", both},
@@ -99,9 +103,11 @@ std::vector<io::ResultTable> onset_tables(const calibrate::Onset& onset) {
              .quantities = {{"mean", "1", words(of_mean, where), rod},
                             {"mean_error", "1", words(of_mean, error), rod},
                             {"mean_share", "1", words(of_mean, share), rod},
+                            {"mean_above", "1", words(of_mean, above), rod},
                             {"single_rod", "1", words(of_single, where), rod},
                             {"single_rod_error", "1", words(of_single, error), rod},
-                            {"single_rod_share", "1", words(of_single, share), rod}},
+                            {"single_rod_share", "1", words(of_single, share), rod},
+                            {"single_rod_above", "1", words(of_single, above), rod}},
              .values = line}};
 }
 

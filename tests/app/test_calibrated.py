@@ -69,7 +69,8 @@ def test_a_scene_on_a_table_has_its_numbers_with_origins_and_errors(folder):
 
 
 def test_what_a_scene_says_itself_goes_before_the_table(folder):
-    assert resolved(folder, "flock.toml", "relaxation.rate=0.7")["relaxation"]["rate"] == 0.7
+    given = resolved(folder, "flock.toml", "relaxation.rate=0.7")
+    assert given["relaxation"]["rate"] == 0.7 and given["calibrated"]["expected"] == []  # the table's mean field is not that of this scene
     assert resolved(folder, "flock.toml", "weathercock.convention=single-rod")["weathercock"]["strength"] == pytest.approx(0.2, rel=1e-12)
     # A hole in what is not asked for is no obstacle.
     write_plausible(folder / "table.h5", holes=[("compressibility", 1)])
@@ -89,11 +90,32 @@ def test_both_normalisations_are_one_model(folder):
     assert reports[0] == reports[1]
 
 
+def test_a_scene_that_takes_lambda_of_one_rod_has_the_same_flock(folder):
+    """lambda_s = 2 lambda, everywhere and at each place."""
+    for more in ([], ["calibrated.coefficients=local"]):
+        reports = [re.search(r"grows at ([0-9.e-]+) /s", drover(folder, "explain", "flock.toml", *settings([f"weathercock.convention={one}", *more])).stdout)[1]
+                   for one in ("mean", "single-rod")]
+        assert reports[0] == reports[1]
+
+
+def test_forms_with_fewer_fields_take_what_they_have_a_place_for(folder):
+    alone = resolved(folder, "flock.toml", "fields.bead_density=false", "fields.bead_velocity=absent")
+    assert alone["drag"]["coefficient"] == 0.0 and alone["relaxation"]["rate"] == pytest.approx(0.3) and alone["calibrated"]["expected"] == []
+    # Without a density of rods p is the mean orientation, whatever current.kind says.
+    dilute = resolved(folder, "flock.toml", "fields.rod_density=false", "current.kind=order")
+    assert dilute["weathercock"]["strength"] == pytest.approx(0.1) and dilute["current"]["speed"] == 0.0
+
+
 def test_a_resolved_scene_needs_no_table_until_another_state_is_asked_for(folder):
     (folder / "whole.toml").write_text(drover(folder, "check", "--resolved", "flock.toml").stdout)
     elsewhere = ["calibrated.bead_area_fraction=0.6", "calibrated.rod_area_fraction=0.1"]
     fresh = resolved(folder, "flock.toml", *elsewhere)
     assert model_of(resolved(folder, "whole.toml", *elsewhere)) == model_of(fresh) != model_of(resolved(folder))
+    # What changes the meaning of p or lambda asks the table too; what is set by hand is not said to be the table's.
+    assert model_of(resolved(folder, "whole.toml", "current.kind=order")) == model_of(resolved(folder, "flock.toml", "current.kind=order"))
+    assert resolved(folder, "whole.toml", "calibrated.coefficients=local")["table"]["relaxation_rate"] != []
+    by_hand = resolved(folder, "whole.toml", "relaxation.rate=0.7")["calibrated"]["filled"]
+    assert len(by_hand) == len(fresh["calibrated"]["filled"]) - 1 and not any(name.startswith("relaxation.rate:") for name in by_hand)
     (folder / "table.h5").unlink()
     assert resolved(folder, "whole.toml") == tomllib.loads((folder / "whole.toml").read_text())
     refused(folder, ["check", "whole.toml", "--set", elsewhere[0]], ["whole.toml", "table.h5: does not exist"])
@@ -152,11 +174,16 @@ def test_scenes_on_tables_that_will_not_do_are_refused(folder):
     no(["bead area fraction of 0.8: the table has 0.2 to 0.7", "measure there"], "calibrated.bead_area_fraction=0.8")
     no(["rod area fraction of 0.2", "the table has 0.05 to 0.11"], "calibrated.rod_area_fraction=0.2")
     no(["calibrated.rod_area_fraction is not given"], "calibrated.rod_area_fraction=0.0")
+    no(["calibrated.varied = 0.02", "varies no key"], "calibrated.varied=0.02")
     no(["calibrated.outside", "refuse"], "calibrated.outside=extrapolate")
     assert resolved(folder, "flock.toml", "calibrated.bead_area_fraction=0.8", "calibrated.outside=hold")["relaxation"]["rate"] == pytest.approx(0.3)
     write_plausible(folder / "table.h5", holes=[("drag", 4)])
     no(["hole", "drag at bead area fraction 0.3, rod area fraction 0.08"])
     refused(folder, ["boundary", "table.h5"], ["hole", "drag at bead area fraction 0.3"])
+    write_plausible(folder / "table.h5")
+    with h5py.File(folder / "table.h5", "r+") as file:
+        file["calibration/viscosity_kinematic"][...] *= -1.0
+    no(["viscosity.shear comes out as -3.5 +- 0.07", "expected >= 0: measure more, or give it in the scene"])
     make_archive(folder, "run.h5")
     no(["run.h5", "is no table of coefficients"], "calibrated.table=run.h5")
     refused(folder, ["boundary", "run.h5"], ["is no table of coefficients"])
@@ -168,6 +195,8 @@ def test_options_of_the_other_kind_are_refused(folder):
     refused(folder, ["boundary", "table.h5", "--x", "relaxation.rate = 0:1"], ["are for scenes"])
     refused(folder, ["boundary", "table.h5", "--varied", "0.02"], ["varies no key"])
     refused(folder, ["boundary", "flock.toml", "--varied", "0.02"], ["is for a table"])
+    plane = ["--x", "bead_area_fraction = 0.2:0.7", "--y", "rod_area_fraction = 0.05:0.11"]
+    refused(folder, ["boundary", "flock.toml", *plane, "--convention", "single-rod"], ["from a table", "choose by weathercock.convention"])
     (folder / "onset.h5").write_bytes(b"")
     refused(folder, ["boundary", "table.h5", "-o", "onset.h5"], ["onset.h5"])
 

@@ -148,6 +148,12 @@ def schema(folder, *words):
     return {f"{section['name']}.{row['name']}": row for section in sections for row in section["rows"]}
 
 
+def flat(tables, above=""):
+    """Values by "section.key", of sections within sections too."""
+    return {name: value for key, held in tables.items()
+            for name, value in (flat(held, f"{above}{key}.") if isinstance(held, dict) else {f"{above}{key}": held}).items()}
+
+
 @pytest.mark.parametrize("kind, least", [("fields", ""), ("particles", "[cell]\n")])
 def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_json(kind, least, tmp_path):
     text = drover(tmp_path, "schema", "--kind", kind).stdout
@@ -156,12 +162,11 @@ def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_j
     assert (drover(tmp_path, "check", "schema.toml", "--resolved").stdout
             == drover(tmp_path, "check", "empty.toml", "--resolved").stdout)
     rows = schema(tmp_path, "--kind", kind)
-    defaults = {f"{section}.{key}": value for section, keys in tomllib.loads(text).items() for key,
-                value in keys.items()}
+    defaults = flat(tomllib.loads(text))
     assert defaults == {key: row["default"] for key, row in rows.items()} and len(defaults) > 30
     lines = text.splitlines()
     for key, row in rows.items():
-        name = key.split(".")[1]
+        name = key.rpartition(".")[2]
         at = next(i for i in range(len(lines)) if lines[i].startswith(f"{name} = ") and row["sentence"] in lines[i + 1])
         assert f"[{row['unit']}]" in lines[at] if "unit" in row else "[" not in lines[at].split("#")[1]
         assert all(choice in lines[at] for choice in row.get("choices", []))

@@ -167,7 +167,7 @@ TEST(SmoothCoefficient, refuses_to_extrapolate_unless_told) {
     EXPECT_EQ(
         refusal_of([&] { SmoothCoefficient(table, "drag").at(0.75, 0.08); }),
         "drag at a bead area fraction of 0.75: the table has 0.2 to 0.7; expected one within it: measure there, or "
-        "say that the value at the edge holds beyond it");
+        "let the value at the edge hold beyond it (calibrated.outside = \"hold\" of a scene)");
     EXPECT_NE(refusal_of([&] { SmoothCoefficient(table, "drag").at(0.5, 0.2); }).find("rod area fraction of 0.2"),
               std::string::npos);
     const SmoothCoefficient held(table, "drag", 0, physics::Outside::hold);

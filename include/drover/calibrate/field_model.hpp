@@ -19,12 +19,13 @@ struct StatePoint {
 enum class OrderKind { orientation, density };
 
 /// The power of sigma by which a coefficient is multiplied when p goes over from P to sigma P: -1 of driving.strength, 1 of weathercock.strength.
-/// With u = 1 in J = u p, p is the current sigma u P of the paper's Methods: powers of sigma u then.
+/// (For the current p = sigma u P of the paper's Methods it would be powers of sigma u, and J = p; a scene on a table keeps u.)
 double power_of_density(const std::string& key);
 
 /// Keys of a model that a table gives, in the order of a scene: "uniform.bead_density", "drag.coefficient".
 const std::vector<std::string>& calibrated_keys();
 
+/// A number of the model and what it rests on.
 struct FieldNumber {
     Uncertain number;
     Origin origin = Origin::set;
@@ -36,10 +37,12 @@ struct FieldNumber {
 ///     K3 = u^2/(16 a), B = u/(2 sigma), Delta = a/sigma: independent rods (closures), D_r being a;
 ///     b such that the uniform flock has the order of the mean field of rods, see order_of_alignment();
 ///     w, A, F, zeta and K1 zero.
-/// The error is of first order in those of the assays.  Throws an input Error where the table has a hole in what it needs, or does not reach.
+/// The error is of first order in those of the rows, taken as independent (alpha/Gamma and tau, of one assay, are not quite).  Throws an input Error where the table has a hole in what it needs, or does not reach.
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
 
-/// The coefficients that may depend on densities, on all nodes of the table.  The error of alpha/Gamma stands with alpha; Gamma itself has none here.
+/// The coefficients that may depend on densities, on all nodes of the table.  The error of alpha/Gamma stands with alpha; Gamma and b have none here.  Rows that
+/// depend on beads alone stand at every rod density, and a boundary takes errors of nodes as independent: halfway between two rod densities the part
+/// of a and lambda in its band is sqrt(2) too narrow.  find_onset() has no such fault.
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind);
 
 /// P of rods in the flow that they make: P = I1(gP)/I0(gP), g = lambda_s alpha/(Gamma D_r); 0 up to g = 2.
@@ -53,9 +56,9 @@ double saturation_of_alignment(double alignment);
 struct MeanField {
     Uncertain alignment;             ///< g
     Uncertain effective_relaxation;  ///< abar = a - lambda alpha/Gamma [1/s]
-    Uncertain order;                 ///< P
-    Uncertain bead_velocity;         ///< (alpha/Gamma) P [mm/s]
-    Uncertain response_time;         ///< tau of the flow [s]
+    Uncertain order;  ///< P; its error and that of the flow over whole errors of what they are made of, not by slopes
+    Uncertain bead_velocity;  ///< (alpha/Gamma) P [mm/s]
+    Uncertain response_time;  ///< tau of the flow [s]
 };
 MeanField mean_field(const Table& table, const StatePoint& point);
 

@@ -1,6 +1,5 @@
 // calibrate/onset.hpp: where the coefficients of a table say that flocks begin.
 #pragma once
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -20,9 +19,10 @@ const char* convention_name(Convention convention);
 /// Where alpha/Gamma overtakes a/lambda as the area fraction of beads grows.
 struct Crossing {
     double bead_fraction = 0.0;  ///< not-a-number: nowhere in the table
-    double error = 0.0;      ///< standard deviation of it in tables redrawn within their errors; not-a-number without
-    double share = 0.0;      ///< of redrawn tables that cross at all
-    bool above_all = false;  ///< without a crossing: alpha/Gamma is the larger one at the first node
+    double error = 0.0;  ///< standard deviation of it in tables redrawn within their errors; not-a-number without
+    double share = 0.0;  ///< of redrawn tables that cross at all
+    bool above_all =
+        false;  ///< alpha/Gamma is the larger one at the first node already; a crossing is then one after a dip
 };
 
 /// The curves of one area fraction of rods.
@@ -43,6 +43,7 @@ struct Onset {
 /// From the rows drag, relaxation_rate and weathercock.  Between nodes as SmoothCoefficient has them.  Errors of crossings from `redrawn`
 /// tables of normal numbers, drawn by counter: the same table gives the same errors.  The first crossing from few beads to many is taken; a
 /// table that falls back below the threshold is told by the curves.  Throws an input Error for a table without these rows or with holes in them.
-Onset find_onset(const Table& table, std::size_t varied = 0, int between = 10, int redrawn = 400);
+/// `parts`: of each interval between nodes.
+Onset find_onset(const Table& table, std::size_t varied = 0, int parts = 10, int redrawn = 400);
 
 }  // namespace drover::calibrate

@@ -65,6 +65,9 @@ def expected_of(run):
     if not run.scene.get("calibrated", {}).get("table"):
         raise DroverError(f"{run.path}: its scene has no calibrated.table; expected fields on a table of coefficients: give its "
                           "scene a section [calibrated] and run it again")
+    if "rod_density" not in run.frames:
+        raise DroverError(f"{run.path} has no density of the rods; expected fields with one: set fields.rod_density of its scene and run "
+                          "it again")
     if "bead_velocity_mean_x" not in run.observables:
         raise DroverError(f"{run.path} has no velocity of the beads; expected fields with one: set fields.bead_velocity of its scene "
                           "and run it again")
@@ -76,7 +79,7 @@ def expected_of(run):
     missing = [name for *_, name in ROWS if name not in numbers]
     if missing:
         raise DroverError(f"{run.path}: calibrated.expected of its scene has no number {missing[0]}; expected what drover run notes "
-                          "there of the mean field: let the scene leave some number of the model to the table and run it again")
+                          "there of the mean field: let the scene leave relaxation, drag, driving and weathercock to the table and run it again")
     return numbers
 
 

@@ -35,7 +35,7 @@ def draw(comparison, title):
 def draw_series(axes, comparison, key, expected):
     """One quantity of both runs over time, and the mean field as a band."""
     value, error = expected
-    keys = [key_of(f"mean field {signed(value, error)}", line="-")]
+    keys = [key_of(f"mean field {with_error(value, error)}", line="-")]
     axes.axhline(value, color=GREY, linewidth=1.4, zorder=2)
     if error > 0.0:
         axes.axhspan(max(0.0, value - error), value + error, color=GREY, alpha=0.2, linewidth=0, zorder=0)
@@ -43,7 +43,7 @@ def draw_series(axes, comparison, key, expected):
     for name, colour, _ in LOOKS:
         side = getattr(comparison, name)
         axes.plot(side.times, side.series[key], color=colour, linewidth=0.9, zorder=3)
-        keys.append(key_of(f"{name}, mean {signed(*side.numbers[key])}", colour, line="-"))
+        keys.append(key_of(f"{name}, mean {with_error(*side.numbers[key])}", colour, line="-"))
         most, last = max(most, float(numpy.nanmax(side.series[key]))), max(last, float(side.times[-1]))
     axes.set_xlim(0.0, last or 1.0)
     axes.set_ylim(0.0, 1.55 * (most if most > ROUNDING else 1.0))  # room for the legend
@@ -53,7 +53,7 @@ def draw_series(axes, comparison, key, expected):
     axes.legend(handles=keys, loc="upper right")
 
 
-def signed(value, error):
+def with_error(value, error):
     return f"{value:.3g}" + (rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", error refused")
 
 
