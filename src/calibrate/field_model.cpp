@@ -139,7 +139,11 @@ FieldNumber field_number(const Table& table, const std::string& key, const State
         const double found = formula.value(measured);
         return power == 0.0 ? found : found * std::pow(measured.rod_density(), power);
     };
-    return {.number = evaluated(table, rows, point, value), .origin = formula.origin};
+    const bool all_set = std::all_of(rows.begin(), rows.end(), [&](Input row) {
+        const TableRow* held = find_row(table, row_names[row]);
+        return held != nullptr && held->known.front().origin == Origin::set;
+    });
+    return {.number = evaluated(table, rows, point, value), .origin = all_set ? Origin::set : formula.origin};
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {

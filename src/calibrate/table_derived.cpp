@@ -86,6 +86,7 @@ const std::vector<DerivedRow>& derived_rows() {
          Origin::closure,
          0.125,
          {{"weathercock_single", 2}, {"drag", 2}, {"relaxation_rate", -1}, {"rod_density", -2}, {"propulsion", -2}}},
+        {"compressibility", "mg mm^2/s^2", "E = 0: its assay was not made", Origin::set, 0.0, {}},
         {"advection", "mm^2", "w = 0: no assay and no closure", Origin::set, 0.0, {}},
         {"pressure_beads", "mm^2/s^2", "A = 0: no assay and no closure", Origin::set, 0.0, {}},
         {"compressibility_rods", "mg mm^2/s^2", "F = 0: no assay and no closure", Origin::set, 0.0, {}},
@@ -131,6 +132,7 @@ Known product(const DerivedRow& row, const std::vector<const Known*>& of) {
 
 void add_derived(Table& table) {
     for (const DerivedRow& derived : derived_rows()) {
+        if (find_row(table, derived.name) != nullptr) continue;
         std::vector<const TableRow*> from;
         for (const Factor& factor : derived.factors) from.push_back(find_row(table, factor.name));
         if (std::find(from.begin(), from.end(), nullptr) != from.end()) continue;
