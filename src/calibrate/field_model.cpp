@@ -139,7 +139,7 @@ FieldNumber field_number(const Table& table, const std::string& key, const State
         const double found = formula.value(measured);
         return power == 0.0 ? found : found * std::pow(measured.rod_density(), power);
     };
-    const bool all_set = std::all_of(rows.begin(), rows.end(), [&](Input row) {
+    const bool all_set = !rows.empty() && std::all_of(rows.begin(), rows.end(), [&](Input row) {
         const TableRow* held = find_row(table, row_names[row]);
         return held != nullptr && held->known.front().origin == Origin::set;
     });

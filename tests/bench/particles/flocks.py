@@ -39,6 +39,7 @@ CASES = {
     "amorphous": ("amorphous", []),
     "matched-dense-90mm": ("bead-flock", LARGE),
     "matched-poor-90mm": ("bead-poor", LARGE),
+    "matched-no-beads": ("bead-flock", ["beads.area_fraction=0.0"]),
     # The plane of both area fractions, for the boundary that a table of coefficients predicts.
     **{f"point-{beads}-{rods}": ("bead-flock", [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}"])
        for beads in (0.2, 0.4, 0.5, 0.6, 0.7) for rods in (0.05, 0.08, 0.11)},
