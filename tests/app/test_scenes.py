@@ -26,6 +26,8 @@ SHORT = {
     "point-force-moving": ["grid.nx=128", "grid.ny=128", "grid.lx=128", "time.end=5"],
     "barenblatt": ["grid.nx=128", "grid.ny=128"],
     "phase-boundary": ["grid.nx=32", "grid.ny=32", "grid.lx=48", "grid.ly=48", "time.end=50", "output.frame_every=50"],
+    "calibrated-flock": ["grid.nx=32", "grid.ny=32", "time.end=50"],
+    "calibrated-poor": ["grid.nx=32", "grid.ny=32", "time.end=50"],
     "quench": ["grid.nx=64", "grid.ny=64", "grid.lx=64", "grid.ly=64", "time.end=100"],
 }
 
@@ -97,6 +99,15 @@ def test_fluctuations_of_rods_among_beads_are_those_of_linear_theory(ran):
         measured, linear = run["summary/" + name], run["summary/" + name + "_linear"]
         # 300 s hold some 60 independent samples of 8 to 60 modes a shell: 3 per cent; the nonlinear terms are worth as much.
         assert np.abs(measured[5:] / linear[5:] - 1.0).mean() < 0.06, name
+
+
+def test_fields_on_a_table_have_the_drag_that_was_measured(ran):
+    run = ran("calibrated-flock")
+    with h5py.File(MODELS / "matched.calibration" / "table.h5") as table:
+        drag, response = (table[f"calibration/{name}"][-1, -1] for name in ("drag", "response_time"))
+    assert 0.0 < response < 0.2  # s: far below the second in which the order of this run changes
+    p, v = (run.series(f"{name}_mean_x") for name in ("polar_order", "bead_velocity"))
+    assert np.polyfit(p[50:], v[50:], 1)[0] == pytest.approx(drag, rel=0.05)
 
 
 def test_a_flock_carries_its_beads(ran):
