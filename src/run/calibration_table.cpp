@@ -144,6 +144,12 @@ constexpr std::array<std::pair<const char*, const char*>, 9> columns{{{"drag", "
                                                                       {"viscosity_kinematic", "eta/(m rho)"},
                                                                       {"compressibility", "E"}}};
 
+/// Whether any of it was not merely set.
+bool is_found(const calibrate::TableRow& row) {
+    return std::any_of(row.known.begin(), row.known.end(),
+                       [](const Known& known) { return known.origin != Origin::set; });
+}
+
 std::string cell_text(const Known& known) {
     if (known.origin == Origin::refused) return "refused";
     return text("{:.4g} +- {:.2g}{}", known.value, known.error, known.origin == Origin::measured_short ? " !" : "");
@@ -172,7 +178,7 @@ std::string calibration_text(const calibrate::Table& table) {
     out += text("{:>6} {:>6}", "Phi_b", "Phi_r");
     std::vector<const calibrate::TableRow*> rows;
     for (const auto& [name, heading] : columns)
-        if (const calibrate::TableRow* row = calibrate::find_row(table, name)) {
+        if (const calibrate::TableRow* row = calibrate::find_row(table, name); row != nullptr && is_found(*row)) {
             rows.push_back(row);
             out += text(" {:>21}", text("{} [{}]", heading, row->unit));
         }

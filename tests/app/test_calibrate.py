@@ -338,7 +338,7 @@ def test_scenes_for_calibrate_are_listed_in_the_readme():
 def test_a_scene_for_calibrate_is_good_and_its_calibration_works(scene, tmp_path):
     path = MODELS / f"{scene}.toml"
     drover(tmp_path, "check", path)
-    units = {"calibrate-small": 16, "calibrate-matched": 54}[scene]
+    units = {"calibrate-small": 16, "calibrate-matched": 48}[scene]
     assert f"drover calibrate: {units} measurements" in drover(tmp_path, "explain", path).stdout
     point = json.loads(drover(tmp_path, "calibrate", path, "--json", *settings(SHORT)).stdout)["coefficients"]["damping_rate"]["points"][0]
     assert point["value"] is not None and point["trials"] == 8

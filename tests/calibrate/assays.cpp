@@ -31,7 +31,7 @@ Case weathercock_case(double turning) {
             .coverage_error = turning > 0.0 ? 0.018 : 0.023};
 }
 Case drag_case() {
-    return {.assay = drag({.torques = {100.0, 250.0, 600.0, 2000.0}, .warm_up = 0.5, .time = 1.6, .frame = 0.05}),
+    return {.assay = drag({.torques = {100.0, 250.0, 600.0, 2000.0}, .warm_up = 0.1, .time = 1.6, .frame = 0.05}),
             .truth = {.turning = 0.1, .damping = 2.0, .drag = 3.0, .drag_cubic = -1.0, .agitation = 0.2, .step = 0.025},
             .values = {{0, 3.0}, {1, -1.0}, {2, 0.5}}};
 }
