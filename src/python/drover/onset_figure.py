@@ -175,7 +175,7 @@ def plane_keys(axes):
 def caption(curves, line):
     """What a stranger needs to read the picture."""
     words = ["(a) α/Γ: speed of the beads at P = 1; a/λ: what it has to exceed for a flock. λ = λs/2 is the equations' convention; "
-             "with λs, of one rod, flocks are expected too early."]
+             "λs, of one rod, is twice that."]
     if (curves["threshold"].values <= 0.0).any():
         words.append("Where a/λ is not positive it is left out.")
     for name, *_ in CONVENTIONS:
