@@ -70,7 +70,8 @@ TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_that_add
         EXPECT_EQ(found.origin, expected.origin) << expected.name;
         EXPECT_EQ(found.trials, 32) << expected.name;
     }
-    for (const char* zero : {"advection", "pressure_beads", "compressibility", "compressibility_rods", "viscosity_bulk"}) {
+    for (const char* zero :
+         {"advection", "pressure_beads", "compressibility", "compressibility_rods", "viscosity_bulk"}) {
         EXPECT_EQ(known_at(table, zero, 0, 0).value, 0.0);
         EXPECT_EQ(known_at(table, zero, 0, 0).origin, Origin::set);
     }
