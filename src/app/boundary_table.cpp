@@ -1,10 +1,7 @@
 // app/boundary_table.cpp: drover boundary TABLE.
 #include "boundary_table.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "drover/io/calibration.hpp"
@@ -42,33 +39,14 @@ nlohmann::json onset_json(const calibrate::Onset& onset) {
     for (const calibrate::OnsetCurve& point : onset.line) line.push_back(point_json(point));
     return {{"curves", curves}, {"line", line}};
 }
-
-std::size_t chosen(const calibrate::Table& table, const std::string& file, const std::optional<double>& varied) {
-    const Where where{.file = file};
-    require(!varied || !table.varied_key.empty(), where,
-            "--varied is given, and the table varies no key; expected the command without it");
-    if (table.varied_key.empty()) return 0;
-    std::vector<std::string> values;
-    for (const double value : table.varied) values.push_back(text("{}", value));
-    require(varied.has_value(), where, "the table is over {} too; expected --varied with one of {}", table.varied_key,
-            joined(values));
-    const auto found = std::find(table.varied.begin(), table.varied.end(), *varied);
-    require(found != table.varied.end(), where, "has no {} = {}; expected --varied with one of {}", table.varied_key,
-            *varied, joined(values));
-    return static_cast<std::size_t>(found - table.varied.begin());
-}
 }  // namespace
-
-bool is_table_file(const std::string& file) {
-    std::array<char, 8> head{};
-    std::ifstream stream(file, std::ios::binary);
-    return stream.read(head.data(), head.size()) && std::string_view(head.data(), head.size()) == "\x89HDF\r\n\x1a\n";
-}
 
 int print_table_boundary(const TableBoundaryOptions& options) {
     const io::ArchiveReader archive(options.file);
     const calibrate::Table table = io::read_calibration(archive, options.file);
-    const calibrate::Onset onset = calibrate::find_onset(table, chosen(table, options.file, options.varied));
+    const calibrate::Onset onset =
+        calibrate::find_onset(table,
+                              calibrate::varied_place(table, options.varied, "--varied", {.file = options.file}));
     if (!options.output.empty()) {
         const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), options.file + " (its scene)");
         write_results(options.output, "onset", scene, 1, run::onset_tables(onset), {{"table", options.file}},

@@ -7,9 +7,6 @@
 
 namespace drover::app {
 
-/// Whether a file is HDF5: a scene is text.
-bool is_table_file(const std::string& file);
-
 struct TableBoundaryOptions {
     std::string file, output;
     std::optional<double> varied;

@@ -29,6 +29,24 @@ std::string point_text(const Table& table, bool by_rods, std::size_t place) {
     return point;
 }
 
+std::size_t varied_place(const Table& table, const std::optional<double>& value, const std::string& name,
+                         const Where& where) {
+    if (table.varied_key.empty()) {
+        require(!value, where, "{} = {}, and the table varies no key; expected no {}: leave it out", name,
+                value.value_or(0.0), name);
+        return 0;
+    }
+    std::vector<std::string> values;
+    for (const double one : table.varied) values.push_back(text("{}", one));
+    require(value.has_value(), where, "the table is over {} too; expected {} with one of {}", table.varied_key, name,
+            joined(values));
+    const auto found = std::find(table.varied.begin(), table.varied.end(), *value);
+    require(found != table.varied.end(), where,
+            "{} = {}; the table is over {}: expected one of {}, between which nothing is taken", name, *value,
+            table.varied_key, joined(values));
+    return static_cast<std::size_t>(found - table.varied.begin());
+}
+
 const TableRow* find_row(const Table& table, const std::string& name) {
     const auto found =
         std::find_if(table.rows.begin(), table.rows.end(), [&](const TableRow& row) { return row.name == name; });

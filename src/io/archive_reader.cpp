@@ -2,7 +2,9 @@
 #include <fcntl.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <fstream>
 #include <limits>
 
 #include "drover/io/archive.hpp"
@@ -11,6 +13,12 @@
 #include "io/hdf5_overlay.hpp"
 
 namespace drover::io {
+
+bool is_hdf5(const std::filesystem::path& file) {
+    std::array<char, 8> start{};
+    std::ifstream(file, std::ios::binary).read(start.data(), start.size());
+    return start == std::array<char, 8>{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
+}
 
 struct ArchiveReader::File {
     File(Overlay opened, const std::filesystem::path& path)

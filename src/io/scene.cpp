@@ -162,8 +162,14 @@ Tables tables_of(const toml::table& root, const std::string& file) {
     return tables;
 }
 
-/// "section.key=value": the value as TOML, or as a text when it is not.
-void apply_override(const std::string& setting, Tables& tables) {
+/// "section.key=value", blanks about each part left out.
+struct Setting {
+    Where where;
+    std::string section, key, written;
+    std::string name() const { return section + "." + key; }
+};
+
+Setting read_setting(const std::string& setting) {
     const Where where{.file = "--set " + setting};
     const std::size_t equals = setting.find('='), dot = setting.rfind('.', equals);
     require(equals != std::string::npos && dot != std::string::npos && dot > 0 && dot + 1 < equals, where,
@@ -173,15 +179,21 @@ void apply_override(const std::string& setting, Tables& tables) {
         word.erase(word.find_last_not_of(" \t") + 1);
         return word;
     };
-    const std::string section = trimmed(setting.substr(0, dot)),
-                      key = trimmed(setting.substr(dot + 1, equals - dot - 1));
-    const std::string written = trimmed(setting.substr(equals + 1));
+    return {.where = where,
+            .section = trimmed(setting.substr(0, dot)),
+            .key = trimmed(setting.substr(dot + 1, equals - dot - 1)),
+            .written = trimmed(setting.substr(equals + 1))};
+}
+
+/// The value as TOML, or as a text when it is not.
+void apply_setting(const Setting& setting, Tables& tables) {
+    const auto& [where, section, key, written] = setting;
     Value value = written;
     try {
         const toml::table table = toml::parse("value = " + written);
         require(table.size() == 1, where,
                 "more than one key; expected section.key=value, each with a --set of its own");
-        value = value_of(*table.get("value"), section + "." + key, where);
+        value = value_of(*table.get("value"), setting.name(), where);
     } catch (const toml::parse_error&) {
         // A bare word: it stays a text.
     }
@@ -247,53 +259,40 @@ Scene scene_of(const Tables& tables, const std::string& file) {
     return scene;
 }
 
-/// The section of a name such as "drag.coefficient", and its key; a section by itself has none.
-std::pair<std::string, std::string> parts_of(const std::string& name) {
-    const std::size_t dot = name.find('.');
-    return {name.substr(0, dot), dot == std::string::npos ? "" : name.substr(dot + 1)};
-}
-
-/// The key of "section.key=value".
-std::string key_of(const std::string& setting) {
-    std::string key = setting.substr(0, setting.find('='));
-    key.erase(0, key.find_first_not_of(" \t"));
-    key.erase(key.find_last_not_of(" \t") + 1);
-    return key;
-}
-
 /// Whether a setting changes what the table has to give.
-bool asks_table_anew(const std::string& setting) {
-    const std::string key = key_of(setting);
-    return key.starts_with("calibrated.") || key.starts_with("fields.") || key == "current.kind" ||
-           key == "weathercock.convention";
+bool asks_table_anew(const Setting& setting) {
+    return setting.section == "calibrated" || setting.section == "fields" || setting.name() == "current.kind" ||
+           setting.name() == "weathercock.convention";
 }
 
-/// What a setting gives has not come from the table.
-void note_given(const std::string& setting, Tables& tables) {
+/// calibrated.filled of a resolved scene; none when it has none.
+std::vector<std::string>* filled_of(Tables& tables) {
     const auto calibrated = tables.find("calibrated");
-    if (calibrated == tables.end()) return;
+    if (calibrated == tables.end()) return nullptr;
     const auto filled = calibrated->second.values.find("filled");
-    if (filled == calibrated->second.values.end()) return;
-    if (auto* names = std::get_if<std::vector<std::string>>(&filled->second.value))
-        std::erase_if(*names, [&](const std::string& name) { return name.starts_with(key_of(setting) + ":"); });
+    if (filled == calibrated->second.values.end()) return nullptr;
+    return std::get_if<std::vector<std::string>>(&filled->second.value);
 }
 
 /// Another state of the table is asked for: what the one before has filled in goes, to be filled in anew.
 void forget_filled(Tables& tables) {
-    const auto calibrated = tables.find("calibrated");
-    if (calibrated == tables.end()) return;
-    const auto filled = calibrated->second.values.find("filled");
-    if (filled == calibrated->second.values.end()) return;
-    if (const auto* names = std::get_if<std::vector<std::string>>(&filled->second.value))
-        for (const std::string& written : *names) {
-            const auto [section, key] = parts_of(written.substr(0, written.find(':')));
-            const auto table = tables.find(section);
-            if (table == tables.end()) continue;
-            if (key.empty()) tables.erase(table);
-            else table->second.values.erase(key);
-        }
-    calibrated->second.values.erase("filled");
-    calibrated->second.values.erase("expected");
+    const std::vector<std::string>* filled = filled_of(tables);
+    if (filled == nullptr) return;
+    for (const std::string& written : *filled) {
+        const std::string name = filled_name(written);
+        const std::size_t dot = name.find('.');  // none in "table", which is filled whole
+        const auto table = tables.find(name.substr(0, dot));
+        if (table == tables.end()) continue;
+        if (dot == std::string::npos) tables.erase(table);
+        else table->second.values.erase(name.substr(dot + 1));
+    }
+    for (const char* own : {"filled", "expected"}) tables.at("calibrated").values.erase(own);
+}
+
+/// What a setting gives has not come from the table.
+void note_given(const Setting& setting, Tables& tables) {
+    if (std::vector<std::string>* filled = filled_of(tables))
+        std::erase_if(*filled, [&](const std::string& written) { return filled_name(written) == setting.name(); });
 }
 }  // namespace
 
@@ -334,9 +333,13 @@ ModelNumber model_number(const std::string& key, const Where& where) {
 
 Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides) {
     Tables tables = tables_of(parsed(toml, name), name);
-    if (std::any_of(overrides.begin(), overrides.end(), asks_table_anew)) forget_filled(tables);
-    for (const std::string& setting : overrides) note_given(setting, tables);
-    for (const std::string& setting : overrides) apply_override(setting, tables);
+    std::vector<Setting> settings;
+    for (const std::string& written : overrides) settings.push_back(read_setting(written));
+    if (std::any_of(settings.begin(), settings.end(), asks_table_anew)) forget_filled(tables);
+    for (const Setting& setting : settings) {
+        note_given(setting, tables);
+        apply_setting(setting, tables);
+    }
     return scene_of(tables, name);
 }
 

@@ -38,18 +38,9 @@ std::vector<std::string> wanted_keys(const Scene& scene) {
 }
 
 std::size_t varied_of(const Scene& scene, const calibrate::Table& table) {
-    const Where where = place_of(scene, "calibrated.varied");
-    require(!table.varied_key.empty() || scene.calibrated.varied == 0.0, where,
-            "calibrated.varied = {}, and the table varies no key; expected a scene without it",
-            scene.calibrated.varied);
-    if (table.varied_key.empty()) return 0;
-    const auto found = std::find(table.varied.begin(), table.varied.end(), scene.calibrated.varied);
-    std::vector<std::string> values;
-    for (const double value : table.varied) values.push_back(text("{}", value));
-    require(found != table.varied.end(), where,
-            "calibrated.varied = {}; the table is over {}: expected one of {}, between which nothing is taken",
-            scene.calibrated.varied, table.varied_key, joined(values));
-    return static_cast<std::size_t>(found - table.varied.begin());
+    const double varied = scene.calibrated.varied;
+    return calibrate::varied_place(table, varied == 0.0 ? std::nullopt : std::optional(varied), "calibrated.varied",
+                                   place_of(scene, "calibrated.varied"));
 }
 
 std::string number_text(const calibrate::Uncertain& number) {
@@ -117,6 +108,13 @@ void fill(Scene& scene, const std::vector<std::string>& wanted) {
     if (expects(scene)) plan.expected = expected_texts(table, point);
 }
 }  // namespace
+
+std::string filled_name(const std::string& line) { return line.substr(0, line.find(':')); }
+
+bool is_from_table(const Scene& scene, const std::string& key) {
+    const auto& filled = scene.calibrated.filled;
+    return std::any_of(filled.begin(), filled.end(), [&](const std::string& line) { return filled_name(line) == key; });
+}
 
 void fill_from_table(Scene& scene) {
     CalibratedPlan& plan = scene.calibrated;

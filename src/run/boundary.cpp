@@ -163,10 +163,7 @@ BoundaryReport make_boundary(const io::Scene& scene, Threads& threads) {
     physics::Plane plane{.model = scene.model, .x = report.x, .y = report.y};
     std::vector<std::string> conventions = plan.conventions;
     if (conventions.empty()) conventions.push_back(scene.model.weathercock.convention);
-    const auto& filled = scene.calibrated.filled;
-    const bool of_table = std::any_of(filled.begin(), filled.end(), [](const std::string& name) {
-        return name.starts_with("weathercock.strength:");
-    });
+    const bool of_table = io::is_from_table(scene, "weathercock.strength");
     for (const std::string& convention : conventions)
         require(
             !of_table || convention == scene.model.weathercock.convention, io::place_of(scene, "boundary.conventions"),

@@ -26,13 +26,6 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
 
-/// By the first eight bytes: nothing but an archive is to be replaced by one.
-bool is_hdf5(const std::filesystem::path& file) {
-    std::array<char, 8> start{};
-    std::ifstream(file, std::ios::binary).read(start.data(), start.size());
-    return start == std::array<char, 8>{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
-}
-
 std::vector<io::Recording> recordings_of(const Simulation& simulation) {
     std::vector<io::Recording> recordings;
     for (const ScheduledRecording& scheduled : simulation.recordings) recordings.push_back(scheduled.recording);
@@ -112,7 +105,7 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
             "output.file = \"{}\": there is no folder \"{}\"; make it first", path.string(), folder.string());
     require(!std::filesystem::is_directory(path, problem), where,
             "output.file = \"{}\" is a folder; expected the name of a file", path.string());
-    require(!options.overwrite || !std::filesystem::exists(path, problem) || is_hdf5(path), where,
+    require(!options.overwrite || !std::filesystem::exists(path, problem) || io::is_hdf5(path), where,
             "output.file = \"{}\" exists and is no HDF5 file; --overwrite replaces archives alone: choose another name",
             path.string());
     require(options.overwrite || !std::filesystem::exists(path, problem), where,

@@ -1,6 +1,6 @@
 // calibrate/table.hpp: coefficients over area fractions: measured, from closures or set, each with its error and where it came from.
 #pragma once
-#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +51,11 @@ std::size_t count_of(const Table& table, bool by_rods);
 std::size_t place_in(const Table& table, const TableRow& row, std::size_t varied, std::size_t bead, std::size_t rod);
 /// "bead area fraction 0.3, rod area fraction 0.05": of one number of a row, for messages.
 std::string point_text(const Table& table, bool by_rods, std::size_t place);
+
+/// Index of a value of the varied key; 0 where the table varies none.  Throws an input Error at `where`, which calls it `name`, for a value
+/// that is not one of the table's, none where the table varies a key, or one where it varies none.
+std::size_t varied_place(const Table& table, const std::optional<double>& value, const std::string& name,
+                         const Where& where);
 
 const TableRow* find_row(const Table& table, const std::string& name);
 

@@ -114,6 +114,9 @@ struct Array {
     std::vector<double> values;
 };
 
+/// By its first eight bytes, whatever its name; false where there is no such file.
+bool is_hdf5(const std::filesystem::path& file);
+
 /// The reader.  It trusts nothing: external links, external storage, virtual datasets and plugin filters are refused; shapes,
 /// types and sizes are checked before memory is taken.  Every failure is an input Error that names file and dataset.
 class ArchiveReader {

@@ -129,6 +129,9 @@ struct Scene {
 /// Throws an input Error, which says what the command is for, when the scene is not of this kind.
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command);
 
+/// Whether a number of the model came from the table of calibrated.table.
+bool is_from_table(const Scene& scene, const std::string& key);
+
 /// Where a key was given, or the scene's file when it holds its default.
 Where place_of(const Scene& scene, const std::string& key);
 
