@@ -2,148 +2,60 @@
 #include "drover/calibrate/field_model.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
-#include <map>
+
+#include "calibrate/closures.hpp"
 
 namespace drover::calibrate {
 
 namespace {
-/// Rows of the table that formulas are made of, in the order of `row_names`.
-enum Input { bead_area, rod_area, bead_mass, relaxation, weathercock, drag, response, speed, viscosity, stiffness };
-constexpr std::array<const char*, 10> row_names{"bead_area",       "rod_area",    "bead_mass",
-                                                "relaxation_rate", "weathercock", "drag",
-                                                "response_time",   "propulsion",  "viscosity_kinematic",
-                                                "compressibility"};
-
-/// The numbers that one formula needs; others are left at zero.
-struct Measured {
-    std::array<double, row_names.size()> numbers{};
-    StatePoint point;
-
-    double operator[](Input row) const { return numbers[row]; }
-    double bead_density() const { return point.bead_fraction / numbers[bead_area]; }
-    double rod_density() const { return point.rod_fraction / numbers[rod_area]; }
-    double mass_density() const { return numbers[bead_mass] * bead_density(); }
-    double friction() const { return mass_density() / numbers[response]; }
-    /// lambda_s is 2 lambda.
-    double alignment() const { return 2.0 * numbers[weathercock] * numbers[drag] / numbers[relaxation]; }
-};
-
-struct Formula {
-    std::string key;
-    Origin origin;
-    std::vector<Input> rows;
-    std::function<double(const Measured&)> value;
-};
-
-const std::vector<Formula>& formulas() {
-    using M = const Measured&;
-    const auto zero = [](M) { return 0.0; };
-    static const std::vector<Formula> all{
-        {"uniform.rod_density", Origin::set, {rod_area}, [](M m) { return m.rod_density(); }},
-        {"uniform.bead_density", Origin::set, {bead_area}, [](M m) { return m.bead_density(); }},
-        {"uniform.rod_area", Origin::set, {rod_area}, [](M m) { return m[rod_area]; }},
-        {"uniform.bead_area", Origin::set, {bead_area}, [](M m) { return m[bead_area]; }},
-        {"current.speed", Origin::measured, {speed}, [](M m) { return m[speed]; }},
-        {"inertia.bead_mass", Origin::set, {bead_mass}, [](M m) { return m[bead_mass]; }},
-        {"drag.coefficient", Origin::measured, {bead_area, bead_mass, response}, [](M m) { return m.friction(); }},
-        {"viscosity.shear",
-         Origin::measured,
-         {bead_area, bead_mass, viscosity},
-         [](M m) { return m[viscosity] * m.mass_density(); }},
-        {"viscosity.bulk", Origin::set, {}, zero},
-        {"driving.strength",
-         Origin::measured,
-         {bead_area, bead_mass, response, drag},
-         [](M m) { return m[drag] * m.friction(); }},
-        {"compressibility.beads", Origin::measured, {stiffness}, [](M m) { return m[stiffness]; }},
-        {"compressibility.rods", Origin::set, {}, zero},
-        {"relaxation.rate", Origin::measured, {relaxation}, [](M m) { return m[relaxation]; }},
-        {"relaxation.saturation",
-         Origin::closure,
-         {relaxation, weathercock, drag},
-         [](M m) { return m[relaxation] * saturation_of_alignment(m.alignment()); }},
-        {"elasticity.stiffness",
-         Origin::closure,
-         {speed, relaxation},
-         [](M m) { return m[speed] * m[speed] / (16.0 * m[relaxation]); }},
-        {"elasticity.splay", Origin::closure, {}, zero},
-        {"weathercock.strength", Origin::measured, {weathercock}, [](M m) { return m[weathercock]; }},
-        {"advection.strength", Origin::set, {}, zero},
-        {"pressure.beads", Origin::set, {}, zero},
-        {"pressure.rods", Origin::closure, {speed, rod_area}, [](M m) { return 0.5 * m[speed] / m.rod_density(); }},
-        {"noise.order", Origin::closure, {relaxation, rod_area}, [](M m) { return m[relaxation] / m.rod_density(); }}};
-    return all;
-}
-
-const Formula& formula_of(const std::string& key) {
-    const auto found =
-        std::find_if(formulas().begin(), formulas().end(), [&](const Formula& one) { return one.key == key; });
-    require(found != formulas().end(), {}, "{} is nothing that a table of coefficients gives", key);
+const Closure& closure_of(const std::string& key) {
+    const auto found = std::find_if(closures().begin(), closures().end(),
+                                    [&](const Closure& one) { return !key.empty() && one.key == key; });
+    require(found != closures().end(), {}, "{} is nothing that a table of coefficients gives", key);
     return *found;
 }
 
-constexpr double slope_part = 1e-3;  // of an error: a slope, also where the error is large
-
-/// The value at what was measured, and what each error changes, added in squares: half of what lies between `part` of the error to either side.
-Uncertain evaluated(const Table& table, const std::vector<Input>& rows, const StatePoint& point,
-                    const std::function<double(const Measured&)>& value, double part = slope_part) {
-    Measured measured{.point = point};
-    std::map<Input, double> errors;
-    for (const Input row : rows) {
-        const Uncertain found = SmoothCoefficient(table, row_names[row], point.varied, point.outside)
+/// The smooth rows of the table at a state.
+Measured measured_at(const Table& table, const std::vector<Input>& of, const StatePoint& point) {
+    Measured measured{.bead_fraction = point.bead_fraction, .rod_fraction = point.rod_fraction};
+    for (const Input input : of) {
+        const Uncertain found = SmoothCoefficient(table, row_name(input), point.varied, point.outside)
                                     .at(point.bead_fraction, point.rod_fraction);
-        measured.numbers[row] = found.value;
-        errors[row] = found.error;
+        measured.numbers[input] = found.value;
+        measured.errors[input] = found.error;
     }
-    double squares = 0.0;
-    for (const auto& [row, error] : errors) {
-        const double held = measured[row];
-        measured.numbers[row] = held + part * error;
-        const double above = value(measured);
-        measured.numbers[row] = held - part * error;
-        const double slope = 0.5 * (above - value(measured)) / part;
-        measured.numbers[row] = held;
-        squares += slope * slope;
-    }
-    return {.value = value(measured), .error = std::sqrt(squares)};
+    return measured;
 }
 }  // namespace
 
-double power_of_density(const std::string& key) {
-    static const std::map<std::string, double> powers{
-        {"driving.strength", -1.0},   {"weathercock.strength", 1.0}, {"relaxation.saturation", -2.0},
-        {"advection.strength", -1.0}, {"pressure.beads", 1.0},       {"pressure.rods", 1.0},
-        {"noise.order", 2.0}};
-    const auto found = powers.find(key);
-    return found == powers.end() ? 0.0 : found->second;
-}
+double power_of_density(const std::string& key) { return closure_of(key).order_power; }
 
 const std::vector<std::string>& calibrated_keys() {
     static const std::vector<std::string> keys = [] {
         std::vector<std::string> names;
-        for (const Formula& one : formulas()) names.push_back(one.key);
+        for (const Closure& one : closures())
+            if (!one.key.empty()) names.push_back(one.key);
         return names;
     }();
     return keys;
 }
 
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {
-    const Formula& formula = formula_of(key);
-    const double power = kind == OrderKind::density ? power_of_density(key) : 0.0;
-    std::vector<Input> rows = formula.rows;
-    if (power != 0.0 && std::find(rows.begin(), rows.end(), rod_area) == rows.end()) rows.push_back(rod_area);
+    const Closure& closure = closure_of(key);
+    const double power = kind == OrderKind::density ? closure.order_power : 0.0;
+    std::vector<Input> of = closure.of;
+    if (power != 0.0 && std::find(of.begin(), of.end(), rod_area) == of.end()) of.push_back(rod_area);
     const auto value = [&](const Measured& measured) {
-        const double found = formula.value(measured);
+        const double found = closure.value(measured);
         return power == 0.0 ? found : found * std::pow(measured.rod_density(), power);
     };
-    const bool all_set = !rows.empty() && std::all_of(rows.begin(), rows.end(), [&](Input row) {
-        const TableRow* held = find_row(table, row_names[row]);
+    const bool all_set = !of.empty() && std::all_of(of.begin(), of.end(), [&](Input input) {
+        const TableRow* held = find_row(table, row_name(input));
         return held != nullptr && held->known.front().origin == Origin::set;
     });
-    return {.number = evaluated(table, rows, point, value), .origin = all_set ? Origin::set : formula.origin};
+    return {.number = evaluated(measured_at(table, of, point), of, value),
+            .origin = all_set ? Origin::set : closure.origin};
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {
@@ -170,7 +82,7 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
             data.relaxation_saturation.push_back(number("relaxation.saturation", bead, rod).value);
             add(number("weathercock.strength", bead, rod), data.weathercock_strength, data.weathercock_strength_error);
             data.drag_coefficient.push_back(number("drag.coefficient", bead, rod).value);
-            const Uncertain ratio = SmoothCoefficient(table, row_names[drag], point.varied).at(bead, rod);
+            const Uncertain ratio = SmoothCoefficient(table, row_name(drag), point.varied).at(bead, rod);
             const double driving = number("driving.strength", bead, rod).value;
             add({.value = driving, .error = std::abs(driving / ratio.value) * ratio.error}, data.driving_strength,
                 data.driving_strength_error);
@@ -207,20 +119,17 @@ double saturation_of_alignment(double alignment) {
 }
 
 MeanField mean_field(const Table& table, const StatePoint& point) {
-    const auto of = [&](std::vector<Input> rows, const std::function<double(const Measured&)>& value) {
-        return evaluated(table, rows, point, value);
-    };
-    const std::vector<Input> all{relaxation, weathercock, drag};
+    const std::vector<Input> all{relaxation, weathercock, drag, response};
+    const Measured measured = measured_at(table, all, point);
+    const auto of = [&](const Formula& formula) { return evaluated(measured, all, formula); };
     // P has no slope below g = 2 and an infinite one above it: the whole of an error to either side.
-    const auto over_errors = [&](const std::function<double(const Measured&)>& value) {
-        return evaluated(table, all, point, value, 1.0);
-    };
+    const auto over_errors = [&](const Formula& formula) { return evaluated(measured, all, formula, 1.0); };
     using M = const Measured&;
-    return {.alignment = of(all, [](M m) { return m.alignment(); }),
-            .effective_relaxation = of(all, [](M m) { return m[relaxation] - m[weathercock] * m[drag]; }),
+    return {.alignment = of([](M m) { return m.alignment(); }),
+            .effective_relaxation = of([](M m) { return m[relaxation] - m[weathercock] * m[drag]; }),
             .order = over_errors([](M m) { return order_of_alignment(m.alignment()); }),
             .bead_velocity = over_errors([](M m) { return m[drag] * order_of_alignment(m.alignment()); }),
-            .response_time = of({response}, [](M m) { return m[response]; })};
+            .response_time = of([](M m) { return m[response]; })};
 }
 
 }  // namespace drover::calibrate

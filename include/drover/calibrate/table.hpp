@@ -63,10 +63,10 @@ const TableRow* find_row(const Table& table, const std::string& name);
 /// refused, and errors not negative.
 void check(const Table& table, const Where& where = {});
 
-/// Adds what follows from the rows that are there, where all it needs is there:
-/// Gamma, eta, a/lambda, g = lambda_s alpha/(Gamma D_r); alpha and lambda for the current p = sigma u P; the closures for independent
-/// rods, also for p; and zeros for w, A, F and zeta, and for E where its assay was not made.  Errors add in squares to first order, since assays are independent
-/// of each other.  Refused where what it divides by lies within 3 errors of zero.  Source: physics as in Kumar et al., Nat. Commun. 5, 4688 (2014), Methods.
+/// Adds what follows from the rows that are there, where all it needs is there: Gamma, eta, a/lambda, g = lambda_s alpha/(Gamma D_r); and, for the
+/// current p = sigma u P, alpha, lambda and the closures of field_number(), with zeros for w, A, F and zeta, and for E where its assay was
+/// not made.  Densities are those of the area fractions.  Errors add in squares to first order, since assays are independent of each other.  Refused where
+/// what it divides by lies within 3 errors of zero.  Source: physics as in Kumar et al., Nat. Commun. 5, 4688 (2014), Methods.
 void add_derived(Table& table);
 
 /// A number with its standard error.

@@ -1,0 +1,195 @@
+// calibrate/closures.cpp: conversions of what assays measure, and closures for independent rods.
+#include "calibrate/closures.hpp"
+
+#include <cmath>
+
+#include "drover/calibrate/field_model.hpp"
+
+namespace drover::calibrate {
+
+const char* row_name(Input input) {
+    static constexpr std::array<const char*, input_count> names{"bead_area",           "rod_area",       "bead_mass",
+                                                                "relaxation_rate",     "weathercock",    "drag",
+                                                                "response_time",       "propulsion",     "damping_rate",
+                                                                "viscosity_kinematic", "compressibility"};
+    return names[input];
+}
+
+namespace {
+using M = const Measured&;
+
+// D_r is the rate of relaxation, P the mean orientation.
+std::vector<Closure> of_densities() {
+    return {{.key = "uniform.rod_density",
+             .of = {rod_area},
+             .under = {rod_area},
+             .value = [](M m) { return m.rod_density(); }},
+            {.key = "uniform.bead_density",
+             .of = {bead_area},
+             .under = {bead_area},
+             .value = [](M m) { return m.bead_density(); }},
+            {.key = "uniform.rod_area", .of = {rod_area}, .value = [](M m) { return m[rod_area]; }},
+            {.key = "uniform.bead_area", .of = {bead_area}, .value = [](M m) { return m[bead_area]; }},
+            {.key = "current.speed", .origin = Origin::measured, .of = {speed}, .value = [](M m) { return m[speed]; }}};
+}
+
+std::vector<Closure> of_beads() {
+    return {{.key = "inertia.bead_mass", .of = {bead_mass}, .value = [](M m) { return m[bead_mass]; }},
+            {.row = "friction",
+             .key = "drag.coefficient",
+             .unit = "mg/(mm^2 s)",
+             .formula = "Gamma = m rho/tau: plates and rods together",
+             .origin = Origin::measured,
+             .of = {bead_area, bead_mass, response},
+             .under = {bead_area, response},
+             .value = [](M m) { return m.friction(); }},
+            {.row = "friction_of_plates",
+             .unit = "mg/(mm^2 s)",
+             .formula = "[Gamma/(m rho)] m rho, without rods",
+             .origin = Origin::measured,
+             .of = {bead_area, bead_mass, damping},
+             .under = {bead_area},
+             .value = [](M m) { return m[damping] * m.mass_density(); }},
+            {.row = "viscosity",
+             .key = "viscosity.shear",
+             .unit = "mg/s",
+             .formula = "eta = [eta/(m rho)] m rho",
+             .origin = Origin::measured,
+             .of = {bead_area, bead_mass, viscosity},
+             .under = {bead_area},
+             .value = [](M m) { return m[viscosity] * m.mass_density(); }},
+            {.row = "viscosity_bulk",
+             .key = "viscosity.bulk",
+             .unit = "mg/s",
+             .formula = "zeta = 0: no assay and no closure"},
+            {.row = "driving_strength",
+             .key = "driving.strength",
+             .unit = "mg/s",
+             .formula = "alpha = (alpha/Gamma) Gamma/(sigma u), for p = sigma u P",
+             .origin = Origin::measured,
+             .of = {bead_area, bead_mass, response, drag},
+             .under = {bead_area, response},
+             .order_power = -1,
+             .value = [](M m) { return m[drag] * m.friction(); }},
+            {.key = "compressibility.beads",
+             .origin = Origin::measured,
+             .of = {stiffness},
+             .value = [](M m) { return m[stiffness]; }},
+            {.row = "compressibility_rods",
+             .key = "compressibility.rods",
+             .unit = "mg mm^2/s^2",
+             .formula = "F = 0: no assay and no closure"}};
+}
+
+std::vector<Closure> of_relaxation() {
+    return {{.key = "relaxation.rate",
+             .origin = Origin::measured,
+             .of = {relaxation},
+             .value = [](M m) { return m[relaxation]; }},
+            {.row = "relaxation_saturation",
+             .key = "relaxation.saturation",
+             .unit = "mm^2 s",
+             .formula = "b = D_r (g/2 - 1)/(sigma u P)^2 at P = I1(gP)/I0(gP), D_r g^2/(8 sigma^2 u^2) up to onset, "
+                        "for p = sigma u P",
+             .origin = Origin::closure,
+             .of = {relaxation, weathercock, drag},
+             .under = {relaxation},
+             .order_power = -2,
+             .value = [](M m) { return m[relaxation] * saturation_of_alignment(m.alignment()); }},
+            {.row = "elasticity_stiffness",
+             .key = "elasticity.stiffness",
+             .unit = "mm^2/s",
+             .formula = "K3 = u^2/(16 D_r)",
+             .origin = Origin::closure,
+             .of = {speed, relaxation},
+             .under = {relaxation},
+             .value = [](M m) { return m[speed] * m[speed] / (16.0 * m[relaxation]); }},
+            {.row = "elasticity_splay",
+             .key = "elasticity.splay",
+             .unit = "mm^2/s",
+             .formula = "K1 = 0",
+             .origin = Origin::closure}};
+}
+
+std::vector<Closure> of_order() {
+    return {{.row = "weathercock_strength",
+             .key = "weathercock.strength",
+             .unit = "1/(mm^2 s)",
+             .formula = "lambda sigma u, for p = sigma u P",
+             .origin = Origin::measured,
+             .of = {weathercock},
+             .order_power = 1,
+             .value = [](M m) { return m[weathercock]; }},
+            {.row = "advection",
+             .key = "advection.strength",
+             .unit = "mm^2",
+             .formula = "w = 0: no assay and no closure",
+             .order_power = -1},
+            {.row = "pressure_beads",
+             .key = "pressure.beads",
+             .unit = "mm^2/s^2",
+             .formula = "A = 0: no assay and no closure",
+             .order_power = 1},
+            {.row = "pressure_rods",
+             .key = "pressure.rods",
+             .unit = "mm^2/s^2",
+             .formula = "B = u^2/2, for p = sigma u P",
+             .origin = Origin::closure,
+             .of = {speed, rod_area},
+             .under = {rod_area},
+             .order_power = 1,
+             .value = [](M m) { return 0.5 * m[speed] / m.rod_density(); }},
+            {.row = "noise_order",
+             .key = "noise.order",
+             .unit = "1/s^3",
+             .formula = "Delta = D_r sigma u^2, for p = sigma u P",
+             .origin = Origin::closure,
+             .of = {relaxation, rod_area},
+             .under = {rod_area},
+             .order_power = 2,
+             .value = [](M m) { return m[relaxation] / m.rod_density(); }}};
+}
+
+std::vector<Closure> of_onset() {
+    return {{.row = "relaxation_over_weathercock",
+             .unit = "mm/s",
+             .formula = "a/lambda: a flock forms where alpha/Gamma is more",
+             .origin = Origin::measured,
+             .of = {relaxation, weathercock},
+             .under = {weathercock},
+             .value = [](M m) { return m[relaxation] / m[weathercock]; }},
+            {.row = "alignment",
+             .unit = "1",
+             .formula = "g = lambda_s alpha/(Gamma D_r): a flock forms above 2",
+             .origin = Origin::measured,
+             .of = {relaxation, weathercock, drag},
+             .under = {relaxation},
+             .value = [](M m) { return m.alignment(); }}};
+}
+}  // namespace
+
+const std::vector<Closure>& closures() {
+    static const std::vector<Closure> all = [] {
+        std::vector<Closure> list;
+        for (const auto& part : {of_densities(), of_beads(), of_relaxation(), of_order(), of_onset()})
+            list.insert(list.end(), part.begin(), part.end());
+        return list;
+    }();
+    return all;
+}
+
+Uncertain evaluated(Measured at, const std::vector<Input>& of, const Formula& value, double part) {
+    double squares = 0.0;
+    for (const Input input : of) {
+        const double held = at[input];
+        at.numbers[input] = held + part * at.errors[input];
+        const double above = value(at);
+        at.numbers[input] = held - part * at.errors[input];
+        const double slope = 0.5 * (above - value(at)) / part;
+        at.numbers[input] = held;
+        squares += slope * slope;
+    }
+    return {.value = value(at), .error = std::sqrt(squares)};
+}
+
+}  // namespace drover::calibrate
