@@ -41,7 +41,7 @@ std::vector<Closure> of_beads() {
              .formula = "Gamma = m rho/tau: plates and rods together",
              .origin = Origin::measured,
              .of = {bead_area, bead_mass, response},
-             .under = {bead_area, response},
+             .under = {bead_area},
              .value = [](M m) { return m.friction(); }},
             {.row = "friction_of_plates",
              .unit = "mg/(mm^2 s)",
@@ -68,7 +68,7 @@ std::vector<Closure> of_beads() {
              .formula = "alpha = (alpha/Gamma) Gamma/(sigma u), for p = sigma u P",
              .origin = Origin::measured,
              .of = {bead_area, bead_mass, response, drag},
-             .under = {bead_area, response},
+             .under = {bead_area},
              .order_power = -1,
              .value = [](M m) { return m[drag] * m.friction(); }},
             {.key = "compressibility.beads",
@@ -176,6 +176,11 @@ const std::vector<Closure>& closures() {
         return list;
     }();
     return all;
+}
+
+void put(Measured& at, Input input, double value, double error) {
+    at.numbers[input] = is_below_error(input, value, error) ? error : value;
+    at.errors[input] = error;
 }
 
 Uncertain evaluated(Measured at, const std::vector<Input>& of, const Formula& value, double part) {

@@ -40,6 +40,13 @@ struct Measured {
     double alignment() const { return 2.0 * numbers[weathercock] * numbers[drag] / numbers[relaxation]; }
 };
 
+/// Whether a coefficient is to be taken no less than its error: response_time alone.  No flow follows in less than no time, and one that follows faster than was
+/// resolved has that for a bound.
+inline bool is_below_error(Input input, double value, double error) { return input == response && value < error; }
+
+/// Gives a closure one of the numbers that it needs.
+void put(Measured& at, Input input, double value, double error);
+
 using Formula = std::function<double(const Measured&)>;
 
 struct Closure {

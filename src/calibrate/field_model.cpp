@@ -22,8 +22,7 @@ Measured measured_at(const Table& table, const std::vector<Input>& of, const Sta
     for (const Input input : of) {
         const Uncertain found = SmoothCoefficient(table, row_name(input), point.varied, point.outside)
                                     .at(point.bead_fraction, point.rod_fraction);
-        measured.numbers[input] = found.value;
-        measured.errors[input] = found.error;
+        put(measured, input, found.value, found.error);
     }
     return measured;
 }
@@ -54,8 +53,13 @@ FieldNumber field_number(const Table& table, const std::string& key, const State
         const TableRow* held = find_row(table, row_name(input));
         return held != nullptr && held->known.front().origin == Origin::set;
     });
-    return {.number = evaluated(measured_at(table, of, point), of, value),
-            .origin = all_set ? Origin::set : closure.origin};
+    const Measured measured = measured_at(table, of, point);
+    const bool bounded =
+        std::find(of.begin(), of.end(), response) != of.end() && measured[response] <= measured.errors[response];
+    return {.number = evaluated(measured, of, value),
+            .origin = all_set   ? Origin::set
+                      : bounded ? Origin::closure
+                                : closure.origin};
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {

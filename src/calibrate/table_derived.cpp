@@ -51,8 +51,12 @@ Known known_of(const Closure& closure, const std::vector<Input>& of, const std::
         }
         if (one.origin != Origin::set)
             result.trials = result.trials == 0 ? one.trials : std::min(result.trials, one.trials);
-        at.numbers[of[i]] = one.value;
-        at.errors[of[i]] = one.error;
+        if (is_below_error(of[i], one.value, one.error)) {
+            result.origin = Origin::closure;
+            result.remark += text("{}{} = {:.3g} +- {:.2g}: its error is taken for it",
+                                  result.remark.empty() ? "" : "; ", name, one.value, one.error);
+        }
+        put(at, of[i], one.value, one.error);
     }
     const double power = of.empty() ? 0.0 : closure.order_power;
     const Uncertain found = evaluated(at, of, [&](const Measured& m) {

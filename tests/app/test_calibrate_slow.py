@@ -23,7 +23,7 @@ def test_the_whole_way_from_particles_to_a_boundary_and_to_fields(tmp_path):
     drover(tmp_path, "calibrate", MODELS / "calibrate-small.toml", "--quiet", "-o", "small")
     coefficients = drover_json(tmp_path, "info", "small/table.h5")["coefficients"]
     # Errors are large on purpose; what has to hold is that rods carry beads, beads turn rods, and every number that fields need is there.
-    for name in ("drag", "response_time", "relaxation_rate", "propulsion", "viscosity_kinematic", "compressibility", "damping_rate"):
+    for name in ("drag", "relaxation_rate", "propulsion", "viscosity_kinematic", "compressibility", "damping_rate"):
         for point in coefficients[name]["points"]:
             assert point["origin"] in ("measured", "short") and point["value"] > 0.0, (name, point)
     told = drover_json(tmp_path, "boundary", "small/table.h5", "-o", "onset.h5")
@@ -36,8 +36,7 @@ def test_the_whole_way_from_particles_to_a_boundary_and_to_fields(tmp_path):
     with h5py.File(tmp_path / "flock.h5") as file:
         scene = tomllib.loads(file.attrs["scene"].decode())
         order = file["observables/polar_order"][()]
-    values = {name: coefficients[name]["points"][-1]["value"] for name in ("drag", "response_time", "bead_mass_density", "relaxation_rate")}
+    values = {name: coefficients[name]["points"][-1]["value"] for name in ("friction", "relaxation_rate")}
     assert math.isclose(scene["relaxation"]["rate"], values["relaxation_rate"], rel_tol=1e-9)
-    # The fraction 0.65 as it was asked, the table's mass density as bodies make it up: a bead of some two hundred.
-    assert math.isclose(scene["drag"]["coefficient"], values["bead_mass_density"] / values["response_time"], rel_tol=0.01)
+    assert math.isclose(scene["drag"]["coefficient"], values["friction"], rel_tol=1e-9)
     assert len(scene["calibrated"]["filled"]) > 15 and len(order) > 10

@@ -93,6 +93,22 @@ TEST(CalibrationTable, saturates_where_rods_in_their_own_flow_have_their_order) 
     EXPECT_NEAR(a - lambda * drag + b * current * current, 0.0, 1e-12);
 }
 
+TEST(CalibrationTable, takes_the_error_of_a_response_for_one_that_is_not_resolved) {
+    Table table = small_table();
+    table.rows[4].known[3] = {.value = -0.01, .error = 0.04, .trials = 32, .origin = Origin::measured};
+    add_derived(table);
+    const Known& friction = known_at(table, "friction", 1, 1);
+    EXPECT_NEAR(friction.value, 0.6 / 0.04, 1e-12);
+    EXPECT_NEAR(friction.error, friction.value, 1e-5 * friction.value);  // slopes over a thousandth of 100 %
+    EXPECT_EQ(friction.origin, Origin::closure);
+    EXPECT_EQ(friction.remark, "response_time = -0.01 +- 0.04: its error is taken for it");
+    const FieldNumber number =
+        field_number(table, "drag.coefficient", {.bead_fraction = 0.4, .rod_fraction = 0.1}, OrderKind::orientation);
+    EXPECT_EQ(number.number.value, friction.value);
+    EXPECT_EQ(number.origin, Origin::closure);
+    EXPECT_EQ(known_at(table, "friction", 1, 0).origin, Origin::measured);
+}
+
 TEST(CalibrationTable, refuses_what_follows_from_a_hole_or_divides_by_what_may_be_zero) {
     Table table = small_table();
     table.rows[0].known[0] = {.value = 0.4, .error = 0.2, .trials = 32, .origin = Origin::measured_short};

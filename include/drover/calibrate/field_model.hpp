@@ -33,7 +33,8 @@ struct FieldNumber {
 
 /// One of them:
 ///     rho = Phi_b/(area of a bead), sigma = Phi_r/(area of a rod), J = u sigma P,
-///     Gamma = m rho/tau, alpha = (alpha/Gamma) Gamma, eta = [eta/(m rho)] m rho, E, a and lambda as measured,
+///     Gamma = m rho/tau, alpha = (alpha/Gamma) Gamma, eta = [eta/(m rho)] m rho, E, a and lambda as measured; a tau below its error is
+///     taken as large as that (and Gamma and alpha are closures then): the flow follows faster than was resolved;
 ///     K3 = u^2/(16 a), B = u/(2 sigma), Delta = a/sigma: independent rods (closures), D_r being a;
 ///     b such that the uniform flock has the order of the mean field of rods, see order_of_alignment();
 ///     w, A, F, zeta and K1 zero.
@@ -58,7 +59,7 @@ struct MeanField {
     Uncertain effective_relaxation;  ///< abar = a - lambda alpha/Gamma [1/s]
     Uncertain order;  ///< P; its error and that of the flow over whole errors of what they are made of, not by slopes
     Uncertain bead_velocity;  ///< (alpha/Gamma) P [mm/s]
-    Uncertain response_time;  ///< tau of the flow [s]
+    Uncertain response_time;  ///< tau of the flow, at least its error [s]
 };
 MeanField mean_field(const Table& table, const StatePoint& point);
 
