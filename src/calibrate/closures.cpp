@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "drover/calibrate/field_model.hpp"
+#include "drover/calibrate/alignment.hpp"
 
 namespace drover::calibrate {
 

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "base/refusal.hpp"
+#include "drover/calibrate/alignment.hpp"
 #include "drover/calibrate/field_model.hpp"
 
 namespace drover::calibrate {

@@ -36,7 +36,7 @@ struct FieldNumber {
 ///     Gamma = m rho/tau, alpha = (alpha/Gamma) Gamma, eta = [eta/(m rho)] m rho, E, a and lambda as measured; a tau below its error is
 ///     taken as large as that (and Gamma and alpha are closures then): the flow follows faster than was resolved;
 ///     K3 = u^2/(16 a), B = u/(2 sigma), Delta = a/sigma: independent rods (closures), D_r being a;
-///     b such that the uniform flock has the order of the mean field of rods, see order_of_alignment();
+///     b such that the uniform flock has the order of the mean field of rods, see order_of_alignment() in calibrate/alignment.hpp;
 ///     w, A, F, zeta and K1 zero.
 /// The error is of first order in those of the rows, taken as independent (alpha/Gamma and tau, of one assay, are not quite).  Throws an input Error where the table has a hole in what it needs, or does not reach.
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
@@ -45,13 +45,6 @@ FieldNumber field_number(const Table& table, const std::string& key, const State
 /// depend on beads alone stand at every rod density, and a boundary takes errors of nodes as independent: halfway between two rod densities the part
 /// of a and lambda in its band is sqrt(2) too narrow.  find_onset() has no such fault.
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind);
-
-/// P of rods in the flow that they make: P = I1(gP)/I0(gP), g = lambda_s alpha/(Gamma D_r); 0 up to g = 2.
-/// Source: the stationary f ~ exp(g P cos theta) of rods with rotational diffusion, as for any such mean field.
-double order_of_alignment(double alignment);
-
-/// b/D_r for p = P: (g/2 - 1)/P^2, which makes a - lambda alpha/Gamma + b P^2 = 0 at that P; g^2/8 at and below onset, its limit.
-double saturation_of_alignment(double alignment);
 
 /// What rods and beads of the same coefficients do together, all being uniform.
 struct MeanField {
