@@ -7,7 +7,7 @@ namespace drover::calibrate {
 
 double order_of_alignment(double alignment) {
     if (!(alignment > 2.0)) return 0.0;
-    // I1(x)/I0(x) > x/2 (1 - x^2/8), so P lies above that root; x = gP solves I1(x)/I0(x) = x/g, whose left side is concave.
+    // x = gP solves I1(x)/I0(x) = x/g, whose left side is concave: one root above 0.
     const auto excess = [&](double x) {
         // Beyond some hundreds the functions leave the range of numbers; the terms of the series that are left out are below 1e-10 there.
         constexpr double large = 500.0;

@@ -26,6 +26,15 @@ void Campaign::add(Attempt attempt) {
     }
 }
 
+std::optional<Measurement> Campaign::so_far() const {
+    Goal goal = goal_;
+    const std::size_t rounds = good_.size() / goal.round;
+    if (ended() || rounds < goal.rounds_least) return {};
+    goal.rounds_least = rounds;
+    goal.trials_most = rounds * goal.round;
+    return judge(assay_, good_, goal).measurement;
+}
+
 void Campaign::look() {
     const double tried = static_cast<double>(taken_), failed = static_cast<double>(failed_);
     const double allowed = failed_most_ * tried;

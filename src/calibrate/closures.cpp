@@ -178,6 +178,12 @@ const std::vector<Closure>& closures() {
     return all;
 }
 
+std::string divisor_refusal(Input input, double value, double error) {
+    constexpr double errors_from_zero = 3.0;
+    if (std::abs(value) > errors_from_zero * error) return "";
+    return text("{} = {:.3g} +- {:.2g}, by which it is divided, cannot be told from 0", row_name(input), value, error);
+}
+
 void put(Measured& at, Input input, double value, double error) {
     at.numbers[input] = is_below_error(input, value, error) ? error : value;
     at.errors[input] = error;

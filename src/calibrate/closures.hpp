@@ -44,6 +44,9 @@ struct Measured {
 /// resolved has that for a bound.
 inline bool is_below_error(Input input, double value, double error) { return input == response && value < error; }
 
+/// Why a coefficient cannot be divided by: it lies within three errors of zero.  "" when it can.
+std::string divisor_refusal(Input input, double value, double error);
+
 /// Gives a closure one of the numbers that it needs.
 void put(Measured& at, Input input, double value, double error);
 

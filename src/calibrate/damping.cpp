@@ -108,13 +108,6 @@ std::string conclude(const DampingPlan& plan, std::vector<measure::Estimate>& es
 }
 }  // namespace
 
-double mass_density(const dem::Setup& setup) {
-    const dem::Bodies bodies = dem::make_bodies(beads_alone(setup), 0);
-    double mass = 0.0;
-    for (const dem::Bead& bead : bodies.beads) mass += bodies.shapes[bead.shape].mass;
-    return mass / dem::area(setup.cell);
-}
-
 Assay damping(const DampingPlan& plan) {
     require(plan.speed > plan.speed_flock && plan.speed_flock > plan.speed_least && plan.speed_least > 0.0, {},
             "damping: speeds {}, {} and {} mm/s; expected that of the flock between the least and that at the release",

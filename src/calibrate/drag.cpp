@@ -96,12 +96,15 @@ std::string conclude(const DragPlan& plan, std::vector<measure::Estimate>& estim
 }  // namespace
 
 Assay drag(const DragPlan& plan) {
-    require(plan.torques.size() >= 2 && std::is_sorted(plan.torques.begin(), plan.torques.end()) &&
-                plan.torques.front() > 0.0 && plan.torques.front() < plan.torques.back(),
-            {}, "drag: expected two torques or more, above 0 and ascending");
+    require(plan.torques.size() >= 2 && plan.torques.front() > 0.0 && is_ascending(plan.torques), {},
+            "drag: expected two torques or more, above 0 and each more than the one before");
     require(plan.windows >= 1 && plan.frame > 0.0 && plan.time >= plan.frame * plan.windows, {},
             "drag: {} s in {} windows and frames of {} s; expected one window or more, of a frame or more", plan.time,
             plan.windows, plan.frame);
+    constexpr std::size_t unknowns = numbers - 1;
+    require(plan.torques.size() * static_cast<std::size_t>(plan.windows) >= unknowns, {},
+            "drag: {} torques of {} windows; expected {} windows or more in all: slope, bend and tau come from them",
+            plan.torques.size(), plan.windows, unknowns);
     std::vector<Quantity> quantities{{"drag", "mm/s", "alpha/Gamma: v = (alpha/Gamma) P + c |P|^2 P"},
                                      {"drag_curvature", "mm/s", "c", false},
                                      {"response_time", "s", "tau = m rho/Gamma, rods among the beads", false}};

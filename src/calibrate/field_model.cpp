@@ -17,15 +17,51 @@ const Closure& closure_of(const std::string& key) {
     return *found;
 }
 
-/// The smooth rows of the table at a state.
-Measured measured_at(const Table& table, const std::vector<Input>& of, const StatePoint& point) {
+/// The smooth rows of the table at a state, of which `what` is divided by those `under` it.
+Measured measured_at(const Table& table, const std::vector<Input>& of, const std::vector<Input>& under,
+                     const StatePoint& point, const std::string& what) {
     Measured measured{.bead_fraction = point.bead_fraction, .rod_fraction = point.rod_fraction};
     for (const Input input : of) {
         const Uncertain found = SmoothCoefficient(table, row_name(input), point.varied, point.outside)
                                     .at(point.bead_fraction, point.rod_fraction);
+        const bool divides = std::find(under.begin(), under.end(), input) != under.end();
+        const std::string why = divides ? divisor_refusal(input, found.value, found.error) : "";
+        require(why.empty(), {}, "{}: {}; expected it better known: measure more, or give {} in the scene", what, why,
+                what);
         put(measured, input, found.value, found.error);
     }
     return measured;
+}
+/// Of the one or two values of an axis about a place: the first and one past the last.
+std::pair<std::size_t, std::size_t> nodes_about(const std::vector<double>& axis, double place) {
+    const auto above = std::lower_bound(axis.begin(), axis.end(), place) - axis.begin();
+    const auto last = std::min<std::size_t>(static_cast<std::size_t>(above), axis.size() - 1);
+    return {axis[last] > place && last > 0 ? last - 1 : last, last + 1};
+}
+
+/// Whether a row is, about this point, known less well than was asked.
+bool is_short_about(const Table& table, const TableRow& row, const StatePoint& point) {
+    const auto beads = nodes_about(table.bead_fractions, point.bead_fraction);
+    const auto rods =
+        row.by_rods ? nodes_about(table.rod_fractions, point.rod_fraction) : std::pair<std::size_t, std::size_t>{0, 1};
+    for (std::size_t bead = beads.first; bead < beads.second; ++bead)
+        for (std::size_t rod = rods.first; rod < rods.second; ++rod)
+            if (row.known[place_in(table, row, point.varied, bead, rod)].origin == Origin::measured_short) return true;
+    return false;
+}
+
+/// Where a number came from: what it follows from may be less than the closure says.
+Origin origin_of(const Closure& closure, const Table& table, const Measured& measured, const std::vector<Input>& of,
+                 const StatePoint& point) {
+    bool all_set = !of.empty(), any_short = false;
+    for (const Input input : of) {
+        const TableRow& row = *find_row(table, row_name(input));
+        all_set = all_set && row.known.front().origin == Origin::set;
+        any_short = any_short || is_short_about(table, row, point);
+        if (input == response && measured[response] <= measured.errors[response]) return Origin::closure;
+    }
+    if (all_set) return Origin::set;
+    return any_short && closure.origin == Origin::measured ? Origin::measured_short : closure.origin;
 }
 }  // namespace
 
@@ -50,17 +86,8 @@ FieldNumber field_number(const Table& table, const std::string& key, const State
         const double found = closure.value(measured);
         return power == 0.0 ? found : found * std::pow(measured.rod_density(), power);
     };
-    const bool all_set = !of.empty() && std::all_of(of.begin(), of.end(), [&](Input input) {
-        const TableRow* held = find_row(table, row_name(input));
-        return held != nullptr && held->known.front().origin == Origin::set;
-    });
-    const Measured measured = measured_at(table, of, point);
-    const bool bounded =
-        std::find(of.begin(), of.end(), response) != of.end() && measured[response] <= measured.errors[response];
-    return {.number = evaluated(measured, of, value),
-            .origin = all_set   ? Origin::set
-                      : bounded ? Origin::closure
-                                : closure.origin};
+    const Measured measured = measured_at(table, of, closure.under, point, key);
+    return {.number = evaluated(measured, of, value), .origin = origin_of(closure, table, measured, of, point)};
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {
@@ -98,7 +125,7 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
 
 MeanField mean_field(const Table& table, const StatePoint& point) {
     const std::vector<Input> all{relaxation, weathercock, drag, response};
-    const Measured measured = measured_at(table, all, point);
+    const Measured measured = measured_at(table, all, {relaxation}, point, "the order of the mean field");
     const auto of = [&](const Formula& formula) { return evaluated(measured, all, formula); };
     // P has no slope below g = 2 and an infinite one above it: the whole of an error to either side.
     const auto over_errors = [&](const Formula& formula) { return evaluated(measured, all, formula, 1.0); };

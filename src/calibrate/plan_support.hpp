@@ -1,6 +1,8 @@
 // calibrate/plan_support.hpp: what the plans of several assays share: setups, held flows, lines.
 #pragma once
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -35,6 +37,11 @@ inline void require_beads(const dem::Setup& setup, const char* assay) {
 /// Forces that keep beads from flowing as a whole, where there are any: a rod in a small periodic cell would follow its own wake.
 inline dem::BodyForces bed_at_rest(const dem::Setup& setup) {
     return {.hold_beads = setup.beads.count > 0 || setup.beads.area_fraction > 0.0};
+}
+
+/// Whether each is more than the one before: quantities are named by them.
+inline bool is_ascending(const std::vector<double>& values) {
+    return std::adjacent_find(values.begin(), values.end(), std::greater_equal<>{}) == values.end();
 }
 
 /// How many frames a time holds, at least 1.

@@ -56,8 +56,9 @@ std::vector<double> estimates_of(const ShearPlan& plan, const std::vector<std::s
         weights.push_back(1.0 / (rates.back() * rates.back()));
     }
     const Line line = fit_line(squares, rates, weights);
-    double bend = 0.0;
-    for (std::size_t k = 0; k < waves; ++k) {
+    // Two points lie on any line.
+    double bend = waves > 2 ? 0.0 : std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t k = 0; waves > 2 && k < waves; ++k) {
         const double beside = (rates[k] - line.at_zero - line.slope * squares[k]) / rates[k];
         if (std::abs(beside) > std::abs(bend)) bend = beside;
     }
@@ -88,16 +89,15 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 }  // namespace
 
 Assay shear(const ShearPlan& plan) {
-    require(plan.waves.size() >= 2 && plan.waves.front() >= 1 && std::is_sorted(plan.waves.begin(), plan.waves.end()) &&
-                plan.waves.front() < plan.waves.back() &&
+    require(plan.waves.size() >= 2 && plan.waves.front() >= 1 && is_ascending(plan.waves) &&
                 std::all_of(plan.waves.begin(), plan.waves.end(), [](double k) { return k == std::floor(k); }),
-            {}, "shear: expected two whole numbers of waves or more, above 0 and ascending");
+            {}, "shear: expected two whole numbers of waves or more, above 0 and each more than the one before");
     require(plan.releases >= 1 && plan.frame > 0.0 && plan.time >= 4.0 * plan.frame, {},
             "shear: {} releases of {} s in frames of {} s; expected one or more, and four frames or more",
             plan.releases, plan.time, plan.frame);
     std::vector<Quantity> quantities{{"viscosity_kinematic", "mm^2/s", "eta/(m rho): r = (Gamma + eta q^2)/(m rho)"},
                                      {"damping_intercept", "1/s", "Gamma/(m rho): r at q = 0", false},
-                                     {"shear_bend", "1", "largest of (r - line)/r", false}};
+                                     {"shear_bend", "1", "largest of (r - line)/r, of three waves or more", false}};
     for (const double waves : plan.waves)
         quantities.push_back({text("shear_rate_{}", waves), "1/s", text("r of {} waves", waves), false});
     return {.name = "shear",

@@ -142,7 +142,11 @@ Uncertain SmoothCoefficient::at(double bead_fraction, double rod_fraction) const
                 name_, kind, fraction, axis.front(), axis.back());
     };
     check_inside("bead", beads_, bead_fraction);
-    if (by_rods_) check_inside("rod", rods_, rod_fraction);
+    bead_fraction = std::clamp(bead_fraction, beads_.front(), beads_.back());
+    if (by_rods_) {
+        check_inside("rod", rods_, rod_fraction);
+        rod_fraction = std::clamp(rod_fraction, rods_.front(), rods_.back());
+    }
     return {.value = table_.at(bead_fraction, rod_fraction).value,
             .error = table_.standard_error(bead_fraction, rod_fraction)};
 }

@@ -8,8 +8,6 @@
 namespace drover::calibrate {
 
 namespace {
-constexpr double errors_from_zero = 3.0;  // of what is divided by
-
 Known refused(const std::string& why) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     return {.value = none, .error = none, .origin = Origin::refused, .remark = why};
@@ -41,10 +39,8 @@ Known known_of(const Closure& closure, const std::vector<Input>& of, const std::
         const Known& one = *known[i];
         const char* name = row_name(of[i]);
         if (one.origin == Origin::refused) return refused(text("{} is refused", name));
-        if (std::find(under.begin(), under.end(), of[i]) != under.end() &&
-            std::abs(one.value) <= errors_from_zero * one.error)
-            return refused(text("{} = {:.3g} +- {:.2g}, by which it is divided, cannot be told from 0", name, one.value,
-                                one.error));
+        if (std::find(under.begin(), under.end(), of[i]) != under.end())
+            if (std::string why = divisor_refusal(of[i], one.value, one.error); !why.empty()) return refused(why);
         if (one.origin == Origin::measured_short) {
             if (closure.origin == Origin::measured) result.origin = Origin::measured_short;
             result.remark += text("{}{} is not as well known as was asked", result.remark.empty() ? "" : "; ", name);

@@ -90,9 +90,8 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 }  // namespace
 
 Assay weathercock(const WeathercockPlan& plan) {
-    require(plan.speeds.size() >= 2 && std::is_sorted(plan.speeds.begin(), plan.speeds.end()) &&
-                plan.speeds.front() > 0.0 && plan.speeds.front() < plan.speeds.back(),
-            {}, "weathercock: expected two speeds or more, above 0 and ascending");
+    require(plan.speeds.size() >= 2 && plan.speeds.front() > 0.0 && is_ascending(plan.speeds), {},
+            "weathercock: expected two speeds or more, above 0 and each more than the one before");
     std::vector<Quantity> quantities{{"weathercock_single", "1/mm",
                                       "lambda_s: d theta/dt = lambda_s v sin(angle of v - theta)"},
                                      {"weathercock", "1/mm", "lambda = lambda_s/2"},

@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 
+#include "drover/io/scene.hpp"
 #include "io/durable.hpp"
 
 namespace drover::io {
@@ -49,10 +50,17 @@ void add_row(const calibrate::Table& table, const calibrate::TableRow& row, Resu
     for (std::vector<double>* one : {&values, &errors, &trials, &origins}) to.values.push_back(std::move(*one));
 }
 
+std::string unit_of(const std::string& key) {
+    for (const SectionDescription& section : scene_schema(SceneKind::particles))
+        for (const Description& row : section.rows)
+            if (section.name + "." + row.name == key && !row.unit.empty()) return row.unit;
+    return "1";
+}
+
 ResultTable results_of(const calibrate::Table& table) {
     ResultTable results{.group = group, .axes = {}, .quantities = {}, .values = {}};
     if (!table.varied_key.empty())
-        results.axes.push_back({axis_of(table.varied_key), "1", table.varied_key, table.varied});
+        results.axes.push_back({axis_of(table.varied_key), unit_of(table.varied_key), table.varied_key, table.varied});
     results.axes.push_back({bead_axis, "1", "projected area of beads over that of the cell", table.bead_fractions});
     if (!table.rod_fractions.empty())
         results.axes.push_back(

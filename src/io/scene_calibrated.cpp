@@ -39,7 +39,9 @@ std::vector<std::string> wanted_keys(const Scene& scene) {
 
 std::size_t varied_of(const Scene& scene, const calibrate::Table& table) {
     const double varied = scene.calibrated.varied;
-    return calibrate::varied_place(table, varied == 0.0 ? std::nullopt : std::optional(varied), "calibrated.varied",
+    // A resolved scene holds the key, also where there is nothing to choose from.
+    const bool absent = varied == 0.0 && (table.varied_key.empty() || !gives(scene, "calibrated.varied"));
+    return calibrate::varied_place(table, absent ? std::nullopt : std::optional(varied), "calibrated.varied",
                                    place_of(scene, "calibrated.varied"));
 }
 

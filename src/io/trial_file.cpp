@@ -87,7 +87,17 @@ std::vector<std::byte> bytes_of(const Descriptor& file) {
     return bytes;
 }
 
+/// What a file cannot be used for; a disk that is full is told as such.
 [[noreturn]] void fail_opening(const std::filesystem::path& file, const std::system_error& cause) {
+    const int error = cause.code().value();
+    if (error == ENOSPC || error == EDQUOT || error == EIO)
+        throw write_failure(file, cause, head_bytes, "no trial was begun");
+    if (error == EMFILE || error == ENFILE)
+        fail_input(
+            {file.string()},
+            "cannot be opened: {}; expected a file for each measurement at a time: raise the limit (ulimit -n), or "
+            "give shares of the work with --share",
+            std::string(cause.what()));
     fail_input({file.string()}, "cannot be opened: {}; check the permissions of the folder, or name another",
                std::string(cause.what()));
 }

@@ -220,6 +220,16 @@ void run_share(const io::Scene& scene, const CalibrationLayout& layout, const Ca
     outcome.trials = work.ran();
     outcome.stopped = pool.stopped;
 }
+/// Whether all that is wanted of it came out as a number with an error.
+bool is_known(const calibrate::Campaign& campaign) {
+    if (!campaign.measurement()) return false;
+    const std::vector<calibrate::Quantity>& quantities = campaign.assay().quantities;
+    for (std::size_t q = 0; q < quantities.size(); ++q)
+        if (const measure::Estimate& found = campaign.measurement()->estimates[q];
+            quantities[q].wanted && (!found.error || !std::isfinite(found.mean)))
+            return false;
+    return true;
+}
 }  // namespace
 
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options) {
@@ -234,7 +244,7 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
         if (u % static_cast<std::size_t>(options.shares) != static_cast<std::size_t>(options.share - 1)) continue;
         const calibrate::Campaign& one = campaigns[u];
         if (!one.ended()) ++outcome.unfinished;
-        else if (!one.measurement()) ++outcome.refused;
+        else if (!is_known(one)) ++outcome.refused;
         else if (!one.measurement()->reached) ++outcome.shortfalls;
     }
     if (options.shares > 1) return outcome;

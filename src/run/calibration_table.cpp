@@ -26,9 +26,12 @@ std::string joined_remarks(std::vector<std::string> parts) {
 Known known_of(const CalibrationLayout& layout, const calibrate::Campaign& campaign, std::size_t q) {
     const int tried = static_cast<int>(campaign.count());
     if (!campaign.refusal().empty()) return refused(campaign.refusal(), tried);
-    if (!campaign.ended())
-        return refused(text("not finished: {} trials of {} or more", campaign.count(), campaign.wanted()), tried);
-    const calibrate::Measurement& found = *campaign.measurement();
+    const std::string unfinished =
+        campaign.ended() ? "" : text("not finished: {} trials of {} or more", campaign.count(), campaign.wanted());
+    const std::optional<calibrate::Measurement> measured =
+        campaign.ended() ? campaign.measurement() : campaign.so_far();
+    if (!measured) return refused(unfinished, tried);
+    const calibrate::Measurement& found = *measured;
     const measure::Estimate& estimate = found.estimates[q];
     const calibrate::Quantity& quantity = campaign.assay().quantities[q];
     const int trials = static_cast<int>(found.trials);
@@ -36,8 +39,9 @@ Known known_of(const CalibrationLayout& layout, const calibrate::Campaign& campa
         return refused(estimate.refusal.empty() ? "no value" : estimate.refusal, trials);
     Known known{.value = estimate.mean, .error = *estimate.error, .trials = trials, .origin = Origin::measured};
     if (!quantity.wanted) return known;
-    std::string shortfall;
-    if (known.error > layout.goal.relative_error * std::abs(known.value)) {
+    std::string shortfall = unfinished;
+    if (!unfinished.empty()) known.origin = Origin::measured_short;
+    else if (known.error > layout.goal.relative_error * std::abs(known.value)) {
         known.origin = Origin::measured_short;
         shortfall = found.shortfall.find(": " + quantity.name + " ") != std::string::npos
                         ? found.shortfall
@@ -50,7 +54,7 @@ Known known_of(const CalibrationLayout& layout, const calibrate::Campaign& campa
     return known;
 }
 
-/// Numbers of the setup that others are made from; not-a-number where it has no such bodies.
+/// Numbers of the setup that others are made from, of the whole bodies that the cell has; zero where it has none.
 struct Content {
     double rods = 0.0, beads = 0.0, bead_mass_density = 0.0;  ///< per area of the cell
     double bead_mass = 0.0, bead_area = 0.0, rod_area = 0.0;  ///< of one; of a rod without the tolerance of its size

@@ -49,6 +49,7 @@ TINY = {
     "calibrate.compressibility.warm_up": 0.05,
     "calibrate.compressibility.settle": 0.05,
     "calibrate.compressibility.time": 0.1,
+    "calibrate.compressibility.pushes": [100.0, 200.0],
 }
 UNITS = 2 * 6 + 2 * 2  # drag alone depends on the rods
 
@@ -74,18 +75,23 @@ PLAUSIBLE = {
 BY_RODS, SET = {"drag", "response_time"}, {"bead_mass", "bead_area", "rod_area"}
 
 
-def write_plausible(path, relative_error=0.02, holes=()):
-    """Writes that table; holes are (name, place) that have no value."""
+def write_plausible(path, relative_error=0.02, holes=(), kicks=()):
+    """Writes that table; holes are (name, place) that have no value; over kicks, if there are any, relaxation_rate grows by one a kick."""
     beads, rods = [0.2, 0.3, 0.5, 0.7], [0.05, 0.08, 0.11]
     with h5py.File(path, "w") as file:
         file.attrs["coefficients"] = np.bytes_(" ".join(PLAUSIBLE))
-        file.attrs["varied"] = file.attrs["remarks"] = np.array(b"", dtype="S1")
+        file.attrs["varied"] = np.array(b"kick.strength" if kicks else b"", dtype="S13")
+        file.attrs["remarks"] = np.array(b"", dtype="S1")
         file.attrs["scene"] = np.bytes_("[cell]\nlx = 45.0\nly = 45.0\n")
         group = file.create_group("calibration")
         group["bead_area_fraction"], group["rod_area_fraction"] = beads, rods
+        if kicks:
+            group["kick_strength"] = kicks
         for name, value in PLAUSIBLE.items():
             values = np.array([[value(bead, rod) for rod in rods] for bead in beads])
             values = values if name in BY_RODS else values[:, 0].copy()
+            if kicks:
+                values = np.stack([values + (kick if name == "relaxation_rate" else 0.0) for kick in kicks])
             origins = np.full(values.shape, 4.0 if name in SET else 1.0)
             for place in (place for hole, place in holes if hole == name):
                 origins.flat[place], values.flat[place] = 0.0, np.nan

@@ -77,6 +77,14 @@ def test_what_a_scene_says_itself_goes_before_the_table(folder):
     assert resolved(folder, "flock.toml", "compressibility.beads=100.0")["compressibility"]["beads"] == 100.0
 
 
+def test_a_value_of_the_varied_key_is_chosen_zero_too(folder):
+    write_plausible(folder / "table.h5", kicks=[0.0, 0.5])
+    for kick in (0.0, 0.5):
+        assert resolved(folder, "flock.toml", f"calibrated.varied={kick}")["relaxation"]["rate"] == pytest.approx(0.3 + kick, rel=1e-12)
+    refused(folder, ["check", "flock.toml"], ["the table is over kick.strength too; expected calibrated.varied with one of 0, 0.5"])
+    refused(folder, ["check", "flock.toml", "--set", "calibrated.varied=0.1"], ["calibrated.varied = 0.1", "expected one of 0, 0.5"])
+
+
 def test_both_normalisations_are_one_model(folder):
     orientation, density = resolved(folder), resolved(folder, "flock.toml", "current.kind=order")
     sigma = orientation["uniform"]["rod_density"]

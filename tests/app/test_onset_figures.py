@@ -25,7 +25,7 @@ def numbers(rods=RODS, line=LINE):
     return {"curves": {"rod_fraction": rods, "bead_fraction": BEADS, "drag": drag, "drag_error": 0.05 * drag,
                        "threshold": threshold, "threshold_error": 0.1 * threshold},
             "line": {"line_rod_fraction": line, "mean": place, "mean_error": 0.02 * ones, "mean_share": ones, "single_rod": single,
-                     "single_rod_error": 0.01 * ones, "single_rod_share": ones}}
+                     "single_rod_error": 0.01 * ones, "single_rod_share": ones, "mean_above": 0.0 * ones, "single_rod_above": 0.0 * ones}}
 
 
 AXES = {"curves": ("rod_fraction", "bead_fraction"), "line": ("line_rod_fraction",)}
@@ -96,7 +96,8 @@ def test_holes_are_told_in_the_caption(tmp_path):
     groups = numbers()
     groups["line"]["mean"][:] = numpy.nan
     groups["line"]["mean"][10] = 0.42  # alone between holes
-    groups["line"]["mean_share"][:] = 0.4
+    groups["line"]["mean_share"][:] = 0.0  # of what is not drawn nothing is said
+    groups["line"]["mean_share"][10] = 0.4
     picture = picture_of(write(tmp_path, groups))
     assert "λ\u00a0=\u00a0λs/2: no crossing within the table at 20 of 21 area fractions of rods; nothing is drawn there." in words_of(picture)
     assert "that cross, at least 40 % of them" in words_of(picture)

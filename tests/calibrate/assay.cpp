@@ -124,6 +124,26 @@ TEST(AssayRule, refuses_goals_and_trials_that_cannot_be) {
     EXPECT_EQ(refused(damping(), 4, 0).substr(0, 30), "damping: a setup without beads");
 }
 
+TEST(AssayRule, refuses_forces_that_stand_twice_and_windows_that_are_too_few) {
+    // Quantities are named by them: two of one name make no table.
+    EXPECT_NE(refusal_of([] {
+                  drag({.torques = {200.0, 500.0, 500.0}});
+              }).find("each more than the one before"),
+              std::string::npos);
+    EXPECT_NE(refusal_of([] {
+                  weathercock({.speeds = {1.0, 2.0, 2.0}});
+              }).find("each more than the one before"),
+              std::string::npos);
+    EXPECT_NE(refusal_of([] {
+                  shear({.waves = {1.0, 3.0, 3.0}});
+              }).find("each more than the one before"),
+              std::string::npos);
+    EXPECT_NE(refusal_of([] {
+                  drag({.torques = {200.0, 500.0}, .windows = 1});
+              }).find("expected 3 windows or more"),
+              std::string::npos);
+}
+
 TEST(AssayRule, every_assay_has_a_name_a_trial_and_quantities_with_units_and_formulas) {
     const std::vector<Assay> assays = make_assays();
     std::set<std::string> names;
@@ -178,6 +198,14 @@ TEST(AssayVerdict, tells_a_bent_curve_of_drag_from_a_straight_one) {
     bent.drag_cubic = -1.5;
     EXPECT_EQ(measured(assay, straight, 8).verdict.substr(0, 36), "the flow is linear in the order, to ");
     EXPECT_EQ(measured(assay, bent, 8).verdict.substr(0, 38), "the flow is not linear in the order: a");
+}
+
+TEST(AssayVerdict, has_nothing_to_say_of_a_line_through_two_rates) {
+    const Assay assay = shear({.waves = {1.0, 2.0}});
+    const Measurement found = carry_out(assay, synthetic_maker({}), stand_in(0), {.round = 8, .trials_most = 16});
+    EXPECT_TRUE(std::isnan(found.estimates[2].mean));
+    EXPECT_EQ(found.verdict, "whether the rates lie on a line in q^2 is not known");
+    EXPECT_TRUE(found.estimates[0].error.has_value());
 }
 
 TEST(AssayVerdict, refuses_a_modulus_that_fluctuations_hide) {

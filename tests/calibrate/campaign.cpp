@@ -106,6 +106,22 @@ TEST(Campaign, keeps_what_it_has_where_the_error_asked_is_out_of_reach) {
     EXPECT_NE(campaign.measurement()->shortfall.find("trials would do"), std::string::npos);
 }
 
+TEST(Campaign, tells_what_whole_rounds_have_so_far) {
+    Campaign campaign(mean_of_one(), {.relative_error = 1e-3, .round = 8, .trials_most = 200}, 0.0);
+    for (std::uint64_t t = 0; t < 15; ++t) campaign.add(good(t));
+    EXPECT_FALSE(campaign.so_far());
+    for (std::uint64_t t = 15; t < 30; ++t) campaign.add(good(t));
+    ASSERT_TRUE(campaign.so_far());
+    std::vector<Trial> trials;
+    for (std::uint64_t t = 0; t < 24; ++t) trials.push_back(good(t).numbers);
+    const std::vector<measure::Estimate> expected = estimate(mean_of_one(), trials);
+    EXPECT_EQ(campaign.so_far()->trials, 24u);
+    EXPECT_EQ(campaign.so_far()->estimates[0].mean, expected[0].mean);
+    EXPECT_EQ(campaign.so_far()->estimates[0].error, expected[0].error);
+    for (std::uint64_t t = 30; t < 200; ++t) campaign.add(good(t));
+    EXPECT_TRUE(campaign.ended() && !campaign.so_far());
+}
+
 TEST(Campaign, refuses_a_goal_that_cannot_be) {
     EXPECT_THROW(Campaign(mean_of_one(), {.relative_error = 0.0}, 0.0), Error);
     EXPECT_THROW(Campaign(mean_of_one(), goal, 1.0), Error);

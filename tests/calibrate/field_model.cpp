@@ -212,5 +212,33 @@ TEST(FieldModel, says_what_the_table_has_not) {
     EXPECT_NEAR(value_of("relaxation.rate"), 0.1, 1e-15);  // what needs no such row is not asked
 }
 
+TEST(FieldModel, divides_by_nothing_that_may_be_zero) {
+    Table table = flocking_table();
+    for (Known& known : table.rows[0].known) known.error = 0.4 * known.value;
+    const auto refusal = [&](const char* key) {
+        return refusal_of([&] { field_number(table, key, dense, OrderKind::orientation); });
+    };
+    EXPECT_EQ(refusal("elasticity.stiffness"),
+              "elasticity.stiffness: relaxation_rate = 0.1 +- 0.04, by which it is divided, cannot be told from 0; "
+              "expected it better known: measure more, or give elasticity.stiffness in the scene");
+    EXPECT_NE(refusal("relaxation.saturation").find("cannot be told from 0"), std::string::npos);
+    EXPECT_EQ(refusal("noise.order"), "no refusal");  // it multiplies
+    EXPECT_NE(refusal_of([&] { mean_field(table, dense); }).find("the order of the mean field: relaxation_rate"),
+              std::string::npos);
+}
+
+TEST(FieldModel, is_as_short_as_the_nodes_about_it) {
+    Table table = flocking_table();
+    table.rows[1].known[1].origin = Origin::measured_short;  // lambda at Phi_b = 0.4
+    const auto origin = [&](const char* key, double beads) {
+        return field_number(table, key, {.bead_fraction = beads, .rod_fraction = 0.1}, OrderKind::orientation).origin;
+    };
+    for (const double beads : {0.3, 0.4, 0.5})
+        EXPECT_EQ(origin("weathercock.strength", beads), Origin::measured_short) << beads;
+    for (const double beads : {0.2, 0.6}) EXPECT_EQ(origin("weathercock.strength", beads), Origin::measured) << beads;
+    EXPECT_EQ(origin("relaxation.rate", 0.4), Origin::measured);
+    EXPECT_EQ(origin("relaxation.saturation", 0.4), Origin::closure);
+}
+
 }  // namespace
 }  // namespace drover::calibrate

@@ -65,13 +65,5 @@ TEST(ParticleMaker, imposes_what_is_asked_and_sees_it) {
     EXPECT_LT(specimen->density_wave(1), -0.1);  // where the force ends, at half of the cell, beads gather
 }
 
-TEST(ParticleMaker, beads_weigh_what_their_area_fraction_says) {
-    dem::Setup setup = tiny().setup;
-    setup.beads.count = 0;
-    setup.beads.area_fraction = 0.5;
-    // One layer of fraction 0.5 and diameter d: 0.5 (2/3) d density.  Whole beads: to half of one in 99.
-    EXPECT_NEAR(mass_density(setup), 0.5 * 2.0 / 3.0 * 0.8 * 2.7, 0.006 * 0.72);
-}
-
 }  // namespace
 }  // namespace drover::calibrate

@@ -203,6 +203,9 @@ TEST(SmoothCoefficient, refuses_to_extrapolate_unless_told) {
     const SmoothCoefficient held(table, "drag", 0, physics::Outside::hold);
     EXPECT_EQ(held.at(0.9, 0.08).value, held.at(0.7, 0.08).value);
     EXPECT_EQ(held.at(0.9, 0.08).error, held.at(0.7, 0.08).error);
+    // 0.1 + 0.2 is not 0.3: what lies beyond an edge by a rounding lies on it.
+    const SmoothCoefficient smooth(table, "drag");
+    EXPECT_EQ(smooth.at(std::nextafter(0.7, 1.0), 0.08).value, smooth.at(0.7, 0.08).value);
 }
 
 TEST(SmoothCoefficient, refuses_holes_and_names_that_are_none) {

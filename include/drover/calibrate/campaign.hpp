@@ -34,6 +34,8 @@ public:
     const std::string& failure() const { return failure_; }
     /// Nothing while it has not ended, and when too many trials failed.
     const std::optional<Measurement>& measurement() const { return measurement_; }
+    /// What whole rounds tell while it has not ended, if there are as many as a first look takes.
+    std::optional<Measurement> so_far() const;
     /// Why there is none: "" unless too many trials failed.
     const std::string& refusal() const { return refusal_; }
 

@@ -24,11 +24,8 @@ struct DampingPlan {
 /// once, on all trials together.  Beads that stay faster than speed_flock have the mean of -dv/dx over the speeds they had, and no g and c.  Noise of the beads' collisions is the same in every frame: so are the weights.
 /// Quantities: damping_rate Gamma/(m rho) at the flock's speed [1/s]; damping_linear g; damping_coulomb c; coulomb_share (c/v)/(g + c/v) at the flock's
 /// speed; damping_rate_fast, _middle, _slow: (v - v')/(x' - x) over thirds of the decade (in ln v), the table of which a linear law makes one number.
-/// Multiply by mass_density() for Gamma [mg/(mm^2 s)].
+/// Multiply by m rho for Gamma [mg/(mm^2 s)].
 Assay damping(const DampingPlan& plan = {});
-
-/// m rho of the beads of a setup: their mass over the area of the cell [mg/mm^2].
-double mass_density(const dem::Setup& setup);
 
 }  // namespace drover::calibrate
 

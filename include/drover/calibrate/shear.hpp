@@ -23,7 +23,7 @@ struct ShearPlan {
 /// is above part_least of the first:  (A_0 - A_n)/sum of trapezoids = (2/frame) tanh(r frame/2) for an exponential, exactly.
 /// A wave has all speeds from 0 to A: where damping() finds a Coulomb-like part, Gamma here is the mean slope over these.
 /// Quantities: viscosity_kinematic eta/(m rho) [mm^2/s]; damping_intercept Gamma/(m rho) [1/s]; shear_bend, of r beside the line: the largest residual
-/// over its rate; shear_rate_<k>, r of each wave [1/s].  Multiply by mass_density() for eta [mg/s] and Gamma [mg/(mm^2 s)].
+/// over its rate; shear_rate_<k>, r of each wave [1/s].  Multiply by m rho for eta [mg/s] and Gamma [mg/(mm^2 s)].
 Assay shear(const ShearPlan& plan = {});
 
 }  // namespace drover::calibrate

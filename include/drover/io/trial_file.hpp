@@ -25,7 +25,7 @@ public:
     /// Bytes at its end that were no whole record and were cut off.
     std::uint64_t cut() const;
 
-    /// Throws a run Error, with the bytes that were needed and are free, when the disk is full; the file then stays as it was.
+    /// Throws a run Error, with the bytes that were needed and are free, when the disk is full; what it held before stays whole.
     void append(const calibrate::Attempt& attempt);
 
 private:

@@ -45,7 +45,7 @@ struct CalibrationOutcome {
     std::size_t units = 0;       ///< of this share
     std::size_t trials = 0;      ///< run now
     std::size_t already = 0;     ///< trials found done
-    std::size_t refused = 0;     ///< units without a result, because too many of their trials failed
+    std::size_t refused = 0;     ///< units without a result: too many of their trials failed, or no number came of them
     std::size_t unfinished = 0;  ///< units that want more trials
     std::size_t shortfalls = 0;  ///< units that ended with a larger error than asked
     bool stopped = false;

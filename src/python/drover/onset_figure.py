@@ -117,7 +117,7 @@ def draw_plane(axes, curves, line):
                       markersize=4.5, markerfacecolor=fill, capsize=2.5, zorder=4)
     axes.plot(EXPERIMENT - 2.0 * numpy.array(axes.get_ylim()), axes.get_ylim(), color=GREY, linewidth=0.7, zorder=2)
     axes.set_ylabel(r"area fraction of rods $\Phi_r$")
-    name_regions(axes, line["mean"].values, rods)
+    name_regions(axes, line, rods)
     if not any(numpy.isfinite(line[name].values).any() for name, *_ in CONVENTIONS):
         axes.text(0.5, 0.5, without_crossing(curves), ha="center", va="center", transform=axes.transAxes,
                   bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.9})
@@ -129,9 +129,11 @@ def alone(values):
     return numpy.flatnonzero(there[1:-1] & ~there[:-2] & ~there[2:])
 
 
-def name_regions(axes, place, rods):
-    """Flocks are on the side of many beads; names stand where there is room for them."""
-    axes.fill_betweenx(rods, place, axes.get_xlim()[1], color=FLOCK, linewidth=0, zorder=0)
+def name_regions(axes, line, rods):
+    """Flocks are on the side of many beads, or everywhere; names stand where there is room for them."""
+    place = line["mean"].values
+    everywhere = ~numpy.isfinite(place) & (line["mean_above"].values > 0)
+    axes.fill_betweenx(rods, numpy.where(everywhere, axes.get_xlim()[0], place), axes.get_xlim()[1], color=FLOCK, linewidth=0, zorder=0)
     finite = numpy.flatnonzero(numpy.isfinite(place))
     if len(finite) < 2:
         return
@@ -183,8 +185,8 @@ def caption(curves, line):
         title = "λ\u00a0=\u00a0λs/2" if name == "mean" else "λs taken for λ"
         if holes:
             words.append(f"{title}: no crossing within the table at {holes} of {count} area fractions of rods; nothing is drawn there.")
-        share = float(numpy.nanmin(line[f"{name}_share"].values, initial=1.0))
-        if holes < count and share < SURE:
+        share = float(line[f"{name}_share"].values[numpy.isfinite(line[name].values)].min(initial=1.0))
+        if share < SURE:
             words.append(f"{title}: errors are of those tables redrawn within their errors that cross, at least {100 * share:.0f} % "
                          "of them.")
     words.append("Experiment: Kumar et al., Nat. Commun. 5, 4688 (2014).")
