@@ -1,6 +1,7 @@
 // calibrate/closures.cpp: conversions of what assays measure, and closures for independent rods.
 #include "calibrate/closures.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "drover/calibrate/alignment.hpp"
@@ -176,6 +177,18 @@ const std::vector<Closure>& closures() {
         return list;
     }();
     return all;
+}
+
+Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formula& scale) {
+    if (closure.order_power == 0.0 || closure.of.empty()) return closure;
+    for (const Input input : scale_of) {
+        if (std::find(closure.of.begin(), closure.of.end(), input) == closure.of.end()) closure.of.push_back(input);
+        if (closure.order_power < 0.0) closure.under.push_back(input);
+    }
+    closure.value = [unscaled = closure.value, scale, power = closure.order_power](const Measured& at) {
+        return unscaled(at) * std::pow(scale(at), power);
+    };
+    return closure;
 }
 
 std::string divisor_refusal(Input input, double value, double error) {

@@ -63,6 +63,9 @@ struct Closure {
     Formula value = [](const Measured&) { return 0.0; };  ///< for p = P
 };
 
+/// The closure for a p that is P times this scale, which follows from these; one that does not know of p, or is zero, as it is.
+Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formula& scale);
+
 /// Those of a model in the order of a scene, and the others.
 const std::vector<Closure>& closures();
 

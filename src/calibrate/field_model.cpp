@@ -17,21 +17,27 @@ const Closure& closure_of(const std::string& key) {
     return *found;
 }
 
-/// The smooth rows of the table at a state, of which `what` is divided by those `under` it.
+/// Of a message: what is wanted, and the key of a scene that does without.
+struct Wanted {
+    std::string what, give;
+};
+
+/// The smooth rows of the table at a state, of which what is wanted is divided by those `under` it.
 Measured measured_at(const Table& table, const std::vector<Input>& of, const std::vector<Input>& under,
-                     const StatePoint& point, const std::string& what) {
+                     const StatePoint& point, const Wanted& wanted) {
     Measured measured{.bead_fraction = point.bead_fraction, .rod_fraction = point.rod_fraction};
     for (const Input input : of) {
         const Uncertain found = SmoothCoefficient(table, row_name(input), point.varied, point.outside)
                                     .at(point.bead_fraction, point.rod_fraction);
         const bool divides = std::find(under.begin(), under.end(), input) != under.end();
         const std::string why = divides ? divisor_refusal(input, found.value, found.error) : "";
-        require(why.empty(), {}, "{}: {}; expected it better known: measure more, or give {} in the scene", what, why,
-                what);
+        require(why.empty(), {}, "{}: {}; expected it better known: measure more, or give {} in the scene", wanted.what,
+                why, wanted.give);
         put(measured, input, found.value, found.error);
     }
     return measured;
 }
+
 /// Of the one or two values of an axis about a place: the first and one past the last.
 std::pair<std::size_t, std::size_t> nodes_about(const std::vector<double>& axis, double place) {
     const auto above = std::lower_bound(axis.begin(), axis.end(), place) - axis.begin();
@@ -51,10 +57,9 @@ bool is_short_about(const Table& table, const TableRow& row, const StatePoint& p
 }
 
 /// Where a number came from: what it follows from may be less than the closure says.
-Origin origin_of(const Closure& closure, const Table& table, const Measured& measured, const std::vector<Input>& of,
-                 const StatePoint& point) {
-    bool all_set = !of.empty(), any_short = false;
-    for (const Input input : of) {
+Origin origin_of(const Closure& closure, const Table& table, const Measured& measured, const StatePoint& point) {
+    bool all_set = !closure.of.empty(), any_short = false;
+    for (const Input input : closure.of) {
         const TableRow& row = *find_row(table, row_name(input));
         all_set = all_set && row.known.front().origin == Origin::set;
         any_short = any_short || is_short_about(table, row, point);
@@ -78,16 +83,12 @@ const std::vector<std::string>& calibrated_keys() {
 }
 
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {
-    const Closure& closure = closure_of(key);
-    const double power = kind == OrderKind::density ? closure.order_power : 0.0;
-    std::vector<Input> of = closure.of;
-    if (power != 0.0 && std::find(of.begin(), of.end(), rod_area) == of.end()) of.push_back(rod_area);
-    const auto value = [&](const Measured& measured) {
-        const double found = closure.value(measured);
-        return power == 0.0 ? found : found * std::pow(measured.rod_density(), power);
-    };
-    const Measured measured = measured_at(table, of, closure.under, point, key);
-    return {.number = evaluated(measured, of, value), .origin = origin_of(closure, table, measured, of, point)};
+    Closure closure = closure_of(key);
+    if (kind == OrderKind::density)
+        closure = scaled(closure, {rod_area}, [](const Measured& at) { return at.rod_density(); });
+    const Measured measured = measured_at(table, closure.of, closure.under, point, {.what = key, .give = key});
+    return {.number = evaluated(measured, closure.of, closure.value),
+            .origin = origin_of(closure, table, measured, point)};
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {
@@ -125,7 +126,8 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
 
 MeanField mean_field(const Table& table, const StatePoint& point) {
     const std::vector<Input> all{relaxation, weathercock, drag, response};
-    const Measured measured = measured_at(table, all, {relaxation}, point, "the order of the mean field");
+    const Measured measured = measured_at(table, all, {relaxation}, point,
+                                          {.what = "the order of the mean field", .give = "relaxation.rate"});
     const auto of = [&](const Formula& formula) { return evaluated(measured, all, formula); };
     // P has no slope below g = 2 and an infinite one above it: the whole of an error to either side.
     const auto over_errors = [&](const Formula& formula) { return evaluated(measured, all, formula, 1.0); };

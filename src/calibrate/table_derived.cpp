@@ -14,27 +14,11 @@ Known refused(const std::string& why) {
 }
 
 /// p/P for p = sigma u P.
-double order_scale(const Measured& at) { return at.rod_density() * at[speed]; }
+double current_scale(const Measured& at) { return at.rod_density() * at[speed]; }
 
-/// What a row follows from, with what p is made of where p matters.
-std::vector<Input> inputs_of(const Closure& closure) {
-    std::vector<Input> of = closure.of;
-    if (closure.order_power != 0.0 && !of.empty())
-        for (const Input input : {rod_area, speed})
-            if (std::find(of.begin(), of.end(), input) == of.end()) of.push_back(input);
-    return of;
-}
-
-std::vector<Input> divisors_of(const Closure& closure) {
-    std::vector<Input> under = closure.under;
-    if (closure.order_power < 0.0 && !closure.of.empty()) under.push_back(speed);
-    return under;
-}
-
-Known known_of(const Closure& closure, const std::vector<Input>& of, const std::vector<const Known*>& known,
-               Measured at) {
+Known known_of(const Closure& closure, const std::vector<const Known*>& known, Measured at) {
+    const std::vector<Input>&of = closure.of, &under = closure.under;
     Known result{.origin = closure.origin};
-    const std::vector<Input> under = divisors_of(closure);
     for (std::size_t i = 0; i < of.size(); ++i) {
         const Known& one = *known[i];
         const char* name = row_name(of[i]);
@@ -54,10 +38,7 @@ Known known_of(const Closure& closure, const std::vector<Input>& of, const std::
         }
         put(at, of[i], one.value, one.error);
     }
-    const double power = of.empty() ? 0.0 : closure.order_power;
-    const Uncertain found = evaluated(at, of, [&](const Measured& m) {
-        return power == 0.0 ? closure.value(m) : closure.value(m) * std::pow(order_scale(m), power);
-    });
+    const Uncertain found = evaluated(at, of, closure.value);
     result.value = found.value;
     result.error = found.error;
     return result;
@@ -65,9 +46,8 @@ Known known_of(const Closure& closure, const std::vector<Input>& of, const std::
 
 /// The row of a closure; false where the table has not all that it follows from.
 bool make_row(const Closure& closure, const Table& table, TableRow& row) {
-    const std::vector<Input> of = inputs_of(closure);
     std::vector<const TableRow*> from;
-    for (const Input input : of) {
+    for (const Input input : closure.of) {
         from.push_back(find_row(table, row_name(input)));
         if (from.back() == nullptr) return false;
         row.by_rods = row.by_rods || from.back()->by_rods || input == rod_area;
@@ -78,7 +58,7 @@ bool make_row(const Closure& closure, const Table& table, TableRow& row) {
         const std::size_t bead = place / rods;
         std::vector<const Known*> known;
         for (const TableRow* one : from) known.push_back(&one->known[one->by_rods ? place : bead]);
-        row.known.push_back(known_of(closure, of, known,
+        row.known.push_back(known_of(closure, known,
                                      {.bead_fraction = table.bead_fractions[bead % table.bead_fractions.size()],
                                       .rod_fraction = row.by_rods ? table.rod_fractions[place % rods] : 0.0}));
     }
@@ -94,8 +74,10 @@ void add_derived(Table& table) {
                               .known = std::vector<Known>(count_of(table, false), Known{.origin = Origin::set})});
     std::vector<TableRow> rows;
     for (const Closure& closure : closures()) {
+        if (closure.row.empty()) continue;
         TableRow row{.name = closure.row, .unit = closure.unit, .formula = closure.formula};
-        if (!closure.row.empty() && make_row(closure, table, row)) rows.push_back(std::move(row));
+        const Closure of_current = scaled(closure, {rod_area, speed}, current_scale);
+        if (make_row(of_current, table, row)) rows.push_back(std::move(row));
     }
     table.rows.insert(table.rows.end(), rows.begin(), rows.end());
 }

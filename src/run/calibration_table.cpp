@@ -23,13 +23,17 @@ std::string joined_remarks(std::vector<std::string> parts) {
     return joined(parts, "; ");
 }
 
-Known known_of(const CalibrationLayout& layout, const calibrate::Campaign& campaign, std::size_t q) {
+/// What a campaign has found, or what it has so far.
+std::optional<calibrate::Measurement> found_by(const calibrate::Campaign& campaign) {
+    return campaign.ended() ? campaign.measurement() : campaign.so_far();
+}
+
+Known known_of(const CalibrationLayout& layout, const calibrate::Campaign& campaign,
+               const std::optional<calibrate::Measurement>& measured, std::size_t q) {
     const int tried = static_cast<int>(campaign.count());
     if (!campaign.refusal().empty()) return refused(campaign.refusal(), tried);
     const std::string unfinished =
         campaign.ended() ? "" : text("not finished: {} trials of {} or more", campaign.count(), campaign.wanted());
-    const std::optional<calibrate::Measurement> measured =
-        campaign.ended() ? campaign.measurement() : campaign.so_far();
     if (!measured) return refused(unfinished, tried);
     const calibrate::Measurement& found = *measured;
     const measure::Estimate& estimate = found.estimates[q];
@@ -112,6 +116,8 @@ void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
 
 calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::Campaign>& campaigns) {
     calibrate::Table table = layout.axes;
+    std::vector<std::optional<calibrate::Measurement>> found;  // once for all numbers of a unit
+    for (const calibrate::Campaign& campaign : campaigns) found.push_back(found_by(campaign));
     for (std::size_t a = 0; a < layout.assays.size(); ++a) {
         const calibrate::Assay& assay = layout.assays[a];
         const bool by_rods = assay.population == calibrate::Population::all;
@@ -126,7 +132,7 @@ calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<cal
                 const CalibrationUnit& unit = layout.units[u];
                 if (unit.assay == a)
                     row.known[calibrate::place_in(table, row, unit.varied, unit.bead, unit.rod)] =
-                        known_of(layout, campaigns[u], q);
+                        known_of(layout, campaigns[u], found[u], q);
             }
             table.rows.push_back(std::move(row));
         }
