@@ -105,7 +105,7 @@ nlohmann::json table_json(const calibrate::Table& table) {
         nlohmann::json points = nlohmann::json::array();
         const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1, beads = table.bead_fractions.size();
         for (std::size_t place = 0; place < row.known.size(); ++place) {
-            const calibrate::Known& known = row.known[place];
+            const calibrate::TableEntry& known = row.known[place];
             nlohmann::json point{{"bead_area_fraction", table.bead_fractions[place / rods % beads]},
                                  {"value", number_json(known.value)},
                                  {"error", number_json(known.error)},

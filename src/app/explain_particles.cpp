@@ -16,7 +16,7 @@ namespace {
 /// Bodies of one kind in a cell.
 struct Supply {
     std::size_t count = 0, shapes = 0;
-    double area_fraction = 0.0, mass_least = 0.0, mass_most = 0.0, length_least = 0.0, length_most = 0.0;
+    double area_fraction = 0.0, min_mass = 0.0, max_mass = 0.0, min_length = 0.0, max_length = 0.0;
 };
 
 template <class Body>
@@ -30,10 +30,10 @@ Supply supply_of(const std::vector<Body>& list, const dem::Bodies& bodies, const
         if (seen[body.shape]) continue;
         const bool first = supply.shapes++ == 0;
         seen[body.shape] = true;
-        supply.mass_least = first ? shape.mass : std::min(supply.mass_least, shape.mass);
-        supply.mass_most = first ? shape.mass : std::max(supply.mass_most, shape.mass);
-        supply.length_least = first ? length : std::min(supply.length_least, length);
-        supply.length_most = first ? length : std::max(supply.length_most, length);
+        supply.min_mass = first ? shape.mass : std::min(supply.min_mass, shape.mass);
+        supply.max_mass = first ? shape.mass : std::max(supply.max_mass, shape.mass);
+        supply.min_length = first ? length : std::min(supply.min_length, length);
+        supply.max_length = first ? length : std::max(supply.max_length, length);
     }
     return supply;
 }
@@ -62,8 +62,8 @@ nlohmann::json supply_json(const Supply& supply) {
     return {{"count", supply.count},
             {"area_fraction", supply.area_fraction},
             {"shapes", supply.shapes},
-            {"mass", {supply.mass_least, supply.mass_most}},
-            {"length", {supply.length_least, supply.length_most}}};
+            {"mass", {supply.min_mass, supply.max_mass}},
+            {"length", {supply.min_length, supply.max_length}}};
 }
 
 nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
@@ -86,8 +86,8 @@ std::string range_text(double least, double most) {
 void print_supply(const char* name, const Supply& supply) {
     if (supply.count == 0) return;
     std::printf("  %zu %s: area fraction %.4g, %s long, %s, %zu shape%s\n", supply.count, name, supply.area_fraction,
-                (range_text(supply.length_least, supply.length_most) + " mm").c_str(),
-                (range_text(supply.mass_least, supply.mass_most) + " mg").c_str(), supply.shapes,
+                (range_text(supply.min_length, supply.max_length) + " mm").c_str(),
+                (range_text(supply.min_mass, supply.max_mass) + " mg").c_str(), supply.shapes,
                 supply.shapes == 1 ? "" : "s");
 }
 
@@ -109,8 +109,8 @@ void print(const io::Scene& scene, const Explanation& e) {
     if (scene.calibration.bead_area_fractions.empty()) return;
     const run::CalibrationLayout layout = run::plan_calibration(scene);
     std::printf("drover calibrate: %zu measurements of %zu to %zu trials each\n", layout.units.size(),
-                layout.goal.round * layout.goal.rounds_least,
-                layout.goal.trials_most / layout.goal.round * layout.goal.round);
+                layout.goal.round * layout.goal.min_rounds,
+                layout.goal.max_trials / layout.goal.round * layout.goal.round);
     for (const calibrate::Assay& assay : layout.assays)
         std::printf("  %-16s over Phi_b%s\n", assay.name.c_str(),
                     assay.population == calibrate::Population::all ? " and Phi_r" : "");

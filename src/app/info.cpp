@@ -70,7 +70,7 @@ void print_calibration(const io::ArchiveReader& archive, const Options& options)
                         std::visit([](const auto& held) { return text("{}", held); }, value).c_str());
     std::array<std::size_t, calibrate::origin_count> origins{};
     for (const calibrate::TableRow& row : table.rows)
-        for (const calibrate::Known& known : row.known) ++origins[static_cast<std::size_t>(known.origin)];
+        for (const calibrate::TableEntry& known : row.known) ++origins[static_cast<std::size_t>(known.origin)];
     std::printf("%-20s %zu:", "coefficients", table.rows.size());
     for (std::size_t i = 0; i < origins.size(); ++i)
         std::printf("%s %zu %s", i == 0 ? "" : ",", origins[i],
@@ -83,14 +83,10 @@ void print_calibration(const io::ArchiveReader& archive, const Options& options)
 void print_xyz(const std::string& file, bool json) {
     const io::XyzInfo info = io::read_xyz_info(file);
     if (json) {
-        const nlohmann::json result{{"frames", info.frames},
-                                    {"particles_least", info.lines_least},
-                                    {"particles_most", info.lines_most},
-                                    {"lattice", info.lattice},
-                                    {"origin", info.origin},
-                                    {"pbc", info.periodic},
-                                    {"properties", info.properties},
-                                    {"times", info.times}};
+        const nlohmann::json result{{"frames", info.frames},           {"min_particles", info.min_lines},
+                                    {"max_particles", info.max_lines}, {"lattice", info.lattice},
+                                    {"origin", info.origin},           {"pbc", info.periodic},
+                                    {"properties", info.properties},   {"times", info.times}};
         std::puts(result.dump(2).c_str());
         return;
     }
@@ -100,8 +96,8 @@ void print_xyz(const std::string& file, bool json) {
     line("format", "extended XYZ");
     line("frames",
          text("{}{}", info.frames, info.times.empty() ? "" : ", " + times_text(info.times.front(), info.times.back())));
-    line("particles", info.lines_least == info.lines_most ? text("{}", info.lines_most)
-                                                          : text("{} to {}", info.lines_least, info.lines_most));
+    line("particles", info.min_lines == info.max_lines ? text("{}", info.max_lines)
+                                                       : text("{} to {}", info.min_lines, info.max_lines));
     line("lattice", info.lattice);
     line("origin", info.origin);
     line("pbc", info.periodic);

@@ -15,12 +15,12 @@ nlohmann::json value_json(const Value& value) {
 
 nlohmann::json row_json(const Description& row) {
     nlohmann::json result{{"name", row.name},
-                          {"type", type_text(row.standard)},
-                          {"default", value_json(row.standard)},
-                          {"sentence", row.sentence}};
+                          {"type", type_text(row.default_value)},
+                          {"default", value_json(row.default_value)},
+                          {"doc", row.doc}};
     if (!row.unit.empty()) result["unit"] = row.unit;
-    if (std::isfinite(row.range.least)) result[row.range.least_open ? "more_than" : "least"] = row.range.least;
-    if (std::isfinite(row.range.most)) result["most"] = row.range.most;
+    if (std::isfinite(row.range.min)) result[row.range.min_open ? "more_than" : "min"] = row.range.min;
+    if (std::isfinite(row.range.max)) result["max"] = row.range.max;
     if (!row.choices.empty()) result["choices"] = row.choices;
     return result;
 }
@@ -29,16 +29,15 @@ void print(const std::vector<io::SectionDescription>& sections) {
     std::printf("# Plain numbers are in mm, s and mg.\n");
     for (const io::SectionDescription& section : sections) {
         const std::string scenes = section.kind.empty() ? "" : text("scenes of {}: ", section.kind);
-        std::printf("\n[%s]  # %s%s\n", section.name.c_str(), scenes.c_str(), section.sentence.c_str());
+        std::printf("\n[%s]  # %s%s\n", section.name.c_str(), scenes.c_str(), section.doc.c_str());
         for (const Description& row : section.rows) {
-            std::string allowed = type_text(row.standard);
-            if (std::isfinite(row.range.least))
-                allowed += text(" {} {}", row.range.least_open ? ">" : ">=", row.range.least);
-            if (std::isfinite(row.range.most)) allowed += text(" <= {}", row.range.most);
+            std::string allowed = type_text(row.default_value);
+            if (std::isfinite(row.range.min)) allowed += text(" {} {}", row.range.min_open ? ">" : ">=", row.range.min);
+            if (std::isfinite(row.range.max)) allowed += text(" <= {}", row.range.max);
             if (!row.choices.empty()) allowed = joined(row.choices, " | ");
             if (!row.unit.empty()) allowed += " [" + row.unit + "]";
-            std::printf("%s = %s  # %s\n    # %s\n", row.name.c_str(), toml_text(row.standard).c_str(), allowed.c_str(),
-                        row.sentence.c_str());
+            std::printf("%s = %s  # %s\n    # %s\n", row.name.c_str(), toml_text(row.default_value).c_str(),
+                        allowed.c_str(), row.doc.c_str());
         }
     }
 }
@@ -69,7 +68,7 @@ void add_schema(CLI::App& program, Action& action) {
             for (const io::SectionDescription& section : sections) {
                 nlohmann::json rows = nlohmann::json::array();
                 for (const Description& row : section.rows) rows.push_back(row_json(row));
-                result.push_back({{"name", section.name}, {"sentence", section.sentence}, {"rows", rows}});
+                result.push_back({{"name", section.name}, {"doc", section.doc}, {"rows", rows}});
                 if (!section.kind.empty()) result.back()["kind"] = section.kind;
             }
             std::puts(result.dump(2).c_str());

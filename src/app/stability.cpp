@@ -37,8 +37,8 @@ nlohmann::json state_json(const run::StateStability& one) {
                                  {"frequency", found.frequency},
                                  {"wavenumber", found.q},
                                  {"angle", found.angle / degree},
-                                 {"grows_from", found.least},
-                                 {"grows_to", number_json(found.most)},
+                                 {"grows_from", found.min},
+                                 {"grows_to", number_json(found.max)},
                                  {"at_longest", found.at_longest},
                                  {"at_shortest", found.at_shortest}});
     for (const run::SlowAngle& at : one.slow)
@@ -94,8 +94,8 @@ void add_stability(CLI::App& program, Action& action) {
                                         {"coefficients", coefficients_json(report.coefficients)},
                                         {"states", states},
                                         {"no_order", report.no_order},
-                                        {"searched_from", report.search.least},
-                                        {"searched_to", report.search.most},
+                                        {"searched_from", report.search.min},
+                                        {"searched_to", report.search.max},
                                         {"notes", report.notes}};
             std::puts(result.dump(2).c_str());
             return run::exit_done;

@@ -40,7 +40,7 @@ constexpr std::array functions{Function{"abs", 1, [](double a, double) { return 
 
 class Parser {
 public:
-    Parser(const std::string& written, const Where& where) : written_(written), where_(where) {}
+    Parser(const std::string& written, const SourceLocation& where) : written_(written), where_(where) {}
 
     Value whole() {
         constexpr std::size_t most = 10000;  // every term of a long sum stands on the stack when it is taken
@@ -160,13 +160,13 @@ private:
     };
 
     const std::string& written_;
-    const Where& where_;
+    const SourceLocation& where_;
     std::size_t at_ = 0;
     int depth_ = 0;
 };
 }  // namespace
 
-Formula::Formula(const std::string& written, const Where& where)
+Formula::Formula(const std::string& written, const SourceLocation& where)
     : root_(std::make_shared<const Node>(Node{Parser(written, where).whole()})) {}
 
 double Formula::operator()(double x, double y) const { return root_->value(x, y); }

@@ -42,18 +42,17 @@ std::string list_text(const Items& items, Write write) {
 std::string expected_text(const Description& row) {
     if (!row.choices.empty())
         return list_text(row.choices, quoted)
-            .insert(0, row.standard.index() == Value(std::string()).index() ? "one of " : "words of ");
-    std::string result = type_text(row.standard);
-    const bool least = std::isfinite(row.range.least), most = std::isfinite(row.range.most);
-    if (least) result += text(" {} {}", row.range.least_open ? ">" : ">=", row.range.least);
-    if (most) result += text("{} <= {}", least ? " and" : "", row.range.most);
+            .insert(0, row.default_value.index() == Value(std::string()).index() ? "one of " : "words of ");
+    std::string result = type_text(row.default_value);
+    const bool least = std::isfinite(row.range.min), most = std::isfinite(row.range.max);
+    if (least) result += text(" {} {}", row.range.min_open ? ">" : ">=", row.range.min);
+    if (most) result += text("{} <= {}", least ? " and" : "", row.range.max);
     if (!row.unit.empty()) result += text(" [{}]", row.unit);
     return result;
 }
 
 bool in_range(const Range& range, double value) {
-    return std::isfinite(value) && (range.least_open ? value > range.least : value >= range.least) &&
-           value <= range.most;
+    return std::isfinite(value) && (range.min_open ? value > range.min : value >= range.min) && value <= range.max;
 }
 
 /// The value in the type of the default, where that loses nothing.
@@ -85,14 +84,13 @@ std::string toml_text(const Value& value) {
                       value);
 }
 
-Value checked_value(const Description& row, const std::string& section, const PlacedValue& found) {
+Value checked_value(const Description& row, const std::string& section, const LocatedValue& found) {
     const std::string key = section + "." + row.name;
-    const Value value = converted(found.value, row.standard);
+    const Value value = converted(found.value, row.default_value);
     const auto refuse = [&] {
-        fail_input(found.where, "{} = {}; expected {}: {}", key, toml_text(found.value), expected_text(row),
-                   row.sentence);
+        fail_input(found.where, "{} = {}; expected {}: {}", key, toml_text(found.value), expected_text(row), row.doc);
     };
-    if (value.index() != row.standard.index()) refuse();
+    if (value.index() != row.default_value.index()) refuse();
     if (const auto* number = std::get_if<double>(&value); number && !in_range(row.range, *number)) refuse();
     if (const auto* whole = std::get_if<std::int64_t>(&value);
         whole && !in_range(row.range, static_cast<double>(*whole)))
@@ -112,7 +110,7 @@ Value checked_value(const Description& row, const std::string& section, const Pl
     return value;
 }
 
-void refuse_unknown_keys(const PlacedTable& table, const std::string& section, const std::vector<Description>& rows) {
+void reject_unknown_keys(const LocatedTable& table, const std::string& section, const std::vector<Description>& rows) {
     std::vector<std::string> names;
     for (const Description& row : rows) names.push_back(row.name);
     for (const auto& [key, value] : table.values) {

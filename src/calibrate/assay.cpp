@@ -12,7 +12,7 @@ namespace drover::calibrate {
 
 namespace {
 constexpr std::size_t resamples = 400;
-constexpr double failing_most = 0.02;  // of resamples: they lie in the tails, and an error without them is too small
+constexpr double max_failing = 0.02;  // of resamples: they lie in the tails, and an error without them is too small
 
 /// Mean of each number over the chosen trials.
 std::vector<double> means_of(std::span<const Trial> trials, std::span<const std::size_t> chosen) {
@@ -32,7 +32,7 @@ void set_error_and_bias(measure::Estimate& estimate, const std::vector<std::vect
             const double apart = value[quantity] - estimate.mean;
             sum += apart, squares += apart * apart, count += 1.0;
         }
-    if (!std::isfinite(estimate.mean) || count < (1.0 - failing_most) * static_cast<double>(values.size())) {
+    if (!std::isfinite(estimate.mean) || count < (1.0 - max_failing) * static_cast<double>(values.size())) {
         estimate.refusal = text("error refused: {} of {} resamples of the {} trials give no value",
                                 static_cast<double>(values.size()) - count, values.size(), estimate.samples);
         return;
@@ -45,12 +45,12 @@ void set_error_and_bias(measure::Estimate& estimate, const std::vector<std::vect
 void check(const Goal& goal) {
     require(goal.relative_error > 0.0 && std::isfinite(goal.relative_error), {},
             "a relative error of {} is asked; expected a number above 0", goal.relative_error);
-    require(goal.round >= 1 && goal.round * goal.rounds_least >= measure::blocks_least, {},
+    require(goal.round >= 1 && goal.round * goal.min_rounds >= measure::min_blocks, {},
             "{} rounds of {} trials before the first look; expected {} trials or more, or their spread says little",
-            goal.rounds_least, goal.round, measure::blocks_least);
-    require(goal.trials_most >= goal.round * goal.rounds_least, {},
-            "at most {} trials, with {} rounds of {} before the first look; expected at least as many",
-            goal.trials_most, goal.rounds_least, goal.round);
+            goal.min_rounds, goal.round, measure::min_blocks);
+    require(goal.max_trials >= goal.round * goal.min_rounds, {},
+            "at most {} trials, with {} rounds of {} before the first look; expected at least as many", goal.max_trials,
+            goal.min_rounds, goal.round);
 }
 
 /// Error beside what is allowed: at most 1 when it is good enough.
@@ -92,7 +92,7 @@ std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint
     return static_cast<std::uint64_t>(std::ldexp(drawn, 52));  // fits a double: a checkpoint may hold it as one
 }
 
-Trial run_trial(const Assay& assay, const Maker& make, const Conditions& conditions, std::uint64_t trial) {
+Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial) {
     require(dem::is_periodic(conditions.setup.cell), {}, "{}: a cell of shape \"{}\"; expected \"periodic\"",
             assay.name, conditions.setup.cell.shape);
     return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
@@ -121,23 +121,23 @@ std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Tria
     return estimates;
 }
 
-Judgement judge(const Assay& assay, std::span<const Trial> trials, const Goal& goal) {
+StoppingDecision judge(const Assay& assay, std::span<const Trial> trials, const Goal& goal) {
     check(goal);
-    for (std::size_t count = goal.round * goal.rounds_least;; count += goal.round) {
+    for (std::size_t count = goal.round * goal.min_rounds;; count += goal.round) {
         if (count > trials.size()) return {.begin = trials.size(), .end = count};
         Measurement found{.estimates = estimate(assay, trials.first(count)), .trials = count};
-        found.verdict = assay.conclude ? assay.conclude(found.estimates) : "";
-        found.shortfall = shortfall_of(assay, found, goal);
-        found.reached = found.shortfall.empty();
-        if (found.reached || count + goal.round > goal.trials_most)
+        found.diagnosis = assay.conclude ? assay.conclude(found.estimates) : "";
+        found.unmet_target = shortfall_of(assay, found, goal);
+        found.reached = found.unmet_target.empty();
+        if (found.reached || count + goal.round > goal.max_trials)
             return {.begin = count, .end = count, .measurement = std::move(found)};
     }
 }
 
-Measurement carry_out(const Assay& assay, const Maker& make, const Conditions& conditions, const Goal& goal) {
+Measurement carry_out(const Assay& assay, const SystemFactory& make, const Conditions& conditions, const Goal& goal) {
     std::vector<Trial> trials;
     for (;;) {
-        Judgement judgement = judge(assay, trials, goal);
+        StoppingDecision judgement = judge(assay, trials, goal);
         if (judgement.measurement) return std::move(*judgement.measurement);
         for (std::size_t t = judgement.begin; t < judgement.end; ++t)
             trials.push_back(run_trial(assay, make, conditions, t));

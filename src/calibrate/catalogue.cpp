@@ -6,13 +6,9 @@
 namespace drover::calibrate {
 
 std::vector<Assay> make_assays(const Plans& plans) {
-    return {relaxation(plans.relaxation),
-            weathercock(plans.weathercock),
-            drag(plans.drag),
-            damping(plans.damping),
-            shear(plans.shear),
-            propulsion(plans.propulsion),
-            compressibility(plans.compressibility)};
+    return {
+        relaxation(plans.relaxation), weathercock(plans.weathercock), drag(plans.drag),          damping(plans.damping),
+        shear(plans.shear),           propulsion(plans.propulsion),   stiffness(plans.stiffness)};
 }
 
 const Assay& find_assay(std::span<const Assay> assays, const std::string& name) {

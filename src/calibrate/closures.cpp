@@ -9,10 +9,10 @@
 namespace drover::calibrate {
 
 const char* row_name(Input input) {
-    static constexpr std::array<const char*, input_count> names{"bead_area",           "rod_area",       "bead_mass",
-                                                                "relaxation_rate",     "weathercock",    "drag",
-                                                                "response_time",       "propulsion",     "damping_rate",
-                                                                "viscosity_kinematic", "compressibility"};
+    static constexpr std::array<const char*, input_count> names{"bead_area",           "rod_area",    "bead_mass",
+                                                                "relaxation_rate",     "weathercock", "drag",
+                                                                "response_time",       "propulsion",  "damping_rate",
+                                                                "viscosity_kinematic", "stiffness"};
     return names[input];
 }
 
@@ -72,12 +72,12 @@ std::vector<Closure> of_beads() {
              .under = {bead_area},
              .order_power = -1,
              .value = [](M m) { return m[drag] * m.friction(); }},
-            {.key = "compressibility.beads",
+            {.key = "stiffness.beads",
              .origin = Origin::measured,
              .of = {stiffness},
              .value = [](M m) { return m[stiffness]; }},
-            {.row = "compressibility_rods",
-             .key = "compressibility.rods",
+            {.row = "stiffness_rods",
+             .key = "stiffness.rods",
              .unit = "mg mm^2/s^2",
              .formula = "F = 0: no assay and no closure"}};
 }

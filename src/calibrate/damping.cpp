@@ -13,24 +13,24 @@ namespace drover::calibrate {
 
 namespace {
 /// v and x along the imposed flow after 0, 1, ... frames, means over releases: v0, x0, v1, x1, ...
-Trial release(const DampingPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+Trial release(const DampingPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "damping");
     dem::Setup setup = beads_alone(given);
     setup.forces = {.hold_beads = true};
-    const auto specimen = make(setup, seed);
+    const auto system = make(setup, seed);
     double time = plan.warm_up;
-    specimen->advance_to(time);
+    system->advance_to(time);
     const std::size_t frames = frames_in(plan.time, plan.frame);
     Trial trial(2 * (frames + 1), 0.0);
     for (int i = 0; i < plan.releases; ++i) {
         const double x = i % 2 == 0 ? (i % 4 == 0 ? 1.0 : -1.0) : 0.0, y = i % 2 == 1 ? (i % 4 == 1 ? 1.0 : -1.0) : 0.0;
-        specimen->impose({.hold_beads = true, .bead_velocity_x = x * plan.speed, .bead_velocity_y = y * plan.speed});
-        specimen->advance_to(time += plan.hold);
-        specimen->impose({});
-        const BeadMotion start = specimen->beads();
+        system->impose({.hold_beads = true, .bead_velocity_x = x * plan.speed, .bead_velocity_y = y * plan.speed});
+        system->advance_to(time += plan.hold);
+        system->impose({});
+        const BeadMotion start = system->beads();
         for (std::size_t frame = 0; frame <= frames; ++frame) {
-            specimen->advance_to(time + static_cast<double>(frame) * plan.frame);
-            const BeadMotion now = specimen->beads();
+            system->advance_to(time + static_cast<double>(frame) * plan.frame);
+            const BeadMotion now = system->beads();
             trial[2 * frame] += (x * now.vx + y * now.vy) / plan.releases;
             trial[2 * frame + 1] += (x * (now.x - start.x) + y * (now.y - start.y)) / plan.releases;
         }
@@ -56,7 +56,7 @@ Stretch stretch_of(const DampingPlan& plan, std::span<const Trial> trials) {
     Stretch stretch;
     auto& ends = stretch.ends;
     for (std::size_t third = 1; third <= 3; ++third) {
-        const double speed = plan.speed * std::pow(plan.speed_least / plan.speed, static_cast<double>(third) / 3.0);
+        const double speed = plan.speed * std::pow(plan.min_speed / plan.speed, static_cast<double>(third) / 3.0);
         ends[third] = std::max(frame_below(means, speed), ends[third - 1] + 1);
         ends[third] = std::min(ends[third], means.size() / 2 - 1);
     }
@@ -109,9 +109,9 @@ std::string conclude(const DampingPlan& plan, std::vector<measure::Estimate>& es
 }  // namespace
 
 Assay damping(const DampingPlan& plan) {
-    require(plan.speed > plan.speed_flock && plan.speed_flock > plan.speed_least && plan.speed_least > 0.0, {},
+    require(plan.speed > plan.speed_flock && plan.speed_flock > plan.min_speed && plan.min_speed > 0.0, {},
             "damping: speeds {}, {} and {} mm/s; expected that of the flock between the least and that at the release",
-            plan.speed_least, plan.speed_flock, plan.speed);
+            plan.min_speed, plan.speed_flock, plan.speed);
     require(plan.releases >= 1 && plan.frame > 0.0 && plan.time >= 4.0 * plan.frame, {},
             "damping: {} releases of {} s in frames of {} s; expected one or more, and four frames or more",
             plan.releases, plan.time, plan.frame);
@@ -127,7 +127,7 @@ Assay damping(const DampingPlan& plan) {
                  {"damping_rate_fast", "1/s", "-dv/dx, fastest third of the decade", false},
                  {"damping_rate_middle", "1/s", "-dv/dx, middle third", false},
                  {"damping_rate_slow", "1/s", "-dv/dx, slowest third", false}},
-            .trial = [plan](const Maker& make, const dem::Setup& setup,
+            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
                             std::uint64_t seed) { return release(plan, make, setup, seed); },
             .estimator =
                 [plan](std::span<const Trial> trials) {
@@ -150,37 +150,33 @@ const std::vector<Row<calibrate::DampingPlan>>& schema<calibrate::DampingPlan>()
          .member = &Plan::speed,
          .unit = "mm/s",
          .range = positive,
-         .sentence = "of the beads at the release"},
-        {.name = "speed_least",
-         .member = &Plan::speed_least,
+         .doc = "of the beads at the release"},
+        {.name = "min_speed",
+         .member = &Plan::min_speed,
          .unit = "mm/s",
          .range = positive,
-         .sentence = "to which the decay is read: a decade"},
+         .doc = "to which the decay is read: a decade"},
         {.name = "speed_flock",
          .member = &Plan::speed_flock,
          .unit = "mm/s",
          .range = positive,
-         .sentence = "at which the rate is wanted, between the two"},
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .sentence = "once, at the start"},
-        {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .sentence = "before each release"},
+         .doc = "at which the rate is wanted, between the two"},
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
+        {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .doc = "before each release"},
         {.name = "releases",
          .member = &Plan::releases,
-         .range = {.least = 1, .most = 1000},
-         .sentence = "of one specimen, along x, y, -x, -y, and so on"},
+         .range = {.min = 1, .max = 1000},
+         .doc = "of one system, along x, y, -x, -y, and so on"},
         {.name = "time",
          .member = &Plan::time,
          .unit = "s",
          .range = positive,
-         .sentence = "followed after each; until speed_least, some 3/(Gamma/(m rho))"},
+         .doc = "followed after each; until min_speed, some 3/(Gamma/(m rho))"},
         {.name = "frame",
          .member = &Plan::frame,
          .unit = "s",
          .range = positive,
-         .sentence = "between looks, whole periods of the plates"}};
+         .doc = "between looks, whole periods of the plates"}};
     return rows;
 }
 

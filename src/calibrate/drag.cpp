@@ -22,35 +22,35 @@ Order order_of(const std::vector<RodPlace>& rods) {
     return {along / count, (along * along + across * across) / (count * count)};
 }
 
-void watch(Specimen& specimen, double& time, const DragPlan& plan, double* out) {
+void watch(ParticleSystem& system, double& time, const DragPlan& plan, double* out) {
     const std::size_t frames = frames_in(plan.time / plan.windows, plan.frame);
     const double part = 1.0 / static_cast<double>(frames), window = plan.frame * static_cast<double>(frames);
-    const BeadMotion start = specimen.beads();
+    const BeadMotion start = system.beads();
     for (std::size_t frame = 0; frame <= frames; ++frame) {
-        if (frame > 0) specimen.advance_to(time += plan.frame);
-        const Order order = order_of(specimen.rods());
+        if (frame > 0) system.advance_to(time += plan.frame);
+        const Order order = order_of(system.rods());
         const double weight = frame == 0 || frame == frames ? 0.5 * part : part;
         out[1] += weight * order.along;
         out[2] += weight * order.square * order.along;
     }
-    const BeadMotion end = specimen.beads();
+    const BeadMotion end = system.beads();
     out[0] = (end.x - start.x) / window;
     out[3] = (end.vx - start.vx) / window;
 }
 
 /// Windows of each torque, from the strongest on.  Rods start along x and beads at rest: how the flow builds up tells tau.
-Trial carry(const DragPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+Trial carry(const DragPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "drag");
     dem::Setup setup = with_rods(given, "drag", true);
     setup.forces = {.torque = plan.torques.back()};
-    const auto specimen = make(setup, seed);
+    const auto system = make(setup, seed);
     double time = plan.warm_up;
-    specimen->advance_to(time);
+    system->advance_to(time);
     const auto windows = static_cast<std::size_t>(plan.windows);
     Trial trial(numbers * windows * plan.torques.size(), 0.0);
     for (std::size_t k = plan.torques.size(); k-- > 0;) {
-        specimen->impose({.torque = plan.torques[k]});
-        for (std::size_t w = 0; w < windows; ++w) watch(*specimen, time, plan, &trial[numbers * (windows * k + w)]);
+        system->impose({.torque = plan.torques[k]});
+        for (std::size_t w = 0; w < windows; ++w) watch(*system, time, plan, &trial[numbers * (windows * k + w)]);
     }
     return trial;
 }
@@ -115,7 +115,7 @@ Assay drag(const DragPlan& plan) {
     return {.name = "drag",
             .population = Population::all,
             .quantities = quantities,
-            .trial = [plan](const Maker& make, const dem::Setup& setup,
+            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
                             std::uint64_t seed) { return carry(plan, make, setup, seed); },
             .estimator =
                 [plan](std::span<const Trial>) {
@@ -136,26 +136,26 @@ const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
          .member = &Plan::torques,
          .unit = "mg mm^2/s^2",
          .range = positive,
-         .sentence = "of the field that orients rods, weak to strong, for P from below a half to near one"},
+         .doc = "of the field that orients rods, weak to strong, for P from below a half to near one"},
         {.name = "warm_up",
          .member = &Plan::warm_up,
          .unit = "s",
          .range = not_negative,
-         .sentence = "once, in the strongest; less than m rho/Gamma"},
+         .doc = "once, in the strongest; less than m rho/Gamma"},
         {.name = "time",
          .member = &Plan::time,
          .unit = "s",
          .range = positive,
-         .sentence = "in each; together some times m rho/Gamma and 1/a"},
+         .doc = "in each; together some times m rho/Gamma and 1/a"},
         {.name = "windows",
          .member = &Plan::windows,
-         .range = {.least = 1, .most = 1000},
-         .sentence = "of equal length that the time is cut into"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks at P"},
+         .range = {.min = 1, .max = 1000},
+         .doc = "of equal length that the time is cut into"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "between looks at P"},
         {.name = "bend",
          .member = &Plan::bend,
-         .sentence = "the flow has a term in |P|^2 P beside the one in P: four times the error of its slope; false: a "
-                     "straight line, and the verdict says whether it is one"}};
+         .doc = "the flow has a term in |P|^2 P beside the one in P: four times the error of its slope; false: a "
+                "straight line, and the diagnosis says whether it is one"}};
     return rows;
 }
 

@@ -10,20 +10,20 @@ namespace drover::calibrate {
 
 namespace {
 /// Means over rods and frames of the speed along n and of n(0).n(frame), and of the squares of each rod's mean speed.
-Trial follow(const PropulsionPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+Trial follow(const PropulsionPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     dem::Setup setup = with_rods(given, "propulsion", false);
     setup.forces = bed_at_rest(setup);
-    const auto specimen = make(setup, seed);
+    const auto system = make(setup, seed);
     double time = plan.warm_up;
-    specimen->advance_to(time);
+    system->advance_to(time);
     const std::size_t frames = frames_in(plan.time, plan.frame);
-    std::vector<RodPlace> before = specimen->rods();
+    std::vector<RodPlace> before = system->rods();
     const double rods = static_cast<double>(before.size()), looks = static_cast<double>(frames);
     std::vector<double> speeds(before.size(), 0.0);
     double turned = 0.0;
     for (std::size_t frame = 0; frame < frames; ++frame) {
-        specimen->advance_to(time += plan.frame);
-        const std::vector<RodPlace> now = specimen->rods();
+        system->advance_to(time += plan.frame);
+        const std::vector<RodPlace> now = system->rods();
         for (std::size_t r = 0; r < now.size(); ++r) {
             const double along = (now[r].x - before[r].x) * std::cos(before[r].angle) +
                                  (now[r].y - before[r].y) * std::sin(before[r].angle);
@@ -51,7 +51,7 @@ Assay propulsion(const PropulsionPlan& plan) {
             .population = Population::single_rods,
             .quantities = {{"propulsion", "mm/s", "u = <d.n>/frame, less what the turning of n takes"},
                            {"propulsion_spread", "mm/s", "standard deviation of the means of rods", false}},
-            .trial = [plan](const Maker& make, const dem::Setup& setup,
+            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
                             std::uint64_t seed) { return follow(plan, make, setup, seed); },
             .estimator = [](std::span<const Trial>) { return estimates_of; },
             .conclude = {}};
@@ -64,21 +64,18 @@ namespace drover {
 template <>
 const std::vector<Row<calibrate::PropulsionPlan>>& schema<calibrate::PropulsionPlan>() {
     using Plan = calibrate::PropulsionPlan;
-    static const std::vector<Row<Plan>> rows{{.name = "warm_up",
-                                              .member = &Plan::warm_up,
-                                              .unit = "s",
-                                              .range = not_negative,
-                                              .sentence = "before anything is followed"},
-                                             {.name = "time",
-                                              .member = &Plan::time,
-                                              .unit = "s",
-                                              .range = positive,
-                                              .sentence = "for which rods are followed"},
-                                             {.name = "frame",
-                                              .member = &Plan::frame,
-                                              .unit = "s",
-                                              .range = positive,
-                                              .sentence = "over which a displacement is taken"}};
+    static const std::vector<Row<Plan>> rows{
+        {.name = "warm_up",
+         .member = &Plan::warm_up,
+         .unit = "s",
+         .range = not_negative,
+         .doc = "before anything is followed"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "for which rods are followed"},
+        {.name = "frame",
+         .member = &Plan::frame,
+         .unit = "s",
+         .range = positive,
+         .doc = "over which a displacement is taken"}};
     return rows;
 }
 

@@ -10,8 +10,8 @@
 namespace drover::calibrate {
 
 namespace {
-constexpr double fall_most = 0.5;      // of -ln C, where it is fitted
-constexpr std::size_t lags_least = 4;  // of a fit
+constexpr double max_fall = 0.5;     // of -ln C, where it is fitted
+constexpr std::size_t min_lags = 4;  // of a fit
 
 /// Lags [first, end) in frames; found: whether the slope no longer changes there.
 struct Regime {
@@ -51,9 +51,9 @@ bool slopes_agree(std::span<const Trial> trials, const std::vector<double>& mean
 Regime regime_of(std::span<const Trial> trials, double frame) {
     const std::vector<double> means = means_over(trials);
     Regime regime;
-    while (regime.end <= means.size() && means[regime.end - 1] > std::exp(-fall_most)) ++regime.end;
-    regime.end = std::min(std::max(regime.end, lags_least + 1), means.size() + 1);  // C fell at once: the first lags
-    for (; 4 * regime.first + lags_least <= regime.end && !regime.found; regime.first *= 2)
+    while (regime.end <= means.size() && means[regime.end - 1] > std::exp(-max_fall)) ++regime.end;
+    regime.end = std::min(std::max(regime.end, min_lags + 1), means.size() + 1);  // C fell at once: the first lags
+    for (; 4 * regime.first + min_lags <= regime.end && !regime.found; regime.first *= 2)
         regime.found = slopes_agree(trials, means, regime.first, regime.end, frame);
     return regime;
 }
@@ -69,18 +69,18 @@ Trial correlation(const std::vector<std::vector<double>>& angles, std::size_t la
     return found;
 }
 
-Trial follow(const RelaxationPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+Trial follow(const RelaxationPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     dem::Setup setup = with_rods(given, "relaxation", false);
     setup.forces = bed_at_rest(setup);
-    const auto specimen = make(setup, seed);
+    const auto system = make(setup, seed);
     const std::size_t frames = frames_in(plan.time, plan.frame);
-    std::vector<std::vector<double>> angles(specimen->rods().size());
+    std::vector<std::vector<double>> angles(system->rods().size());
     for (std::size_t frame = 0; frame <= frames; ++frame) {
-        specimen->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
-        const std::vector<RodPlace> rods = specimen->rods();
+        system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
+        const std::vector<RodPlace> rods = system->rods();
         for (std::size_t r = 0; r < rods.size(); ++r) angles[r].push_back(rods[r].angle);
     }
-    return correlation(angles, frames_in(plan.lag_most, plan.frame));
+    return correlation(angles, frames_in(plan.max_lag, plan.frame));
 }
 
 std::string conclude(std::vector<measure::Estimate>& estimates) {
@@ -92,16 +92,16 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 }  // namespace
 
 Assay relaxation(const RelaxationPlan& plan) {
-    require(plan.frame > 0.0 && plan.lag_most >= 8.0 * plan.frame && plan.time > plan.lag_most, {},
+    require(plan.frame > 0.0 && plan.max_lag >= 8.0 * plan.frame && plan.time > plan.max_lag, {},
             "relaxation: frames of {} s, lags up to {} s, a trial of {} s; expected lags of 8 frames or more, and a "
             "longer trial",
-            plan.frame, plan.lag_most, plan.time);
+            plan.frame, plan.max_lag, plan.time);
     return {.name = "relaxation",
             .population = Population::single_rods,
             .quantities = {{"relaxation_rate", "1/s", "a = D_r = -d ln C/dt, C(t) = <cos(theta(t) - theta(0))>"},
                            {"rotational_jitter", "1", "1 - c, C(t) = c exp(-a t)", false},
                            {"exponential_from", "s", "t0, from which on ln C is straight", false}},
-            .trial = [plan](const Maker& make, const dem::Setup& setup,
+            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
                             std::uint64_t seed) { return follow(plan, make, setup, seed); },
             .estimator =
                 [plan](std::span<const Trial> trials) {
@@ -128,22 +128,18 @@ const std::vector<Row<calibrate::RelaxationPlan>>& schema<calibrate::RelaxationP
          .member = &Plan::warm_up,
          .unit = "s",
          .range = not_negative,
-         .sentence = "before anything is followed"},
+         .doc = "before anything is followed"},
         {.name = "frame",
          .member = &Plan::frame,
          .unit = "s",
          .range = positive,
-         .sentence = "between looks; whole periods of the plates, which tilt rods at their own frequency"},
-        {.name = "time",
-         .member = &Plan::time,
+         .doc = "between looks; whole periods of the plates, which tilt rods at their own frequency"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "for which rods are followed"},
+        {.name = "max_lag",
+         .member = &Plan::max_lag,
          .unit = "s",
          .range = positive,
-         .sentence = "for which rods are followed"},
-        {.name = "lag_most",
-         .member = &Plan::lag_most,
-         .unit = "s",
-         .range = positive,
-         .sentence = "longest lag t of C(t): less than time; some 0.5/a, or what there is time for"}};
+         .doc = "longest lag t of C(t): less than time; some 0.5/a, or what there is time for"}};
     return rows;
 }
 

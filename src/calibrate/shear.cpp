@@ -11,13 +11,13 @@ namespace drover::calibrate {
 
 namespace {
 /// The amplitude after 0, 1, ... frames, wave after wave, means over releases; and q^2 of each wave at the end.
-Trial release(const ShearPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+Trial release(const ShearPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "shear");
     dem::Setup setup = beads_alone(given);
     setup.forces = {.hold_beads = true};
-    const auto specimen = make(setup, seed);
+    const auto system = make(setup, seed);
     double time = plan.warm_up;
-    specimen->advance_to(time);
+    system->advance_to(time);
     const std::size_t frames = frames_in(plan.time, plan.frame);
     Trial trial;
     for (const double number : plan.waves) {
@@ -25,12 +25,12 @@ Trial release(const ShearPlan& plan, const Maker& make, const dem::Setup& given,
         std::vector<double> amplitude(frames + 1, 0.0);
         for (int i = 0; i < plan.releases; ++i) {
             const double side = i % 2 == 0 ? 1.0 : -1.0;
-            specimen->impose({.hold_beads = true, .bead_velocity_x = side * plan.speed, .held_waves = waves});
-            specimen->advance_to(time += plan.hold);
-            specimen->impose({});
+            system->impose({.hold_beads = true, .bead_velocity_x = side * plan.speed, .held_waves = waves});
+            system->advance_to(time += plan.hold);
+            system->impose({});
             for (std::size_t frame = 0; frame <= frames; ++frame) {
-                specimen->advance_to(time + static_cast<double>(frame) * plan.frame);
-                amplitude[frame] += side * specimen->shear_wave(waves) / plan.releases;
+                system->advance_to(time + static_cast<double>(frame) * plan.frame);
+                amplitude[frame] += side * system->shear_wave(waves) / plan.releases;
             }
             time += static_cast<double>(frames) * plan.frame;
         }
@@ -74,7 +74,7 @@ std::vector<std::size_t> ends_of(const ShearPlan& plan, std::span<const Trial> t
     std::vector<std::size_t> ends;
     for (std::size_t k = 0; k < plan.waves.size(); ++k) {
         std::size_t end = 1;
-        while (end + 1 < length && means[k * length + end] >= plan.part_least * means[k * length]) ++end;
+        while (end + 1 < length && means[k * length + end] >= plan.min_fraction * means[k * length]) ++end;
         ends.push_back(end);
     }
     return ends;
@@ -103,7 +103,7 @@ Assay shear(const ShearPlan& plan) {
     return {.name = "shear",
             .population = Population::beads,
             .quantities = quantities,
-            .trial = [plan](const Maker& make, const dem::Setup& setup,
+            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
                             std::uint64_t seed) { return release(plan, make, setup, seed); },
             .estimator =
                 [plan](std::span<const Trial> trials) {
@@ -124,33 +124,25 @@ const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>() {
     static const std::vector<Row<Plan>> rows{
         {.name = "waves",
          .member = &Plan::waves,
-         .range = {.least = 1, .most = 1000},
-         .sentence = "across the cell, whole numbers, ascending: q = 2 pi waves/ly"},
-        {.name = "speed",
-         .member = &Plan::speed,
-         .unit = "mm/s",
-         .range = positive,
-         .sentence = "amplitude at the release"},
-        {.name = "part_least",
-         .member = &Plan::part_least,
-         .range = {.least = 0.0, .most = 0.99, .least_open = true},
-         .sentence = "of the amplitude, to which the decay is read"},
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .sentence = "once, at the start"},
-        {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .sentence = "before each release"},
+         .range = {.min = 1, .max = 1000},
+         .doc = "across the cell, whole numbers, ascending: q = 2 pi waves/ly"},
+        {.name = "speed", .member = &Plan::speed, .unit = "mm/s", .range = positive, .doc = "amplitude at the release"},
+        {.name = "min_fraction",
+         .member = &Plan::min_fraction,
+         .range = {.min = 0.0, .max = 0.99, .min_open = true},
+         .doc = "of the amplitude, to which the decay is read"},
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
+        {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .doc = "before each release"},
         {.name = "releases",
          .member = &Plan::releases,
-         .range = {.least = 1, .most = 1000},
-         .sentence = "of each wave, to either side in turn"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .sentence = "followed after each"},
+         .range = {.min = 1, .max = 1000},
+         .doc = "of each wave, to either side in turn"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "followed after each"},
         {.name = "frame",
          .member = &Plan::frame,
          .unit = "s",
          .range = positive,
-         .sentence = "between looks, whole periods of the plates"}};
+         .doc = "between looks, whole periods of the plates"}};
     return rows;
 }
 

@@ -30,7 +30,7 @@ std::string point_text(const Table& table, bool by_rods, std::size_t place) {
 }
 
 std::size_t varied_place(const Table& table, const std::optional<double>& value, const std::string& name,
-                         const Where& where) {
+                         const SourceLocation& where) {
     if (table.varied_key.empty()) {
         require(!value, where, "{} = {}, and the table varies no key; expected no {}: leave it out", name,
                 value.value_or(0.0), name);
@@ -54,14 +54,14 @@ const TableRow* find_row(const Table& table, const std::string& name) {
 }
 
 namespace {
-void check_fractions(const std::vector<double>& fractions, const char* name, const Where& where) {
+void check_fractions(const std::vector<double>& fractions, const char* name, const SourceLocation& where) {
     for (std::size_t i = 0; i < fractions.size(); ++i)
         require(fractions[i] > 0.0 && fractions[i] < 1.0 && (i == 0 || fractions[i] > fractions[i - 1]), where,
                 "{}: number {} is {}; expected area fractions between 0 and 1 that ascend", name, i + 1, fractions[i]);
 }
 
-void check_known(const Table& table, const TableRow& row, std::size_t place, const Where& where) {
-    const Known& known = row.known[place];
+void check_known(const Table& table, const TableRow& row, std::size_t place, const SourceLocation& where) {
+    const TableEntry& known = row.known[place];
     if (known.origin == Origin::refused) return;
     const auto at = [&] { return point_text(table, row.by_rods, place); };
     require(std::isfinite(known.value), where, "{} at {} is {}; expected a number where the origin is not \"refused\"",
@@ -72,7 +72,7 @@ void check_known(const Table& table, const TableRow& row, std::size_t place, con
 }
 }  // namespace
 
-void check(const Table& table, const Where& where) {
+void check(const Table& table, const SourceLocation& where) {
     require(!table.bead_fractions.empty(), where, "bead_area_fraction is empty; expected one value at least");
     check_fractions(table.bead_fractions, "bead_area_fraction", where);
     check_fractions(table.rod_fractions, "rod_area_fraction", where);
@@ -101,7 +101,7 @@ const TableRow& whole_row(const Table& table, const std::string& name, std::size
             table.varied.size());
     const std::size_t part = row->known.size() / table.varied.size();
     for (std::size_t place = varied * part; place < (varied + 1) * part; ++place) {
-        const Known& known = row->known[place];
+        const TableEntry& known = row->known[place];
         require(known.origin != Origin::refused, {},
                 "the table has a hole: {} at {} was refused ({}); expected all of its points: measure it, or take this "
                 "point out of the scene",

@@ -8,7 +8,7 @@
 namespace drover::calibrate {
 
 namespace {
-Known refused(const std::string& why) {
+TableEntry refused(const std::string& why) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     return {.value = none, .error = none, .origin = Origin::refused, .remark = why};
 }
@@ -16,11 +16,11 @@ Known refused(const std::string& why) {
 /// p/P for p = sigma u P.
 double current_scale(const Measured& at) { return at.rod_density() * at[speed]; }
 
-Known known_of(const Closure& closure, const std::vector<const Known*>& known, Measured at) {
+TableEntry known_of(const Closure& closure, const std::vector<const TableEntry*>& known, Measured at) {
     const std::vector<Input>&of = closure.of, &under = closure.under;
-    Known result{.origin = closure.origin};
+    TableEntry result{.origin = closure.origin};
     for (std::size_t i = 0; i < of.size(); ++i) {
-        const Known& one = *known[i];
+        const TableEntry& one = *known[i];
         const char* name = row_name(of[i]);
         if (one.origin == Origin::refused) return refused(text("{} is refused", name));
         if (std::find(under.begin(), under.end(), of[i]) != under.end())
@@ -56,7 +56,7 @@ bool make_row(const Closure& closure, const Table& table, TableRow& row) {
     const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1;
     for (std::size_t place = 0; place < count_of(table, row.by_rods); ++place) {
         const std::size_t bead = place / rods;
-        std::vector<const Known*> known;
+        std::vector<const TableEntry*> known;
         for (const TableRow* one : from) known.push_back(&one->known[one->by_rods ? place : bead]);
         row.known.push_back(known_of(closure, known,
                                      {.bead_fraction = table.bead_fractions[bead % table.bead_fractions.size()],
@@ -68,10 +68,11 @@ bool make_row(const Closure& closure, const Table& table, TableRow& row) {
 
 void add_derived(Table& table) {
     if (find_row(table, row_name(stiffness)) == nullptr)
-        table.rows.push_back({.name = row_name(stiffness),
-                              .unit = "mg mm^2/s^2",
-                              .formula = "E = 0: its assay was not made",
-                              .known = std::vector<Known>(count_of(table, false), Known{.origin = Origin::set})});
+        table.rows.push_back(
+            {.name = row_name(stiffness),
+             .unit = "mg mm^2/s^2",
+             .formula = "E = 0: its assay was not made",
+             .known = std::vector<TableEntry>(count_of(table, false), TableEntry{.origin = Origin::set})});
     std::vector<TableRow> rows;
     for (const Closure& closure : closures()) {
         if (closure.row.empty()) continue;

@@ -16,15 +16,15 @@ struct Turn {
     double athwart = 0.0;  ///< integral of cos theta [s]
 };
 
-Turn watch(Specimen& specimen, double start, double window, double frame_most) {
-    const auto frames = static_cast<std::size_t>(std::max(4.0, std::ceil(window / frame_most - 1e-9)));
+Turn watch(ParticleSystem& system, double start, double window, double max_frame) {
+    const auto frames = static_cast<std::size_t>(std::max(4.0, std::ceil(window / max_frame - 1e-9)));
     const double frame = window / static_cast<double>(frames);
-    std::vector<RodPlace> before = specimen.rods();
+    std::vector<RodPlace> before = system.rods();
     const double rods = static_cast<double>(before.size());
     Turn turn;
     for (std::size_t i = 1; i <= frames; ++i) {
-        specimen.advance_to(start + static_cast<double>(i) * frame);
-        const std::vector<RodPlace> now = specimen.rods();
+        system.advance_to(start + static_cast<double>(i) * frame);
+        const std::vector<RodPlace> now = system.rods();
         for (std::size_t r = 0; r < now.size(); ++r) {
             turn.angle += std::remainder(now[r].angle - before[r].angle, 2.0 * std::numbers::pi) / rods;
             turn.athwart += 0.5 * frame * (std::cos(before[r].angle) + std::cos(now[r].angle)) / rods;
@@ -35,25 +35,25 @@ Turn watch(Specimen& specimen, double start, double window, double frame_most) {
 }
 
 /// For each speed: turn towards the flow, and v int cos theta dt, both means of the mirror pair.
-Trial turn_rods(const WeathercockPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
+Trial turn_rods(const WeathercockPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "weathercock");
     dem::Setup setup = with_rods(given, "weathercock", true);
     setup.forces = {.torque = plan.torque, .hold_beads = true};
-    const auto specimen = make(setup, seed);
+    const auto system = make(setup, seed);
     double time = plan.warm_up;
-    specimen->advance_to(time);
+    system->advance_to(time);
     Trial trial;
     for (const double speed : plan.speeds) {
         double angle = 0.0, athwart = 0.0;
         for (const double side : {1.0, -1.0}) {
             dem::BodyForces forces{.torque = plan.torque, .hold_beads = true, .bead_velocity_y = side * speed};
-            specimen->impose(forces);
-            specimen->advance_to(time += plan.align);
+            system->impose(forces);
+            system->advance_to(time += plan.align);
             forces.torque = 0.0;
-            specimen->impose(forces);
-            specimen->advance_to(time += plan.settle);
-            const double window = std::min(plan.distance / speed, plan.window_most);
-            const Turn turn = watch(*specimen, time, window, plan.frame);
+            system->impose(forces);
+            system->advance_to(time += plan.settle);
+            const double window = std::min(plan.distance / speed, plan.max_window);
+            const Turn turn = watch(*system, time, window, plan.frame);
             time += window;
             angle += 0.5 * side * turn.angle;
             athwart += 0.5 * speed * turn.athwart;
@@ -101,7 +101,7 @@ Assay weathercock(const WeathercockPlan& plan) {
     return {.name = "weathercock",
             .population = Population::single_rods,
             .quantities = quantities,
-            .trial = [plan](const Maker& make, const dem::Setup& setup,
+            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
                             std::uint64_t seed) { return turn_rods(plan, make, setup, seed); },
             .estimator =
                 [speeds = plan.speeds](std::span<const Trial>) {
@@ -122,38 +122,30 @@ const std::vector<Row<calibrate::WeathercockPlan>>& schema<calibrate::Weathercoc
          .member = &Plan::speeds,
          .unit = "mm/s",
          .range = positive,
-         .sentence = "of the beads, ascending"},
+         .doc = "of the beads, ascending"},
         {.name = "distance",
          .member = &Plan::distance,
          .unit = "mm",
          .range = positive,
-         .sentence = "that the flow goes while rods turn: at most some 1/lambda_s"},
-        {.name = "window_most",
-         .member = &Plan::window_most,
+         .doc = "that the flow goes while rods turn: at most some 1/lambda_s"},
+        {.name = "max_window",
+         .member = &Plan::max_window,
          .unit = "s",
          .range = positive,
-         .sentence = "that this takes at most: slow flows go less far"},
+         .doc = "that this takes at most: slow flows go less far"},
         {.name = "torque",
          .member = &Plan::torque,
          .unit = "mg mm^2/s^2",
          .range = positive,
-         .sentence = "holds rods athwart before; more than the flow's"},
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .sentence = "once, at the start"},
-        {.name = "align",
-         .member = &Plan::align,
-         .unit = "s",
-         .range = not_negative,
-         .sentence = "before each release"},
+         .doc = "holds rods athwart before; more than the flow's"},
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
+        {.name = "align", .member = &Plan::align, .unit = "s", .range = not_negative, .doc = "before each release"},
         {.name = "settle",
          .member = &Plan::settle,
          .unit = "s",
          .range = not_negative,
-         .sentence = "after a release, for the angular velocity to become that of the flow"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "most between looks"}};
+         .doc = "after a release, for the angular velocity to become that of the flow"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "most between looks"}};
     return rows;
 }
 

@@ -9,7 +9,7 @@ namespace drover::dem {
 namespace {
 /// The impact of a sphere on a plate of velocity `plate`: normal and slip do not feel each other.
 void bounce(Lane& velocity, Lane& spin, double radius, double side, double plate, const BeadRules& rules,
-            Ledger& ledger) {
+            EnergyBalance& balance) {
     const double mass = 1.0 / velocity[3], turn = radius * spin[3];  // spin[3]: 1/inertia
     const double approach = side * (velocity[2] - plate);
     const double normal = -(1.0 + rules.restitution) * approach * mass;
@@ -26,9 +26,9 @@ void bounce(Lane& velocity, Lane& spin, double radius, double side, double plate
         spin[1] -= side * turn * px;
     }
     velocity[2] += side * velocity[3] * normal;
-    ledger.impact += 0.5 * normal * (approach + side * (velocity[2] - plate));
-    ledger.friction -= tangential * (slip - 0.5 * response * tangential);
-    ledger.plates += side * normal * plate;
+    balance.impact += 0.5 * normal * (approach + side * (velocity[2] - plate));
+    balance.friction -= tangential * (slip - 0.5 * response * tangential);
+    balance.plates += side * normal * plate;
 }
 
 void drift(Lane& place, Lane& velocity, const Vector& acceleration, double tau) {
@@ -41,7 +41,7 @@ void drift(Lane& place, Lane& velocity, const Vector& acceleration, double tau) 
 
 /// One bead that meets a plate in this step, from its state at the start.
 void fly_bead(Lane& place, Lane& velocity, Lane& spin, const Vector& acceleration, const PlateMotion& plates,
-              Flight base, double dt, const BeadRules& rules, Ledger& ledger, Counts& counts) {
+              Flight base, double dt, const BeadRules& rules, EnergyBalance& balance, Counts& counts) {
     const double radius = place[3];
     double now = 0.0, least = 0.0;
     for (;;) {
@@ -57,12 +57,12 @@ void fly_bead(Lane& place, Lane& velocity, Lane& spin, const Vector& acceleratio
         const double side = to_base <= to_lid ? 1.0 : -1.0;
         const double surface = side > 0.0 ? base.at + radius : base.at + plates.gap() - radius;
         if (side * (place[2] - surface) < 0.0) {
-            ledger.gravity -= acceleration.z / velocity[3] * (surface - place[2]);
+            balance.gravity -= acceleration.z / velocity[3] * (surface - place[2]);
             place[2] = surface;
         }
         if (side * (velocity[2] - base.speed) < 0.0) {
             if (side * (velocity[2] - base.speed) < -counted_speed) ++counts.bead_plate;
-            bounce(velocity, spin, radius, side, base.speed, rules, ledger);
+            bounce(velocity, spin, radius, side, base.speed, rules, balance);
         }
         least = 0.5 * dt;  // a bead that comes to rest on a plate hops no oftener
     }
@@ -90,7 +90,7 @@ bool is_one_astray(const Lane (&place)[4], const std::array<double, 2>* listed, 
 }  // namespace
 
 bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, double dt,
-               const BeadRules& rules, Ledger& ledger, Counts& counts) {
+               const BeadRules& rules, EnergyBalance& balance, Counts& counts) {
     BeadArrays& beads = spheres.beads;
     const Flight start = plates.base(0.0), end_base = plates.base(dt);
     const double low = end_base.at, high = plates.lid() ? end_base.at + plates.gap() : never;
@@ -101,7 +101,7 @@ bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const Plate
     const auto push_on = [&](std::size_t s) { return gravity + force * beads.velocity[s][3]; };
     const auto bounce_one = [&](std::size_t s) {
         fly_bead(spheres.place[s], beads.velocity[s], beads.spin[s], vector_of(push_on(s)), plates, start, dt, rules,
-                 ledger, counts);
+                 balance, counts);
     };
     bool astray = false;
     std::size_t s = begin;

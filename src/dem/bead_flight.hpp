@@ -16,8 +16,8 @@ struct BeadRules {
 };
 
 /// Moves the beads [begin, end) by dt with all their impacts on the plates, which stand at the start.  Returns whether one has gone half a skin
-/// from where it was listed (or nowhere at all).
+/// from where it was listed (or no_location at all).
 bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, double dt,
-               const BeadRules& rules, Ledger& ledger, Counts& counts);
+               const BeadRules& rules, EnergyBalance& balance, Counts& counts);
 
 }  // namespace drover::dem

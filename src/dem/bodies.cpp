@@ -16,7 +16,7 @@ using std::numbers::pi;
 
 double thickness(const Shape& shape) { return 2.0 * *std::max_element(shape.radius.begin(), shape.radius.end()); }
 
-Shape rod_shape(const RodSupply& rods, double scale, const PlaceOf& place) {
+Shape rod_shape(const RodSupply& rods, double scale, const LocationOf& place) {
     std::vector<double> diameters = rods.diameters;
     for (double& diameter : diameters) diameter *= scale;
     if (rods.densities.size() == 1)
@@ -65,7 +65,7 @@ std::vector<std::int64_t> dealt(std::int64_t count, const std::vector<double>& p
 }
 
 namespace {
-void add_beads(const BeadSupply& supply, double area_cell, const PlaceOf& place, Bodies& bodies) {
+void add_beads(const BeadSupply& supply, double area_cell, const LocationOf& place, Bodies& bodies) {
     const std::int64_t count = count_of(supply.count, supply.area_fraction, area_cell, mean_area(supply));
     const std::vector<std::int64_t> counts = dealt(count, supply.parts);
     std::vector<double> known;
@@ -81,7 +81,7 @@ void add_beads(const BeadSupply& supply, double area_cell, const PlaceOf& place,
     }
 }
 
-void add_rods(const RodSupply& supply, double area_cell, std::uint64_t seed, const PlaceOf& place, Bodies& bodies) {
+void add_rods(const RodSupply& supply, double area_cell, std::uint64_t seed, const LocationOf& place, Bodies& bodies) {
     const Shape standard = rod_shape(supply, 1.0, place);
     const auto count =
         static_cast<std::size_t>(count_of(supply.count, supply.area_fraction, area_cell, standard.projected_area));
@@ -104,7 +104,7 @@ void add_rods(const RodSupply& supply, double area_cell, std::uint64_t seed, con
 }
 }  // namespace
 
-Bodies make_bodies(const Setup& setup, std::uint64_t seed, const PlaceOf& place) {
+Bodies make_bodies(const Setup& setup, std::uint64_t seed, const LocationOf& place) {
     Bodies bodies;
     const double area_cell = area(setup.cell);
     if (setup.beads.count > 0 || setup.beads.area_fraction > 0.0) add_beads(setup.beads, area_cell, place, bodies);

@@ -159,7 +159,7 @@ double find_forces(Crowd& crowd, Neighbours& neighbours) {
 
 /// State of the minimisation; its numbers are those of Bitzek et al.
 struct Descent {
-    static constexpr double dt_most = 0.3, mixing_start = 0.1;
+    static constexpr double max_dt = 0.3, mixing_start = 0.1;
     double dt = 0.1, mixing = mixing_start;
     int downhill = 0;  ///< steps since it last went uphill
 };
@@ -196,7 +196,7 @@ void descend(Crowd& crowd, Descent& descent) {
     if (sums.power > 0.0) {
         turned = descent.mixing * std::sqrt(sums.velocity / sums.acceleration);
         if (++descent.downhill > 5) {
-            descent.dt = std::min(1.1 * descent.dt, Descent::dt_most);
+            descent.dt = std::min(1.1 * descent.dt, Descent::max_dt);
             descent.mixing *= 0.99;
         }
     } else {

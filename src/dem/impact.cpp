@@ -65,14 +65,14 @@ Bounce bounce_of(const Response& w, const Contact& contact, Slip slip, const Imp
     Bounce bounce;
     const double before = slip.n, e = contact.restitution, mu = contact.friction;
     const double part = -before / w.nn / increments_needed(w, contact, slip, law.increments);
-    const int rounds_most = 100 * law.increments;
+    const int max_rounds = 100 * law.increments;
     bool reached = false;
-    for (int round = 0; round < rounds_most && !reached; ++round)
+    for (int round = 0; round < max_rounds && !reached; ++round)
         add(increment_to_speed(w, mu, slip, part, 0.0, reached), bounce, slip);
     const double taken = -bounce.normal_work, pressed = bounce.n;
     double given = 0.0;
     reached = e == 0.0;
-    for (int round = 0; round < rounds_most && !reached; ++round) {
+    for (int round = 0; round < max_rounds && !reached; ++round) {
         Increment next;
         if (law.restitution == RestitutionKind::energetic) {
             next = increment_to_work(w, mu, slip, part, e * e * taken - given, reached);
@@ -125,8 +125,8 @@ void resolve_in_turn(Group& group, const ImpactLaw& law, ImpactOutcome& outcome)
         group.push(c, b, outcome);
         return true;
     };
-    constexpr int sweeps_most = 2000;
-    for (bool any = true; any && outcome.sweeps < sweeps_most; ++outcome.sweeps) {
+    constexpr int max_sweeps = 2000;
+    for (bool any = true; any && outcome.sweeps < max_sweeps; ++outcome.sweeps) {
         any = false;
         if (law.group == GroupLaw::approaching_first) {
             std::size_t fastest = 0;

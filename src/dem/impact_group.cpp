@@ -160,8 +160,8 @@ Passage press_all(const Springs& springs, const ImpactLaw& law, double approach,
     // A quarter of a period takes about half of `increments` sweeps; one that gives back is 1/e times faster.
     const double step = 3.0 / (law.increments * std::sqrt(stiffest));
     constexpr double fastest_release = 0.05;
-    constexpr int sweeps_most = 3000;
-    for (; passage.sweeps < sweeps_most; ++passage.sweeps) {
+    constexpr int max_sweeps = 3000;
+    for (; passage.sweeps < max_sweeps; ++passage.sweeps) {
         double h = step;
         bool any = false;
         for (std::size_t c = 0; c < count; ++c) {

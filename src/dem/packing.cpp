@@ -139,7 +139,7 @@ bool place_rods(Crowd& crowd, Draws& draws, Placed& placed) {
 }
 
 /// Beads overlap each other here, but no centre lies in a rod: from there the way out could be through its other side.
-void place_beads(Crowd& crowd, const Placed& placed, Draws& draws, const PlaceOf& place) {
+void place_beads(Crowd& crowd, const Placed& placed, Draws& draws, const LocationOf& place) {
     constexpr int places = 10000;
     const NearestImage apart(crowd.cell);
     for (std::size_t bead = 0; bead < crowd.place.size() - crowd.axis.size(); ++bead) {
@@ -168,7 +168,7 @@ double area_of_rods(const Bodies& bodies) {
 }
 
 /// Places for all.  Where rods lie too densely to be dropped one after the other they begin smaller.
-void place_all(const Setup& setup, const Bodies& bodies, std::uint64_t seed, Crowd& crowd, const PlaceOf& place) {
+void place_all(const Setup& setup, const Bodies& bodies, std::uint64_t seed, Crowd& crowd, const LocationOf& place) {
     constexpr double easy = 0.2, least = 0.05;  // area fraction of rods, and size
     crowd.size = std::min(1.0, std::sqrt(easy * area(setup.cell) / std::max(area_of_rods(bodies), 1e-300)));
     Draws draws(seed, draws_of_rods), draws_beads(seed, draws_of_beads);
@@ -243,7 +243,7 @@ void write_back(const Crowd& crowd, Bodies& bodies) {
 }
 }  // namespace
 
-Packed pack(const Setup& setup, std::uint64_t seed, const PlaceOf& place) {
+Packed pack(const Setup& setup, std::uint64_t seed, const LocationOf& place) {
     check(setup, place);
     require(setup.packing.kind != "file", place("packing.kind"),
             "packing.kind = \"file\" asks for bodies of a file, which are read where the run begins; expected "

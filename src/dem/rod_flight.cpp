@@ -29,9 +29,9 @@ void find_gaps(const Rod& rod, const RodKind& kind, double gravity, const PlateM
     }
 }
 
-void move(Rod& rod, const Shape& shape, const Vector& acceleration, double tau, Ledger& ledger) {
+void move(Rod& rod, const Shape& shape, const Vector& acceleration, double tau, EnergyBalance& balance) {
     const Vector shift = tau * rod.velocity + (0.5 * tau * tau) * acceleration;
-    ledger.gravity += shape.mass * dot(acceleration, shift);
+    balance.gravity += shape.mass * dot(acceleration, shift);
     rod.position = rod.position + shift;
     rod.velocity = rod.velocity + tau * acceleration;
     rod.axis = turned_freely(rod.axis, rod.angular_momentum, shape.inertia_across, tau);
@@ -52,10 +52,10 @@ double sign_of_kick(PlateMemory& memory, std::uint64_t number, std::uint64_t see
 }
 
 /// omega_z += turn.
-void kick(Mover& mover, double turn, Ledger& ledger) {
+void kick(Mover& mover, double turn, EnergyBalance& balance) {
     const double before = energy_kinetic(mover);
     mover.spin.z += turn;
-    ledger.kicks += energy_kinetic(mover) - before;
+    balance.kicks += energy_kinetic(mover) - before;
 }
 
 /// Takes the rod out of the plates, without changing its kinetic energy: moved and turned as impulses would.
@@ -103,7 +103,7 @@ Vector angular_momentum(const Mover& mover) {
 namespace {
 /// The impact of all that touches at this moment.
 void strike(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const FlightRules& rules,
-            const Flight& base, FlightSpace& space, Ledger& ledger, Counts& counts) {
+            const Flight& base, FlightSpace& space, EnergyBalance& balance, Counts& counts) {
     space.contacts.clear();
     space.approach.clear();
     bool any = false;
@@ -126,13 +126,13 @@ void strike(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& 
     if (!any) return;
     Mover mover = mover_of(rod, kind.shape);
     const ImpactOutcome outcome = resolve({&mover, 1}, space.contacts, rules.law);
-    ledger.plates += outcome.walls;
-    ledger.impact += outcome.normal;
-    ledger.friction += outcome.friction;
+    balance.plates += outcome.walls;
+    balance.impact += outcome.normal;
+    balance.friction += outcome.friction;
     for (const double approach : space.approach) {
         if (approach <= 0.0) continue;
         if (approach > counted_speed) ++counts.rod_plate;
-        if (rules.kick > 0.0) kick(mover, rules.kick * approach * sign_of_kick(memory, number, rules.seed), ledger);
+        if (rules.kick > 0.0) kick(mover, rules.kick * approach * sign_of_kick(memory, number, rules.seed), balance);
     }
     rod.velocity = mover.velocity;
     rod.angular_momentum = angular_momentum(mover);
@@ -156,7 +156,7 @@ RodKind make_rod_kind(const Shape& shape, double restitution, double friction) {
 }
 
 void fly(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
-         const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, Ledger& ledger,
+         const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
          Counts& counts) {
     double now = 0.0;
     Flight base = plates.base(0.0);
@@ -167,16 +167,16 @@ void fly(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kin
         next = std::max(next, rules.substep - memory.since_impact);
         if (now + next >= dt) break;
         if (next > 0.0) {
-            move(rod, kind.shape, acceleration, next, ledger);
+            move(rod, kind.shape, acceleration, next, balance);
             now += next;
             base = plates.base(now);
         }
         take_out(rod, kind, plates, base);
         find_gaps(rod, kind, acceleration.z, plates, base, space.gaps);
-        strike(rod, memory, number, kind, rules, base, space, ledger, counts);
+        strike(rod, memory, number, kind, rules, base, space, balance, counts);
         memory.since_impact = 0.0;
     }
-    move(rod, kind.shape, acceleration, dt - now, ledger);
+    move(rod, kind.shape, acceleration, dt - now, balance);
     memory.since_impact += dt - now;
 }
 

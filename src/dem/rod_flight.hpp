@@ -49,7 +49,7 @@ struct FlightSpace {
 
 /// Moves a rod by dt under a uniform acceleration, with all its impacts on base and lid.  `plates` stand at the start.
 void fly(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
-         const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, Ledger& ledger,
+         const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
          Counts& counts);
 
 /// The rod as an impact sees it, and its momentum after one.

@@ -14,14 +14,14 @@ namespace drover::dem {
 namespace {
 /// The ranges and words of a section's own rows: a scene was held against them when it was read, a setup made by hand was not.
 template <class Struct>
-void check_rows(const Struct& section, const std::string& name, const PlaceOf& place) {
+void check_rows(const Struct& section, const std::string& name, const LocationOf& place) {
     const std::vector<std::pair<std::string, Value>> values = values_of(section);
     const std::vector<Description> rows = descriptions<Struct>();
     for (std::size_t i = 0; i < rows.size(); ++i)
         checked_value(rows[i], name, {.value = values[i].second, .where = place(name + "." + rows[i].name)});
 }
 
-void check_rows(const Setup& setup, const PlaceOf& place) {
+void check_rows(const Setup& setup, const LocationOf& place) {
     check_rows(setup.cell, "cell", place);
     check_rows(setup.plates, "plates", place);
     check_rows(setup.gravity, "gravity", place);
@@ -36,9 +36,9 @@ void check_rows(const Setup& setup, const PlaceOf& place) {
 }
 
 /// Where the first of these keys was given, which are at odds with each other: one of them may stand at its default.
-Where first_given(const PlaceOf& place, std::initializer_list<const char*> keys) {
+SourceLocation first_given(const LocationOf& place, std::initializer_list<const char*> keys) {
     for (const char* key : keys)
-        if (Where where = place(key); where.line > 0) return where;
+        if (SourceLocation where = place(key); where.line > 0) return where;
     return place(*keys.begin());
 }
 
@@ -50,7 +50,8 @@ struct Asked {
 };
 
 template <class Supply>
-Asked asked(const Supply& supply, const std::string& name, double area_cell, double area_body, const PlaceOf& place) {
+Asked asked(const Supply& supply, const std::string& name, double area_cell, double area_body,
+            const LocationOf& place) {
     const std::string key = name + ".area_fraction";
     require(supply.count == 0 || supply.area_fraction == 0.0, place(name + ".count"),
             "{}.count = {} and {} = {}; expected one of the two: set the other to 0", name, supply.count, key,
@@ -67,7 +68,7 @@ Asked asked(const Supply& supply, const std::string& name, double area_cell, dou
     return {.count = count, .area = count * area_body, .thickest = *greatest, .thinnest = *least};
 }
 
-Asked check_beads(const BeadSupply& beads, double area_cell, const PlaceOf& place) {
+Asked check_beads(const BeadSupply& beads, double area_cell, const LocationOf& place) {
     require(!beads.diameters.empty(), place("beads.diameters"), "beads.diameters is empty; expected at least one");
     require(beads.parts.size() == beads.diameters.size(), first_given(place, {"beads.parts", "beads.diameters"}),
             "beads.parts has {} numbers beside {} of beads.diameters; expected one for each diameter",
@@ -80,7 +81,7 @@ Asked check_beads(const BeadSupply& beads, double area_cell, const PlaceOf& plac
     return result;
 }
 
-Asked check_rods(const RodSupply& rods, double area_cell, const PlaceOf& place) {
+Asked check_rods(const RodSupply& rods, double area_cell, const LocationOf& place) {
     require(!rods.diameters.empty(), place("rods.diameters"), "rods.diameters is empty; expected at least one");
     require(!rods.densities.empty(), place("rods.densities"), "rods.densities is empty; expected at least one");
     require(*std::max_element(rods.densities.begin(), rods.densities.end()) > 0.0, place("rods.densities"),
@@ -91,7 +92,7 @@ Asked check_rods(const RodSupply& rods, double area_cell, const PlaceOf& place) 
     return result;
 }
 
-void check_flower(const Cell& cell, const PlaceOf& place) {
+void check_flower(const Cell& cell, const LocationOf& place) {
     if (cell.shape != "flower") return;
     const double least = cell.radius * std::sin(std::numbers::pi / cell.petals);
     // Half circles are typed as decimals.
@@ -103,7 +104,7 @@ void check_flower(const Cell& cell, const PlaceOf& place) {
 }
 
 /// The directions in which a body must fit the cell.
-void check_room(const Setup& setup, double thickest, double longest, const PlaceOf& place) {
+void check_room(const Setup& setup, double thickest, double longest, const LocationOf& place) {
     const Cell& cell = setup.cell;
     const double reach = 2.0 * (thickest + setup.contacts.skin);
     for (const auto& [key, side] : {std::pair{"cell.lx", cell.lx}, std::pair{"cell.ly", cell.ly}}) {
@@ -128,7 +129,7 @@ void check_room(const Setup& setup, double thickest, double longest, const Place
             "cell.radius = {} mm, with bodies {} mm long; expected more than half of that", cell.radius, longest);
 }
 
-void check_forces(const Setup& setup, double beads, const PlaceOf& place) {
+void check_forces(const Setup& setup, double beads, const LocationOf& place) {
     const BodyForces& forces = setup.forces;
     require(!forces.hold_beads || beads > 0.0, place("forces.hold_beads"),
             "forces.hold_beads = true without beads; expected beads whose velocity it can hold");
@@ -139,7 +140,7 @@ void check_forces(const Setup& setup, double beads, const PlaceOf& place) {
                 setup.cell.shape);
 }
 
-void check_contacts(const Setup& setup, double thinnest, const PlaceOf& place) {
+void check_contacts(const Setup& setup, double thinnest, const LocationOf& place) {
     require(thinnest == 0.0 || setup.contacts.together < 0.5 * thinnest, place("contacts.together"),
             "contacts.together = {} mm with spheres of radius {} mm; expected much less", setup.contacts.together,
             0.5 * thinnest);
@@ -158,7 +159,7 @@ void check_contacts(const Setup& setup, double thinnest, const PlaceOf& place) {
 }
 }  // namespace
 
-void check(const Setup& setup, const PlaceOf& place) {
+void check(const Setup& setup, const LocationOf& place) {
     check_rows(setup, place);
     check_flower(setup.cell, place);
     const double area_cell = area(setup.cell);

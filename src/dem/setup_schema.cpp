@@ -11,32 +11,32 @@ const std::vector<Row<Cell>>& schema<Cell>() {
         {.name = "shape",
          .member = &Cell::shape,
          .choices = {"periodic", "rectangle", "circle", "flower"},
-         .sentence = "the sides: periodic in x and y; or an upright wall: a rectangle, a circle, or arcs that meet in "
-                     "inner corners and turn bodies back inwards"},
+         .doc = "the sides: periodic in x and y; or an upright wall: a rectangle, a circle, or arcs that meet in "
+                "inner corners and turn bodies back inwards"},
         {.name = "lx",
          .member = &Cell::lx,
          .unit = "mm",
          .range = positive,
-         .sentence = "periodic, rectangle: side along x, from -lx/2 to lx/2"},
+         .doc = "periodic, rectangle: side along x, from -lx/2 to lx/2"},
         {.name = "ly",
          .member = &Cell::ly,
          .unit = "mm",
          .range = positive,
-         .sentence = "periodic, rectangle: side along y, from -ly/2 to ly/2"},
+         .doc = "periodic, rectangle: side along y, from -ly/2 to ly/2"},
         {.name = "radius",
          .member = &Cell::radius,
          .unit = "mm",
          .range = positive,
-         .sentence = "circle: its radius; flower: distance of the inner corners from the centre"},
+         .doc = "circle: its radius; flower: distance of the inner corners from the centre"},
         {.name = "petals",
          .member = &Cell::petals,
-         .range = {.least = 3, .most = 1000},
-         .sentence = "flower: number of arcs; the middle of the first points along x"},
+         .range = {.min = 3, .max = 1000},
+         .doc = "flower: number of arcs; the middle of the first points along x"},
         {.name = "petal_radius",
          .member = &Cell::petal_radius,
          .unit = "mm",
          .range = positive,
-         .sentence = "flower: radius of each arc, at least radius sin(pi/petals): an arc is at most half a circle"}};
+         .doc = "flower: radius of each arc, at least radius sin(pi/petals): an arc is at most half a circle"}};
     return rows;
 }
 
@@ -47,30 +47,30 @@ const std::vector<Row<Plates>>& schema<Plates>() {
          .member = &Plates::amplitude,
          .unit = "mm",
          .range = not_negative,
-         .sentence = "A: base and lid move together, the base at z = A (1 + cos(2 pi f t)); 0: they are still"},
+         .doc = "A: base and lid move together, the base at z = A (1 + cos(2 pi f t)); 0: they are still"},
         {.name = "frequency",
          .member = &Plates::frequency,
          .unit = "1/s",
          .range = positive,
-         .sentence = "f: of the vibration"},
+         .doc = "f: of the vibration"},
         {.name = "gap",
          .member = &Plates::gap,
          .unit = "mm",
          .range = positive,
-         .sentence = "w: height of the lid above the base; every body must be thinner"},
-        {.name = "lid", .member = &Plates::lid, .sentence = "whether there is a lid"}};
+         .doc = "w: height of the lid above the base; every body must be thinner"},
+        {.name = "lid", .member = &Plates::lid, .doc = "whether there is a lid"}};
     return rows;
 }
 
 template <>
 const std::vector<Row<Gravity>>& schema<Gravity>() {
     static const std::vector<Row<Gravity>> rows{
-        {.name = "x", .member = &Gravity::x, .unit = "mm/s^2", .sentence = "acceleration along x, of tilted plates"},
-        {.name = "y", .member = &Gravity::y, .unit = "mm/s^2", .sentence = "acceleration along y, of tilted plates"},
+        {.name = "x", .member = &Gravity::x, .unit = "mm/s^2", .doc = "acceleration along x, of tilted plates"},
+        {.name = "y", .member = &Gravity::y, .unit = "mm/s^2", .doc = "acceleration along y, of tilted plates"},
         {.name = "z",
          .member = &Gravity::z,
          .unit = "mm/s^2",
-         .sentence = "acceleration along z, upwards: below 0 on Earth"}};
+         .doc = "acceleration along z, upwards: below 0 on Earth"}};
     return rows;
 }
 
@@ -79,26 +79,26 @@ const std::vector<Row<BeadSupply>>& schema<BeadSupply>() {
     static const std::vector<Row<BeadSupply>> rows{
         {.name = "area_fraction",
          .member = &BeadSupply::area_fraction,
-         .range = {.least = 0.0, .most = 1.0},
-         .sentence = "Phi_b: projected area of all beads over the area of the cell, when count is 0"},
+         .range = {.min = 0.0, .max = 1.0},
+         .doc = "Phi_b: projected area of all beads over the area of the cell, when count is 0"},
         {.name = "count",
          .member = &BeadSupply::count,
-         .range = {.least = 0, .most = 1e7},
-         .sentence = "number of beads; 0: from area_fraction"},
+         .range = {.min = 0, .max = 1e7},
+         .doc = "number of beads; 0: from area_fraction"},
         {.name = "diameters",
          .member = &BeadSupply::diameters,
          .unit = "mm",
          .range = positive,
-         .sentence = "of the beads of a mixture; a list of one, as [0.8]: all beads alike"},
+         .doc = "of the beads of a mixture; a list of one, as [0.8]: all beads alike"},
         {.name = "parts",
          .member = &BeadSupply::parts,
          .range = not_negative,
-         .sentence = "proportions, by number, of the diameters; only their ratios count"},
+         .doc = "proportions, by number, of the diameters; only their ratios count"},
         {.name = "density",
          .member = &BeadSupply::density,
          .unit = "mg/mm^3",
          .range = positive,
-         .sentence = "of the material: 2.7 aluminium, 7.8 steel, 2.5 glass"}};
+         .doc = "of the material: 2.7 aluminium, 7.8 steel, 2.5 glass"}};
     return rows;
 }
 
@@ -107,46 +107,45 @@ const std::vector<Row<RodSupply>>& schema<RodSupply>() {
     static const std::vector<Row<RodSupply>> rows{
         {.name = "area_fraction",
          .member = &RodSupply::area_fraction,
-         .range = {.least = 0.0, .most = 1.0},
-         .sentence = "Phi_r: projected area of all rods, lying, over the area of the cell, when count is 0"},
+         .range = {.min = 0.0, .max = 1.0},
+         .doc = "Phi_r: projected area of all rods, lying, over the area of the cell, when count is 0"},
         {.name = "count",
          .member = &RodSupply::count,
-         .range = {.least = 0, .most = 1e6},
-         .sentence = "number of rods; 0: from area_fraction"},
+         .range = {.min = 0, .max = 1e6},
+         .doc = "number of rods; 0: from area_fraction"},
         {.name = "diameters",
          .member = &RodSupply::diameters,
          .unit = "mm",
          .range = positive,
-         .sentence = "of the spheres, equally spaced on the axis from tail to head, whose union a rod is"},
+         .doc = "of the spheres, equally spaced on the axis from tail to head, whose union a rod is"},
         {.name = "length",
          .member = &RodSupply::length,
          .unit = "mm",
          .range = positive,
-         .sentence = "from tip to tip; of no effect on a rod of one sphere"},
+         .doc = "from tip to tip; of no effect on a rod of one sphere"},
         {.name = "densities",
          .member = &RodSupply::densities,
          .unit = "mg/mm^3",
          .range = not_negative,
-         .sentence =
+         .doc =
              "of the material: a list of one, or of one for each sphere, which holds where that sphere is the widest"},
         {.name = "size_tolerance",
          .member = &RodSupply::size_tolerance,
-         .range = {.least = 0.0, .most = 0.1},
-         .sentence =
-             "standard deviation of the sizes of rods, beside their mean: all lengths of a rod are scaled alike"}};
+         .range = {.min = 0.0, .max = 0.1},
+         .doc = "standard deviation of the sizes of rods, beside their mean: all lengths of a rod are scaled alike"}};
     return rows;
 }
 
 namespace {
 template <class Struct>
 Row<Struct> coefficient(const char* name, double Struct::*member, const Range& range, const char* sentence) {
-    return {.name = name, .member = member, .range = range, .sentence = sentence};
+    return {.name = name, .member = member, .range = range, .doc = sentence};
 }
 }  // namespace
 
 template <>
 const std::vector<Row<Restitution>>& schema<Restitution>() {
-    constexpr Range range{.least = 0.0, .most = 1.0};
+    constexpr Range range{.min = 0.0, .max = 1.0};
     static const std::vector<Row<Restitution>> rows{
         coefficient("bead_bead", &Restitution::bead_bead, range,
                     "e of two beads: 0: they part without rebound, 1: they lose no energy"),
@@ -179,8 +178,8 @@ const std::vector<Row<Kick>>& schema<Kick>() {
          .member = &Kick::strength,
          .unit = "rad/mm",
          .range = not_negative,
-         .sentence = "epsilon: when a rod hits base or lid with normal approach speed v its spin about z changes by "
-                     "epsilon v, to either side with equal probability"}};
+         .doc = "epsilon: when a rod hits base or lid with normal approach speed v its spin about z changes by "
+                "epsilon v, to either side with equal probability"}};
     return rows;
 }
 
@@ -188,40 +187,40 @@ template <>
 const std::vector<Row<BodyForces>>& schema<BodyForces>() {
     constexpr const char* force = "mg mm/s^2";
     static const std::vector<Row<BodyForces>> rows{
-        {.name = "bead_x", .member = &BodyForces::bead_x, .unit = force, .sentence = "force on each bead, along x"},
-        {.name = "bead_y", .member = &BodyForces::bead_y, .unit = force, .sentence = "force on each bead, along y"},
-        {.name = "rod_x", .member = &BodyForces::rod_x, .unit = force, .sentence = "force on each rod, along x"},
-        {.name = "rod_y", .member = &BodyForces::rod_y, .unit = force, .sentence = "force on each rod, along y"},
+        {.name = "bead_x", .member = &BodyForces::bead_x, .unit = force, .doc = "force on each bead, along x"},
+        {.name = "bead_y", .member = &BodyForces::bead_y, .unit = force, .doc = "force on each bead, along y"},
+        {.name = "rod_x", .member = &BodyForces::rod_x, .unit = force, .doc = "force on each rod, along x"},
+        {.name = "rod_y", .member = &BodyForces::rod_y, .unit = force, .doc = "force on each rod, along y"},
         {.name = "torque",
          .member = &BodyForces::torque,
          .unit = "mg mm^2/s^2",
          .range = not_negative,
-         .sentence = "h: of a field that orients rods by the torque n x h"},
-        {.name = "angle", .member = &BodyForces::angle, .unit = "rad", .sentence = "direction of that field, from x"},
+         .doc = "h: of a field that orients rods by the torque n x h"},
+        {.name = "angle", .member = &BodyForces::angle, .unit = "rad", .doc = "direction of that field, from x"},
         {.name = "hold_beads",
          .member = &BodyForces::hold_beads,
-         .sentence = "whether a force, the same on every bead, keeps the mean velocity of the beads"},
+         .doc = "whether a force, the same on every bead, keeps the mean velocity of the beads"},
         {.name = "bead_velocity_x",
          .member = &BodyForces::bead_velocity_x,
          .unit = "mm/s",
-         .sentence = "the mean velocity that hold_beads keeps, along x"},
+         .doc = "the mean velocity that hold_beads keeps, along x"},
         {.name = "bead_velocity_y",
          .member = &BodyForces::bead_velocity_y,
          .unit = "mm/s",
-         .sentence = "the mean velocity that hold_beads keeps, along y"},
+         .doc = "the mean velocity that hold_beads keeps, along y"},
         {.name = "held_waves",
          .member = &BodyForces::held_waves,
          .range = not_negative,
-         .sentence = "what hold_beads keeps: 0: the mean velocity; k: the part of the flow that goes as "
-                     "sin(2 pi k y/ly), with bead_velocity_x and bead_velocity_y its amplitude"},
+         .doc = "what hold_beads keeps: 0: the mean velocity; k: the part of the flow that goes as "
+                "sin(2 pi k y/ly), with bead_velocity_x and bead_velocity_y its amplitude"},
         {.name = "push",
          .member = &BodyForces::push,
          .unit = force,
-         .sentence = "of a force push sin(2 pi push_waves x/lx) along x on each bead"},
+         .doc = "of a force push sin(2 pi push_waves x/lx) along x on each bead"},
         {.name = "push_waves",
          .member = &BodyForces::push_waves,
-         .range = {.least = 1},
-         .sentence = "waves of push across the cell"}};
+         .range = {.min = 1},
+         .doc = "waves of push across the cell"}};
     return rows;
 }
 
@@ -231,44 +230,44 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
         {.name = "law",
          .member = &ContactControl::law,
          .choices = {"simultaneous", "approaching-first", "first-to-last", "last-to-first"},
-         .sentence = "how contacts of one group share an impact: all at once, or one after the other, beginning with "
-                     "the one that approaches fastest, the first or the last"},
+         .doc = "how contacts of one group share an impact: all at once, or one after the other, beginning with "
+                "the one that approaches fastest, the first or the last"},
         {.name = "restitution",
          .member = &ContactControl::restitution,
          .choices = {"energetic", "kinetic", "kinematic"},
-         .sentence = "what e is the ratio of: squared, of the work in restitution and compression (Stronge); of the "
-                     "impulses (Poisson); of the velocities (Newton), which can make energy where the slip turns"},
+         .doc = "what e is the ratio of: squared, of the work in restitution and compression (Stronge); of the "
+                "impulses (Poisson); of the velocities (Newton), which can make energy where the slip turns"},
         {.name = "track_slip",
          .member = &ContactControl::track_slip,
-         .sentence = "whether friction follows the slip through the impact; false: it keeps its first direction"},
+         .doc = "whether friction follows the slip through the impact; false: it keeps its first direction"},
         {.name = "increments",
          .member = &ContactControl::increments,
-         .range = {.least = 1, .most = 100000},
-         .sentence = "into how many parts an impact whose slip turns is cut"},
+         .range = {.min = 1, .max = 100000},
+         .doc = "into how many parts an impact whose slip turns is cut"},
         {.name = "slow",
          .member = &ContactControl::slow,
-         .range = {.least = 0.0, .most = 1.0},
-         .sentence = "approaches in a group of contacts slower than this times 1 - e of its fastest end without "
-                     "rebound; 0: none do"},
+         .range = {.min = 0.0, .max = 1.0},
+         .doc = "approaches in a group of contacts slower than this times 1 - e of its fastest end without "
+                "rebound; 0: none do"},
         {.name = "substep",
          .member = &ContactControl::substep,
          .unit = "s",
          .range = positive,
-         .sentence = "least time between two impacts of a rod on the plates; shorter ones are taken together"},
+         .doc = "least time between two impacts of a rod on the plates; shorter ones are taken together"},
         {.name = "together",
          .member = &ContactControl::together,
          .unit = "mm",
          .range = not_negative,
-         .sentence = "contacts of a body whose gaps are below this act in one impact"},
+         .doc = "contacts of a body whose gaps are below this act in one impact"},
         {.name = "skin",
          .member = &ContactControl::skin,
          .unit = "mm",
          .range = positive,
-         .sentence = "width beyond touching of the neighbour list; changes the speed of a run, not its physics"},
-        {.name = "overlap_most",
-         .member = &ContactControl::overlap_most,
-         .range = {.least = 0.0, .most = 1.0, .least_open = true},
-         .sentence = "deepest overlap allowed, beside the smaller radius; beyond it the run stops: dt is too long"}};
+         .doc = "width beyond touching of the neighbour list; changes the speed of a run, not its physics"},
+        {.name = "max_overlap",
+         .member = &ContactControl::max_overlap,
+         .range = {.min = 0.0, .max = 1.0, .min_open = true},
+         .doc = "deepest overlap allowed, beside the smaller radius; beyond it the run stops: dt is too long"}};
     return rows;
 }
 
@@ -278,13 +277,13 @@ const std::vector<Row<Packing>>& schema<Packing>() {
         {.name = "kind",
          .member = &Packing::kind,
          .choices = {"random", "aligned", "file"},
-         .sentence = "bodies at the start: at random places and directions; at random places, all rods along x; as in "
-                     "a file"},
-        {.name = "file", .member = &Packing::file, .sentence = "kind \"file\": an H5MD file of the same bodies"},
+         .doc = "bodies at the start: at random places and directions; at random places, all rods along x; as in "
+                "a file"},
+        {.name = "file", .member = &Packing::file, .doc = "kind \"file\": an H5MD file of the same bodies"},
         {.name = "frame",
          .member = &Packing::frame,
-         .range = {.least = -1},
-         .sentence = "kind \"file\": which frame of it, from 0; -1: the last"}};
+         .range = {.min = -1},
+         .doc = "kind \"file\": which frame of it, from 0; -1: the last"}};
     return rows;
 }
 

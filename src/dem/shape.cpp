@@ -64,7 +64,7 @@ Moments moments(const Stretch& stretch) {
 }
 }  // namespace
 
-Shape make_shape(std::vector<AxisSphere> spheres, const Where& where) {
+Shape make_shape(std::vector<AxisSphere> spheres, const SourceLocation& where) {
     require(!spheres.empty(), where, "a body of no spheres; expected at least one");
     for (const AxisSphere& sphere : spheres) {
         require(std::isfinite(sphere.at) && std::isfinite(sphere.radius) && sphere.radius > 0.0, where,
@@ -103,7 +103,7 @@ Shape make_shape(std::vector<AxisSphere> spheres, const Where& where) {
     return shape;
 }
 
-Shape make_rod(const std::vector<double>& diameters, double length, double density, const Where& where) {
+Shape make_rod(const std::vector<double>& diameters, double length, double density, const SourceLocation& where) {
     require(!diameters.empty(), where, "a rod of no spheres; expected at least one diameter");
     if (diameters.size() == 1) return make_ball(diameters.front(), density, where);
     const double tips = 0.5 * (diameters.front() + diameters.back());
@@ -118,7 +118,7 @@ Shape make_rod(const std::vector<double>& diameters, double length, double densi
     return make_shape(std::move(spheres), where);
 }
 
-Shape make_ball(double diameter, double density, const Where& where) {
+Shape make_ball(double diameter, double density, const SourceLocation& where) {
     return make_shape({{.at = 0.0, .radius = 0.5 * diameter, .density = density}}, where);
 }
 

@@ -51,7 +51,7 @@ struct Spheres {
     const Shape& shape_of_rod(std::size_t r) const { return rods.kinds[rods.kind[r]].shape; }
 };
 
-/// Whether a sphere has gone as far from where it was listed as `square` says, or nowhere at all.
+/// Whether a sphere has gone as far from where it was listed as `square` says, or no_location at all.
 inline bool is_astray(const Lane& place, const std::array<double, 2>& listed, double square) {
     const double x = place[0] - listed[0], y = place[1] - listed[1];
     return !(x * x + y * y < square);

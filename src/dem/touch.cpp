@@ -190,10 +190,10 @@ void resolve_beads(Touch& touch, Spheres& spheres, const TouchRules& rules, Touc
     set_vector(wb, vector_of(wb) - rb * wb[3] * turn);
     set_vector(spheres.place[touch.first], vector_of(spheres.place[touch.first]) + touch.since * da);
     set_vector(spheres.place[touch.second], vector_of(spheres.place[touch.second]) + touch.since * db);
-    report.ledger.gravity -=
+    report.balance.gravity -=
         touch.since * dot(rules.bead_force, da + db);  // what gravity does for one it takes from the other
-    report.ledger.impact += 0.5 * normal * (approach + approach + mass * normal);
-    report.ledger.friction -= tangential * (size - 0.5 * response * tangential);
+    report.balance.impact += 0.5 * normal * (approach + approach + mass * normal);
+    report.balance.friction -= tangential * (size - 0.5 * response * tangential);
     if (approach < -counted_speed) ++report.counts.bead_bead;
 }
 
@@ -218,9 +218,9 @@ public:
                 count_impact(*touches[c], spheres_, report.counts);
         const ImpactOutcome outcome = resolve(movers_, contacts_, rules_.law);
         if (outcome.approach <= 0.0) return;
-        report.ledger.impact += outcome.normal;
-        report.ledger.friction += outcome.friction;
-        report.ledger.plates += outcome.walls;
+        report.balance.impact += outcome.normal;
+        report.balance.friction += outcome.friction;
+        report.balance.plates += outcome.walls;
         if (contacts_.size() > 1) {
             ++report.counts.groups;
             report.counts.largest_group =
@@ -333,7 +333,7 @@ private:
             Lane& place = spheres_.place[body];
             const double inverse = spheres_.beads.velocity[body][3];
             set_vector(place, vector_of(place) + inverse * by_mass);
-            report.ledger.gravity -= dot(rules_.acceleration + inverse * rules_.bead_force, by_mass);
+            report.balance.gravity -= dot(rules_.acceleration + inverse * rules_.bead_force, by_mass);
         } else {
             const std::uint32_t r = body - beads;
             Rod& rod = spheres_.rods.rod[r];
@@ -428,7 +428,7 @@ TouchReport TouchSolver::step(const Walls& walls, Spheres& spheres, const Neighb
     });
     TouchReport whole;
     for (const TouchReport& report : reports_) {
-        add(report.ledger, whole.ledger);
+        add(report.balance, whole.balance);
         add(report.counts, whole.counts);
         if (report.depth > whole.depth) {
             whole.depth = report.depth;

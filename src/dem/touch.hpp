@@ -32,18 +32,18 @@ struct TouchRules {
     ImpactLaw law;
     Vector acceleration, bead_force;  ///< for the books
     double dt = 0.0;
-    double overlap_most = 0.0;
+    double max_overlap = 0.0;
     double together = 0.0;  ///< a body this near to a plate stands on it [mm]
     Flight base;            ///< at the end of the step
     double lid = 0.0;       ///< height of the lid then [mm]; never: none
 };
 
-void add(const Ledger& part, Ledger& whole);
+void add(const EnergyBalance& part, EnergyBalance& whole);
 void add(const Counts& part, Counts& whole);
 
 /// What one part of the work saw; parts are added in order.
 struct TouchReport {
-    Ledger ledger;
+    EnergyBalance balance;
     Counts counts;
     Touch deepest;        ///< of this step
     double depth = -1.0;  ///< its overlap beside the smaller radius
@@ -53,7 +53,7 @@ struct TouchReport {
 class TouchSolver {
 public:
     /// Finds all overlaps and resolves those groups in which something approaches; moves bodies back out as far as they came in too late.
-    /// Returns what the step adds to the ledger and the counts, with its deepest overlap.
+    /// Returns what the step adds to the balance and the counts, with its deepest overlap.
     TouchReport step(const Walls& walls, Spheres& spheres, const Neighbours& neighbours, const TouchRules& rules,
                      Threads& threads);
 

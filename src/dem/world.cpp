@@ -70,14 +70,14 @@ Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
 }
 }  // namespace
 
-double sum(const Ledger& ledger) {
+double sum(const EnergyBalance& balance) {
     double total = 0.0;
-    for (const auto part : ledger_parts) total += ledger.*part;
+    for (const auto part : balance_parts) total += balance.*part;
     return total;
 }
 
-void add(const Ledger& part, Ledger& whole) {
-    for (const auto entry : ledger_parts) whole.*entry += part.*entry;
+void add(const EnergyBalance& part, EnergyBalance& whole) {
+    for (const auto entry : balance_parts) whole.*entry += part.*entry;
 }
 
 void add(const Counts& part, Counts& whole) {
@@ -123,7 +123,7 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
                    .acceleration = gravity,
                    .bead_force = {},
                    .dt = dt,
-                   .overlap_most = setup.contacts.overlap_most,
+                   .max_overlap = setup.contacts.max_overlap,
                    .together = setup.contacts.together,
                    .base = {}};
     set_forces(setup.forces);
@@ -144,7 +144,7 @@ void World::State::in_parts(std::size_t length, std::size_t chunk, Work work) {
     threads.for_chunks(length, chunk,
                        [&](std::size_t begin, std::size_t end) { work(begin, end, parts[begin / chunk]); });
     for (const Part& part : parts) {
-        add(part.ledger, ledger);
+        add(part.balance, balance);
         add(part.counts, counts);
         astray = astray || part.astray;
     }
@@ -166,7 +166,7 @@ Vector World::State::unwrapped(const Vector& place, const std::array<std::int32_
 
 void World::State::fly_all_beads() {
     in_parts(spheres.beads.size(), beads_per_chunk, [&](std::size_t begin, std::size_t end, Part& part) {
-        part.astray = fly_beads(spheres, begin, end, plates, dt, bead_rules, part.ledger, part.counts);
+        part.astray = fly_beads(spheres, begin, end, plates, dt, bead_rules, part.balance, part.counts);
     });
 }
 
@@ -178,7 +178,7 @@ void World::State::fly_rods() {
         for (std::size_t r = begin; r < end; ++r) {
             const RodKind& kind = rods.kinds[rods.kind[r]];
             const Vector push = bead_rules.acceleration + 1.0 / kind.shape.mass * rod_force;
-            fly(rods.rod[r], rods.memory[r], r, kind, push, plates, dt, rod_rules, space, part.ledger, part.counts);
+            fly(rods.rod[r], rods.memory[r], r, kind, push, plates, dt, rod_rules, space, part.balance, part.counts);
             place_spheres(spheres, r);
             // What lies between its ends went no further than one of them.
             for (const std::uint32_t s : {rods.first[r], rods.first[r + 1] - 1})
@@ -199,7 +199,7 @@ void World::State::turn_rods() {
         };
         const double before = energy();
         rod.angular_momentum = rod.angular_momentum + setup.forces.torque * dt * cross(rod.axis, field);
-        ledger.forces += energy() - before;
+        balance.forces += energy() - before;
     }
 }
 
@@ -233,7 +233,7 @@ void World::State::hold_beads() {
     mean /= shares;
     const Lane lack{forces.bead_velocity_x - mean[0], forces.bead_velocity_y - mean[1], 0.0, 0.0};
     for (std::size_t b = 0; b < spheres.beads.size(); ++b)
-        ledger.forces += give(spheres.beads.velocity[b], share(b) * lack);
+        balance.forces += give(spheres.beads.velocity[b], share(b) * lack);
 }
 
 /// The force wave over the step.
@@ -243,7 +243,7 @@ void World::State::push_beads() {
     for (std::size_t b = 0; b < spheres.beads.size(); ++b) {
         Lane& velocity = spheres.beads.velocity[b];
         const double force = setup.forces.push * std::sin(along * spheres.place[b][0]);
-        ledger.forces += give(velocity, Lane{force * dt * velocity[3], 0.0, 0.0, 0.0});
+        balance.forces += give(velocity, Lane{force * dt * velocity[3], 0.0, 0.0, 0.0});
     }
 }
 
@@ -263,7 +263,7 @@ std::string name_text(const Name& name) {
 }
 
 void World::State::notice(const TouchReport& report, std::int64_t step) {
-    add(report.ledger, ledger);
+    add(report.balance, balance);
     add(report.counts, counts);
     if (report.depth <= counts.overlap) return;
     counts.overlap = report.depth;
@@ -273,16 +273,17 @@ void World::State::notice(const TouchReport& report, std::int64_t step) {
                .first = name_of(spheres, touch.first),
                .second = name_of(spheres, touch.second),
                .time = static_cast<double>(step + 1) * dt};
-    if (report.depth > touch_rules.overlap_most)
+    if (report.depth > touch_rules.max_overlap)
         fail_run(
-            "{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.overlap_most = "
+            "{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.max_overlap = "
             "{}: the step of dt = "
             "{} s is too long for their speed, choose a smaller time.dt",
             name_text(overlap.first), name_text(overlap.second), overlap.depth, overlap.of_radius, step + 1,
-            overlap.time, touch_rules.overlap_most, dt);
+            overlap.time, touch_rules.max_overlap, dt);
 }
 
-World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const PlaceOf& place) {
+World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
+             const LocationOf& place) {
     check(setup, place);
     state_ = std::make_unique<State>(setup, std::move(bodies), dt, seed, threads);
     make_neighbours(setup.cell, setup.contacts.skin, state_->spheres, state_->neighbours, threads);
@@ -316,10 +317,10 @@ void World::set_forces(const BodyForces& forces) {
     state_->set_forces(forces);
 }
 
-Ledger World::ledger() const {
-    Ledger ledger = state_->ledger;
-    ledger.gravity += state_->bead_potential() - state_->bead_potential_start;
-    return ledger;
+EnergyBalance World::balance() const {
+    EnergyBalance balance = state_->balance;
+    balance.gravity += state_->bead_potential() - state_->bead_potential_start;
+    return balance;
 }
 
 Bodies World::bodies() const {

@@ -9,8 +9,8 @@ namespace drover::dem {
 namespace {
 /// Visits every number of the state that changes from step to step, in one order for both directions.
 template <class Visit>
-void for_numbers(Ledger& ledger, Visit visit) {
-    for (const auto part : ledger_parts) visit(ledger.*part);
+void for_numbers(EnergyBalance& balance, Visit visit) {
+    for (const auto part : balance_parts) visit(balance.*part);
 }
 
 template <class Visit>
@@ -77,9 +77,10 @@ void for_numbers(Spheres& spheres, Visit visit) {
 
 /// The whole of it.
 template <class Visit>
-static void for_state(Spheres& spheres, Ledger& ledger, Counts& counts, Overlap& overlap, double& start, Visit visit) {
+static void for_state(Spheres& spheres, EnergyBalance& balance, Counts& counts, Overlap& overlap, double& start,
+                      Visit visit) {
     for_numbers(spheres, visit);
-    for_numbers(ledger, visit);
+    for_numbers(balance, visit);
     for_numbers(counts, visit);
     for_numbers(overlap, visit);
     visit(start);
@@ -88,7 +89,7 @@ static void for_state(Spheres& spheres, Ledger& ledger, Counts& counts, Overlap&
 std::vector<double> World::save() const {
     std::vector<double> numbers;
     State& s = *state_;
-    for_state(s.spheres, s.ledger, s.counts, s.overlap, s.bead_potential_start,
+    for_state(s.spheres, s.balance, s.counts, s.overlap, s.bead_potential_start,
               [&](const auto& number) { numbers.push_back(static_cast<double>(number)); });
     return numbers;
 }
@@ -99,7 +100,7 @@ void World::restore(std::span<const double> numbers) {
     require(numbers.size() == wanted, {}, "the checkpoint holds {} numbers; this scene's state has {}", numbers.size(),
             wanted);
     std::size_t next = 0;
-    for_state(s.spheres, s.ledger, s.counts, s.overlap, s.bead_potential_start,
+    for_state(s.spheres, s.balance, s.counts, s.overlap, s.bead_potential_start,
               [&](auto& number) { number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]); });
     for (std::size_t r = 0; r < s.spheres.rods.size(); ++r) place_spheres(s.spheres, r);
     list_again(s.setup.cell, s.setup.contacts.skin, s.spheres, s.neighbours, s.threads);

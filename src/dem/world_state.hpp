@@ -25,14 +25,14 @@ struct World::State {
     TouchRules touch_rules;
     TouchSolver touches;
     Walls walls;
-    Ledger ledger;
+    EnergyBalance balance;
     Counts counts;
     Overlap overlap;
     double bead_potential_start = 0.0;
     bool astray = false;
 
     struct Part {
-        Ledger ledger;
+        EnergyBalance balance;
         Counts counts;
         bool astray = false;
     };
@@ -41,7 +41,7 @@ struct World::State {
     State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads);
 
     /// Sum of (m g + F) . x of the beads: its change is the work of gravity and force on them, but for what moves beads out of overlaps, which
-    /// takes itself off the ledger.  So free flight keeps no books.
+    /// takes itself off the balance.  So free flight keeps no books.
     double bead_potential() const;
 
     /// A place with the turns round a periodic cell that were taken off it.

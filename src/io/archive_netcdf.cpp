@@ -11,7 +11,7 @@ namespace {
 constexpr unsigned deflate_level =
     1;  // more gains next to nothing on the shuffled digits of noise, and takes twice the time
 constexpr std::size_t time_rows_per_chunk = 256;
-constexpr std::size_t chunk_bytes_most = std::numeric_limits<std::uint32_t>::max();  // HDF5 counts them in 32 bits
+constexpr std::size_t max_chunk_bytes = std::numeric_limits<std::uint32_t>::max();  // HDF5 counts them in 32 bits
 constexpr unsigned in_order = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
 
 Handle text_type(std::size_t size, H5T_str_t padding, H5T_cset_t letters, const Hdf5Errors& errors) {
@@ -149,7 +149,7 @@ Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chu
     Extent extent;
     if (rows_per_chunk > 0) extent = {{0}, {H5S_UNLIMITED}, {rows_per_chunk}};
     for (const std::size_t size : shape)
-        for (std::vector<hsize_t>* sizes : {&extent.now, &extent.most, &extent.chunk}) sizes->push_back(size);
+        for (std::vector<hsize_t>* sizes : {&extent.now, &extent.max, &extent.chunk}) sizes->push_back(size);
     return extent;
 }
 
@@ -165,7 +165,7 @@ Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, 
         errors.check(H5Pset_deflate(creation, deflate_level), doing);
         errors.check(H5Pset_fletcher32(creation), doing);
     }
-    const hid_t made = rank > 0 ? H5Screate_simple(rank, extent.now.data(), extent.most.data()) : H5Screate(H5S_SCALAR);
+    const hid_t made = rank > 0 ? H5Screate_simple(rank, extent.now.data(), extent.max.data()) : H5Screate(H5S_SCALAR);
     const Handle space = errors.own(made, H5Sclose, doing);
     const Handle access = dataset_access(bytes_of(extent.chunk), errors);
     return errors.own(H5Dcreate2(group, name.c_str(), whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT,
@@ -204,17 +204,17 @@ std::string value_path(const GroupPlan& plan, const Quantity& quantity) {
 
 namespace {
 /// Throws an input Error unless the words between the slashes of a group are plain, and few enough.
-void check_group_name(const std::string& group, std::size_t words_most, const Where& where) {
+void check_group_name(const std::string& group, std::size_t max_words, const SourceLocation& where) {
     const auto slashes = static_cast<std::size_t>(std::count(group.begin(), group.end(), '/'));
-    require(group == "/" || (group.size() > 1 && group[0] == '/' && group.back() != '/' && slashes <= words_most &&
+    require(group == "/" || (group.size() > 1 && group[0] == '/' && group.back() != '/' && slashes <= max_words &&
                              group.find("//") == std::string::npos),
             where, "group \"{}\" is not a name like \"/observables\"; expected {} in front", group,
-            words_most == 1 ? "one slash," : "words with a slash");
+            max_words == 1 ? "one slash," : "words with a slash");
 }
 }  // namespace
 
 void check(const GroupPlan& plan, const std::string& file) {
-    const Where where{file};
+    const SourceLocation where{file};
     check_group_name(plan.group, plan.trajectory ? 2 : 1, where);
     std::set<std::string> names{"time"};
     const auto add_name = [&](const std::string& name) {
@@ -248,9 +248,9 @@ void check(const GroupPlan& plan, const std::string& file) {
                     path_in(plan.group, quantity.name), axis,
                     joined(std::vector<std::string>(axes.begin(), axes.end())));
         const std::size_t rows = static_cast<std::size_t>(std::max(plan.rows_per_chunk, 1));
-        require(count_of(plan, quantity) <= chunk_bytes_most / sizeof(double) / rows, where,
+        require(count_of(plan, quantity) <= max_chunk_bytes / sizeof(double) / rows, where,
                 "{} rows of {} are more than the {} of a chunk; expected fewer rows in a chunk or a smaller grid", rows,
-                path_in(plan.group, quantity.name), bytes_text(static_cast<double>(chunk_bytes_most)));
+                path_in(plan.group, quantity.name), bytes_text(static_cast<double>(max_chunk_bytes)));
     }
 }
 

@@ -54,7 +54,7 @@ std::string value_path(const GroupPlan& plan, const Quantity& quantity);
 
 /// The extent and the chunk of a dataset; time, when it has one, comes first and starts with no rows.
 struct Extent {
-    std::vector<hsize_t> now, most, chunk;
+    std::vector<hsize_t> now, max, chunk;
 };
 Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk);
 Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool whole, const Hdf5Errors& errors);

@@ -38,7 +38,7 @@ struct ArchiveReader::File {
 namespace {
 
 /// Deflate cannot make more than this many bytes of one (zlib's technical details).
-constexpr std::uint64_t inflation_most = 1032;
+constexpr std::uint64_t max_inflation = 1032;
 
 /// Brings the file up to its journal, on the disk when that may be written and no writer is at work, else in memory.
 Overlay recovered_overlay(const std::filesystem::path& file) {
@@ -193,7 +193,7 @@ std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t f
     }
     if (std::find(shape.begin(), shape.end(), std::size_t{0}) != shape.end()) return 0;
     const double bytes = static_cast<double>(count) * sizeof(double);
-    require(bytes <= static_cast<double>(file_bytes) * static_cast<double>(inflation_most), {errors.file},
+    require(bytes <= static_cast<double>(file_bytes) * static_cast<double>(max_inflation), {errors.file},
             "{} claims {} in a file of {}; expected no more than such a file can hold: it is damaged", name,
             bytes_text(bytes), bytes_text(static_cast<double>(file_bytes)));
     require(bytes <= static_cast<double>(memory) / 2, {errors.file},

@@ -41,7 +41,7 @@ void add_row(const calibrate::Table& table, const calibrate::TableRow& row, Resu
                              "0 refused, 1 measured, 2 measured, short of the error asked, 3 closure, 4 set", axes,
                              true});
     std::vector<double> values, errors, trials, origins;
-    for (const calibrate::Known& known : row.known) {
+    for (const calibrate::TableEntry& known : row.known) {
         values.push_back(known.value);
         errors.push_back(known.error);
         trials.push_back(known.trials);
@@ -104,7 +104,7 @@ bool is_calibration(const ArchiveReader& archive) { return archive.has(path_of(b
 
 namespace {
 /// A dataset of this shape, flat.
-std::vector<double> read_shaped(const ArchiveReader& archive, const Where& where, const std::string& name,
+std::vector<double> read_shaped(const ArchiveReader& archive, const SourceLocation& where, const std::string& name,
                                 const std::vector<std::size_t>& shape) {
     require(archive.has(path_of(name)), where, "has no {}; expected a whole table, as drover calibrate makes it",
             path_of(name));
@@ -119,7 +119,7 @@ std::vector<double> read_shaped(const ArchiveReader& archive, const Where& where
     return std::move(array.values);
 }
 
-std::vector<double> read_axis(const ArchiveReader& archive, const Where& where, const std::string& name) {
+std::vector<double> read_axis(const ArchiveReader& archive, const SourceLocation& where, const std::string& name) {
     require(archive.has(path_of(name)), where, "has no {}; expected a table, as drover calibrate makes it",
             path_of(name));
     Array array = archive.read(path_of(name));
@@ -128,13 +128,13 @@ std::vector<double> read_axis(const ArchiveReader& archive, const Where& where, 
     return std::move(array.values);
 }
 
-calibrate::Origin origin_of(double stored, const std::string& name, const Where& where) {
+calibrate::Origin origin_of(double stored, const std::string& name, const SourceLocation& where) {
     require(stored >= 0.0 && stored < calibrate::origin_count && stored == std::floor(stored), where,
             "{}_origin holds {}; expected 0 to {}", name, stored, calibrate::origin_count - 1);
     return static_cast<calibrate::Origin>(static_cast<int>(stored));
 }
 
-void read_row(const ArchiveReader& archive, const Where& where, const calibrate::Table& table,
+void read_row(const ArchiveReader& archive, const SourceLocation& where, const calibrate::Table& table,
               calibrate::TableRow& row) {
     require(archive.has(path_of(row.name)), where, "has no {}, which it names; expected a whole table",
             path_of(row.name));
@@ -171,7 +171,7 @@ void add_remark(const std::string& line, calibrate::Table& table) {
 }  // namespace
 
 calibrate::Table read_calibration(const ArchiveReader& archive, const std::filesystem::path& file) {
-    const Where where{.file = file.string()};
+    const SourceLocation where{.file = file.string()};
     require(is_calibration(archive), where,
             "is no table of coefficients: it has no {}; expected a file that drover calibrate made",
             path_of(bead_axis));

@@ -46,7 +46,7 @@ std::vector<std::byte> encoded(const Stored& stored) {
 
 /// Throws an input Error that says what is wrong with the bytes.
 Stored decoded(Bytes bytes, const std::filesystem::path& file) {
-    const Where where{file.string()};
+    const SourceLocation where{file.string()};
     ByteReader reader{bytes};
     require(reader.take<std::uint64_t>() == magic, where, "is not a checkpoint of drover; expected one");
     const auto found_version = reader.take<std::uint32_t>();

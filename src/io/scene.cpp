@@ -14,7 +14,7 @@
 namespace drover::io {
 
 namespace {
-using Tables = std::map<std::string, PlacedTable>;
+using Tables = std::map<std::string, LocatedTable>;
 
 /// The sections of a model, in the order in which they are written: visit(name, sentence, struct).
 template <class AnyModel, class Visit>
@@ -26,7 +26,7 @@ void for_model_sections(AnyModel& model, Visit visit) {
     visit("drag", "Friction of the beads with the plate.", model.drag);
     visit("viscosity", "Viscosity of the beads.", model.viscosity);
     visit("driving", "Rods driving beads.", model.driving);
-    visit("compressibility", "Pressure on the beads.", model.compressibility);
+    visit("stiffness", "Pressure on the beads.", model.stiffness);
     visit("relaxation", "Relaxation and saturation of the order.", model.relaxation);
     visit("elasticity", "Elasticity of the order.", model.elasticity);
     visit("weathercock", "Beads turning rods.", model.weathercock);
@@ -98,11 +98,11 @@ bool is_of(const Scene& scene, const std::string& key) {
            std::find(keys_of_fields.begin(), keys_of_fields.end(), key) == keys_of_fields.end();
 }
 
-Where where_of(const toml::source_region& source, const std::string& file) {
+SourceLocation where_of(const toml::source_region& source, const std::string& file) {
     return {.file = file, .line = static_cast<int>(source.begin.line), .column = static_cast<int>(source.begin.column)};
 }
 
-Value list_value(const toml::array& array, const std::string& key, const Where& where) {
+Value list_value(const toml::array& array, const std::string& key, const SourceLocation& where) {
     std::vector<double> numbers;
     std::vector<std::string> texts;
     for (const toml::node& item : array) {
@@ -118,7 +118,7 @@ Value list_value(const toml::array& array, const std::string& key, const Where& 
     return numbers;
 }
 
-Value value_of(const toml::node& node, const std::string& key, const Where& where) {
+Value value_of(const toml::node& node, const std::string& key, const SourceLocation& where) {
     if (const auto* held = node.as_boolean()) return held->get();
     if (const auto* held = node.as_integer()) return std::int64_t{held->get()};
     if (const auto* held = node.as_floating_point()) return held->get();
@@ -137,15 +137,15 @@ toml::table parsed(const std::string& text, const std::string& name) {
 }
 
 /// The keys of one section; of [calibrate], a table within it is the section calibrate.<its name>.
-void add_table(const std::string& section, const toml::table& table, const Where& where, const std::string& file,
-               Tables& tables) {
-    PlacedTable placed{.where = where, .values = {}};
+void add_table(const std::string& section, const toml::table& table, const SourceLocation& where,
+               const std::string& file, Tables& tables) {
+    LocatedTable placed{.where = where, .values = {}};
     for (const auto& [key, value] : table) {
-        const Where place = where_of(key.source(), file);
+        const SourceLocation place = where_of(key.source(), file);
         const std::string name = section + "." + std::string(key.str());
         if (const toml::table* inner = value.as_table(); inner != nullptr && section == "calibrate")
             add_table(name, *inner, place, file, tables);
-        else placed.values.emplace(std::string(key.str()), PlacedValue{value_of(value, name, place), place});
+        else placed.values.emplace(std::string(key.str()), LocatedValue{value_of(value, name, place), place});
     }
     tables.emplace(section, std::move(placed));
 }
@@ -154,7 +154,7 @@ Tables tables_of(const toml::table& root, const std::string& file) {
     Tables tables;
     for (const auto& [name, node] : root) {
         const std::string section(name.str());
-        const Where where = where_of(name.source(), file);
+        const SourceLocation where = where_of(name.source(), file);
         const toml::table* table = node.as_table();
         require(table != nullptr, where, "{} stands outside a table; expected it below a line such as [grid]", section);
         add_table(section, *table, where, file, tables);
@@ -164,13 +164,13 @@ Tables tables_of(const toml::table& root, const std::string& file) {
 
 /// "section.key=value", blanks about each part left out.
 struct Setting {
-    Where where;
+    SourceLocation where;
     std::string section, key, written;
     std::string name() const { return section + "." + key; }
 };
 
 Setting read_setting(const std::string& setting) {
-    const Where where{.file = "--set " + setting};
+    const SourceLocation where{.file = "--set " + setting};
     const std::size_t equals = setting.find('='), dot = setting.rfind('.', equals);
     require(equals != std::string::npos && dot != std::string::npos && dot > 0 && dot + 1 < equals, where,
             "expected section.key=value, such as grid.nx=128");
@@ -197,8 +197,8 @@ void apply_setting(const Setting& setting, Tables& tables) {
     } catch (const toml::parse_error&) {
         // A bare word: it stays a text.
     }
-    PlacedTable& table = tables.try_emplace(section, PlacedTable{.where = where, .values = {}}).first->second;
-    table.values.insert_or_assign(key, PlacedValue{std::move(value), where});
+    LocatedTable& table = tables.try_emplace(section, LocatedTable{.where = where, .values = {}}).first->second;
+    table.values.insert_or_assign(key, LocatedValue{std::move(value), where});
 }
 
 std::vector<std::string> section_names(Belongs kind) {
@@ -223,7 +223,7 @@ SceneKind kind_of(const Tables& tables) {
         fail_input(fields->second.where,
                    "[{}] is of a scene of fields, and [{}] ({}) makes this one of particles; expected sections of one "
                    "kind: take out one of them",
-                   fields->first, particles->first, place_text(particles->second.where));
+                   fields->first, particles->first, location_text(particles->second.where));
     return SceneKind::particles;
 }
 
@@ -296,12 +296,12 @@ void note_given(const Setting& setting, Tables& tables) {
 }
 }  // namespace
 
-Where place_of(const Scene& scene, const std::string& key) {
+SourceLocation location_of(const Scene& scene, const std::string& key) {
     const auto found = scene.places.find(key);
-    return found != scene.places.end() ? found->second : Where{.file = scene.file};
+    return found != scene.places.end() ? found->second : SourceLocation{.file = scene.file};
 }
 
-ModelNumber model_number(const std::string& key, const Where& where) {
+ModelNumber model_number(const std::string& key, const SourceLocation& where) {
     ModelNumber found;
     std::vector<std::string> numbers;
     const physics::Model standard;
@@ -344,7 +344,7 @@ Scene parse_scene(const std::string& toml, const std::string& name, std::span<co
 }
 
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
-    const Where where{.file = file.string()};
+    const SourceLocation where{.file = file.string()};
     std::error_code problem;
     require(std::filesystem::exists(file, problem), where,
             "no such file; expected a scene, such as models/isotropic.toml");
@@ -399,7 +399,7 @@ std::vector<SectionDescription> scene_schema(SceneKind kind) {
             return !fields && std::any_of(keys_of_fields.begin(), keys_of_fields.end(), is_key);
         });
         for (Description& row : section.rows)
-            if (!fields && section.name == "time" && row.name == "dt") row.standard = dt_of_particles;
+            if (!fields && section.name == "time" && row.name == "dt") row.default_value = dt_of_particles;
         sections.push_back(std::move(section));
     }
     return sections;

@@ -21,10 +21,10 @@ bool gives_nodes(const physics::TableData& table) {
 /// Whether a number of the table has a field to act on.
 bool has_field(const std::string& key, const physics::FieldChoice& fields) {
     const bool velocity = fields.bead_velocity != "absent";
-    for (const char* section : {"drag.", "driving.", "viscosity.", "weathercock.", "compressibility."})
+    for (const char* section : {"drag.", "driving.", "viscosity.", "weathercock.", "stiffness."})
         if (key.starts_with(section) && !velocity) return false;
-    if (key == "compressibility.beads" || key == "pressure.beads") return fields.bead_density;
-    if (key == "compressibility.rods" || key == "pressure.rods" || key == "current.speed") return fields.rod_density;
+    if (key == "stiffness.beads" || key == "pressure.beads") return fields.bead_density;
+    if (key == "stiffness.rods" || key == "pressure.rods" || key == "current.speed") return fields.rod_density;
     return true;
 }
 
@@ -42,7 +42,7 @@ std::size_t varied_of(const Scene& scene, const calibrate::Table& table) {
     // A resolved scene holds the key, also where there is nothing to choose from.
     const bool absent = varied == 0.0 && (table.varied_key.empty() || !gives(scene, "calibrated.varied"));
     return calibrate::varied_place(table, absent ? std::nullopt : std::optional(varied), "calibrated.varied",
-                                   place_of(scene, "calibrated.varied"));
+                                   location_of(scene, "calibrated.varied"));
 }
 
 std::string number_text(const calibrate::Uncertain& number) {
@@ -66,10 +66,10 @@ std::filesystem::path table_file(const Scene& scene) {
 
 /// What the equations can have; a number of few trials may come out on the other side of zero.
 void check_range(const ModelNumber& number, const std::string& key, const calibrate::Uncertain& found) {
-    const bool low = number.range.least_open ? found.value <= number.range.least : found.value < number.range.least;
-    require(!low && found.value <= number.range.most, {},
+    const bool low = number.range.min_open ? found.value <= number.range.min : found.value < number.range.min;
+    require(!low && found.value <= number.range.max, {},
             "{} comes out as {}; expected {} {}: measure more, or give it in the scene", key, number_text(found),
-            number.range.least_open ? ">" : ">=", number.range.least);
+            number.range.min_open ? ">" : ">=", number.range.min);
 }
 
 /// Numbers that the mean field is made of: with one of them from the scene it is not that of the table.
@@ -123,7 +123,7 @@ void fill_from_table(Scene& scene) {
     if (plan.table.empty()) return;
     for (const auto& [key, fraction] : {std::pair{"calibrated.bead_area_fraction", plan.bead_area_fraction},
                                         std::pair{"calibrated.rod_area_fraction", plan.rod_area_fraction}})
-        require(fraction > 0.0, place_of(scene, key),
+        require(fraction > 0.0, location_of(scene, key),
                 "{} is not given; expected the area fraction of the scene, within those of {}", key, plan.table);
     const std::vector<std::string> wanted = wanted_keys(scene);
     if (wanted.empty()) return;
@@ -131,7 +131,7 @@ void fill_from_table(Scene& scene) {
         fill(scene, wanted);
     } catch (const Error& error) {
         // A table is a file of its own; what it has not, this scene asked for.
-        fail_input(place_of(scene, "calibrated.table"), "{}", error.what());
+        fail_input(location_of(scene, "calibrated.table"), "{}", error.what());
     }
 }
 
@@ -145,35 +145,34 @@ const std::vector<Row<io::CalibratedPlan>>& schema<io::CalibratedPlan>() {
     static const std::vector<Row<Plan>> rows{
         {.name = "table",
          .member = &Plan::table,
-         .sentence =
-             "a file that drover calibrate made, beside the scene or where drover runs: it gives the numbers of the "
-             "model that the scene leaves out"},
+         .doc = "a file that drover calibrate made, beside the scene or where drover runs: it gives the numbers of the "
+                "model that the scene leaves out"},
         {.name = "bead_area_fraction",
          .member = &Plan::bead_area_fraction,
-         .range = {.least = 0.0, .most = 0.95},
-         .sentence = "Phi_b of the scene"},
+         .range = {.min = 0.0, .max = 0.95},
+         .doc = "Phi_b of the scene"},
         {.name = "rod_area_fraction",
          .member = &Plan::rod_area_fraction,
-         .range = {.least = 0.0, .most = 0.95},
-         .sentence = "Phi_r of the scene"},
+         .range = {.min = 0.0, .max = 0.95},
+         .doc = "Phi_r of the scene"},
         {.name = "varied",
          .member = &Plan::varied,
-         .sentence = "the value of the key that the table varies, one of its own; of a table that has such a key"},
+         .doc = "the value of the key that the table varies, one of its own; of a table that has such a key"},
         {.name = "coefficients",
          .member = &Plan::coefficients,
          .choices = {"uniform", "local"},
-         .sentence = "uniform: those of these area fractions everywhere; local: a, b, Gamma, alpha and lambda follow "
-                     "the densities of each place, and a boundary has error bands"},
+         .doc = "uniform: those of these area fractions everywhere; local: a, b, Gamma, alpha and lambda follow "
+                "the densities of each place, and a boundary has error bands"},
         {.name = "outside",
          .member = &Plan::outside,
          .choices = {"refuse", "hold"},
-         .sentence = "densities beyond the table: refuse, or hold the value of its edge"},
+         .doc = "densities beyond the table: refuse, or hold the value of its edge"},
         {.name = "filled",
          .member = &Plan::filled,
-         .sentence = "written by drover: what came from the table, its origin and its error; leave it out"},
+         .doc = "written by drover: what came from the table, its origin and its error; leave it out"},
         {.name = "expected",
          .member = &Plan::expected,
-         .sentence = "written by drover: what the mean field of the table expects; leave it out"}};
+         .doc = "written by drover: what the mean field of the table expects; leave it out"}};
     return rows;
 }
 

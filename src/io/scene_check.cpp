@@ -9,17 +9,17 @@ namespace drover::io {
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration) {
     const double dt = scene.time.dt, steps = std::round(duration / dt);
     constexpr double most = 1e15;
-    require(steps <= most, place_of(scene, key), "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}",
+    require(steps <= most, location_of(scene, key), "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}",
             key, duration, steps, dt, most);
     // Times are typed as decimals: a millionth of a step is a slip of rounding, more is not.
-    require(std::abs(steps * dt - duration) <= 1e-6 * dt + 1e-12 * duration, place_of(scene, key),
+    require(std::abs(steps * dt - duration) <= 1e-6 * dt + 1e-12 * duration, location_of(scene, key),
             "{} = {} is not a whole number of steps of time.dt = {}; choose {} or {}", key, duration, dt,
             std::floor(duration / dt) * dt, std::ceil(duration / dt) * dt);
     return static_cast<std::int64_t>(steps);
 }
 
 namespace {
-void check_fields(const Scene& scene, const PlaceOf& place) {
+void check_fields(const Scene& scene, const LocationOf& place) {
     numerics::check(scene.grid, place);
     physics::check(scene.model, place);
     physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, place);
@@ -35,18 +35,18 @@ void check_fields(const Scene& scene, const PlaceOf& place) {
             scene.time.tolerance, scene.time.stepper);
 }
 
-void check_fractions(const std::vector<double>& fractions, const std::string& key, const PlaceOf& place) {
+void check_fractions(const std::vector<double>& fractions, const std::string& key, const LocationOf& place) {
     for (std::size_t i = 1; i < fractions.size(); ++i)
         require(fractions[i] > fractions[i - 1], place(key), "{} has {} after {}; expected numbers that ascend", key,
                 fractions[i], fractions[i - 1]);
 }
 
-void check_calibration(const Scene& scene, const PlaceOf& place) {
+void check_calibration(const Scene& scene, const LocationOf& place) {
     const CalibrationPlan& plan = scene.calibration;
     check_fractions(plan.bead_area_fractions, "calibrate.bead_area_fractions", place);
     check_fractions(plan.rod_area_fractions, "calibrate.rod_area_fractions", place);
-    require(plan.trials_most >= 2 * plan.round, place("calibrate.trials_most"),
-            "calibrate.trials_most = {}; expected two rounds of calibrate.round = {} or more", plan.trials_most,
+    require(plan.max_trials >= 2 * plan.round, place("calibrate.max_trials"),
+            "calibrate.max_trials = {}; expected two rounds of calibrate.round = {} or more", plan.max_trials,
             plan.round);
     try {
         calibrate::make_assays(scene.plans);
@@ -55,7 +55,7 @@ void check_calibration(const Scene& scene, const PlaceOf& place) {
     }
 }
 
-void check_particles(const Scene& scene, const PlaceOf& place) {
+void check_particles(const Scene& scene, const LocationOf& place) {
     dem::check(scene.particles, place);
     check_calibration(scene, place);
     // The plates' path within a step is a series in its part of a period.
@@ -70,7 +70,7 @@ void check_particles(const Scene& scene, const PlaceOf& place) {
 }  // namespace
 
 void check(const Scene& scene) {
-    const PlaceOf place = [&](const std::string& key) { return place_of(scene, key); };
+    const LocationOf place = [&](const std::string& key) { return location_of(scene, key); };
     if (scene.kind == SceneKind::fields) check_fields(scene, place);
     else check_particles(scene, place);
     const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
@@ -104,25 +104,24 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .member = &TimeControl::dt,
              .unit = "s",
              .range = positive,
-             .sentence = "time step; of fields: linear terms and noise are exact at any, products of fields are not; "
-                         "of particles "
-                         "the default is 2e-5 s"},
+             .doc = "time step; of fields: linear terms and noise are exact at any, products of fields are not; "
+                    "of particles "
+                    "the default is 2e-5 s"},
             {.name = "end",
              .member = &TimeControl::end,
              .unit = "s",
              .range = positive,
-             .sentence = "time at the end of the run, a whole number of steps"},
+             .doc = "time at the end of the run, a whole number of steps"},
             {.name = "stepper",
              .member = &TimeControl::stepper,
              .choices = steppers,
-             .sentence = "method for what is not linear; fields alone"},
+             .doc = "method for what is not linear; fields alone"},
             {.name = "tolerance",
              .member = &TimeControl::tolerance,
-             .range = {.least = 0.0, .most = 0.1},
-             .sentence =
-                 "largest local error of a step beside the root mean square of its field, or of the field's "
-                 "change over dt: dt is then cut into as many equal "
-                 "steps as that takes (1, 2, 3, 4, 6, 8, ...); without noise and of fields alone; 0: steps of dt"}};
+             .range = {.min = 0.0, .max = 0.1},
+             .doc = "largest local error of a step beside the root mean square of its field, or of the field's "
+                    "change over dt: dt is then cut into as many equal "
+                    "steps as that takes (1, 2, 3, 4, 6, 8, ...); without noise and of fields alone; 0: steps of dt"}};
     }();
     return rows;
 }
@@ -132,29 +131,28 @@ const std::vector<Row<Output>>& schema<Output>() {
     static const std::vector<Row<Output>> rows{
         {.name = "file",
          .member = &Output::file,
-         .sentence = "the archive (HDF5); empty: the scene's name with .h5, in the folder where drover runs"},
+         .doc = "the archive (HDF5); empty: the scene's name with .h5, in the folder where drover runs"},
         {.name = "frame_every",
          .member = &Output::frame_every,
          .unit = "s",
          .range = not_negative,
-         .sentence =
+         .doc =
              "time between frames of all fields or bodies, a whole number of steps; 0: the first and the last alone"},
         {.name = "sample_every",
          .member = &Output::sample_every,
          .unit = "s",
          .range = not_negative,
-         .sentence =
-             "time between samples of the observables, a whole number of steps; 0: the first and the last alone"},
+         .doc = "time between samples of the observables, a whole number of steps; 0: the first and the last alone"},
         {.name = "checkpoint_minutes",
          .member = &Output::checkpoint_minutes,
          .unit = "min",
          .range = not_negative,
-         .sentence = "wall time between checkpoints"},
+         .doc = "wall time between checkpoints"},
         {.name = "powers",
          .member = &Output::powers,
-         .sentence = "samples hold the energy of the beads and of the order, and the power of each term on them; one "
-                     "right-hand side "
-                     "a term and sample; fields alone"}};
+         .doc = "samples hold the energy of the beads and of the order, and the power of each term on them; one "
+                "right-hand side "
+                "a term and sample; fields alone"}};
     return rows;
 }
 
@@ -164,8 +162,8 @@ const std::vector<Row<Analysis>>& schema<Analysis>() {
         {.name = "warm_up",
          .member = &Analysis::warm_up,
          .unit = "s",
-         .range = {.least = -1.0},
-         .sentence = "time left out of means at the start; -1: found from the series"}};
+         .range = {.min = -1.0},
+         .doc = "time left out of means at the start; -1: found from the series"}};
     return rows;
 }
 
@@ -173,13 +171,12 @@ template <>
 const std::vector<Row<RunControl>>& schema<RunControl>() {
     static const std::vector<Row<RunControl>> rows{{.name = "seed",
                                                     .member = &RunControl::seed,
-                                                    .range = {.least = 0, .most = 9.2e18},
-                                                    .sentence =
-                                                        "of all random numbers; the same seed gives the same bytes"},
+                                                    .range = {.min = 0, .max = 9.2e18},
+                                                    .doc = "of all random numbers; the same seed gives the same bytes"},
                                                    {.name = "threads",
                                                     .member = &RunControl::threads,
-                                                    .range = {.least = 0, .most = 1024},
-                                                    .sentence =
+                                                    .range = {.min = 0, .max = 1024},
+                                                    .doc =
                                                         "0: as many as the process may use and the grid or the spheres "
                                                         "can feed; the results are the same bytes for any number"}};
     return rows;
@@ -190,23 +187,22 @@ const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
     static const std::vector<Row<SweepPlan>> rows{
         {.name = "vary",
          .member = &SweepPlan::vary,
-         .sentence = "keys and their values, \"relaxation.rate = 0.5, 1, 2\" or, 11 even steps, \"relaxation.rate = "
-                     "0.5:2:11\"; "
-                     "several make a grid"},
+         .doc = "keys and their values, \"relaxation.rate = 0.5, 1, 2\" or, 11 even steps, \"relaxation.rate = "
+                "0.5:2:11\"; "
+                "several make a grid"},
         {.name = "seeds",
          .member = &SweepPlan::seeds,
-         .range = {.least = 1, .most = 1e6},
-         .sentence =
-             "runs at each point, with the seeds run.seed, run.seed + 1, ...; on a ramp each point has its own"},
+         .range = {.min = 1, .max = 1e6},
+         .doc = "runs at each point, with the seeds run.seed, run.seed + 1, ...; on a ramp each point has its own"},
         {.name = "ramp",
          .member = &SweepPlan::ramp,
          .choices = {"none", "up", "up-down"},
-         .sentence =
+         .doc =
              "up: each point starts from the state at the end of the one before; up-down: and back again (hysteresis)"},
         {.name = "workers",
          .member = &SweepPlan::workers,
-         .range = {.least = 0, .most = 1024},
-         .sentence = "runs at a time; 0: the cores the process may use"}};
+         .range = {.min = 0, .max = 1024},
+         .doc = "runs at a time; 0: the cores the process may use"}};
     return rows;
 }
 
@@ -215,32 +211,32 @@ const std::vector<Row<StabilityPlan>>& schema<StabilityPlan>() {
     static const std::vector<Row<StabilityPlan>> rows{
         {.name = "wavenumbers",
          .member = &StabilityPlan::wavenumbers,
-         .range = {.least = 8, .most = 4096},
-         .sentence = "of the map, evenly by their logarithm"},
+         .range = {.min = 8, .max = 4096},
+         .doc = "of the map, evenly by their logarithm"},
         {.name = "angles",
          .member = &StabilityPlan::angles,
-         .range = {.least = 2, .most = 4096},
-         .sentence = "of the map, between q and p0, on a quarter turn; in a field from outside four times as many on a "
-                     "whole one"},
-        {.name = "least",
-         .member = &StabilityPlan::least,
+         .range = {.min = 2, .max = 4096},
+         .doc = "of the map, between q and p0, on a quarter turn; in a field from outside four times as many on a "
+                "whole one"},
+        {.name = "min_wavenumber",
+         .member = &StabilityPlan::min_wavenumber,
          .unit = "1/mm",
          .range = not_negative,
-         .sentence = "smallest |q| searched; 0: a thousandth of the cell's longest wave"},
-        {.name = "most",
-         .member = &StabilityPlan::most,
+         .doc = "smallest |q| searched; 0: a thousandth of the cell's longest wave"},
+        {.name = "max_wavenumber",
+         .member = &StabilityPlan::max_wavenumber,
          .unit = "1/mm",
          .range = not_negative,
-         .sentence = "largest |q| searched; 0: the shortest wave of the grid"},
+         .doc = "largest |q| searched; 0: the shortest wave of the grid"},
         {.name = "sound",
          .member = &StabilityPlan::sound,
          .unit = "1/mm",
          .range = not_negative,
-         .sentence = "|q| of the dynamic structure factor; 0: the cell's longest wave"},
+         .doc = "|q| of the dynamic structure factor; 0: the cell's longest wave"},
         {.name = "frequencies",
          .member = &StabilityPlan::frequencies,
-         .range = {.least = 3, .most = 100001},
-         .sentence = "of the dynamic structure factor"}};
+         .range = {.min = 3, .max = 100001},
+         .doc = "of the dynamic structure factor"}};
     return rows;
 }
 
@@ -251,42 +247,40 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
         "\"bead_area_fraction = 0.2:0.7\" or \"rod_area_fraction = 0.02:0.2\", by uniform.bead_area and "
         "uniform.rod_area";
     static const std::vector<Row<BoundaryPlan>> rows{
-        {.name = "x", .member = &BoundaryPlan::x, .sentence = axis},
-        {.name = "y", .member = &BoundaryPlan::y, .sentence = axis},
+        {.name = "x", .member = &BoundaryPlan::x, .doc = axis},
+        {.name = "y", .member = &BoundaryPlan::y, .doc = axis},
         {.name = "lines",
          .member = &BoundaryPlan::lines,
          .choices = {"onset", "phase-separation", "banding", "oblique"},
-         .sentence =
+         .doc =
              "which to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of the flock, "
              "along p0), oblique (of the flock, at other angles)"},
         {.name = "conventions",
          .member = &BoundaryPlan::conventions,
          .choices = {"mean", "single-rod"},
-         .sentence = "weathercock.convention for which to trace: mean, single-rod or both; empty: that of the scene"},
+         .doc = "weathercock.convention for which to trace: mean, single-rod or both; empty: that of the scene"},
         {.name = "errors",
          .member = &BoundaryPlan::errors,
-         .sentence =
-             "standard errors of numbers of the model, \"relaxation.rate = 0.02\", independent of each other; those "
-             "of the table stand there"},
+         .doc = "standard errors of numbers of the model, \"relaxation.rate = 0.02\", independent of each other; those "
+                "of the table stand there"},
         {.name = "cells",
          .member = &BoundaryPlan::cells,
-         .range = {.least = 1, .most = 2048},
-         .sentence =
-             "an island that holds a disc wider than 1/cells of the plane (laid on a square) is found for certain"},
+         .range = {.min = 1, .max = 2048},
+         .doc = "an island that holds a disc wider than 1/cells of the plane (laid on a square) is found for certain"},
         {.name = "chord",
          .member = &BoundaryPlan::chord,
-         .range = {.least = 1e-7, .most = 0.5},
-         .sentence = "largest distance of the polyline from the line, on that square"},
+         .range = {.min = 1e-7, .max = 0.5},
+         .doc = "largest distance of the polyline from the line, on that square"},
         {.name = "map",
          .member = &BoundaryPlan::map,
-         .range = {.least = 0, .most = 4096},
-         .sentence = "points on each side of the map of stable states; 0: none"}};
+         .range = {.min = 0, .max = 4096},
+         .doc = "points on each side of the map of stable states; 0: none"}};
     return rows;
 }
 
 template <>
 const std::vector<Row<CalibrationPlan>>& schema<CalibrationPlan>() {
-    constexpr Range fraction{.least = 0.0, .most = 0.95, .least_open = true};
+    constexpr Range fraction{.min = 0.0, .max = 0.95, .min_open = true};
     static const std::vector<Row<CalibrationPlan>> rows = [&] {
         std::vector<std::string> names;
         for (const calibrate::Assay& assay : calibrate::make_assays()) names.push_back(assay.name);
@@ -294,44 +288,42 @@ const std::vector<Row<CalibrationPlan>>& schema<CalibrationPlan>() {
             {.name = "bead_area_fractions",
              .member = &CalibrationPlan::bead_area_fractions,
              .range = fraction,
-             .sentence = "Phi_b, ascending: every assay is made at each, in place of beads.area_fraction"},
+             .doc = "Phi_b, ascending: every assay is made at each, in place of beads.area_fraction"},
             {.name = "rod_area_fractions",
              .member = &CalibrationPlan::rod_area_fractions,
              .range = fraction,
-             .sentence = "Phi_r, ascending: for drag, which depends on it, in place of rods.area_fraction"},
+             .doc = "Phi_r, ascending: for drag, which depends on it, in place of rods.area_fraction"},
             {.name = "vary",
              .member = &CalibrationPlan::vary,
-             .sentence = "one key more and its values, \"kick.strength = 0.01, 0.02\": everything is measured at each"},
+             .doc = "one key more and its values, \"kick.strength = 0.01, 0.02\": everything is measured at each"},
             {.name = "assays",
              .member = &CalibrationPlan::assays,
              .choices = names,
-             .sentence = "which to make; empty: all"},
+             .doc = "which to make; empty: all"},
             {.name = "relative_error",
              .member = &CalibrationPlan::relative_error,
-             .range = {.least = 0.0, .most = 10.0, .least_open = true},
-             .sentence = "of every wanted coefficient: an assay makes trials until it is reached"},
+             .range = {.min = 0.0, .max = 10.0, .min_open = true},
+             .doc = "of every wanted coefficient: an assay makes trials until it is reached"},
             {.name = "round",
              .member = &CalibrationPlan::round,
-             .range = {.least = 4, .most = 100000},
-             .sentence = "trials between looks at the error; the first look is after two rounds"},
-            {.name = "trials_most",
-             .member = &CalibrationPlan::trials_most,
-             .range = {.least = 8, .most = 1e6},
-             .sentence = "of one assay at one point, in whole rounds: it then keeps the error it has, and says so"},
-            {.name = "failed_most",
-             .member = &CalibrationPlan::failed_most,
-             .range = {.least = 0.0, .most = 0.9},
-             .sentence =
-                 "part of the trials of an assay at a point that may fail; with more of them the point is refused"},
+             .range = {.min = 4, .max = 100000},
+             .doc = "trials between looks at the error; the first look is after two rounds"},
+            {.name = "max_trials",
+             .member = &CalibrationPlan::max_trials,
+             .range = {.min = 8, .max = 1e6},
+             .doc = "of one assay at one point, in whole rounds: it then keeps the error it has, and says so"},
+            {.name = "max_failed",
+             .member = &CalibrationPlan::max_failed,
+             .range = {.min = 0.0, .max = 0.9},
+             .doc = "part of the trials of an assay at a point that may fail; with more of them the point is refused"},
             {.name = "single_rods",
              .member = &CalibrationPlan::single_rods,
-             .range = {.least = 1, .most = 10000},
-             .sentence =
-                 "rods in the cell of relaxation, weathercock and propulsion: few enough that they hardly meet"},
+             .range = {.min = 1, .max = 10000},
+             .doc = "rods in the cell of relaxation, weathercock and propulsion: few enough that they hardly meet"},
             {.name = "workers",
              .member = &CalibrationPlan::workers,
-             .range = {.least = 0, .most = 1024},
-             .sentence = "trials at a time; 0: the cores the process may use; the table is the same for any number"}};
+             .range = {.min = 0, .max = 1024},
+             .doc = "trials at a time; 0: the cores the process may use; the table is the same for any number"}};
     }();
     return rows;
 }

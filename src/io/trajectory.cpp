@@ -178,7 +178,7 @@ struct FrameReader {
     const ArchiveReader& archive;
     std::size_t frame;
     const std::string& what;
-    const Where& where;
+    const SourceLocation& where;
 
     std::vector<double> row(const std::string& group, const std::string& element, std::size_t count) const {
         const std::string path = group + "/" + element + "/value";
@@ -247,7 +247,7 @@ std::size_t frame_count(const ArchiveReader& archive) {
 }
 
 void read_bodies(const ArchiveReader& archive, std::size_t frame, Bodies& bodies, const std::string& what,
-                 const Where& where) {
+                 const SourceLocation& where) {
     const FrameReader reader{archive, frame, what, where};
     for (const auto& [group, count] : {std::pair{beads_group, bodies.beads.size()}, {rods_group, bodies.rods.size()}})
         require(count > 0 || !archive.has(std::string(group) + "/position/value"), where,

@@ -212,9 +212,9 @@ std::string difference(const std::string& there, const std::string& here) {
 std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
 }  // namespace
 
-std::string claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& maker,
+std::string claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
                          const std::string& content) try {
-    const Where where{.file = folder.string()};
+    const SourceLocation where{.file = folder.string()};
     const std::filesystem::path file = folder / name;
     std::error_code problem;
     std::filesystem::create_directories(folder, problem);
@@ -232,14 +232,14 @@ std::string claim_folder(const std::filesystem::path& folder, const std::string&
     if (there == content) return first_line(found);
     // Cut short by a crash, before there was anything else.
     const bool alone = std::next(std::filesystem::directory_iterator(folder)) == std::filesystem::directory_iterator{};
-    require(alone && (maker + "\n" + content).starts_with(found), where,
+    require(alone && (factory + "\n" + content).starts_with(found), where,
             "the folder holds the trials of another scene (see {} there): {}; name another folder with --output", name,
             difference(there, content));
-    const std::string whole = maker + "\n" + content;
+    const std::string whole = factory + "\n" + content;
     write_at(open, 0, std::as_bytes(std::span(whole)));
     sync(open);
     sync_folder_of(file);
-    return maker;
+    return factory;
 } catch (const std::system_error& cause) {
     fail_opening(folder, cause);
 }

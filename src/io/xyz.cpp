@@ -273,8 +273,8 @@ XyzInfo read_xyz_info(const std::filesystem::path& file) {
         for (std::size_t i = 0; i < count; ++i, ++number)
             require(static_cast<bool>(std::getline(from, line)), {file.string(), number},
                     "frame {} has {} lines of {}; it is cut short", info.frames, i, count);
-        info.lines_least = info.frames == 0 ? count : std::min(info.lines_least, count);
-        info.lines_most = std::max(info.lines_most, count);
+        info.min_lines = info.frames == 0 ? count : std::min(info.min_lines, count);
+        info.max_lines = std::max(info.max_lines, count);
         ++info.frames;
     }
     return info;

@@ -7,7 +7,7 @@
 namespace drover::measure {
 
 std::size_t stretches_of(std::size_t bodies) {
-    return bodies == 0 || bodies >= units_least ? 1 : (units_least + bodies - 1) / bodies;
+    return bodies == 0 || bodies >= min_units ? 1 : (min_units + bodies - 1) / bodies;
 }
 
 Estimate estimate_units(const std::vector<std::vector<double>>& sums, const std::vector<std::vector<double>>& counts,

@@ -12,17 +12,17 @@ namespace {
 using Rows = ParticleRows;
 
 void add_work(Rows& rows) {
-    const auto row = [&](std::string name, std::string formula, double dem::Ledger::*entry) {
+    const auto row = [&](std::string name, std::string formula, double dem::EnergyBalance::*entry) {
         add_number(
             rows, std::move(name), "mg mm2 s-2", std::move(formula),
-            [entry](const ParticleMoment& moment) { return moment.ledger.*entry; }, true);
+            [entry](const ParticleMoment& moment) { return moment.balance.*entry; }, true);
     };
-    row("work_gravity", "work of gravity since the start", &dem::Ledger::gravity);
-    row("work_plates", "work of base and lid since the start", &dem::Ledger::plates);
-    row("work_forces", "work of the other forces on bodies since the start", &dem::Ledger::forces);
-    row("work_kicks", "work of the kicks since the start", &dem::Ledger::kicks);
-    row("work_impact", "work of impacts along the normals since the start, <= 0", &dem::Ledger::impact);
-    row("work_friction", "work of friction since the start, <= 0", &dem::Ledger::friction);
+    row("work_gravity", "work of gravity since the start", &dem::EnergyBalance::gravity);
+    row("work_plates", "work of base and lid since the start", &dem::EnergyBalance::plates);
+    row("work_forces", "work of the other forces on bodies since the start", &dem::EnergyBalance::forces);
+    row("work_kicks", "work of the kicks since the start", &dem::EnergyBalance::kicks);
+    row("work_impact", "work of impacts along the normals since the start, <= 0", &dem::EnergyBalance::impact);
+    row("work_friction", "work of friction since the start, <= 0", &dem::EnergyBalance::friction);
 }
 
 /// Impacts of one kind since the start, each counted `shares` times, per body.
@@ -47,7 +47,7 @@ void add_balance(const ParticleSetting& setting, Rows& rows) {
         rows, "energy_balance", "mg mm2 s-2",
         "kinetic energy less all work since the start: the kinetic energy at the start, when none is lost or made in "
         "the reckoning",
-        [](const ParticleMoment& moment) { return moment.energy_kinetic - dem::sum(moment.ledger); }, false);
+        [](const ParticleMoment& moment) { return moment.energy_kinetic - dem::sum(moment.balance); }, false);
     add_work(rows);
     add_impacts(rows, "bead_bead", "bead with beads", beads, 2.0, &dem::Counts::bead_bead);
     if (beads > 0) add_impacts(rows, "rod_bead", "rod with beads", rods, 1.0, &dem::Counts::rod_bead);

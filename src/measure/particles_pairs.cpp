@@ -12,8 +12,8 @@ namespace drover::measure {
 namespace {
 
 constexpr double neighbour_reach = 1.4;  ///< in mean diameters: between the first two shells of a lattice, 1 and sqrt 3
-constexpr std::size_t bead_centres_most = 8192;  ///< a moment takes milliseconds; these say as much as all, nearly
-constexpr std::size_t rod_centres_most = 1024, flow_centres_most = 256;
+constexpr std::size_t max_bead_centres = 8192;  ///< a moment takes milliseconds; these say as much as all, nearly
+constexpr std::size_t max_rod_centres = 1024, max_flow_centres = 256;
 
 struct Places {
     std::vector<double> x, y;
@@ -72,7 +72,7 @@ void add_hexatic(const ParticleSetting& setting, const Places& beads, const Plan
 void add_bead_correlation(const ParticleSetting& setting, const Places& beads, const PlaneCells& cells,
                           PairSums& sums) {
     const Bins& bins = setting.bead_separations;
-    const std::size_t all = beads.x.size(), centres = std::min(all, bead_centres_most);
+    const std::size_t all = beads.x.size(), centres = std::min(all, max_bead_centres);
     std::vector<double> pairs(bins.count);
     const double reach = bins.width * static_cast<double>(bins.count);
     for (std::size_t k = 0; k < centres; ++k) {
@@ -105,7 +105,7 @@ Places directions(const ParticleSetting& setting, const dem::Bodies& bodies) {
 void add_rod_pairs(const ParticleSetting& setting, const dem::Bodies& bodies, PairSums& sums) {
     const Bins& bins = setting.rod_separations;
     const Places rods = places_of(bodies.rods), n = directions(setting, bodies);
-    const std::size_t all = rods.x.size(), centres = std::min(all, rod_centres_most);
+    const std::size_t all = rods.x.size(), centres = std::min(all, max_rod_centres);
     const dem::NearestImage nearest(setting.cell);
     const double most = std::pow(bins.width * static_cast<double>(bins.count), 2);
     std::vector<double> pairs(bins.count), order(bins.count);
@@ -137,7 +137,7 @@ void add_rod_pairs(const ParticleSetting& setting, const dem::Bodies& bodies, Pa
 void add_flow(const ParticleSetting& setting, const dem::Bodies& bodies, const PlaneCells& beads, PairSums& sums) {
     const auto mesh = static_cast<std::size_t>(setting.mesh);
     const double width = setting.mesh_width, half = 0.5 * width * setting.mesh;
-    const std::size_t centres = std::min(bodies.rods.size(), flow_centres_most);
+    const std::size_t centres = std::min(bodies.rods.size(), max_flow_centres);
     const double part = 1.0 / (static_cast<double>(centres) * width * width);
     for (auto* field : {&sums.flow_density, &sums.flow_along, &sums.flow_across}) field->assign(mesh * mesh, 0.0);
     for (std::size_t k = 0; k < centres; ++k) {

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double bead_bins_per_diameter = 20.0, bead_diameters = 5.0;  ///< of g(r) of beads: its shells, some five
 constexpr double rod_bins_per_length = 8.0;                            ///< finer than a rod is wide
-constexpr std::size_t rod_bins_most = 512;
-constexpr int fine_least = 48;      ///< cells along the shorter side in which bodies are counted
+constexpr std::size_t max_rod_bins = 512;
+constexpr int min_fine = 48;        ///< cells along the shorter side in which bodies are counted
 constexpr double flow_reach = 2.5;  ///< half side of the mesh around a rod, in rod lengths
 constexpr int flow_mesh = 21;       ///< odd: one cell is about the centre of mass
 
@@ -23,7 +23,7 @@ Bins bins_up_to(double most, double width) {
 
 /// Boxes that hold a body or more on average, up to half of the cell along each side.
 void add_boxes(ParticleSetting& setting) {
-    const double fine = shorter_side(setting.cell) / fine_least;
+    const double fine = shorter_side(setting.cell) / min_fine;
     setting.fine_x = static_cast<int>(std::lround(setting.cell.lx / fine));
     setting.fine_y = static_cast<int>(std::lround(setting.cell.ly / fine));
     const auto bodies = static_cast<double>(setting.rods > 0 ? setting.rods : setting.beads);
@@ -74,7 +74,7 @@ ParticleSetting make_particle_setting(const dem::Setup& setup, const dem::Bodies
                                               setting.bead_diameter / bead_bins_per_diameter);
     if (setting.rods > 1) {
         setting.rod_separations = bins_up_to(half, setting.rod_length / rod_bins_per_length);
-        setting.rod_separations.count = std::min(setting.rod_separations.count, rod_bins_most);
+        setting.rod_separations.count = std::min(setting.rod_separations.count, max_rod_bins);
     }
     if (setting.periodic && setting.beads + setting.rods > 0) add_boxes(setting);
     if (setting.rods > 0 && setting.beads > 0) {

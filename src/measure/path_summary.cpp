@@ -22,11 +22,11 @@ SummaryRow row_of(const std::string& name, const std::string& unit, const std::s
 
 /// The correlation up to where the fit ends: it falls soon where rods lose their direction, and costs rods x frames x lags where they do not.
 RotationalDiffusion diffusion_of(const Paths& paths) {
-    constexpr double products_most = 1e9;
+    constexpr double max_products = 1e9;
     constexpr std::size_t lags_first = 16, lags_fewest = 2;
     const RotationFit fit;
     const double each = static_cast<double>(paths.rods.size()) * static_cast<double>(paths.added);
-    const auto affordable = static_cast<std::size_t>(products_most / each);
+    const auto affordable = static_cast<std::size_t>(max_products / each);
     const std::size_t most = std::max(lags_fewest, std::min((paths.added - 1) / 2, affordable));
     std::size_t lags = std::min(lags_first, most);
     for (;; lags = std::min(2 * lags, most)) {
@@ -108,7 +108,7 @@ Paths make_paths(double spacing, std::size_t frames, std::size_t rods, std::size
         paths.rods[r].x.reserve(frames);
         paths.rods[r].y.reserve(frames);
     }
-    const std::size_t most = std::min(beads, beads_followed_most);
+    const std::size_t most = std::min(beads, max_beads_followed);
     for (std::size_t k = 0; k < most; ++k) paths.followed.push_back(spread_over_list(k, most, beads));
     std::sort(paths.followed.begin(), paths.followed.end());
     paths.followed.erase(std::unique(paths.followed.begin(), paths.followed.end()), paths.followed.end());

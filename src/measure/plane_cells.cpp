@@ -20,10 +20,10 @@ PlaneCells::PlaneCells(const dem::Cell& cell, const std::vector<double>& x, cons
         across_ = make_row(-0.5 * cell.lx, 0.5 * cell.lx, reach, x.size());
         up_ = make_row(-0.5 * cell.ly, 0.5 * cell.ly, reach, x.size());
     } else if (!x.empty()) {
-        const auto [x_least, x_most] = std::minmax_element(x.begin(), x.end());
-        const auto [y_least, y_most] = std::minmax_element(y.begin(), y.end());
-        across_ = make_row(*x_least, *x_most, reach, x.size());
-        up_ = make_row(*y_least, *y_most, reach, x.size());
+        const auto [min_x, max_x] = std::minmax_element(x.begin(), x.end());
+        const auto [min_y, max_y] = std::minmax_element(y.begin(), y.end());
+        across_ = make_row(*min_x, *max_x, reach, x.size());
+        up_ = make_row(*min_y, *max_y, reach, x.size());
     }
     std::vector<std::size_t> cell_of(x.size());
     start_.assign(static_cast<std::size_t>(across_.count) * static_cast<std::size_t>(up_.count) + 1, 0);

@@ -54,11 +54,11 @@ Lags lags_to_fit(const RotationalCorrelation& correlation, const std::vector<dou
 }  // namespace
 
 RotationalCorrelation rotational_correlation(std::span<const std::vector<double>> angles, double spacing,
-                                             std::size_t lags_most) {
+                                             std::size_t max_lags) {
     require(spacing > 0.0 && std::isfinite(spacing), {}, "angles {} s apart; expected a positive time", spacing);
     std::size_t longest = 0;
     for (const std::vector<double>& path : angles) longest = std::max(longest, path.size());
-    const std::size_t lags = std::min(lags_most + 1, longest), stretches = stretches_of(angles.size());
+    const std::size_t lags = std::min(max_lags + 1, longest), stretches = stretches_of(angles.size());
     UnitSums units(angles.size() * stretches, lags);
     RotationalCorrelation result{.by_time = stretches > 1};
     for (std::size_t rod = 0; rod < angles.size(); ++rod) {
@@ -130,7 +130,7 @@ RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlatio
         result.diffusion.refusal = text(
             "error refused: stretches of {} s are less than three relaxation times of {} s; follow for longer, or "
             "{} rods or more",
-            correlation.unit_time, 1.0 / rate, units_least);
+            correlation.unit_time, 1.0 / rate, min_units);
     }
     result.relaxation_time = relaxation_time_of(result.diffusion);
     return result;

@@ -110,19 +110,19 @@ std::string time_text(double time, bool up = false) {
 
 /// Why no error can be given, "" if one can.  n: samples after warm-up; tau: in samples.
 std::string refusal_of(std::size_t n, double tau, double spacing, double warm_up) {
-    const double times_least = autocorrelation_times_per_block * static_cast<double>(blocks_least);
-    const auto samples_least = static_cast<std::size_t>(std::ceil(times_least / 2.0));
-    if (n < samples_least)
+    const double min_times = autocorrelation_times_per_block * static_cast<double>(min_blocks);
+    const auto min_samples = static_cast<std::size_t>(std::ceil(min_times / 2.0));
+    if (n < min_samples)
         return text("error refused: {} after warm-up; at least {} are needed: run for {}",
-                    n == 1 ? std::string("one sample") : text("{} samples", n), samples_least,
-                    time_text(warm_up + static_cast<double>(samples_least) * spacing, true));
+                    n == 1 ? std::string("one sample") : text("{} samples", n), min_samples,
+                    time_text(warm_up + static_cast<double>(min_samples) * spacing, true));
     const double times = static_cast<double>(n) / tau;
-    if (times < times_least)
+    if (times < min_times)
         return text(
             "error refused: the run has {:.3g} autocorrelation times ({}) after warm-up; blocks need {} each and "
             "there must be at least {}: run for {}",
-            times, time_text(static_cast<double>(n) * spacing), autocorrelation_times_per_block, blocks_least,
-            time_text(warm_up + times_least * tau * spacing, true));
+            times, time_text(static_cast<double>(n) * spacing), autocorrelation_times_per_block, min_blocks,
+            time_text(warm_up + min_times * tau * spacing, true));
     return "";
 }
 
@@ -151,7 +151,7 @@ std::vector<double> leave_one_out(const Series& series, std::size_t blocks, cons
 void add_jackknife(Series series, double tau, double spacing, const Function& function, Estimate& result) {
     const auto most =
         static_cast<std::size_t>(static_cast<double>(series[0].size()) / (autocorrelation_times_per_block * tau));
-    const std::size_t blocks = std::clamp(most, blocks_least, blocks_most);
+    const std::size_t blocks = std::clamp(most, min_blocks, max_blocks);
     const std::size_t length = series[0].size() / blocks, spare = series[0].size() % blocks;
     for (auto& values : series) values = values.subspan(spare);
     const auto count = static_cast<double>(blocks);

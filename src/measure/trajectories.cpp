@@ -70,7 +70,7 @@ std::vector<Path> about_their_mean(std::span<const Path> bodies) {
 void add_snapshot(Trajectory& trajectory, double time, const dem::Bodies& bodies) {
     const bool first = trajectory.snapshots == 0;
     if (first) {
-        const std::size_t all = bodies.beads.size(), most = std::min(all, beads_followed_most);
+        const std::size_t all = bodies.beads.size(), most = std::min(all, max_beads_followed);
         for (std::size_t k = 0; k < most; ++k) trajectory.followed.push_back(spread_over_list(k, most, all));
         std::sort(trajectory.followed.begin(), trajectory.followed.end());
         trajectory.followed.erase(std::unique(trajectory.followed.begin(), trajectory.followed.end()),
@@ -139,12 +139,12 @@ Speeds speeds_along(std::span<const Path> rods, std::span<const std::vector<doub
     return result;
 }
 
-Displacement mean_square_displacement(std::span<const Path> bodies, double spacing, std::size_t lags_most,
+Displacement mean_square_displacement(std::span<const Path> bodies, double spacing, std::size_t max_lags,
                                       bool about_mean) {
     require(spacing > 0.0, {}, "places {} s apart; expected a positive time", spacing);
     Displacement result;
     if (bodies.empty()) return result;
-    const std::size_t size = bodies[0].x.size(), lags = std::min(lags_most + 1, size);
+    const std::size_t size = bodies[0].x.size(), lags = std::min(max_lags + 1, size);
     for (const Path& body : bodies)
         require(body.x.size() == size && body.y.size() == size, {}, "paths of {} and of {} places; expected one length",
                 size, body.x.size());

@@ -14,12 +14,12 @@ namespace drover::numerics {
 namespace {
 using Real = long double;  // 64 bits of mantissa on x86-64
 // Sizes are known at run time alone, room for the largest is on the stack: unrolled code for each size takes minutes to compile.
-using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, 0, block_most, block_most>;
-using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1, 0, block_most, 1>;
+using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, 0, max_block, max_block>;
+using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1, 0, max_block, 1>;
 
 Matrix extended(const Block& block) {
-    require(block.size >= 1 && block.size <= block_most, {}, "a block has {} rows; expected 1 to {}", block.size,
-            block_most);
+    require(block.size >= 1 && block.size <= max_block, {}, "a block has {} rows; expected 1 to {}", block.size,
+            max_block);
     Matrix result(block.size, block.size);
     for (int i = 0; i < block.size; ++i)
         for (int j = 0; j < block.size; ++j) result(i, j) = block(i, j);

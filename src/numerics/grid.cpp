@@ -13,7 +13,7 @@ bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row) 
            std::abs(mode_number_y(grid, row)) * (degree + 1) < grid.ny;
 }
 
-void check(const Grid& grid, const PlaceOf& place) {
+void check(const Grid& grid, const LocationOf& place) {
     for (const auto& [name, count] : {std::pair{"nx", grid.nx}, std::pair{"ny", grid.ny}})
         require(count >= 4 && count % 2 == 0, place(text("grid.{}", name)),
                 "grid.{} = {}; expected an even number >= 4", name, count);
@@ -29,20 +29,20 @@ namespace drover {
 template <>
 const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>() {
     using numerics::Grid;
-    constexpr Range size{.least = 4, .most = 65536};
+    constexpr Range size{.min = 4, .max = 65536};
     static const std::vector<Row<Grid>> rows{
-        {.name = "nx", .member = &Grid::nx, .range = size, .sentence = "points along x, an even number"},
-        {.name = "ny", .member = &Grid::ny, .range = size, .sentence = "points along y, an even number"},
+        {.name = "nx", .member = &Grid::nx, .range = size, .doc = "points along x, an even number"},
+        {.name = "ny", .member = &Grid::ny, .range = size, .doc = "points along y, an even number"},
         {.name = "lx",
          .member = &Grid::lx,
          .unit = "mm",
          .range = positive,
-         .sentence = "side of the periodic cell along x"},
+         .doc = "side of the periodic cell along x"},
         {.name = "ly",
          .member = &Grid::ly,
          .unit = "mm",
          .range = positive,
-         .sentence = "side of the periodic cell along y"}};
+         .doc = "side of the periodic cell along y"}};
     return rows;
 }
 

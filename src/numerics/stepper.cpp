@@ -32,7 +32,7 @@ struct Source {
     const Complex* values = nullptr;
     std::size_t stride = 0;
 };
-constexpr std::size_t uses_most = 8;
+constexpr std::size_t max_uses = 8;
 
 Block combined(const std::vector<PhiTerm>& terms, const std::map<double, PhiFunctions>& phi, double dt) {
     Block result(phi.begin()->second.phi0.size);
@@ -96,7 +96,7 @@ struct Stepper::Work {
     Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first, std::size_t count,
                      Complex* room) const;
     void take_stages(double t, std::uint64_t step_number, const Spectra& state);
-    void mend_symmetry(Spectra& state) const;
+    void enforce_hermitian(Spectra& state) const;
 };
 
 Stepper::Work::Work(const System& the_system, const StepperTable& the_table, double the_dt, std::uint64_t the_seed,
@@ -124,9 +124,9 @@ void Stepper::Work::prepare_stages() {
     for (StagePlan& plan : stage_plans(*table)) combinations.push_back({.plan = std::move(plan), .matrices = {}});
     estimate.plan = error_plan(*table);
     for (const Combination& combination : combinations)
-        require(combination.plan.uses.size() <= uses_most, {},
+        require(combination.plan.uses.size() <= max_uses, {},
                 "stepper \"{}\": a stage of {} matrices; expected at most {}", table->name,
-                combination.plan.uses.size(), uses_most);
+                combination.plan.uses.size(), max_uses);
     for (const double q : wavenumbers.q) {
         const IsotropicBlocks rate_blocks = system.linear(q);
         const auto along = phi_at_fractions(*table, rate_blocks.along, dt),
@@ -223,7 +223,7 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
         const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& room,
                                 std::vector<double>& normal) {
             room.resize(uses.size() * count * kept);
-            std::array<Source, uses_most> sources;
+            std::array<Source, max_uses> sources;
             for (std::size_t u = 0; u < uses.size(); ++u)
                 sources[u] = source_of(uses[u].inputs, old, row * width, kept, room.data() + u * count * kept);
             for (std::size_t c = 0; c < count; ++c) {
@@ -271,7 +271,7 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
 
 /// Transforms back to real space do not see the part of column 0 that belongs to no real field: rounding puts some there, and a
 /// growing linear mode would amplify it for ever.
-void Stepper::Work::mend_symmetry(Spectra& state) const {
+void Stepper::Work::enforce_hermitian(Spectra& state) const {
     const std::size_t width = columns(system.grid), rows = static_cast<std::size_t>(system.grid.ny);
     for (int c = 0; c < state.count(); ++c) {
         const std::span<Complex> values = state[c];
@@ -301,7 +301,7 @@ void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spect
         else if (combination.noise >= 0) noise.fresh = &draw.emplace(draw_of(0, step_number));
         combine(combination, state, noise, s == last ? next : stage);
     }
-    if (system.nonlinear) mend_symmetry(next);
+    if (system.nonlinear) enforce_hermitian(next);
 }
 
 void Stepper::step(double t, std::uint64_t step_number, Spectra& state) {

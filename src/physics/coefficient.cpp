@@ -36,7 +36,7 @@ double power(double base, int exponent) {
 }
 }  // namespace
 
-Monomial read_monomial(const std::string& written, const Where& where) {
+Monomial read_monomial(const std::string& written, const SourceLocation& where) {
     constexpr const char* expected = "expected a number and powers of rho and sigma, such as \"-0.5 rho sigma^2\"";
     std::istringstream words(written);
     Monomial result;

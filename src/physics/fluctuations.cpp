@@ -45,11 +45,11 @@ void parts(const Symbol& s, int place, double c, double sn, double& along, doubl
 
 StructureFactor structure_factor_of(const Symbol& s, const numerics::Wavevector& q) {
     const double size = std::hypot(q.x, q.y), c = q.x / size, sn = q.y / size;
-    StructureFactor r{.rods = s(at_rods, at_rods).real(),
-                      .beads = s(at_beads, at_beads).real(),
-                      .beads_rods = s(at_beads, at_rods).real()};
-    parts(s, at_order_x, c, sn, r.order_along, r.order_across);
-    parts(s, at_velocity_x, c, sn, r.velocity_along, r.velocity_across);
+    StructureFactor r{.rods = s(FieldIndex::rod_density, FieldIndex::rod_density).real(),
+                      .beads = s(FieldIndex::bead_density, FieldIndex::bead_density).real(),
+                      .beads_rods = s(FieldIndex::bead_density, FieldIndex::rod_density).real()};
+    parts(s, FieldIndex::polar_order_x, c, sn, r.order_along, r.order_across);
+    parts(s, FieldIndex::bead_velocity_x, c, sn, r.velocity_along, r.velocity_across);
     return r;
 }
 }  // namespace
@@ -57,9 +57,11 @@ StructureFactor structure_factor_of(const Symbol& s, const numerics::Wavevector&
 Symbol noise_symbol(const Equations& equations, double q) {
     const Noise& noise = equations.model.noise;
     Symbol result = Symbol::Zero();
-    if (equations.form.bead_density >= 0) result(at_beads, at_beads) = noise.beads * q * q;
-    if (equations.form.rod_density >= 0) result(at_rods, at_rods) = noise.rods * q * q;
-    result(at_order_x, at_order_x) = result(at_order_y, at_order_y) = noise.order;
+    if (equations.form.bead_density >= 0)
+        result(FieldIndex::bead_density, FieldIndex::bead_density) = noise.beads * q * q;
+    if (equations.form.rod_density >= 0) result(FieldIndex::rod_density, FieldIndex::rod_density) = noise.rods * q * q;
+    result(FieldIndex::polar_order_x, FieldIndex::polar_order_x) =
+        result(FieldIndex::polar_order_y, FieldIndex::polar_order_y) = noise.order;
     return result;
 }
 
@@ -105,7 +107,7 @@ double direction_diffusion(const Equations& equations, const StationaryState& ab
     const LongWaves waves = long_waves(equations, about);
     if (!waves.undefined.empty()) return std::numeric_limits<double>::quiet_NaN();
     const auto turn = (equations.form.bead_density >= 0 ? 1 : 0) + (equations.form.rod_density >= 0 ? 1 : 0);
-    const Eigen::Vector2d dual = waves.left.row(turn).segment<2>(at_order_x);
+    const Eigen::Vector2d dual = waves.left.row(turn).segment<2>(FieldIndex::polar_order_x);
     return 0.5 * equations.model.noise.order * dual.squaredNorm();
 }
 

@@ -65,14 +65,14 @@ const std::vector<Row<physics::FieldChoice>>& schema<physics::FieldChoice>() {
     static const std::vector<Row<FieldChoice>> rows{
         {.name = "bead_density",
          .member = &FieldChoice::bead_density,
-         .sentence = "rho, the density of the beads, is a field"},
+         .doc = "rho, the density of the beads, is a field"},
         {.name = "rod_density",
          .member = &FieldChoice::rod_density,
-         .sentence = "sigma, the density of the rods, is a field"},
+         .doc = "sigma, the density of the rods, is a field"},
         {.name = "bead_velocity",
          .member = &FieldChoice::bead_velocity,
          .choices = {"dynamic", "slaved", "absent"},
-         .sentence = "v: dynamic: with its inertia; slaved: in balance with its forces at every moment"}};
+         .doc = "v: dynamic: with its inertia; slaved: in balance with its forces at every moment"}};
     return rows;
 }
 

@@ -91,7 +91,7 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
 
 namespace {
 void check_stationary(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
-                      const PlaceOf& place) {
+                      const LocationOf& place) {
     require(model.noise.order > 0.0, place("initial.kind"),
             "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order > "
             "0, or another "
@@ -107,7 +107,7 @@ void check_stationary(const Model& model, const numerics::Grid& grid, const Deal
 }  // namespace
 
 void check(const InitialState& initial, const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
-           const PlaceOf& place) {
+           const LocationOf& place) {
     if (initial.kind == "stationary") check_stationary(model, grid, dealiasing, place);
     if (initial.kind == "file")
         require(!initial.file.empty(), place("initial.kind"),
@@ -163,43 +163,36 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
         {.name = "kind",
          .member = &InitialState::kind,
          .choices = {"uniform", "random", "mode", "stationary", "formula", "file"},
-         .sentence =
+         .doc =
              "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary law of the linear "
              "theory; formula: fields as formulas in x and y; file: a frame of an archive"},
         {.name = "amplitude",
          .member = &InitialState::amplitude,
          .unit = "unit of the field",
          .range = not_negative,
-         .sentence =
+         .doc =
              "random: standard deviation in each cell (formula: the same, added to it); mode: amplitude of the cosine"},
-        {.name = "field", .member = &InitialState::field, .sentence = "mode: the field that is perturbed"},
-        {.name = "mode_x", .member = &InitialState::mode_x, .sentence = "mode: wavelengths in the cell along x"},
-        {.name = "mode_y", .member = &InitialState::mode_y, .sentence = "mode: wavelengths in the cell along y"},
+        {.name = "field", .member = &InitialState::field, .doc = "mode: the field that is perturbed"},
+        {.name = "mode_x", .member = &InitialState::mode_x, .doc = "mode: wavelengths in the cell along x"},
+        {.name = "mode_y", .member = &InitialState::mode_y, .doc = "mode: wavelengths in the cell along y"},
         {.name = "phase",
          .member = &InitialState::phase,
          .unit = "rad",
-         .sentence = "mode: phase of the cosine at the origin"},
+         .doc = "mode: phase of the cosine at the origin"},
         {.name = "bead_density",
          .member = &InitialState::bead_density,
          .unit = "1/mm^2",
-         .sentence =
-             "formula: rho, such as \"2 + 0.1 * exp(-((x - 8)^2 + (y - 8)^2) / 4)\", x and y in mm; empty: uniform"},
-        {.name = "rod_density", .member = &InitialState::rod_density, .unit = "1/mm^2", .sentence = "formula: sigma"},
-        {.name = "bead_velocity_x",
-         .member = &InitialState::bead_velocity_x,
-         .unit = "mm/s",
-         .sentence = "formula: v_x"},
-        {.name = "bead_velocity_y",
-         .member = &InitialState::bead_velocity_y,
-         .unit = "mm/s",
-         .sentence = "formula: v_y"},
-        {.name = "polar_order_x", .member = &InitialState::polar_order_x, .unit = "[p]", .sentence = "formula: p_x"},
-        {.name = "polar_order_y", .member = &InitialState::polar_order_y, .unit = "[p]", .sentence = "formula: p_y"},
-        {.name = "file", .member = &InitialState::file, .sentence = "file: the archive, sought beside the scene"},
+         .doc = "formula: rho, such as \"2 + 0.1 * exp(-((x - 8)^2 + (y - 8)^2) / 4)\", x and y in mm; empty: uniform"},
+        {.name = "rod_density", .member = &InitialState::rod_density, .unit = "1/mm^2", .doc = "formula: sigma"},
+        {.name = "bead_velocity_x", .member = &InitialState::bead_velocity_x, .unit = "mm/s", .doc = "formula: v_x"},
+        {.name = "bead_velocity_y", .member = &InitialState::bead_velocity_y, .unit = "mm/s", .doc = "formula: v_y"},
+        {.name = "polar_order_x", .member = &InitialState::polar_order_x, .unit = "[p]", .doc = "formula: p_x"},
+        {.name = "polar_order_y", .member = &InitialState::polar_order_y, .unit = "[p]", .doc = "formula: p_y"},
+        {.name = "file", .member = &InitialState::file, .doc = "file: the archive, sought beside the scene"},
         {.name = "frame",
          .member = &InitialState::frame,
-         .range = {.least = -1},
-         .sentence = "file: number of the frame from 0; -1 is the last"}};
+         .range = {.min = -1},
+         .doc = "file: number of the frame from 0; -1 is the last"}};
     return rows;
 }
 

@@ -18,21 +18,23 @@ struct BlockPlaces {
 };
 BlockPlaces block_places(const Form& form) {
     BlockPlaces places;
-    if (form.bead_density >= 0) places.along.push_back(at_beads);
-    if (form.rod_density >= 0) places.along.push_back(at_rods);
+    if (form.bead_density >= 0) places.along.push_back(FieldIndex::bead_density);
+    if (form.rod_density >= 0) places.along.push_back(FieldIndex::rod_density);
     if (form.bead_velocity >= 0) {
-        places.along.push_back(at_velocity_x);
-        places.across.push_back(at_velocity_y);
+        places.along.push_back(FieldIndex::bead_velocity_x);
+        places.across.push_back(FieldIndex::bead_velocity_y);
     }
-    places.along.push_back(at_order_x);
-    places.across.push_back(at_order_y);
+    places.along.push_back(FieldIndex::polar_order_x);
+    places.across.push_back(FieldIndex::polar_order_y);
     return places;
 }
 
 /// Rows and columns of a symbol for q along x, vectors times i: real for an isotropic state.
 numerics::Block block_of(const Symbol& symbol, const std::vector<int>& places) {
     numerics::Block block(static_cast<int>(places.size()));
-    const auto turn = [](int place) { return place >= at_velocity_x ? std::complex<double>(0.0, 1.0) : 1.0; };
+    const auto turn = [](int place) {
+        return place >= FieldIndex::bead_velocity_x ? std::complex<double>(0.0, 1.0) : 1.0;
+    };
     for (int i = 0; i < block.size; ++i)
         for (int k = 0; k < block.size; ++k) {
             const int row = places[static_cast<std::size_t>(i)], column = places[static_cast<std::size_t>(k)];
@@ -46,10 +48,10 @@ numerics::IsotropicBlocks noise_blocks(const Noise& noise, const BlockPlaces& pl
         numerics::Block block(static_cast<int>(rows.size()));
         for (int i = 0; i < block.size; ++i) {
             const int place = rows[static_cast<std::size_t>(i)];
-            block(i, i) = place >= at_order_x ? noise.order
-                          : place == at_rods  ? noise.rods * q * q
-                          : place == at_beads ? noise.beads * q * q
-                                              : 0.0;
+            block(i, i) = place >= FieldIndex::polar_order_x  ? noise.order
+                          : place == FieldIndex::rod_density  ? noise.rods * q * q
+                          : place == FieldIndex::bead_density ? noise.beads * q * q
+                                                              : 0.0;
         }
         return block;
     };
@@ -164,9 +166,9 @@ const std::vector<Row<physics::Dealiasing>>& schema<physics::Dealiasing>() {
         {.name = "rule",
          .member = &physics::Dealiasing::rule,
          .choices = {"exact", "two-thirds", "none"},
-         .sentence = "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
-                     "two-thirds: "
-                     "|k| < N/3 whatever it is; none: |k| < N/2; outputs tell the tail of the spectrum"}};
+         .doc = "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
+                "two-thirds: "
+                "|k| < N/3 whatever it is; none: |k| < N/2; outputs tell the tail of the spectrum"}};
     return rows;
 }
 

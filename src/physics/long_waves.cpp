@@ -12,7 +12,7 @@ namespace drover::physics {
 
 namespace {
 using Small = LongWaves::Small;
-using Matrix6 = Eigen::Matrix<double, places, places>;
+using Matrix6 = Eigen::Matrix<double, FieldIndex::count, FieldIndex::count>;
 
 /// F(q) = constant + i q first + q^2 second, all real.
 struct Expansion {
@@ -38,15 +38,15 @@ Expansion expansion(const Equations& e, const UniformPoint& about) {
         r.present.push_back(place);
         r.moved(place, place) = weight;
     };
-    if (form.bead_density >= 0) add(at_beads, 1.0);
-    if (form.rod_density >= 0) add(at_rods, 1.0);
+    if (form.bead_density >= 0) add(FieldIndex::bead_density, 1.0);
+    if (form.rod_density >= 0) add(FieldIndex::rod_density, 1.0);
     if (form.velocity != Velocity::absent) {
         const double mass = form.velocity == Velocity::dynamic ? e.model.inertia.bead_mass * about.bead_density : 0.0;
-        add(at_velocity_x, mass);
-        add(at_velocity_y, mass);
+        add(FieldIndex::bead_velocity_x, mass);
+        add(FieldIndex::bead_velocity_y, mass);
     }
-    add(at_order_x, 1.0);
-    add(at_order_y, 1.0);
+    add(FieldIndex::polar_order_x, 1.0);
+    add(FieldIndex::polar_order_y, 1.0);
     return r;
 }
 
@@ -146,8 +146,8 @@ LongWaves long_waves(const Equations& equations, const StationaryState& about) {
     result.damping_xx = -between(f.second_xx) - through(f.first_x, f.first_x);
     result.damping_yy = -between(f.second_yy) - through(f.first_y, f.first_y);
     result.damping_xy = -between(f.second_xy) - through(f.first_x, f.first_y) - through(f.first_y, f.first_x);
-    result.right = Small::Zero(places, right.cols());
-    result.left = Small::Zero(left.rows(), places);
+    result.right = Small::Zero(FieldIndex::count, right.cols());
+    result.left = Small::Zero(left.rows(), FieldIndex::count);
     for (Eigen::Index i = 0; i < n; ++i) {
         result.right.row(f.present[static_cast<std::size_t>(i)]) = right.row(i);
         result.left.col(f.present[static_cast<std::size_t>(i)]) = left.col(i);
@@ -157,8 +157,8 @@ LongWaves long_waves(const Equations& equations, const StationaryState& about) {
 
 namespace {
 using Complex = std::complex<double>;
-using ComplexSmall = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, places, places>;
-using ComplexColumn = Eigen::Matrix<Complex, Eigen::Dynamic, 1, 0, places, 1>;
+using ComplexSmall = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, FieldIndex::count, FieldIndex::count>;
+using ComplexColumn = Eigen::Matrix<Complex, Eigen::Dynamic, 1, 0, FieldIndex::count, 1>;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// Speeds that differ by less than this part of the largest are one: rounding splits a double root by its square root.

@@ -48,7 +48,7 @@ Coefficient tabulated(const Varying& written, const TableData& table) {
                                                           table.outside == "hold" ? Outside::hold : Outside::refuse));
 }
 
-Coefficient compiled(const Varying& written, const TableData& table, const PlaceOf& place) {
+Coefficient compiled(const Varying& written, const TableData& table, const LocationOf& place) {
     const std::vector<double>&nodes = table.*written.nodes, &errors = table.*written.errors;
     std::string name = "table." + written.key;
     std::replace(name.begin() + 6, name.end(), '.', '_');
@@ -72,7 +72,7 @@ Coefficient compiled(const Varying& written, const TableData& table, const Place
     return {written.factor * written.constant, std::move(monomials)};
 }
 
-Coefficients compile(const Model& m, const PlaceOf& place) {
+Coefficients compile(const Model& m, const LocationOf& place) {
     Coefficients result;
     for (const Varying& one : varying(m)) result.*one.place = compiled(one, m.table, place);
     return result;
@@ -86,23 +86,21 @@ Coefficients compile(const Model& m, const Equations& like) {
     Coefficients result;
     for (const Varying& one : varying(m)) {
         const bool same = same_mesh && !(now.*one.nodes).empty() && now.*one.nodes == then.*one.nodes;
-        result.*one.place = same ? like.*one.place : compiled(one, now, nowhere);
+        result.*one.place = same ? like.*one.place : compiled(one, now, no_location);
     }
     return result;
 }
 
 /// A coefficient of a field that is not there is a slip of the scene, not a wish.
-void check_fields(const Model& m, const Coefficients& c, const PlaceOf& place) {
+void check_fields(const Model& m, const Coefficients& c, const LocationOf& place) {
     const bool beads = m.fields.bead_density, rods = m.fields.rod_density,
                velocity = m.fields.bead_velocity != "absent", dynamic = m.fields.bead_velocity == "dynamic";
     const auto needs = [&](bool given, bool has, const char* key, const char* field) {
         require(!given || has, place(key),
                 "{} is given, but fields.{} leaves its field out; set it to 0 or give the field", key, field);
     };
-    needs(m.compressibility.beads != 0.0, beads && velocity, "compressibility.beads",
-          beads ? "bead_velocity" : "bead_density");
-    needs(m.compressibility.rods != 0.0, rods && velocity, "compressibility.rods",
-          rods ? "bead_velocity" : "rod_density");
+    needs(m.stiffness.beads != 0.0, beads && velocity, "stiffness.beads", beads ? "bead_velocity" : "bead_density");
+    needs(m.stiffness.rods != 0.0, rods && velocity, "stiffness.rods", rods ? "bead_velocity" : "rod_density");
     needs(m.pressure.beads != 0.0, beads, "pressure.beads", "bead_density");
     needs(m.pressure.rods != 0.0, rods, "pressure.rods", "rod_density");
     needs(m.diffusion.beads != 0.0, beads, "diffusion.beads", "bead_density");
@@ -125,7 +123,7 @@ void check_fields(const Model& m, const Coefficients& c, const PlaceOf& place) {
     }
 }
 
-void check_slaved(const Model& m, const Coefficients& c, const PlaceOf& place) {
+void check_slaved(const Model& m, const Coefficients& c, const LocationOf& place) {
     const bool viscous = m.viscosity.shear != 0.0 || m.viscosity.bulk != 0.0;
     require(!viscous || (!c.drag.varies() && !c.driving.varies()),
             place(c.drag.varies() ? "drag.coefficient_terms" : "driving.strength_terms"),
@@ -141,7 +139,7 @@ void check_slaved(const Model& m, const Coefficients& c, const PlaceOf& place) {
 }  // namespace
 
 namespace {
-void check_all(const Model& model, const Coefficients& c, const PlaceOf& place) {
+void check_all(const Model& model, const Coefficients& c, const LocationOf& place) {
     check_fields(model, c, place);
     if (model.fields.bead_velocity == "slaved") check_slaved(model, c, place);
     require(!model.fields.bead_density || model.fields.bead_velocity != "absent" || model.diffusion.beads != 0.0 ||
@@ -162,16 +160,16 @@ void check_all(const Model& model, const Coefficients& c, const PlaceOf& place) 
 
 }  // namespace
 
-void check(const Model& model, const PlaceOf& place) { check_all(model, compile(model, place), place); }
+void check(const Model& model, const LocationOf& place) { check_all(model, compile(model, place), place); }
 
 Equations::Equations(const Model& the_model, const Coefficients& coefficients)
     : Coefficients(coefficients), model(the_model), form(physics::form(the_model)) {
-    check_all(model, coefficients, nowhere);
+    check_all(model, coefficients, no_location);
     for (const Term& term : terms())
         if (term.is_active(*this)) active.push_back(&term);
 }
 
-Equations::Equations(const Model& the_model) : Equations(the_model, compile(the_model, nowhere)) {}
+Equations::Equations(const Model& the_model) : Equations(the_model, compile(the_model, no_location)) {}
 Equations::Equations(const Model& the_model, const Equations& like) : Equations(the_model, compile(the_model, like)) {}
 
 std::vector<ActiveTerm> active_terms(const Equations& equations) {
@@ -198,22 +196,22 @@ const std::vector<Row<physics::UniformState>>& schema<physics::UniformState>() {
          .member = &physics::UniformState::rod_density,
          .unit = "1/mm^2",
          .range = positive,
-         .sentence = "sigma: mean density of the rods, which the equations conserve"},
+         .doc = "sigma: mean density of the rods, which the equations conserve"},
         {.name = "bead_density",
          .member = &physics::UniformState::bead_density,
          .unit = "1/mm^2",
          .range = positive,
-         .sentence = "rho: mean density of the beads, which the equations conserve"},
+         .doc = "rho: mean density of the beads, which the equations conserve"},
         {.name = "rod_area",
          .member = &physics::UniformState::rod_area,
          .unit = "mm^2",
          .range = not_negative,
-         .sentence = "projected area of one rod, for area fractions; 0: not known"},
+         .doc = "projected area of one rod, for area fractions; 0: not known"},
         {.name = "bead_area",
          .member = &physics::UniformState::bead_area,
          .unit = "mm^2",
          .range = not_negative,
-         .sentence = "projected area of one bead, for area fractions; 0: not known"}};
+         .doc = "projected area of one bead, for area fractions; 0: not known"}};
     return rows;
 }
 

@@ -35,16 +35,19 @@ VelocityRow velocity_row(const Equations& e, const Reference& ref, double q) {
     Symbol m = force_symbol(e, about, {.x = q, .y = 0.0});
     if (e.form.velocity == Velocity::slaved) {
         // Zero where nothing holds the beads back: there is no such term then.
-        for (const int row : {at_velocity_x, at_velocity_y}) {
+        for (const int row : {FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_y}) {
             const Complex held = -m(row, row);
             if (held != 0.0) m.row(row) /= held;
             m(row, row) = 0.0;
         }
     }
     // Times i for the vectors: i F = a rho + b sigma + c (i v) + d (i p).
-    return {.along = {-m(at_velocity_x, at_beads).imag(), -m(at_velocity_x, at_rods).imag(),
-                      m(at_velocity_x, at_velocity_x).real(), m(at_velocity_x, at_order_x).real()},
-            .across = {m(at_velocity_y, at_velocity_y).real(), m(at_velocity_y, at_order_y).real()}};
+    return {.along = {-m(FieldIndex::bead_velocity_x, FieldIndex::bead_density).imag(),
+                      -m(FieldIndex::bead_velocity_x, FieldIndex::rod_density).imag(),
+                      m(FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x).real(),
+                      m(FieldIndex::bead_velocity_x, FieldIndex::polar_order_x).real()},
+            .across = {m(FieldIndex::bead_velocity_y, FieldIndex::bead_velocity_y).real(),
+                       m(FieldIndex::bead_velocity_y, FieldIndex::polar_order_y).real()}};
 }
 
 }  // namespace
@@ -192,11 +195,11 @@ void RightHandSide::Work::note_extremes(const numerics::Strip& strip) {
         }
         return std::pair{least, most};
     };
-    const auto [bead_least, bead_most] = range(arrays.beads);
-    const auto [rod_least, rod_most] = range(arrays.rods);
+    const auto [min_bead, max_bead] = range(arrays.beads);
+    const auto [min_rod, max_rod] = range(arrays.rods);
     const std::lock_guard lock(mutex);
-    extremes = {std::min(extremes.bead_least, bead_least), std::max(extremes.bead_most, bead_most),
-                std::min(extremes.rod_least, rod_least), std::max(extremes.rod_most, rod_most)};
+    extremes = {std::min(extremes.min_bead, min_bead), std::max(extremes.max_bead, max_bead),
+                std::min(extremes.min_rod, min_rod), std::max(extremes.max_rod, max_rod)};
 }
 
 /// Every active term on the points of a strip, a few at a time: all it needs is then in the first-level cache.
@@ -344,15 +347,15 @@ ForceMode RightHandSide::Work::slaved_by(const ForceMode& force, const Wavevecto
 
 /// What cannot be gone on with.  A number that is none is left to the health check, which says where it is.
 void RightHandSide::Work::check_densities() const {
-    if (arrays.force >= 0 && extremes.bead_least <= 0.0)
+    if (arrays.force >= 0 && extremes.min_bead <= 0.0)
         fail_run(
             "the bead density reached {:.4g} mm-2 on the grid, and the inertia of beads divides by it; a vacuum needs "
             "fields.bead_velocity = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less "
             "noise",
-            extremes.bead_least);
+            extremes.min_bead);
     if (slaved_varies(e) && arrays.velocity >= 0 && !e.drag.table()) {
-        for (const double beads : {extremes.bead_least, extremes.bead_most})
-            for (const double rods : {extremes.rod_least, extremes.rod_most})
+        for (const double beads : {extremes.min_bead, extremes.max_bead})
+            for (const double rods : {extremes.min_rod, extremes.max_rod})
                 if (std::isfinite(beads) && std::isfinite(rods) && e.drag.at(beads, rods).value <= 0.0)
                     fail_run(
                         "drag.coefficient is {:.4g} where the bead density is {:.4g} and the rod density {:.4g}; "
@@ -363,12 +366,12 @@ void RightHandSide::Work::check_densities() const {
     for (const auto& [name, c] : named(e)) {
         if (!c->table()) continue;
         // No term of this right-hand side reads the coefficient: its densities are not on the grid.
-        if ((c->depends_on_beads() && !std::isfinite(extremes.bead_least)) ||
-            (c->depends_on_rods() && !std::isfinite(extremes.rod_least)))
+        if ((c->depends_on_beads() && !std::isfinite(extremes.min_bead)) ||
+            (c->depends_on_rods() && !std::isfinite(extremes.min_rod)))
             continue;
         const auto finite = [](double value) { return std::isfinite(value) ? value : 0.0; };
         for (const auto& [beads, rods] :
-             {std::pair{extremes.bead_least, extremes.rod_least}, std::pair{extremes.bead_most, extremes.rod_most}})
+             {std::pair{extremes.min_bead, extremes.min_rod}, std::pair{extremes.max_bead, extremes.max_rod}})
             if (std::isnan(c->at(finite(beads), finite(rods)).value))
                 fail_run(
                     "the densities reached {:.4g} (beads) and {:.4g} (rods) mm-2, outside the table of {}: {}; give a "

@@ -23,15 +23,20 @@ numerics::Fields slaved_velocity(const Equations& e, const numerics::System& lin
         const Wavevector q = numerics::wavevector(linear.grid, m % width, m / width);
         const Symbol symbol = force_symbol(e, about, q);
         Eigen::Vector2cd force = Eigen::Vector2cd::Zero();
-        if (form.bead_density >= 0) force += symbol.block<2, 1>(at_velocity_x, at_beads) * state[form.bead_density][m];
-        if (form.rod_density >= 0) force += symbol.block<2, 1>(at_velocity_x, at_rods) * state[form.rod_density][m];
-        force += symbol.block<2, 2>(at_velocity_x, at_order_x) *
+        if (form.bead_density >= 0)
+            force +=
+                symbol.block<2, 1>(FieldIndex::bead_velocity_x, FieldIndex::bead_density) * state[form.bead_density][m];
+        if (form.rod_density >= 0)
+            force +=
+                symbol.block<2, 1>(FieldIndex::bead_velocity_x, FieldIndex::rod_density) * state[form.rod_density][m];
+        force += symbol.block<2, 2>(FieldIndex::bead_velocity_x, FieldIndex::polar_order_x) *
                  Eigen::Vector2cd(state[form.polar_order][m], state[form.polar_order + 1][m]);
         if (has_term(e, "force")) {
             const ForceMode outside = force_mode(e.model.force, linear.grid, t, q);
             force += Eigen::Vector2cd(outside.x, outside.y);
         }
-        const Eigen::Vector2cd velocity = -symbol.block<2, 2>(at_velocity_x, at_velocity_x).inverse() * force;
+        const Eigen::Vector2cd velocity =
+            -symbol.block<2, 2>(FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x).inverse() * force;
         made[0][m] = velocity.x();
         made[1][m] = velocity.y();
     }

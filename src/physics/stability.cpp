@@ -29,10 +29,11 @@ ModeShapes compact_symbol(const Equations& e, const UniformPoint& about, const n
 
 std::vector<int> places_of(const Form& form) {
     std::vector<int> result;
-    if (form.bead_density >= 0) result.push_back(at_beads);
-    if (form.rod_density >= 0) result.push_back(at_rods);
-    if (form.velocity == Velocity::dynamic) result.insert(result.end(), {at_velocity_x, at_velocity_y});
-    result.insert(result.end(), {at_order_x, at_order_y});
+    if (form.bead_density >= 0) result.push_back(FieldIndex::bead_density);
+    if (form.rod_density >= 0) result.push_back(FieldIndex::rod_density);
+    if (form.velocity == Velocity::dynamic)
+        result.insert(result.end(), {FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_y});
+    result.insert(result.end(), {FieldIndex::polar_order_x, FieldIndex::polar_order_y});
     return result;
 }
 
@@ -173,7 +174,7 @@ double boundary_between(double low, double high, Holds holds) {
 
 std::vector<double> even_logarithms(const Search& search) {
     std::vector<double> result;
-    const double first = std::log(search.least), last = std::log(search.most);
+    const double first = std::log(search.min), last = std::log(search.max);
     for (int k = 0; k < search.wavenumbers; ++k)
         result.push_back(first + (last - first) * k / (search.wavenumbers - 1));
     return result;
@@ -218,18 +219,18 @@ std::string name_of(const Equations& equations, const StationaryState& about, co
 /// Where the waves of one angle stop growing, on both sides of one that grows.
 void set_range(const Landscape& land, const std::vector<double>& log_q, Instability& found) {
     const auto grows = [&](double x) { return land.grows(x, found.angle); };
-    found.least = 0.0;
-    found.most = infinite;
+    found.min = 0.0;
+    found.max = infinite;
     double inside = std::log(found.q);
     for (auto x = log_q.rbegin(); x != log_q.rend(); ++x)
         if (*x < inside && !grows(*x)) {
-            found.least = std::exp(boundary_between(*x, *(x - 1) < inside ? *(x - 1) : inside, grows));
+            found.min = std::exp(boundary_between(*x, *(x - 1) < inside ? *(x - 1) : inside, grows));
             break;
         }
     for (const double& x : log_q)
         if (x > inside && !grows(x)) {
             const double before = &x == log_q.data() ? inside : std::max(inside, *(&x - 1));
-            found.most = std::exp(boundary_between(before, x, grows));
+            found.max = std::exp(boundary_between(before, x, grows));
             break;
         }
 }

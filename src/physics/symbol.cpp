@@ -9,8 +9,9 @@ namespace {
 /// The uniform force on the beads in a uniform state: every force is linear in v and p at given densities.
 Eigen::Vector2d uniform_force(const Equations& e, const UniformPoint& about) {
     const Symbol m = force_symbol(e, about, {});
-    Eigen::Vector2d force = m.block<2, 2>(at_velocity_x, at_velocity_x).real() * about.velocity +
-                            m.block<2, 2>(at_velocity_x, at_order_x).real() * about.order;
+    Eigen::Vector2d force =
+        m.block<2, 2>(FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x).real() * about.velocity +
+        m.block<2, 2>(FieldIndex::bead_velocity_x, FieldIndex::polar_order_x).real() * about.order;
     if (has_term(e, "force") && e.model.force.kind == "uniform")
         force += Eigen::Vector2d(e.model.force.x, e.model.force.y);
     return force;
@@ -20,7 +21,7 @@ Eigen::Vector2d uniform_force(const Equations& e, const UniformPoint& about) {
 bool is_force_on_beads(const Term& term) {
     const std::string_view name = term.name;
     return name == "drag" || name == "viscosity" || name == "driving" || name == "force" ||
-           name.starts_with("compressibility");
+           name.starts_with("stiffness");
 }
 
 bool has_term(const Equations& equations, std::string_view name) {
@@ -40,24 +41,27 @@ Symbol linear_symbol(const Equations& equations, const UniformPoint& about, cons
     const Form& form = equations.form;
     if (form.velocity == Velocity::dynamic) {
         const double moved = equations.model.inertia.bead_mass * about.bead_density;
-        m.middleRows<2>(at_velocity_x) /= moved;
-        m.block<2, 1>(at_velocity_x, at_beads) -= uniform_force(equations, about) / (moved * about.bead_density);
+        m.middleRows<2>(FieldIndex::bead_velocity_x) /= moved;
+        m.block<2, 1>(FieldIndex::bead_velocity_x, FieldIndex::bead_density) -=
+            uniform_force(equations, about) / (moved * about.bead_density);
     }
-    if (form.velocity == Velocity::slaved && m.middleRows<2>(at_velocity_x).cwiseAbs().maxCoeff() > 0.0) {
+    if (form.velocity == Velocity::slaved && m.middleRows<2>(FieldIndex::bead_velocity_x).cwiseAbs().maxCoeff() > 0.0) {
         // 0 = F_v v + F_others: v = -F_v^-1 F_others.
-        const Eigen::Matrix2cd inverse = m.block<2, 2>(at_velocity_x, at_velocity_x).inverse();
-        const Eigen::Matrix<std::complex<double>, 2, places> slave = -inverse * m.middleRows<2>(at_velocity_x);
-        m += m.middleCols<2>(at_velocity_x).eval() * slave;
+        const Eigen::Matrix2cd inverse =
+            m.block<2, 2>(FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x).inverse();
+        const Eigen::Matrix<std::complex<double>, 2, FieldIndex::count> slave =
+            -inverse * m.middleRows<2>(FieldIndex::bead_velocity_x);
+        m += m.middleCols<2>(FieldIndex::bead_velocity_x).eval() * slave;
     }
     const auto drop = [&](int place) {
         m.row(place).setZero();
         m.col(place).setZero();
     };
-    if (form.bead_density < 0) drop(at_beads);
-    if (form.rod_density < 0) drop(at_rods);
+    if (form.bead_density < 0) drop(FieldIndex::bead_density);
+    if (form.rod_density < 0) drop(FieldIndex::rod_density);
     if (form.velocity != Velocity::dynamic) {
-        drop(at_velocity_x);
-        drop(at_velocity_y);
+        drop(FieldIndex::bead_velocity_x);
+        drop(FieldIndex::bead_velocity_y);
     }
     return m;
 }

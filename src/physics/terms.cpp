@@ -21,18 +21,18 @@ bool is_dynamic(const Equations& e) { return e.form.velocity == Velocity::dynami
 Dependence at(const Coefficient& c, const UniformPoint& point) { return c.at(point.bead_density, point.rod_density); }
 
 /// The rows that follow `row` get factor * vector; in the columns of the densities, slopes of a coefficient times a vector.
-void add_slopes(const Dependence& c, const Eigen::Vector2d& vector, double sign, Place row, Symbol& m) {
+void add_slopes(const Dependence& c, const Eigen::Vector2d& vector, double sign, FieldIndex::Value row, Symbol& m) {
     for (int i = 0; i < 2; ++i) {
-        m(row + i, at_beads) += sign * c.by_beads * vector(i);
-        m(row + i, at_rods) += sign * c.by_rods * vector(i);
+        m(row + i, FieldIndex::bead_density) += sign * c.by_beads * vector(i);
+        m(row + i, FieldIndex::rod_density) += sign * c.by_rods * vector(i);
     }
 }
-void add_diagonal(complex<double> factor, Place row, Place column, Symbol& m) {
+void add_diagonal(complex<double> factor, FieldIndex::Value row, FieldIndex::Value column, Symbol& m) {
     m(row, column) += factor;
     m(row + 1, column + 1) += factor;
 }
 /// laplacian * lap + divergence * grad div of a vector.
-void add_elastic(double laplacian, double divergence, const Wavevector& q, Place place, Symbol& m) {
+void add_elastic(double laplacian, double divergence, const Wavevector& q, FieldIndex::Value place, Symbol& m) {
     add_diagonal(-laplacian * (q.x * q.x + q.y * q.y), place, place, m);
     const std::array<double, 2> k{q.x, q.y};
     for (int i = 0; i < 2; ++i)
@@ -40,21 +40,21 @@ void add_elastic(double laplacian, double divergence, const Wavevector& q, Place
             m(place + i, place + j) -= divergence * k[static_cast<std::size_t>(i)] * k[static_cast<std::size_t>(j)];
 }
 /// -strength grad of a density.
-void add_gradient(double strength, const Wavevector& q, Place row, Place density, Symbol& m) {
+void add_gradient(double strength, const Wavevector& q, FieldIndex::Value row, FieldIndex::Value density, Symbol& m) {
     m(row, density) -= i_unit * strength * q.x;
     m(row + 1, density) -= i_unit * strength * q.y;
 }
 
 /// Points at a time whose coefficients stand on the stack.
-constexpr std::size_t strip_most = 256;
-using Strip = std::array<double, strip_most>;
+constexpr std::size_t max_strip = 256;
+using Strip = std::array<double, max_strip>;
 
 /// body(i, value of the coefficient less a reference) at every point.
 template <class Body>
 void for_coefficient(const Coefficient& c, double reference_value, const PointFields& f, Body body) {
     Strip values;
-    for (std::size_t begin = 0; begin < f.size; begin += strip_most) {
-        const std::size_t count = std::min(strip_most, f.size - begin);
+    for (std::size_t begin = 0; begin < f.size; begin += max_strip) {
+        const std::size_t count = std::min(max_strip, f.size - begin);
         c.evaluate(f.bead_density ? f.bead_density + begin : nullptr, f.rod_density ? f.rod_density + begin : nullptr,
                    reference_value, std::span(values.data(), count));
         for (std::size_t i = 0; i < count; ++i) body(begin + i, values[i]);
@@ -88,9 +88,12 @@ const Term bead_current{.name = "bead_current",
                         .equation = [](const Equations&) -> std::string { return "d_t rho: -div(rho v)"; },
                         .linearise =
                             [](const Equations&, const UniformPoint& about, const Wavevector& q, Symbol& m) {
-                                m(at_beads, at_velocity_x) -= i_unit * q.x * about.bead_density;
-                                m(at_beads, at_velocity_y) -= i_unit * q.y * about.bead_density;
-                                m(at_beads, at_beads) -= i_unit * (q.x * about.velocity.x() + q.y * about.velocity.y());
+                                m(FieldIndex::bead_density, FieldIndex::bead_velocity_x) -=
+                                    i_unit * q.x * about.bead_density;
+                                m(FieldIndex::bead_density, FieldIndex::bead_velocity_y) -=
+                                    i_unit * q.y * about.bead_density;
+                                m(FieldIndex::bead_density, FieldIndex::bead_density) -=
+                                    i_unit * (q.x * about.velocity.x() + q.y * about.velocity.y());
                             },
                         .cost =
                             [](const Equations& e) {
@@ -112,8 +115,10 @@ const Term bead_diffusion{
     .name = "diffusion.beads",
     .is_active = [](const Equations& e) { return has_beads(e) && e.model.diffusion.beads != 0.0; },
     .equation = [](const Equations& e) { return text("d_t rho: D lap rho, D = {} mm^2/s", e.model.diffusion.beads); },
-    .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
-                    Symbol& m) { m(at_beads, at_beads) -= e.model.diffusion.beads * (q.x * q.x + q.y * q.y); }};
+    .linearise =
+        [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
+            m(FieldIndex::bead_density, FieldIndex::bead_density) -= e.model.diffusion.beads * (q.x * q.x + q.y * q.y);
+        }};
 
 // ---- d_t sigma = -div J + D lap sigma
 
@@ -127,10 +132,12 @@ const Term rod_current{.name = "current",
                        .linearise =
                            [](const Equations& e, const UniformPoint& about, const Wavevector& q, Symbol& m) {
                                const double carried = e.form.order_is_density ? 1.0 : about.rod_density;
-                               m(at_rods, at_order_x) -= i_unit * q.x * e.model.current.speed * carried;
-                               m(at_rods, at_order_y) -= i_unit * q.y * e.model.current.speed * carried;
+                               m(FieldIndex::rod_density, FieldIndex::polar_order_x) -=
+                                   i_unit * q.x * e.model.current.speed * carried;
+                               m(FieldIndex::rod_density, FieldIndex::polar_order_y) -=
+                                   i_unit * q.y * e.model.current.speed * carried;
                                if (!e.form.order_is_density)
-                                   m(at_rods, at_rods) -=
+                                   m(FieldIndex::rod_density, FieldIndex::rod_density) -=
                                        i_unit * e.model.current.speed * (q.x * about.order.x() + q.y * about.order.y());
                            },
                        .cost =
@@ -147,13 +154,17 @@ const Term rod_current{.name = "current",
                                }
                            }};
 
-const Term rod_diffusion{
-    .name = "diffusion.rods",
-    .is_active = [](const Equations& e) { return has_rods(e) && e.model.diffusion.rods != 0.0; },
-    .equation =
-        [](const Equations& e) { return text("d_t sigma: D lap sigma, D = {} mm^2/s", e.model.diffusion.rods); },
-    .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
-                    Symbol& m) { m(at_rods, at_rods) -= e.model.diffusion.rods * (q.x * q.x + q.y * q.y); }};
+const Term rod_diffusion{.name = "diffusion.rods",
+                         .is_active = [](const Equations& e) { return has_rods(e) && e.model.diffusion.rods != 0.0; },
+                         .equation =
+                             [](const Equations& e) {
+                                 return text("d_t sigma: D lap sigma, D = {} mm^2/s", e.model.diffusion.rods);
+                             },
+                         .linearise =
+                             [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
+                                 m(FieldIndex::rod_density, FieldIndex::rod_density) -=
+                                     e.model.diffusion.rods * (q.x * q.x + q.y * q.y);
+                             }};
 
 // ---- m rho d_t v = -m rho v.grad v - Gamma v + eta lap v + zeta grad div v + alpha p - E grad rho - F grad sigma + force
 
@@ -164,7 +175,7 @@ const Term bead_advection{.name = "inertia.advection",
                               [](const Equations& e, const UniformPoint& about, const Wavevector& q, Symbol& m) {
                                   const double moved = e.model.inertia.bead_mass * about.bead_density;
                                   add_diagonal(-i_unit * moved * (q.x * about.velocity.x() + q.y * about.velocity.y()),
-                                               at_velocity_x, at_velocity_x, m);
+                                               FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x, m);
                               },
                           .cost =
                               [](const Equations&) {
@@ -187,8 +198,8 @@ const Term drag{.name = "drag",
                 .linearise =
                     [](const Equations& e, const UniformPoint& about, const Wavevector&, Symbol& m) {
                         const Dependence gamma = at(e.drag, about);
-                        add_diagonal(-gamma.value, at_velocity_x, at_velocity_x, m);
-                        add_slopes(gamma, about.velocity, -1.0, at_velocity_x, m);
+                        add_diagonal(-gamma.value, FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x, m);
+                        add_slopes(gamma, about.velocity, -1.0, FieldIndex::bead_velocity_x, m);
                     },
                 .cost =
                     [](const Equations& e) {
@@ -213,7 +224,8 @@ const Term viscosity{.name = "viscosity",
                          },
                      .linearise =
                          [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
-                             add_elastic(e.model.viscosity.shear, e.model.viscosity.bulk, q, at_velocity_x, m);
+                             add_elastic(e.model.viscosity.shear, e.model.viscosity.bulk, q,
+                                         FieldIndex::bead_velocity_x, m);
                          }};
 
 const Term driving{.name = "driving",
@@ -225,8 +237,8 @@ const Term driving{.name = "driving",
                    .linearise =
                        [](const Equations& e, const UniformPoint& about, const Wavevector&, Symbol& m) {
                            const Dependence alpha = at(e.driving, about);
-                           add_diagonal(alpha.value, at_velocity_x, at_order_x, m);
-                           add_slopes(alpha, about.order, 1.0, at_velocity_x, m);
+                           add_diagonal(alpha.value, FieldIndex::bead_velocity_x, FieldIndex::polar_order_x, m);
+                           add_slopes(alpha, about.order, 1.0, FieldIndex::bead_velocity_x, m);
                        },
                    .cost =
                        [](const Equations& e) {
@@ -239,26 +251,28 @@ const Term driving{.name = "driving",
                              const PointRates& r) { add_varying(e.driving, ref, 1.0, f, f.order, r.force); }};
 
 const Term bead_pressure{
-    .name = "compressibility.beads",
-    .is_active =
-        [](const Equations& e) { return has_velocity(e) && has_beads(e) && e.model.compressibility.beads != 0.0; },
+    .name = "stiffness.beads",
+    .is_active = [](const Equations& e) { return has_velocity(e) && has_beads(e) && e.model.stiffness.beads != 0.0; },
     .equation =
         [](const Equations& e) {
-            return text("m rho d_t v: -E grad rho, E = {} mg mm^2/s^2", e.model.compressibility.beads);
+            return text("m rho d_t v: -E grad rho, E = {} mg mm^2/s^2", e.model.stiffness.beads);
         },
-    .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
-                    Symbol& m) { add_gradient(e.model.compressibility.beads, q, at_velocity_x, at_beads, m); }};
+    .linearise =
+        [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
+            add_gradient(e.model.stiffness.beads, q, FieldIndex::bead_velocity_x, FieldIndex::bead_density, m);
+        }};
 
 const Term rod_pressure{
-    .name = "compressibility.rods",
-    .is_active =
-        [](const Equations& e) { return has_velocity(e) && has_rods(e) && e.model.compressibility.rods != 0.0; },
+    .name = "stiffness.rods",
+    .is_active = [](const Equations& e) { return has_velocity(e) && has_rods(e) && e.model.stiffness.rods != 0.0; },
     .equation =
         [](const Equations& e) {
-            return text("m rho d_t v: -F grad sigma, F = {} mg mm^2/s^2", e.model.compressibility.rods);
+            return text("m rho d_t v: -F grad sigma, F = {} mg mm^2/s^2", e.model.stiffness.rods);
         },
-    .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
-                    Symbol& m) { add_gradient(e.model.compressibility.rods, q, at_velocity_x, at_rods, m); }};
+    .linearise =
+        [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
+            add_gradient(e.model.stiffness.rods, q, FieldIndex::bead_velocity_x, FieldIndex::rod_density, m);
+        }};
 
 const Term body_force{.name = "force",
                       .is_active = [](const Equations& e) { return has_velocity(e) && e.model.force.kind != "none"; },
@@ -279,7 +293,7 @@ const Term self_advection{
     .linearise =
         [](const Equations& e, const UniformPoint& about, const Wavevector& q, Symbol& m) {
             add_diagonal(-i_unit * e.model.advection.strength * (q.x * about.order.x() + q.y * about.order.y()),
-                         at_order_x, at_order_x, m);
+                         FieldIndex::polar_order_x, FieldIndex::polar_order_x, m);
         },
     .cost =
         [](const Equations&) {
@@ -304,12 +318,13 @@ const Term relaxation{
         [](const Equations& e, const UniformPoint& about, const Wavevector&, Symbol& m) {
             const Dependence a = at(e.relaxation, about), b = at(e.saturation, about);
             const double square = about.order.squaredNorm();
-            add_diagonal(-(a.value + b.value * square), at_order_x, at_order_x, m);
+            add_diagonal(-(a.value + b.value * square), FieldIndex::polar_order_x, FieldIndex::polar_order_x, m);
             for (int i = 0; i < 2; ++i)
                 for (int j = 0; j < 2; ++j)
-                    m(at_order_x + i, at_order_x + j) -= 2.0 * b.value * about.order(i) * about.order(j);
-            add_slopes(a, about.order, -1.0, at_order_x, m);
-            add_slopes(b, about.order, -square, at_order_x, m);
+                    m(FieldIndex::polar_order_x + i, FieldIndex::polar_order_x + j) -=
+                        2.0 * b.value * about.order(i) * about.order(j);
+            add_slopes(a, about.order, -1.0, FieldIndex::polar_order_x, m);
+            add_slopes(b, about.order, -square, FieldIndex::polar_order_x, m);
         },
     .cost =
         [](const Equations& e) {
@@ -342,7 +357,8 @@ const Term elasticity{.name = "elasticity",
                           },
                       .linearise =
                           [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
-                              add_elastic(e.model.elasticity.stiffness, e.model.elasticity.splay, q, at_order_x, m);
+                              add_elastic(e.model.elasticity.stiffness, e.model.elasticity.splay, q,
+                                          FieldIndex::polar_order_x, m);
                           }};
 
 const Term weathercock{
@@ -352,8 +368,8 @@ const Term weathercock{
     .linearise =
         [](const Equations& e, const UniformPoint& about, const Wavevector&, Symbol& m) {
             const Dependence lambda = at(e.weathercock, about);
-            add_diagonal(lambda.value, at_order_x, at_velocity_x, m);
-            add_slopes(lambda, about.velocity, 1.0, at_order_x, m);
+            add_diagonal(lambda.value, FieldIndex::polar_order_x, FieldIndex::bead_velocity_x, m);
+            add_slopes(lambda, about.velocity, 1.0, FieldIndex::polar_order_x, m);
         },
     .cost =
         [](const Equations& e) {
@@ -371,13 +387,17 @@ const Term weathercock{
             });
         }};
 
-const Term bead_crowding{
-    .name = "pressure.beads",
-    .is_active = [](const Equations& e) { return has_beads(e) && e.model.pressure.beads != 0.0; },
-    .equation =
-        [](const Equations& e) { return text("d_t p: -A grad rho, A = {} [p] mm^3/s", e.model.pressure.beads); },
-    .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
-                    Symbol& m) { add_gradient(e.model.pressure.beads, q, at_order_x, at_beads, m); }};
+const Term bead_crowding{.name = "pressure.beads",
+                         .is_active = [](const Equations& e) { return has_beads(e) && e.model.pressure.beads != 0.0; },
+                         .equation =
+                             [](const Equations& e) {
+                                 return text("d_t p: -A grad rho, A = {} [p] mm^3/s", e.model.pressure.beads);
+                             },
+                         .linearise =
+                             [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
+                                 add_gradient(e.model.pressure.beads, q, FieldIndex::polar_order_x,
+                                              FieldIndex::bead_density, m);
+                             }};
 
 const Term rod_crowding{.name = "pressure.rods",
                         .is_active = [](const Equations& e) { return has_rods(e) && e.model.pressure.rods != 0.0; },
@@ -385,8 +405,11 @@ const Term rod_crowding{.name = "pressure.rods",
                             [](const Equations& e) {
                                 return text("d_t p: -B grad sigma, B = {} [p] mm^3/s", e.model.pressure.rods);
                             },
-                        .linearise = [](const Equations& e, const UniformPoint&, const Wavevector& q,
-                                        Symbol& m) { add_gradient(e.model.pressure.rods, q, at_order_x, at_rods, m); }};
+                        .linearise =
+                            [](const Equations& e, const UniformPoint&, const Wavevector& q, Symbol& m) {
+                                add_gradient(e.model.pressure.rods, q, FieldIndex::polar_order_x,
+                                             FieldIndex::rod_density, m);
+                            }};
 
 const Term orienting_field{.name = "orienting_field",
                            .is_active =

@@ -12,13 +12,12 @@ constexpr const char* monomials = "monomials in the densities that are added to 
 template <>
 const std::vector<Row<RodCurrent>>& schema<RodCurrent>() {
     static const std::vector<Row<RodCurrent>> rows{
-        {.name = "speed", .member = &RodCurrent::speed, .unit = "mm/s", .sentence = "u: speed of rods along the order"},
+        {.name = "speed", .member = &RodCurrent::speed, .unit = "mm/s", .doc = "u: speed of rods along the order"},
         {.name = "kind",
          .member = &RodCurrent::kind,
          .choices = {"order", "density-order"},
-         .sentence =
-             "order: J = u p, p being sigma times the mean orientation [1/mm^2]; density-order: J = u sigma p, p "
-             "being the mean orientation itself [1]; [p] is the unit of p"}};
+         .doc = "order: J = u p, p being sigma times the mean orientation [1/mm^2]; density-order: J = u sigma p, p "
+                "being the mean orientation itself [1]; [p] is the unit of p"}};
     return rows;
 }
 
@@ -28,10 +27,10 @@ const std::vector<Row<Inertia>>& schema<Inertia>() {
                                                  .member = &Inertia::bead_mass,
                                                  .unit = "mg",
                                                  .range = positive,
-                                                 .sentence = "m: mass of a bead"},
+                                                 .doc = "m: mass of a bead"},
                                                 {.name = "advection",
                                                  .member = &Inertia::advection,
-                                                 .sentence = "whether beads carry their own momentum: m rho v.grad v"}};
+                                                 .doc = "whether beads carry their own momentum: m rho v.grad v"}};
     return rows;
 }
 
@@ -42,8 +41,8 @@ const std::vector<Row<Drag>>& schema<Drag>() {
          .member = &Drag::coefficient,
          .unit = "mg/(mm^2 s)",
          .range = not_negative,
-         .sentence = "Gamma: friction of the beads with the plate, in m rho d_t v = -Gamma v"},
-        {.name = "coefficient_terms", .member = &Drag::coefficient_terms, .sentence = monomials}};
+         .doc = "Gamma: friction of the beads with the plate, in m rho d_t v = -Gamma v"},
+        {.name = "coefficient_terms", .member = &Drag::coefficient_terms, .doc = monomials}};
     return rows;
 }
 
@@ -53,12 +52,12 @@ const std::vector<Row<Viscosity>>& schema<Viscosity>() {
                                                    .member = &Viscosity::shear,
                                                    .unit = "mg/s",
                                                    .range = not_negative,
-                                                   .sentence = "eta, in m rho d_t v = eta lap v"},
+                                                   .doc = "eta, in m rho d_t v = eta lap v"},
                                                   {.name = "bulk",
                                                    .member = &Viscosity::bulk,
                                                    .unit = "mg/s",
                                                    .range = not_negative,
-                                                   .sentence = "zeta, in m rho d_t v = zeta grad(div v)"}};
+                                                   .doc = "zeta, in m rho d_t v = zeta grad(div v)"}};
     return rows;
 }
 
@@ -68,22 +67,22 @@ const std::vector<Row<Driving>>& schema<Driving>() {
         {.name = "strength",
          .member = &Driving::strength,
          .unit = "mg/(mm s^2)/[p]",
-         .sentence = "alpha: force of the rods on the beads, in m rho d_t v = alpha p"},
-        {.name = "strength_terms", .member = &Driving::strength_terms, .sentence = monomials}};
+         .doc = "alpha: force of the rods on the beads, in m rho d_t v = alpha p"},
+        {.name = "strength_terms", .member = &Driving::strength_terms, .doc = monomials}};
     return rows;
 }
 
 template <>
-const std::vector<Row<Compressibility>>& schema<Compressibility>() {
-    static const std::vector<Row<Compressibility>> rows{
+const std::vector<Row<Stiffness>>& schema<Stiffness>() {
+    static const std::vector<Row<Stiffness>> rows{
         {.name = "beads",
-         .member = &Compressibility::beads,
+         .member = &Stiffness::beads,
          .unit = "mg mm^2/s^2",
-         .sentence = "E: pressure of the beads on themselves, in m rho d_t v = -E grad rho"},
+         .doc = "E: pressure of the beads on themselves, in m rho d_t v = -E grad rho"},
         {.name = "rods",
-         .member = &Compressibility::rods,
+         .member = &Stiffness::rods,
          .unit = "mg mm^2/s^2",
-         .sentence = "F: pressure of the rods on the beads, in m rho d_t v = -F grad sigma"}};
+         .doc = "F: pressure of the rods on the beads, in m rho d_t v = -F grad sigma"}};
     return rows;
 }
 
@@ -93,14 +92,14 @@ const std::vector<Row<Relaxation>>& schema<Relaxation>() {
         {.name = "rate",
          .member = &Relaxation::rate,
          .unit = "1/s",
-         .sentence = "a: rate at which order decays, in d_t p = -a p; below 0 it grows, and only b stops it"},
-        {.name = "rate_terms", .member = &Relaxation::rate_terms, .sentence = monomials},
+         .doc = "a: rate at which order decays, in d_t p = -a p; below 0 it grows, and only b stops it"},
+        {.name = "rate_terms", .member = &Relaxation::rate_terms, .doc = monomials},
         {.name = "saturation",
          .member = &Relaxation::saturation,
          .unit = "1/s/[p]^2",
          .range = not_negative,
-         .sentence = "b: what stops the growth of order, in d_t p = -b |p|^2 p"},
-        {.name = "saturation_terms", .member = &Relaxation::saturation_terms, .sentence = monomials}};
+         .doc = "b: what stops the growth of order, in d_t p = -b |p|^2 p"},
+        {.name = "saturation_terms", .member = &Relaxation::saturation_terms, .doc = monomials}};
     return rows;
 }
 
@@ -111,12 +110,12 @@ const std::vector<Row<Elasticity>>& schema<Elasticity>() {
          .member = &Elasticity::stiffness,
          .unit = "mm^2/s",
          .range = not_negative,
-         .sentence = "K3: resistance of the order to any gradient, in d_t p = K3 lap p"},
+         .doc = "K3: resistance of the order to any gradient, in d_t p = K3 lap p"},
         {.name = "splay",
          .member = &Elasticity::splay,
          .unit = "mm^2/s",
          .range = not_negative,
-         .sentence = "K1: further resistance to splay, in d_t p = K1 grad(div p)"}};
+         .doc = "K1: further resistance to splay, in d_t p = K1 grad(div p)"}};
     return rows;
 }
 
@@ -126,12 +125,12 @@ const std::vector<Row<Weathercock>>& schema<Weathercock>() {
         {.name = "strength",
          .member = &Weathercock::strength,
          .unit = "[p]/mm",
-         .sentence = "lambda: how the flow of beads orders rods, in d_t p = lambda v; or lambda_s, see convention"},
-        {.name = "strength_terms", .member = &Weathercock::strength_terms, .sentence = monomials},
+         .doc = "lambda: how the flow of beads orders rods, in d_t p = lambda v; or lambda_s, see convention"},
+        {.name = "strength_terms", .member = &Weathercock::strength_terms, .doc = monomials},
         {.name = "convention",
          .member = &Weathercock::convention,
          .choices = {"mean", "single-rod"},
-         .sentence =
+         .doc =
              "what strength is: mean: lambda of the equations; single-rod: lambda_s of one rod that turns as dn/dt = "
              "lambda_s (1 - nn).v, which is what an assay of one rod across a flow measures: lambda = lambda_s/2"}};
     return rows;
@@ -139,11 +138,10 @@ const std::vector<Row<Weathercock>>& schema<Weathercock>() {
 
 template <>
 const std::vector<Row<SelfAdvection>>& schema<SelfAdvection>() {
-    static const std::vector<Row<SelfAdvection>> rows{
-        {.name = "strength",
-         .member = &SelfAdvection::strength,
-         .unit = "mm/s/[p]",
-         .sentence = "w: how order carries itself, in d_t p = -w p.grad p"}};
+    static const std::vector<Row<SelfAdvection>> rows{{.name = "strength",
+                                                       .member = &SelfAdvection::strength,
+                                                       .unit = "mm/s/[p]",
+                                                       .doc = "w: how order carries itself, in d_t p = -w p.grad p"}};
     return rows;
 }
 
@@ -153,11 +151,11 @@ const std::vector<Row<Pressure>>& schema<Pressure>() {
         {.name = "beads",
          .member = &Pressure::beads,
          .unit = "[p] mm^3/s",
-         .sentence = "A: how rods turn away from crowded beads, in d_t p = -A grad rho"},
+         .doc = "A: how rods turn away from crowded beads, in d_t p = -A grad rho"},
         {.name = "rods",
          .member = &Pressure::rods,
          .unit = "[p] mm^3/s",
-         .sentence = "B: how rods turn away from crowded rods, in d_t p = -B grad sigma; independent rods: u/2"}};
+         .doc = "B: how rods turn away from crowded rods, in d_t p = -B grad sigma; independent rods: u/2"}};
     return rows;
 }
 
@@ -167,12 +165,12 @@ const std::vector<Row<Diffusion>>& schema<Diffusion>() {
                                                    .member = &Diffusion::beads,
                                                    .unit = "mm^2/s",
                                                    .range = not_negative,
-                                                   .sentence = "D_rho: diffusion of beads, in d_t rho = D_rho lap rho"},
+                                                   .doc = "D_rho: diffusion of beads, in d_t rho = D_rho lap rho"},
                                                   {.name = "rods",
                                                    .member = &Diffusion::rods,
                                                    .unit = "mm^2/s",
                                                    .range = not_negative,
-                                                   .sentence =
+                                                   .doc =
                                                        "D_sigma: diffusion of rods, in d_t sigma = D_sigma lap sigma"}};
     return rows;
 }
@@ -184,19 +182,18 @@ const std::vector<Row<physics::Noise>>& schema<physics::Noise>() {
          .member = &physics::Noise::order,
          .unit = "[p]^2 mm^2/s",
          .range = not_negative,
-         .sentence = "Delta: strength of the white noise on p, <f_i f_j> = Delta delta_ij delta(r - r') delta(t - t')"},
+         .doc = "Delta: strength of the white noise on p, <f_i f_j> = Delta delta_ij delta(r - r') delta(t - t')"},
         {.name = "rods",
          .member = &physics::Noise::rods,
          .unit = "1/s",
          .range = not_negative,
-         .sentence =
-             "strength of the conserved noise on sigma; 2 D_sigma sigma is the shot noise of independent rods, 0 "
-             "leaves sigma without shot noise"},
+         .doc = "strength of the conserved noise on sigma; 2 D_sigma sigma is the shot noise of independent rods, 0 "
+                "leaves sigma without shot noise"},
         {.name = "beads",
          .member = &physics::Noise::beads,
          .unit = "1/s",
          .range = not_negative,
-         .sentence = "strength of the conserved noise on rho"}};
+         .doc = "strength of the conserved noise on rho"}};
     return rows;
 }
 
@@ -206,42 +203,29 @@ const std::vector<Row<BodyForce>>& schema<BodyForce>() {
         {.name = "kind",
          .member = &BodyForce::kind,
          .choices = {"none", "uniform", "point"},
-         .sentence = "a force on the beads: the same everywhere, or at a point that may move"},
+         .doc = "a force on the beads: the same everywhere, or at a point that may move"},
         {.name = "x",
          .member = &BodyForce::x,
          .unit = "mg/(mm s^2), point: mg mm/s^2",
-         .sentence = "its part along x: a force per area when uniform, a force at a point"},
-        {.name = "y", .member = &BodyForce::y, .unit = "mg/(mm s^2), point: mg mm/s^2", .sentence = "its part along y"},
-        {.name = "at_x",
-         .member = &BodyForce::at_x,
-         .unit = "mm",
-         .sentence = "point: where it stands at t = 0, along x"},
-        {.name = "at_y",
-         .member = &BodyForce::at_y,
-         .unit = "mm",
-         .sentence = "point: where it stands at t = 0, along y"},
-        {.name = "velocity_x",
-         .member = &BodyForce::velocity_x,
-         .unit = "mm/s",
-         .sentence = "point: how it moves along x"},
-        {.name = "velocity_y",
-         .member = &BodyForce::velocity_y,
-         .unit = "mm/s",
-         .sentence = "point: how it moves along y"},
+         .doc = "its part along x: a force per area when uniform, a force at a point"},
+        {.name = "y", .member = &BodyForce::y, .unit = "mg/(mm s^2), point: mg mm/s^2", .doc = "its part along y"},
+        {.name = "at_x", .member = &BodyForce::at_x, .unit = "mm", .doc = "point: where it stands at t = 0, along x"},
+        {.name = "at_y", .member = &BodyForce::at_y, .unit = "mm", .doc = "point: where it stands at t = 0, along y"},
+        {.name = "velocity_x", .member = &BodyForce::velocity_x, .unit = "mm/s", .doc = "point: how it moves along x"},
+        {.name = "velocity_y", .member = &BodyForce::velocity_y, .unit = "mm/s", .doc = "point: how it moves along y"},
         {.name = "width",
          .member = &BodyForce::width,
          .unit = "mm",
          .range = not_negative,
-         .sentence =
-             "point: standard deviation of the Gaussian that it is spread over; 0: all modes of the grid alike"}};
+         .doc = "point: standard deviation of the Gaussian that it is spread over; 0: all modes of the grid alike"}};
     return rows;
 }
 
 template <>
 const std::vector<Row<OrientingField>>& schema<OrientingField>() {
     static const std::vector<Row<OrientingField>> rows{
-        {.name = "x", .member = &OrientingField::x, .unit = "[p]/s", .sentence = "h_x, in d_t p = h"},
-        {.name = "y", .member = &OrientingField::y, .unit = "[p]/s", .sentence = "h_y, in d_t p = h"}};
+        {.name = "x", .member = &OrientingField::x, .unit = "[p]/s", .doc = "h_x, in d_t p = h"},
+        {.name = "y", .member = &OrientingField::y, .unit = "[p]/s", .doc = "h_y, in d_t p = h"}};
     return rows;
 }
 
@@ -253,54 +237,48 @@ const std::vector<Row<TableData>>& schema<TableData>() {
         {.name = "bead_density",
          .member = &TableData::bead_density,
          .unit = "1/mm^2",
-         .sentence = "nodes of the bead density rho, ascending; empty: no dependence on it"},
+         .doc = "nodes of the bead density rho, ascending; empty: no dependence on it"},
         {.name = "rod_density",
          .member = &TableData::rod_density,
          .unit = "1/mm^2",
-         .sentence = "nodes of the rod density sigma, ascending; empty: no dependence on it"},
-        {.name = "relaxation_rate", .member = &TableData::relaxation_rate, .unit = "1/s", .sentence = values},
+         .doc = "nodes of the rod density sigma, ascending; empty: no dependence on it"},
+        {.name = "relaxation_rate", .member = &TableData::relaxation_rate, .unit = "1/s", .doc = values},
         {.name = "relaxation_saturation",
          .member = &TableData::relaxation_saturation,
          .unit = "1/s/[p]^2",
-         .sentence = values},
-        {.name = "drag_coefficient", .member = &TableData::drag_coefficient, .unit = "mg/(mm^2 s)", .sentence = values},
-        {.name = "driving_strength",
-         .member = &TableData::driving_strength,
-         .unit = "mg/(mm s^2)/[p]",
-         .sentence = values},
-        {.name = "weathercock_strength",
-         .member = &TableData::weathercock_strength,
-         .unit = "[p]/mm",
-         .sentence = values},
+         .doc = values},
+        {.name = "drag_coefficient", .member = &TableData::drag_coefficient, .unit = "mg/(mm^2 s)", .doc = values},
+        {.name = "driving_strength", .member = &TableData::driving_strength, .unit = "mg/(mm s^2)/[p]", .doc = values},
+        {.name = "weathercock_strength", .member = &TableData::weathercock_strength, .unit = "[p]/mm", .doc = values},
         {.name = "relaxation_rate_error",
          .member = &TableData::relaxation_rate_error,
          .unit = "1/s",
          .range = not_negative,
-         .sentence = errors},
+         .doc = errors},
         {.name = "relaxation_saturation_error",
          .member = &TableData::relaxation_saturation_error,
          .unit = "1/s/[p]^2",
          .range = not_negative,
-         .sentence = errors},
+         .doc = errors},
         {.name = "drag_coefficient_error",
          .member = &TableData::drag_coefficient_error,
          .unit = "mg/(mm^2 s)",
          .range = not_negative,
-         .sentence = errors},
+         .doc = errors},
         {.name = "driving_strength_error",
          .member = &TableData::driving_strength_error,
          .unit = "mg/(mm s^2)/[p]",
          .range = not_negative,
-         .sentence = errors},
+         .doc = errors},
         {.name = "weathercock_strength_error",
          .member = &TableData::weathercock_strength_error,
          .unit = "[p]/mm",
          .range = not_negative,
-         .sentence = errors},
+         .doc = errors},
         {.name = "outside",
          .member = &TableData::outside,
          .choices = {"refuse", "hold"},
-         .sentence = "beyond the nodes: refuse: the run stops and says so; hold: the values at the edge"}};
+         .doc = "beyond the nodes: refuse: the run stops and says so; hold: the values at the edge"}};
     return rows;
 }
 

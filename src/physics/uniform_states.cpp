@@ -176,8 +176,8 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
         r.relaxation_by_beads -= slope(c.weathercock.by_beads, c.driving.by_beads, c.drag.by_beads);
         r.relaxation_by_rods -= slope(c.weathercock.by_rods, c.driving.by_rods, c.drag.by_rods);
         if (e.form.bead_density >= 0) beads_carried = over_drag(bead_density * c.driving.value);
-        r.pressure_beads += over_drag(c.weathercock.value * m.compressibility.beads);
-        r.pressure_rods += over_drag(c.weathercock.value * m.compressibility.rods);
+        r.pressure_beads += over_drag(c.weathercock.value * m.stiffness.beads);
+        r.pressure_rods += over_drag(c.weathercock.value * m.stiffness.rods);
         r.stiffness_across += over_drag(gain * m.viscosity.shear);
         r.stiffness_along += over_drag(gain * (m.viscosity.shear + m.viscosity.bulk));
     }

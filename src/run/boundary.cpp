@@ -27,16 +27,16 @@ constexpr Fraction fractions[] = {{"bead_area_fraction", "uniform.bead_area", &p
                                    &physics::UniformState::rod_area}};
 
 void check_range(const std::string& list, const std::string& written, const Range& range, double value,
-                 const Where& where) {
-    const bool low = range.least_open ? value <= range.least : value < range.least;
-    require(!low && value <= range.most, where, "{} has \"{}\": {} is out of the range of its key; expected {} {}{}",
-            list, written, value, range.least_open ? ">" : ">=", range.least,
-            std::isfinite(range.most) ? text(" and <= {}", range.most) : "");
+                 const SourceLocation& where) {
+    const bool low = range.min_open ? value <= range.min : value < range.min;
+    require(!low && value <= range.max, where, "{} has \"{}\": {} is out of the range of its key; expected {} {}{}",
+            list, written, value, range.min_open ? ">" : ">=", range.min,
+            std::isfinite(range.max) ? text(" and <= {}", range.max) : "");
 }
 
 /// A number whose place a table has taken moves nothing.
 void check_not_tabulated(const physics::Model& model, const std::string& list, const std::string& key,
-                         const Where& where) {
+                         const SourceLocation& where) {
     const physics::Equations equations(model);
     for (const auto& [number, coefficient] : named(equations))
         require(key != number || coefficient->table() == nullptr, where,
@@ -44,7 +44,7 @@ void check_not_tabulated(const physics::Model& model, const std::string& list, c
 }
 
 /// What no uniform state knows of.
-void check_moves(const std::string& list, const std::string& key, const Where& where) {
+void check_moves(const std::string& list, const std::string& key, const SourceLocation& where) {
     require(!key.starts_with("noise.") && key != "uniform.rod_area" && key != "uniform.bead_area", where,
             "{} names {}, which moves no boundary; choose another number", list, key);
 }
@@ -56,7 +56,7 @@ int density_of(const std::string& key) {
 }
 
 physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
-    const Where where = io::place_of(scene, list);
+    const SourceLocation where = io::location_of(scene, list);
     const std::string example = "\"driving.strength = 0.5:2\"";
     require(
         !written.empty(), where,
@@ -73,7 +73,7 @@ physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, cons
     for (const Fraction& fraction : fractions) {
         if (key != fraction.name) continue;
         const double area = scene.model.uniform.*fraction.area;
-        require(area > 0.0, io::place_of(scene, fraction.area_key),
+        require(area > 0.0, io::location_of(scene, fraction.area_key),
                 "{} has \"{}\", and {} = {} does not say what one covers; expected > 0 [mm^2]", list, written,
                 fraction.area_key, area);
         require(axis.from > 0.0, where, "{} has \"{}\"; expected area fractions above 0", list, written);
@@ -98,7 +98,7 @@ std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene, const 
                                                   const physics::PlaneAxis& y) {
     std::vector<physics::Uncertain> result = physics::table_errors(scene.model);
     const std::string list = "boundary.errors", example = "\"relaxation.rate = 0.02\"";
-    const Where where = io::place_of(scene, list);
+    const SourceLocation where = io::location_of(scene, list);
     for (const std::string& written : scene.boundary.errors) {
         const auto [key, value] = read_written(written, list, example, where);
         const double error = read_number(value, written, list, example, where);
@@ -153,9 +153,9 @@ BoundaryReport make_boundary(const io::Scene& scene, Threads& threads) {
                           .y = axis_of(scene, "boundary.y", plan.y)};
     require(report.x.name != report.y.name &&
                 (density_of(report.x.name) < 0 || density_of(report.x.name) != density_of(report.y.name)),
-            io::place_of(scene, "boundary.y"), "boundary.x is {} and boundary.y is {}; expected two different numbers",
-            report.x.name, report.y.name);
-    require(!plan.lines.empty(), io::place_of(scene, "boundary.lines"),
+            io::location_of(scene, "boundary.y"),
+            "boundary.x is {} and boundary.y is {}; expected two different numbers", report.x.name, report.y.name);
+    require(!plan.lines.empty(), io::location_of(scene, "boundary.lines"),
             "boundary.lines is empty; expected at least one of onset, "
             "phase-separation, banding, oblique");
     const std::vector<physics::Uncertain> uncertain = uncertain_numbers(scene, report.x, report.y);
@@ -166,7 +166,8 @@ BoundaryReport make_boundary(const io::Scene& scene, Threads& threads) {
     const bool of_table = io::is_from_table(scene, "weathercock.strength");
     for (const std::string& convention : conventions)
         require(
-            !of_table || convention == scene.model.weathercock.convention, io::place_of(scene, "boundary.conventions"),
+            !of_table || convention == scene.model.weathercock.convention,
+            io::location_of(scene, "boundary.conventions"),
             "boundary.conventions has \"{}\", and the lambda of the scene is from a table, as weathercock.convention = "
             "\"{}\" has it; expected no other: choose by weathercock.convention",
             convention, scene.model.weathercock.convention);

@@ -23,16 +23,16 @@ constexpr double patience = 5.0;  // for trials that run when a signal comes [s]
 
 fs::path trials_of(const fs::path& folder, const CalibrationUnit& unit) { return folder / (unit.name + ".trials"); }
 
-calibrate::Campaign campaign_of(const CalibrationLayout& layout, const CalibrationUnit& unit, double failed_most) {
-    return {layout.assays[unit.assay], layout.goal, failed_most};
+calibrate::TrialSet campaign_of(const CalibrationLayout& layout, const CalibrationUnit& unit, double max_failed) {
+    return {layout.assays[unit.assay], layout.goal, max_failed};
 }
 
-std::string result_text(const calibrate::Campaign& campaign) {
-    if (!campaign.refusal().empty()) return "refused: " + campaign.refusal();
-    const calibrate::Measurement& found = *campaign.measurement();
+std::string result_text(const calibrate::TrialSet& trial_set) {
+    if (!trial_set.refusal().empty()) return "refused: " + trial_set.refusal();
+    const calibrate::Measurement& found = *trial_set.measurement();
     const measure::Estimate& first = found.estimates.front();
-    const calibrate::Quantity& quantity = campaign.assay().quantities.front();
-    const std::string failed = campaign.failed() > 0 ? text(", {} more failed", campaign.failed()) : "";
+    const calibrate::Quantity& quantity = trial_set.assay().quantities.front();
+    const std::string failed = trial_set.failed() > 0 ? text(", {} more failed", trial_set.failed()) : "";
     if (!first.error)
         return text("{} refused after {} trials{}: {}", quantity.name, found.trials, failed, first.refusal);
     return text("{} = {:.4g} +- {:.2g} {} from {} trials{}{}", quantity.name, first.mean, *first.error, quantity.unit,
@@ -43,10 +43,10 @@ std::string result_text(const calibrate::Campaign& campaign) {
 class Work {
 public:
     Work(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options)
-        : layout_(layout), options_(options), maker_(calibrate::particle_maker(scene.time.dt)) {
+        : layout_(layout), options_(options), maker_(calibrate::system_factory(scene.time.dt)) {
         for (std::size_t u = 0; u < layout.units.size(); ++u)
             if (u % static_cast<std::size_t>(options.shares) == static_cast<std::size_t>(options.share - 1))
-                open(u, scene.calibration.failed_most);
+                open(u, scene.calibration.max_failed);
     }
 
     std::size_t units() const { return mine_.size(); }
@@ -64,7 +64,7 @@ private:
     struct Mine {
         std::size_t unit;
         io::TrialFile file;
-        calibrate::Campaign campaign;
+        calibrate::TrialSet trial_set;
         std::uint64_t next = 0;  ///< trials below it are done or at work
         bool given_up = false;   ///< a worker crashed over it
         bool told = false;       ///< that a trial failed
@@ -74,27 +74,27 @@ private:
         std::uint64_t trial;
     };
 
-    void open(std::size_t u, double failed_most) {
+    void open(std::size_t u, double max_failed) {
         const CalibrationUnit& unit = layout_.units[u];
         const fs::path file = trials_of(options_.folder, unit);
         Mine one{.unit = u,
                  .file = io::TrialFile(file, unit.identity),
-                 .campaign = campaign_of(layout_, unit, failed_most)};
+                 .trial_set = campaign_of(layout_, unit, max_failed)};
         if (one.file.cut() > 0)
             log_warning(
                 "{}: {} bytes at its end were no whole trial; they are cut off, and what was in them is done again",
                 file.string(), one.file.cut());
-        for (const calibrate::Attempt& attempt : one.file.attempts()) one.campaign.add(attempt);
-        already_ += one.campaign.count();
+        for (const calibrate::Attempt& attempt : one.file.attempts()) one.trial_set.add(attempt);
+        already_ += one.trial_set.count();
         mine_.push_back(std::move(one));
     }
 
     std::optional<std::size_t> next() {
         for (std::size_t m = 0; m < mine_.size(); ++m) {
             Mine& one = mine_[m];
-            if (one.given_up || one.campaign.ended()) continue;
-            while (one.next < one.campaign.wanted() && one.campaign.has(one.next)) ++one.next;
-            if (one.next >= one.campaign.wanted()) continue;
+            if (one.given_up || one.trial_set.ended()) continue;
+            while (one.next < one.trial_set.wanted() && one.trial_set.has(one.next)) ++one.next;
+            if (one.next >= one.trial_set.wanted()) continue;
             jobs_.push_back({.mine = m, .trial = one.next++});
             return jobs_.size() - 1;
         }
@@ -130,27 +130,27 @@ private:
         if (!attempt.failure.empty() && !std::exchange(one.told, true))
             log_warning("{}: trial {} failed: {} (others of this will be counted)", name, trial, attempt.failure);
         one.file.append(attempt);
-        one.campaign.add(std::move(attempt));
+        one.trial_set.add(std::move(attempt));
         ++ran_;
         if (!options_.quiet) tell(one, name);
     }
 
     void tell(const Mine& one, const std::string& name) {
-        if (one.campaign.ended()) log_information("{}: {}", name, result_text(one.campaign));
+        if (one.trial_set.ended()) log_information("{}: {}", name, result_text(one.trial_set));
         constexpr auto pause = std::chrono::seconds(30);
         const auto now = Clock::now();
         if (now - told_ < pause) return;
         told_ = now;
-        const auto ended = std::count_if(mine_.begin(), mine_.end(), [](const Mine& m) { return m.campaign.ended(); });
+        const auto ended = std::count_if(mine_.begin(), mine_.end(), [](const Mine& m) { return m.trial_set.ended(); });
         const double seconds = std::chrono::duration<double>(now - start_).count();
         log_information("{} of {} measured; {} trials in {}, one every {}; {} is at {} of {} or more", ended,
                         mine_.size(), ran_, duration_text(seconds), duration_text(seconds / static_cast<double>(ran_)),
-                        name, one.campaign.count(), one.campaign.wanted());
+                        name, one.trial_set.count(), one.trial_set.wanted());
     }
 
     const CalibrationLayout& layout_;
     const CalibrationOptions& options_;
-    calibrate::Maker maker_;
+    calibrate::SystemFactory maker_;
     std::vector<Mine> mine_;
     std::vector<Job> jobs_;
     std::size_t already_ = 0, ran_ = 0;
@@ -158,11 +158,11 @@ private:
 };
 
 /// What is there, of all units, whoever ran it.
-std::vector<calibrate::Campaign> found_campaigns(const io::Scene& scene, const CalibrationLayout& layout,
+std::vector<calibrate::TrialSet> found_campaigns(const io::Scene& scene, const CalibrationLayout& layout,
                                                  const fs::path& folder) {
-    std::vector<calibrate::Campaign> campaigns;
+    std::vector<calibrate::TrialSet> campaigns;
     for (const CalibrationUnit& unit : layout.units) {
-        campaigns.push_back(campaign_of(layout, unit, scene.calibration.failed_most));
+        campaigns.push_back(campaign_of(layout, unit, scene.calibration.max_failed));
         for (calibrate::Attempt& attempt : io::read_trials(trials_of(folder, unit), unit.identity))
             campaigns.back().add(std::move(attempt));
     }
@@ -195,10 +195,10 @@ void write_table(const io::Scene& scene, const fs::path& folder, CalibrationOutc
 
 void claim(const CalibrationLayout& layout, const CalibrationOptions& options) {
     const Version built = version();
-    const std::string maker =
+    const std::string factory =
         text("# made by drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : "");
-    const std::string first = io::claim_folder(options.folder, manifest_name, maker, layout.manifest);
-    if (first != maker)
+    const std::string first = io::claim_folder(options.folder, manifest_name, factory, layout.manifest);
+    if (first != factory)
         log_warning(
             "{}: its first trials were {}; this is drover {} ({}): if what it changed has a part in them, "
             "begin again in another folder",
@@ -221,11 +221,11 @@ void run_share(const io::Scene& scene, const CalibrationLayout& layout, const Ca
     outcome.stopped = pool.stopped;
 }
 /// Whether all that is wanted of it came out as a number with an error.
-bool is_known(const calibrate::Campaign& campaign) {
-    if (!campaign.measurement()) return false;
-    const std::vector<calibrate::Quantity>& quantities = campaign.assay().quantities;
+bool is_known(const calibrate::TrialSet& trial_set) {
+    if (!trial_set.measurement()) return false;
+    const std::vector<calibrate::Quantity>& quantities = trial_set.assay().quantities;
     for (std::size_t q = 0; q < quantities.size(); ++q)
-        if (const measure::Estimate& found = campaign.measurement()->estimates[q];
+        if (const measure::Estimate& found = trial_set.measurement()->estimates[q];
             quantities[q].wanted && (!found.error || !std::isfinite(found.mean)))
             return false;
     return true;
@@ -239,10 +239,10 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
             "no such folder; expected one that drover calibrate made: give its name with --output");
     if (options.collect) claim(layout, options);
     else run_share(scene, layout, options, outcome);
-    const std::vector<calibrate::Campaign> campaigns = found_campaigns(scene, layout, options.folder);
+    const std::vector<calibrate::TrialSet> campaigns = found_campaigns(scene, layout, options.folder);
     for (std::size_t u = 0; u < campaigns.size(); ++u) {
         if (u % static_cast<std::size_t>(options.shares) != static_cast<std::size_t>(options.share - 1)) continue;
-        const calibrate::Campaign& one = campaigns[u];
+        const calibrate::TrialSet& one = campaigns[u];
         if (!one.ended()) ++outcome.unfinished;
         else if (!is_known(one)) ++outcome.refused;
         else if (!one.measurement()->reached) ++outcome.shortfalls;

@@ -14,7 +14,7 @@ constexpr const char *list = "calibrate.vary", *example = "\"kick.strength = 0.0
 void read_varied(const io::Scene& scene, calibrate::Table& axes) {
     const std::string& written = scene.calibration.vary;
     if (written.empty()) return;
-    const Where where = io::place_of(scene, list);
+    const SourceLocation where = io::location_of(scene, list);
     const auto [key, values] = read_written(written, list, example, where);
     for (const char* own : {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.",
                             "beads.area_fraction", "beads.count", "rods.area_fraction", "rods.count", "cell.shape"})
@@ -82,14 +82,14 @@ void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& l
 CalibrationLayout plan_calibration(const io::Scene& scene) {
     io::require_kind(scene, io::SceneKind::particles, "calibrate");
     const io::CalibrationPlan& plan = scene.calibration;
-    require(dem::is_periodic(scene.particles.cell), io::place_of(scene, "cell.shape"),
+    require(dem::is_periodic(scene.particles.cell), io::location_of(scene, "cell.shape"),
             "cell.shape = \"{}\"; expected \"periodic\" for drover calibrate", scene.particles.cell.shape);
-    require(!plan.bead_area_fractions.empty(), io::place_of(scene, "calibrate.bead_area_fractions"),
+    require(!plan.bead_area_fractions.empty(), io::location_of(scene, "calibrate.bead_area_fractions"),
             "nothing to calibrate: give calibrate.bead_area_fractions, such as [0.2, 0.4, 0.6]");
     CalibrationLayout layout;
     layout.goal = {.relative_error = plan.relative_error,
                    .round = static_cast<std::size_t>(plan.round),
-                   .trials_most = static_cast<std::size_t>(plan.trials_most)};
+                   .max_trials = static_cast<std::size_t>(plan.max_trials)};
     layout.manifest = manifest_of(scene);
     for (calibrate::Assay& assay : calibrate::make_assays(scene.plans))
         if (plan.assays.empty() || std::find(plan.assays.begin(), plan.assays.end(), assay.name) != plan.assays.end())
@@ -102,7 +102,7 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
             for (std::size_t a = 0; a < layout.assays.size(); ++a) {
                 const bool by_rods = layout.assays[a].population == calibrate::Population::all;
                 require(!by_rods || !plan.rod_area_fractions.empty(),
-                        io::place_of(scene, "calibrate.rod_area_fractions"),
+                        io::location_of(scene, "calibrate.rod_area_fractions"),
                         "calibrate.rod_area_fractions is empty, and {} depends on it; give it, such as [0.05, 0.1], or "
                         "choose other calibrate.assays",
                         layout.assays[a].name);

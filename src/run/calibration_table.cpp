@@ -10,10 +10,10 @@
 namespace drover::run {
 
 namespace {
-using calibrate::Known;
 using calibrate::Origin;
+using calibrate::TableEntry;
 
-Known refused(const std::string& why, int trials) {
+TableEntry refused(const std::string& why, int trials) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     return {.value = none, .error = none, .trials = trials, .origin = Origin::refused, .remark = why};
 }
@@ -23,38 +23,38 @@ std::string joined_remarks(std::vector<std::string> parts) {
     return joined(parts, "; ");
 }
 
-/// What a campaign has found, or what it has so far.
-std::optional<calibrate::Measurement> found_by(const calibrate::Campaign& campaign) {
-    return campaign.ended() ? campaign.measurement() : campaign.so_far();
+/// What a trial_set has found, or what it has so far.
+std::optional<calibrate::Measurement> found_by(const calibrate::TrialSet& trial_set) {
+    return trial_set.ended() ? trial_set.measurement() : trial_set.so_far();
 }
 
-Known known_of(const CalibrationLayout& layout, const calibrate::Campaign& campaign,
-               const std::optional<calibrate::Measurement>& measured, std::size_t q) {
-    const int tried = static_cast<int>(campaign.count());
-    if (!campaign.refusal().empty()) return refused(campaign.refusal(), tried);
+TableEntry known_of(const CalibrationLayout& layout, const calibrate::TrialSet& trial_set,
+                    const std::optional<calibrate::Measurement>& measured, std::size_t q) {
+    const int tried = static_cast<int>(trial_set.count());
+    if (!trial_set.refusal().empty()) return refused(trial_set.refusal(), tried);
     const std::string unfinished =
-        campaign.ended() ? "" : text("not finished: {} trials of {} or more", campaign.count(), campaign.wanted());
+        trial_set.ended() ? "" : text("not finished: {} trials of {} or more", trial_set.count(), trial_set.wanted());
     if (!measured) return refused(unfinished, tried);
     const calibrate::Measurement& found = *measured;
     const measure::Estimate& estimate = found.estimates[q];
-    const calibrate::Quantity& quantity = campaign.assay().quantities[q];
+    const calibrate::Quantity& quantity = trial_set.assay().quantities[q];
     const int trials = static_cast<int>(found.trials);
     if (!estimate.error || !std::isfinite(estimate.mean))
         return refused(estimate.refusal.empty() ? "no value" : estimate.refusal, trials);
-    Known known{.value = estimate.mean, .error = *estimate.error, .trials = trials, .origin = Origin::measured};
+    TableEntry known{.value = estimate.mean, .error = *estimate.error, .trials = trials, .origin = Origin::measured};
     if (!quantity.wanted) return known;
-    std::string shortfall = unfinished;
+    std::string unmet_target = unfinished;
     if (!unfinished.empty()) known.origin = Origin::measured_short;
     else if (known.error > layout.goal.relative_error * std::abs(known.value)) {
         known.origin = Origin::measured_short;
-        shortfall = found.shortfall.find(": " + quantity.name + " ") != std::string::npos
-                        ? found.shortfall
-                        : text("known to {:.3g} %; {:.3g} % was asked", 100.0 * known.error / std::abs(known.value),
-                               100.0 * layout.goal.relative_error);
+        unmet_target = found.unmet_target.find(": " + quantity.name + " ") != std::string::npos
+                           ? found.unmet_target
+                           : text("known to {:.3g} %; {:.3g} % was asked", 100.0 * known.error / std::abs(known.value),
+                                  100.0 * layout.goal.relative_error);
     }
     const std::string failed =
-        campaign.failed() > 0 ? text("{} trials failed, the first: {}", campaign.failed(), campaign.failure()) : "";
-    known.remark = joined_remarks({shortfall, found.verdict, failed});
+        trial_set.failed() > 0 ? text("{} trials failed, the first: {}", trial_set.failed(), trial_set.failure()) : "";
+    known.remark = joined_remarks({unmet_target, found.diagnosis, failed});
     return known;
 }
 
@@ -99,13 +99,13 @@ void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
     for (const SetupRow& row : setup_rows) {
         if (row.by_rods && table.rod_fractions.empty()) continue;
         calibrate::TableRow added{.name = row.name, .unit = row.unit, .formula = row.formula, .by_rods = row.by_rods};
-        const Known none = refused("no assay was made there", 0);
+        const TableEntry none = refused("no assay was made there", 0);
         added.known.assign(calibrate::count_of(table, row.by_rods), none);
         for (const CalibrationUnit& unit : layout.units) {
             const calibrate::Population population = layout.assays[unit.assay].population;
             if (row.by_rods && population != calibrate::Population::all) continue;
             if (row.of_rods && population == calibrate::Population::beads) continue;
-            Known& known = added.known[calibrate::place_in(table, added, unit.varied, unit.bead, unit.rod)];
+            TableEntry& known = added.known[calibrate::place_in(table, added, unit.varied, unit.bead, unit.rod)];
             if (known.origin == Origin::set) continue;
             known = {.value = content_of(unit.conditions.setup).*row.number, .origin = Origin::set};
         }
@@ -114,10 +114,10 @@ void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
 }
 }  // namespace
 
-calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::Campaign>& campaigns) {
+calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& campaigns) {
     calibrate::Table table = layout.axes;
     std::vector<std::optional<calibrate::Measurement>> found;  // once for all numbers of a unit
-    for (const calibrate::Campaign& campaign : campaigns) found.push_back(found_by(campaign));
+    for (const calibrate::TrialSet& trial_set : campaigns) found.push_back(found_by(trial_set));
     for (std::size_t a = 0; a < layout.assays.size(); ++a) {
         const calibrate::Assay& assay = layout.assays[a];
         const bool by_rods = assay.population == calibrate::Population::all;
@@ -152,15 +152,15 @@ constexpr std::array<std::pair<const char*, const char*>, 9> columns{{{"drag", "
                                                                       {"propulsion", "u"},
                                                                       {"damping_rate", "Gamma/(m rho)"},
                                                                       {"viscosity_kinematic", "eta/(m rho)"},
-                                                                      {"compressibility", "E"}}};
+                                                                      {"stiffness", "E"}}};
 
 /// Whether any of it was not merely set.
 bool is_found(const calibrate::TableRow& row) {
     return std::any_of(row.known.begin(), row.known.end(),
-                       [](const Known& known) { return known.origin != Origin::set; });
+                       [](const TableEntry& known) { return known.origin != Origin::set; });
 }
 
-std::string cell_text(const Known& known) {
+std::string cell_text(const TableEntry& known) {
     if (known.origin == Origin::refused) return "refused";
     return text("{:.4g} +- {:.2g}{}", known.value, known.error, known.origin == Origin::measured_short ? " !" : "");
 }
@@ -169,7 +169,7 @@ std::string remarks_text(const calibrate::Table& table) {
     std::string out;
     for (const calibrate::TableRow& row : table.rows)
         for (std::size_t place = 0; place < row.known.size(); ++place) {
-            const Known& known = row.known[place];
+            const TableEntry& known = row.known[place];
             const bool shown = std::any_of(columns.begin(), columns.end(),
                                            [&](const auto& column) { return column.first == row.name; });
             const bool follows = known.remark.ends_with(" is refused");  // what it follows from is told
@@ -240,10 +240,10 @@ std::string calibration_toml(const calibrate::Table& table, const std::string& h
     const auto number = [](double value) { return toml_text(Value(value)); };
     for (const calibrate::TableRow& row : table.rows) {
         out += text("\n[\"{}\"]\nunit = {}\nformula = {}\n", row.name, toml_text(row.unit), toml_text(row.formula));
-        out += "value = " + nested(table, row, [&](const Known& k) { return number(k.value); });
-        out += "\nerror = " + nested(table, row, [&](const Known& k) { return number(k.error); });
-        out += "\ntrials = " + nested(table, row, [&](const Known& k) { return text("{}", k.trials); });
-        out += "\norigin = " + nested(table, row, [&](const Known& k) {
+        out += "value = " + nested(table, row, [&](const TableEntry& k) { return number(k.value); });
+        out += "\nerror = " + nested(table, row, [&](const TableEntry& k) { return number(k.error); });
+        out += "\ntrials = " + nested(table, row, [&](const TableEntry& k) { return text("{}", k.trials); });
+        out += "\norigin = " + nested(table, row, [&](const TableEntry& k) {
                    return toml_text(std::string(calibrate::origin_name(k.origin)));
                });
         std::vector<std::string> remarks;

@@ -13,7 +13,7 @@ namespace drover::run {
 
 namespace {
 constexpr double seconds_of_steps = 0.2;
-constexpr int steps_most = 50;
+constexpr int max_steps = 50;
 
 double seconds_of(const std::function<void()>& action) {
     const auto start = std::chrono::steady_clock::now();
@@ -36,7 +36,7 @@ std::optional<ExpectedTime> expected_time(const io::Scene& scene) {
         Simulation simulation = kind.make(timed, threads, {});
         std::int64_t step = 0;
         const auto advance = [&] { simulation.advance(step++); };
-        const auto most = std::min<std::int64_t>(simulation.steps, steps_most);
+        const auto most = std::min<std::int64_t>(simulation.steps, max_steps);
         if (most > 1) advance();  // the first touches all memory
         std::vector<double> times;
         double spent = 0.0;

@@ -19,7 +19,7 @@ int coarser(int division) {
     const bool is_power = (division & (division - 1)) == 0;
     return is_power ? division / 4 * 3 : division / 3 * 2;
 }
-constexpr int division_most = 1 << 16;
+constexpr int max_division = 1 << 16;
 
 physics::Reference reference_at(const physics::UniformState& uniform, int rung) {
     physics::Reference result = physics::reference(uniform);
@@ -84,7 +84,7 @@ void FieldEvolution::start(const Spectra& state) {
 void FieldEvolution::follow_densities(const physics::Extremes& extremes) {
     if (equations_.form.bead_density < 0 || equations_.form.velocity == physics::Velocity::absent) return;
     const bool divides = equations_.form.velocity == physics::Velocity::dynamic;
-    const double density = divides ? extremes.bead_least : extremes.bead_most;
+    const double density = divides ? extremes.min_bead : extremes.max_bead;
     if (!std::isfinite(density) || density <= 0.0) return;
     // Rungs at which the reference is at most 1.7 times the least, or at least 1/1.7 of the largest.
     const double wanted = 2.0 * std::log2(density / scene_.model.uniform.bead_density), room = 2.0 * std::log2(1.7);
@@ -143,7 +143,7 @@ void FieldEvolution::advance_adaptively(double t, Spectra& state) {
             continue;
         }
         ++count_.refused;
-        if (count_.division > division_most / 2)
+        if (count_.division > max_division / 2)
             fail_run(
                 "no step down to {:.3g} s meets time.tolerance = {} at t = {:.6g} s: the estimate of its error is "
                 "{:.3g}; the fields "
@@ -184,7 +184,7 @@ void FieldEvolution::restore(std::span<const double> values) {
     require(values.size() == saved_numbers, {}, "the checkpoint holds {} numbers of the stepper; expected {}",
             values.size(), saved_numbers);
     reference_rung_ = whole(values[0], -200, 200);
-    count_.division = whole(values[1], 1, division_most);
+    count_.division = whole(values[1], 1, max_division);
     solvers_.clear();
 }
 

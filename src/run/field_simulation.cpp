@@ -46,7 +46,7 @@ std::vector<double> cell_corners(int count, double side) {
 
 /// A frame of an archive as the state; fields, points and sides of the cell must be the scene's.
 numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& scene, const physics::Form& form) {
-    const Where here = io::place_of(scene, "initial.file");
+    const Where here = io::location_of(scene, "initial.file");
     const std::vector<physics::Component> names = physics::component_names(form);
     numerics::Fields frame(scene.grid, static_cast<int>(names.size()));
     for (std::size_t c = 0; c < names.size(); ++c) {
@@ -61,7 +61,7 @@ numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& sce
                 here, "initial.file = \"{}\" is of another grid or cell; expected {} by {} points on {} by {} mm",
                 scene.initial.file, scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
         const auto frames = static_cast<int>(shape[0]);
-        require(scene.initial.frame < frames && frames >= 1, io::place_of(scene, "initial.frame"),
+        require(scene.initial.frame < frames && frames >= 1, io::location_of(scene, "initial.frame"),
                 "initial.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last",
                 scene.initial.frame, frames - 1);
         const int number = scene.initial.frame < 0 ? frames - 1 : scene.initial.frame;
@@ -81,7 +81,7 @@ numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
     try {
         archive.emplace(file_beside(scene, scene.initial.file));
     } catch (const Error& error) {
-        fail_input(io::place_of(scene, "initial.file"), "initial.file: {}", error.what());
+        fail_input(io::location_of(scene, "initial.file"), "initial.file: {}", error.what());
     }
     world.transform.forward(frame_of(*archive, scene, world.form), state);
     return state;
@@ -182,14 +182,14 @@ double field_disk_bytes(const io::Scene& scene) {
 }
 
 TimedScene timed_fields(const io::Scene& scene) {
-    constexpr double points_most = 256.0 * 256.0;
+    constexpr double max_points = 256.0 * 256.0;
     const auto work = [](const numerics::Grid& grid) {
         const auto points = static_cast<double>(numerics::points(grid));
         return points * std::log2(points);
     };
     io::Scene timed = scene;
     if (timed.initial.kind != "formula") timed.initial = {};
-    while (static_cast<double>(numerics::points(timed.grid)) > points_most && timed.grid.nx % 4 == 0 &&
+    while (static_cast<double>(numerics::points(timed.grid)) > max_points && timed.grid.nx % 4 == 0 &&
            timed.grid.ny % 4 == 0 && std::min(timed.grid.nx, timed.grid.ny) > 8) {
         timed.grid.nx /= 2;
         timed.grid.ny /= 2;

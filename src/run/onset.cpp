@@ -39,7 +39,8 @@ void add_curve(const calibrate::Onset& onset, const calibrate::Table& table, con
 std::string crossing_text(const calibrate::Crossing& crossing) {
     const std::string share = text("{:.0f} % of tables redrawn within their errors cross", 100.0 * crossing.share);
     if (std::isnan(crossing.bead_fraction))
-        return (crossing.above_all ? "from the least area fraction of beads on; " : "nowhere in the table; ") + share;
+        return (crossing.above_all ? "from the least area fraction of beads on; " : "no_location in the table; ") +
+               share;
     return text("{}from Phi_b = {:.3g} +- {:.2g}; {}",
                 crossing.above_all ? "at the least area fraction of beads, and after a dip " : "",
                 crossing.bead_fraction, crossing.error, share);

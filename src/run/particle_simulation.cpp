@@ -29,7 +29,7 @@ std::uint64_t seed_of(const io::Scene& scene) { return static_cast<std::uint64_t
 
 dem::Bodies bodies_of(const io::Scene& scene) {
     return dem::make_bodies(scene.particles, seed_of(scene),
-                            [&](const std::string& key) { return io::place_of(scene, key); });
+                            [&](const std::string& key) { return io::location_of(scene, key); });
 }
 
 double base_height(const dem::Plates& plates, double time) {
@@ -53,9 +53,9 @@ std::string cell_text(const dem::Cell& cell) {
 /// The frame of the file that a packing asks for.  Heights and velocities are those beside the base, which is elsewhere at t = 0.
 dem::Bodies bodies_of_file(const io::Scene& scene) {
     const dem::Packing& packing = scene.particles.packing;
-    const Where where = io::place_of(scene, "packing.file");
+    const SourceLocation where = io::location_of(scene, "packing.file");
     const std::string what = text("packing.file = \"{}\"", packing.file);
-    require(!packing.file.empty(), io::place_of(scene, "packing.kind"),
+    require(!packing.file.empty(), io::location_of(scene, "packing.kind"),
             "packing.kind = \"file\" without packing.file; expected an archive of a run of the same bodies");
     std::optional<io::ArchiveReader> archive;
     try {
@@ -66,7 +66,7 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     require(io::has_trajectory(*archive), where,
             "{} holds no trajectory; expected an archive of a run of the same bodies", what);
     const auto frames = static_cast<int>(io::frame_count(*archive));
-    require(frames >= 1 && packing.frame < frames && packing.frame >= -1, io::place_of(scene, "packing.frame"),
+    require(frames >= 1 && packing.frame < frames && packing.frame >= -1, io::location_of(scene, "packing.frame"),
             "packing.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last", packing.frame,
             frames - 1);
     const auto frame = static_cast<std::size_t>(packing.frame < 0 ? frames - 1 : packing.frame);
@@ -118,7 +118,8 @@ dem::Bodies bodies_of_saved(const io::Scene& scene, std::span<const double> save
 dem::Bodies start_bodies(const io::Scene& scene, std::span<const double> saved) {
     if (!saved.empty()) return bodies_of_saved(scene, saved);
     if (scene.particles.packing.kind == "file") return bodies_of_file(scene);
-    return dem::pack(scene.particles, seed_of(scene), [&](const std::string& key) { return io::place_of(scene, key); })
+    return dem::pack(scene.particles, seed_of(scene),
+                     [&](const std::string& key) { return io::location_of(scene, key); })
         .bodies;
 }
 
@@ -172,12 +173,12 @@ ScheduledRecording samples_of(const std::shared_ptr<Shared>& shared) {
     }
     const auto observe = [shared] {
         const dem::Bodies bodies = shared->world.bodies();
-        const dem::Ledger ledger = shared->world.ledger();
+        const dem::EnergyBalance balance = shared->world.balance();
         const dem::Counts counts = shared->world.counts();
         const measure::ParticleMoment moment{.setting = shared->setting,
                                              .bodies = bodies,
                                              .time = shared->time,
-                                             .ledger = ledger,
+                                             .balance = balance,
                                              .counts = counts,
                                              .energy_kinetic = shared->world.energy_kinetic()};
         for (std::size_t o = 0; o < shared->observables.size(); ++o)
@@ -208,11 +209,11 @@ void check_health(const Shared& shared, std::int64_t step) {
 /// Impacts, groups, overlaps and where the energy went.
 std::string describe(const Shared& shared) {
     const dem::Counts counts = shared.world.counts();
-    const dem::Ledger ledger = shared.world.ledger();
+    const dem::EnergyBalance balance = shared.world.balance();
     const dem::Overlap worst = shared.world.worst_overlap();
     const double now = shared.world.energy_kinetic(), change = now - shared.energy_start;
     double largest = std::abs(now);
-    for (const auto part : dem::ledger_parts) largest = std::max(largest, std::abs(ledger.*part));
+    for (const auto part : dem::balance_parts) largest = std::max(largest, std::abs(balance.*part));
     std::string words =
         text("impacts: {} bead-bead, {} rod-bead, {} rod-rod, {} bead-plate, {} rod-plate, {} bead-wall, {} rod-wall",
              counts.bead_bead, counts.rod_bead, counts.rod_rod, counts.bead_plate, counts.rod_plate, counts.bead_wall,
@@ -225,9 +226,9 @@ std::string describe(const Shared& shared) {
     words += text(
         "; energy in mg mm2/s2: plates {:.4g}, gravity {:.4g}, forces {:.4g}, kicks {:.4g}, impacts {:.4g}, friction "
         "{:.4g}; change of the kinetic energy {:.4g}",
-        ledger.plates, ledger.gravity, ledger.forces, ledger.kicks, ledger.impact, ledger.friction, change);
+        balance.plates, balance.gravity, balance.forces, balance.kicks, balance.impact, balance.friction, change);
     if (largest > 0.0)
-        words += text(", balanced to {:.1e} of the largest", std::abs(change - dem::sum(ledger)) / largest);
+        words += text(", balanced to {:.1e} of the largest", std::abs(change - dem::sum(balance)) / largest);
     return words;
 }
 
@@ -263,26 +264,26 @@ std::string particle_size(const io::Scene& scene) {
 
 std::string particle_advice(const io::Scene& scene) {
     // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
-    constexpr double dt_least = 2e-6, dt_most = 5e-5, substep_most = 5e-5, frequency = 200.0;
+    constexpr double min_dt = 2e-6, max_dt = 5e-5, max_substep = 5e-5, frequency = 200.0;
     const double faster = std::max(1.0, scene.particles.plates.frequency / frequency);
     const double dt = scene.time.dt * faster, substep = scene.particles.contacts.substep * faster;
     const bool rods = scene.particles.rods.count > 0 || scene.particles.rods.area_fraction > 0.0;
     std::string words;
-    if (dt < dt_least || dt > dt_most)
+    if (dt < min_dt || dt > max_dt)
         words = text("time.dt = {} s at plates.frequency = {} /s", scene.time.dt, scene.particles.plates.frequency);
-    if (rods && substep > substep_most)
+    if (rods && substep > max_substep)
         words += text("{}contacts.substep = {} s", words.empty() ? "" : " and ", scene.particles.contacts.substep);
     if (words.empty()) return words;
     return words + text(
                        ": outside what the study of the step covers ({} to {} s, substep at most {} s, plates of {} "
                        "/s): compare with a "
                        "run of half the step",
-                       dt_least, dt_most, substep_most, frequency);
+                       min_dt, max_dt, max_substep, frequency);
 }
 
 TimedScene timed_particles(const io::Scene& scene) {
-    constexpr double spheres_most = 4000.0;
-    const double spheres = spheres_of(scene), part = std::sqrt(std::min(1.0, spheres_most / std::max(spheres, 1.0)));
+    constexpr double max_spheres = 4000.0;
+    const double spheres = spheres_of(scene), part = std::sqrt(std::min(1.0, max_spheres / std::max(spheres, 1.0)));
     io::Scene timed = scene;
     if (timed.particles.packing.kind == "file") timed.particles.packing = {};
     if (part == 1.0) return {timed, 1.0};
@@ -295,7 +296,7 @@ TimedScene timed_particles(const io::Scene& scene) {
 }
 
 Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
-    const PlaceOf place = [&](const std::string& key) { return io::place_of(scene, key); };
+    const LocationOf place = [&](const std::string& key) { return io::location_of(scene, key); };
     dem::Bodies bodies = start_bodies(scene, saved);
     measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
     auto observables = recorded_observables(setting);

@@ -94,12 +94,12 @@ Needs needs_of(const io::Scene& scene) {
 void check_needs(const io::Scene& scene, const RunOptions& options) {
     const Needs needs = needs_of(scene);
     const Kind& kind = kind_of(scene);
-    require(needs.memory_bytes <= needs.memory_free, io::place_of(scene, kind.size_key),
+    require(needs.memory_bytes <= needs.memory_free, io::location_of(scene, kind.size_key),
             "{} {} needs {} of memory and {} are free; choose a smaller {}", kind.body, kind.size(scene),
             bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
             scene.kind == io::SceneKind::fields ? "grid" : "cell");
     const std::filesystem::path path = archive_path(scene), folder = folder_of(path);
-    const Where where = io::place_of(scene, "output.file");
+    const SourceLocation where = io::location_of(scene, "output.file");
     std::error_code problem;
     require(std::filesystem::is_directory(folder, problem), where,
             "output.file = \"{}\": there is no folder \"{}\"; make it first", path.string(), folder.string());

@@ -18,12 +18,12 @@ double longest_wave(const numerics::Grid& grid) { return 2.0 * pi / std::max(gri
 
 physics::Search search_of(const io::Scene& scene) {
     const io::StabilityPlan& plan = scene.stability;
-    physics::Search search{.least = plan.least, .most = plan.most, .wavenumbers = plan.wavenumbers};
-    if (search.least == 0.0) search.least = 1e-3 * longest_wave(scene.grid);
-    if (search.most == 0.0) search.most = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
-    require(search.least < search.most, io::place_of(scene, plan.least > 0.0 ? "stability.least" : "stability.most"),
-            "waves from |q| = {:.4g} to {:.4g} /mm; expected stability.least below stability.most", search.least,
-            search.most);
+    physics::Search search{.min = plan.min_wavenumber, .max = plan.max_wavenumber, .wavenumbers = plan.wavenumbers};
+    if (search.min == 0.0) search.min = 1e-3 * longest_wave(scene.grid);
+    if (search.max == 0.0) search.max = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
+    require(search.min < search.max, io::location_of(scene, plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber"),
+            "waves from |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below stability.max_wavenumber", search.min,
+            search.max);
     return search;
 }
 
@@ -67,7 +67,7 @@ StabilityReport make_stability(const io::Scene& scene) {
                 one.slow.push_back({angle * degree, physics::slow_modes(one.waves, direction + angle * degree)});
         report.states.push_back(std::move(one));
     }
-    const physics::Compressibility& pressure = scene.model.compressibility;
+    const physics::Stiffness& pressure = scene.model.stiffness;
     if (report.coefficients.pressure_beads < 0.0 && equations.form.bead_density >= 0)
         report.notes.push_back(text(
             "Abar = A + lambda E/Gamma = {:.4g} < 0 (E = {:.4g}): rods turn towards crowded beads, which breaks most "
@@ -170,18 +170,18 @@ struct Part {
 };
 std::vector<Part> parts_of(const physics::Form& form, double direction) {
     std::vector<Part> parts;
-    const auto density = [&](const char* name, physics::Place place) {
+    const auto density = [&](const char* name, physics::FieldIndex::Value place) {
         parts.push_back({name, "mm-2", [place](const physics::Symbol& s) { return s(place, place).real(); }});
     };
-    if (form.rod_density >= 0) density("rods", physics::at_rods);
-    if (form.bead_density >= 0) density("beads", physics::at_beads);
+    if (form.rod_density >= 0) density("rods", physics::FieldIndex::rod_density);
+    if (form.bead_density >= 0) density("beads", physics::FieldIndex::bead_density);
     const std::string unit = form.order_is_density ? "mm-2" : "mm2";
     const auto order = [&](const char* name, double angle) {
         parts.push_back({name, unit, [c = std::cos(angle), sn = std::sin(angle)](const physics::Symbol& s) {
                              using namespace physics;
-                             return c * c * s(at_order_x, at_order_x).real() +
-                                    sn * sn * s(at_order_y, at_order_y).real() +
-                                    2.0 * c * sn * s(at_order_x, at_order_y).real();
+                             return c * c * s(FieldIndex::polar_order_x, FieldIndex::polar_order_x).real() +
+                                    sn * sn * s(FieldIndex::polar_order_y, FieldIndex::polar_order_y).real() +
+                                    2.0 * c * sn * s(FieldIndex::polar_order_x, FieldIndex::polar_order_y).real();
                          }});
     };
     order("order_along_p0", direction);
@@ -255,7 +255,7 @@ void add_dynamic_structure(const physics::Equations& e, const physics::UniformPo
 std::vector<io::ResultTable> stability_tables(const StabilityReport& report, Threads& threads) {
     const physics::Equations equations(report.scene.model);
     const io::StabilityPlan& plan = report.scene.stability;
-    const std::vector<double> wavenumbers = logarithmic(report.search.least, report.search.most, plan.wavenumbers);
+    const std::vector<double> wavenumbers = logarithmic(report.search.min, report.search.max, plan.wavenumbers);
     const double sound = plan.sound > 0.0 ? plan.sound : longest_wave(report.scene.grid);
     std::vector<io::ResultTable> tables;
     for (const StateStability& one : report.states) {

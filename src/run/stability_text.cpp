@@ -62,16 +62,16 @@ void add_slow_modes(const StateStability& one, std::string& out) {
 }
 
 std::string range_text(const physics::Instability& one) {
-    if (one.least == 0.0 && std::isinf(one.most)) return "at all wavelengths searched";
-    if (one.least == 0.0) return text("for |q| < {:.4g} /mm", one.most);
-    if (std::isinf(one.most)) return text("for |q| > {:.4g} /mm", one.least);
-    return text("for {:.4g} < |q| < {:.4g} /mm", one.least, one.most);
+    if (one.min == 0.0 && std::isinf(one.max)) return "at all wavelengths searched";
+    if (one.min == 0.0) return text("for |q| < {:.4g} /mm", one.max);
+    if (std::isinf(one.max)) return text("for |q| > {:.4g} /mm", one.min);
+    return text("for {:.4g} < |q| < {:.4g} /mm", one.min, one.max);
 }
 
 void add_instabilities(const StateStability& one, const StabilityReport& report, std::string& out) {
     if (one.instabilities.empty()) {
-        out += text("  stable against all waves from |q| = {:.3g} to {:.3g} /mm\n", report.search.least,
-                    report.search.most);
+        out +=
+            text("  stable against all waves from |q| = {:.3g} to {:.3g} /mm\n", report.search.min, report.search.max);
         return;
     }
     out += "  unstable:\n";

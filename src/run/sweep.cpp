@@ -94,7 +94,7 @@ measure::Estimate over_seeds(const std::vector<measure::Estimate>& runs) {
         refused = refused || !run.error;
         if (!run.refusal.empty()) result.refusal = run.refusal;
     }
-    if (runs.size() >= measure::blocks_least) {
+    if (runs.size() >= measure::min_blocks) {
         squares = 0.0;
         for (const measure::Estimate& run : runs) squares += (run.mean - result.mean) * (run.mean - result.mean);
         result.error = std::sqrt(squares / (count * (count - 1.0)));

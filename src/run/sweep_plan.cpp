@@ -16,7 +16,7 @@ struct Varied {
 constexpr const char* list = "sweep.vary";
 constexpr const char* example = "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"";
 
-Varied varied_of(const std::string& written, const Where& where) {
+Varied varied_of(const std::string& written, const SourceLocation& where) {
     const auto [key, values] = read_written(written, list, example, where);
     require(key.find('.') != std::string::npos, where, "{} has \"{}\"; expected \"section.key = values\", as in {}",
             list, written, example);
@@ -73,7 +73,7 @@ SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& s
 }  // namespace
 
 SweepLayout plan_sweep(const io::Scene& scene) {
-    const Where where = io::place_of(scene, "sweep.vary");
+    const SourceLocation where = io::location_of(scene, "sweep.vary");
     std::vector<Varied> varied;
     SweepLayout layout;
     for (const std::string& written : scene.sweep.vary) {
@@ -98,7 +98,7 @@ SweepLayout plan_sweep(const io::Scene& scene) {
                 scene.sweep.ramp, varied.front().key,
                 scene.kind == io::SceneKind::fields ? "on one grid" : "of the same bodies in one cell");
     require(!ramp || scene.kind == io::SceneKind::fields || scene.particles.rods.size_tolerance == 0.0,
-            io::place_of(scene, "rods.size_tolerance"),
+            io::location_of(scene, "rods.size_tolerance"),
             "rods.size_tolerance = {} on a ramp, whose points have seeds of their own and so rods of other sizes; "
             "expected 0, or ramp = \"none\"",
             scene.particles.rods.size_tolerance);

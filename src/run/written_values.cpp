@@ -16,7 +16,7 @@ std::string trimmed(std::string word) {
 }  // namespace
 
 Written read_written(const std::string& written, const std::string& list, const std::string& example,
-                     const Where& where) {
+                     const SourceLocation& where) {
     const std::size_t equals = written.find('=');
     require(equals != std::string::npos && !trimmed(written.substr(0, equals)).empty(), where,
             "{} has \"{}\"; expected \"section.key = values\", as in {}", list, written, example);
@@ -31,7 +31,7 @@ std::vector<std::string> split(const std::string& words, char separator) {
 }
 
 double read_number(const std::string& word, const std::string& written, const std::string& list,
-                   const std::string& example, const Where& where) {
+                   const std::string& example, const SourceLocation& where) {
     char* end = nullptr;
     const double value = std::strtod(word.c_str(), &end);
     require(!word.empty() && *end == '\0' && std::isfinite(value), where,

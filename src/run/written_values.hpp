@@ -14,13 +14,13 @@ struct Written {
 
 /// Splits "key = value" of the scene's key `list`; `example` says what was expected.  Throws an input Error at `where`.
 Written read_written(const std::string& written, const std::string& list, const std::string& example,
-                     const Where& where);
+                     const SourceLocation& where);
 
 /// "1, 2, 3" or "0.5:2" by its separator.
 std::vector<std::string> split(const std::string& words, char separator);
 
 /// A finite number.  Throws an input Error that names the word.
 double read_number(const std::string& word, const std::string& written, const std::string& list,
-                   const std::string& example, const Where& where);
+                   const std::string& example, const SourceLocation& where);
 
 }  // namespace drover::run

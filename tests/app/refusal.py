@@ -12,7 +12,7 @@ SHORT = {**SMALL, "time.end": 1.0, "output.frame_every": 0.5, "output.sample_eve
 not_as_root = pytest.mark.skipif(os.geteuid() == 0, reason="root may read and write everything")
 
 
-def refused(folder, words, says, lines_most=1, stdin=subprocess.DEVNULL):
+def refused(folder, words, says, max_lines=1, stdin=subprocess.DEVNULL):
     """Runs a command that must be refused as bad input, with all of `says` in the one sentence it gives."""
     before = tree(folder)
     ended = subprocess.run([DROVER, *map(str, words)], cwd=folder, capture_output=True, text=True, errors="replace",
@@ -21,7 +21,7 @@ def refused(folder, words, says, lines_most=1, stdin=subprocess.DEVNULL):
     lines = ended.stderr.splitlines()
     assert ended.returncode == 2, report
     assert ended.stdout == "", report
-    assert 1 <= len(lines) <= lines_most, report
+    assert 1 <= len(lines) <= max_lines, report
     assert lines[0].startswith("error: "), report
     assert REMEDY.search(ended.stderr), report
     assert len(ended.stderr) < 1000, report

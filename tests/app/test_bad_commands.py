@@ -207,5 +207,5 @@ COMMANDS = {
 def test_a_command_line_is_refused_that_has(name, tmp_path):
     words, says = COMMANDS[name]
     write_scene(tmp_path, base=SHORT)
-    refused(tmp_path, words, says, lines_most=2)
+    refused(tmp_path, words, says, max_lines=2)
     assert len(drover(tmp_path, *words, status=2).stderr) < 300  # CLI11 would print the largest double in full

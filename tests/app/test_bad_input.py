@@ -276,4 +276,4 @@ def test_a_setting_is_refused_that_has(name, tmp_path):
     write_scene(tmp_path, base=SHORT)
     words = ["run", "flock.toml", "--set", setting]
     refused(tmp_path, words, [f"--set {setting}", *says],
-            lines_most=1 + setting.count("\n"))  # it is quoted as it was given
+            max_lines=1 + setting.count("\n"))  # it is quoted as it was given

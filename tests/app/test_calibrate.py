@@ -38,7 +38,7 @@ def test_every_coefficient_has_a_value_an_error_trials_and_an_origin(whole):
     assert len(trials_in(folder)) == UNITS  # rods matter for drag alone: all else is measured once a Phi_b
     coefficients = told["coefficients"]
     assert {"relaxation_rate", "weathercock", "weathercock_single", "drag", "damping_rate", "viscosity_kinematic", "propulsion",
-            "compressibility", "noise_order", "pressure_rods", "elasticity_stiffness", "elasticity_splay", "relaxation_saturation",
+            "stiffness", "noise_order", "pressure_rods", "elasticity_stiffness", "elasticity_splay", "relaxation_saturation",
             "advection", "pressure_beads", "alignment", "relaxation_over_weathercock"} <= set(coefficients)
     for name, row in coefficients.items():
         by_rods = "rod_area_fraction" in row["points"][0]
@@ -132,7 +132,7 @@ def test_the_table_is_the_same_for_any_number_of_workers_and_after_kills(whole, 
 def test_a_smaller_error_and_more_points_use_the_trials_that_are_there(tmp_path):
     scene = write_tiny(tmp_path, ONE)
     first = json.loads(drover(tmp_path, "calibrate", scene, "--json").stdout)
-    more = settings(["calibrate.bead_area_fractions=[0.2, 0.3]", "calibrate.relative_error=0.02", "calibrate.trials_most=24"])
+    more = settings(["calibrate.bead_area_fractions=[0.2, 0.3]", "calibrate.relative_error=0.02", "calibrate.max_trials=24"])
     second = json.loads(drover(tmp_path, "calibrate", scene, "--json", *more).stdout)
     assert second["trials_found"] == first["trials_run"]
     points = second["coefficients"]["damping_rate"]["points"]
@@ -234,7 +234,7 @@ def test_an_error_out_of_reach_is_kept_marked_and_told(tmp_path):
 
 
 def test_a_point_whose_trials_fail_is_refused_with_their_reason(tmp_path):
-    scene = write_tiny(tmp_path, {**ONE, "calibrate.bead_area_fractions": [0.3, 0.5], "contacts.overlap_most": 1e-4})
+    scene = write_tiny(tmp_path, {**ONE, "calibrate.bead_area_fractions": [0.3, 0.5], "contacts.max_overlap": 1e-4})
     ended = drover(tmp_path, "calibrate", scene, "--json", status=1)
     assert ended.stderr.count("failed: ") == 2 and "2 of 2 measurements were refused" in ended.stderr
     for point in json.loads(ended.stdout)["coefficients"]["damping_rate"]["points"]:
@@ -252,7 +252,7 @@ def test_what_cannot_be_calibrated_is_refused_in_a_sentence(tmp_path):
             ({"calibrate.vary": "run.seed = 1, 2"}, ["names run.seed"]),
             ({"calibrate.vary": "kick.strength"}, ["section.key = values"]),
             ({"calibrate.vary": "kick.strenght = 0.1"}, ["did you mean kick.strength?"]),
-            ({"calibrate.trials_most": 8, "calibrate.round": 16}, ["two rounds"]),
+            ({"calibrate.max_trials": 8, "calibrate.round": 16}, ["two rounds"]),
             ({"calibrate.drag.torques": [1.0]}, ["calibrate.drag: ", "two torques"]),
             ({"calibrate.drag.torque": 1.0}, ["unknown key calibrate.drag.torque", "torques"]),
             ({"calibrate.dragg.time": 1.0}, ["unknown table [calibrate.dragg]", "[calibrate.drag]"]),
@@ -324,8 +324,8 @@ def test_tables_that_were_tampered_with_are_refused(whole, tmp_path):
 
 # --- the scenes
 
-SHORT = ["cell.lx=10", "cell.ly=10", "time.dt=4e-5", "contacts.overlap_most=0.2", "calibrate.bead_area_fractions=[0.3]", "calibrate.round=4",
-         'calibrate.assays=["damping"]', "calibrate.trials_most=8", "calibrate.damping.time=0.2"]
+SHORT = ["cell.lx=10", "cell.ly=10", "time.dt=4e-5", "contacts.max_overlap=0.2", "calibrate.bead_area_fractions=[0.3]", "calibrate.round=4",
+         'calibrate.assays=["damping"]', "calibrate.max_trials=8", "calibrate.damping.time=0.2"]
 
 
 def test_scenes_for_calibrate_are_listed_in_the_readme():
@@ -352,4 +352,4 @@ def test_the_schema_knows_every_key_of_a_calibration():
     for key in TINY:
         section, name = key.rsplit(".", 1)
         row = next(row for row in told[section]["rows"] if row["name"] == name)
-        assert row["sentence"]
+        assert row["doc"]

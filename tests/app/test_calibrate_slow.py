@@ -12,7 +12,7 @@ from support import MODELS, drover, drover_json, scene_text
 
 def test_a_calibration_killed_twenty_times_ends_with_the_same_bytes(tmp_path):
     # More trials than in the fast tests, so that twenty kills meet it at work.
-    scene = write_tiny(tmp_path, {"calibrate.relative_error": 0.1, "calibrate.trials_most": 48})
+    scene = write_tiny(tmp_path, {"calibrate.relative_error": 0.1, "calibrate.max_trials": 48})
     began = time.monotonic()
     drover(tmp_path, "calibrate", scene, "-o", "whole", "--quiet")
     took = time.monotonic() - began
@@ -23,7 +23,7 @@ def test_the_whole_way_from_particles_to_a_boundary_and_to_fields(tmp_path):
     drover(tmp_path, "calibrate", MODELS / "calibrate-small.toml", "--quiet", "-o", "small")
     coefficients = drover_json(tmp_path, "info", "small/table.h5")["coefficients"]
     # Errors are large on purpose; what has to hold is that rods carry beads, beads turn rods, and every number that fields need is there.
-    for name in ("drag", "relaxation_rate", "propulsion", "viscosity_kinematic", "compressibility", "damping_rate"):
+    for name in ("drag", "relaxation_rate", "propulsion", "viscosity_kinematic", "stiffness", "damping_rate"):
         for point in coefficients[name]["points"]:
             assert point["origin"] in ("measured", "short") and point["value"] > 0.0, (name, point)
     told = drover_json(tmp_path, "boundary", "small/table.h5", "-o", "onset.h5")

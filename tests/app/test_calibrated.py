@@ -42,7 +42,7 @@ def resolved(folder, scene="flock.toml", *changes):
 
 def model_of(scene):
     """What the table can give."""
-    return {name: scene[name] for name in ("uniform", "current", "inertia", "drag", "viscosity", "driving", "compressibility", "relaxation",
+    return {name: scene[name] for name in ("uniform", "current", "inertia", "drag", "viscosity", "driving", "stiffness", "relaxation",
                                            "elasticity", "weathercock", "advection", "pressure", "noise")}
 
 
@@ -53,7 +53,7 @@ def test_a_scene_on_a_table_has_its_numbers_with_origins_and_errors(folder):
     sigma, rho, drag, g = 0.08 / 4.0, 0.5 / 0.5, 1.0 + 2.0 + 0.8, 2.0 * 0.1 * 3.8 / 0.3
     gamma = 0.7 * rho / 2.0
     for key, value in {"uniform.rod_density": sigma, "uniform.bead_density": rho, "drag.coefficient": gamma, "driving.strength": drag * gamma,
-                       "viscosity.shear": 5.0 * 0.7 * rho, "compressibility.beads": 400.0, "relaxation.rate": 0.3, "weathercock.strength": 0.1,
+                       "viscosity.shear": 5.0 * 0.7 * rho, "stiffness.beads": 400.0, "relaxation.rate": 0.3, "weathercock.strength": 0.1,
                        "elasticity.stiffness": 9.0 / (16.0 * 0.3), "pressure.rods": 1.5 / sigma, "noise.order": 0.3 / sigma,
                        "current.speed": 3.0, "inertia.bead_mass": 0.7}.items():
         section, name = key.split(".")
@@ -73,8 +73,8 @@ def test_what_a_scene_says_itself_goes_before_the_table(folder):
     assert given["relaxation"]["rate"] == 0.7 and given["calibrated"]["expected"] == []  # the table's mean field is not that of this scene
     assert resolved(folder, "flock.toml", "weathercock.convention=single-rod")["weathercock"]["strength"] == pytest.approx(0.2, rel=1e-12)
     # A hole in what is not asked for is no obstacle.
-    write_plausible(folder / "table.h5", holes=[("compressibility", 1)])
-    assert resolved(folder, "flock.toml", "compressibility.beads=100.0")["compressibility"]["beads"] == 100.0
+    write_plausible(folder / "table.h5", holes=[("stiffness", 1)])
+    assert resolved(folder, "flock.toml", "stiffness.beads=100.0")["stiffness"]["beads"] == 100.0
 
 
 def test_a_value_of_the_varied_key_is_chosen_zero_too(folder):

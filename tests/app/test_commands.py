@@ -167,10 +167,10 @@ def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_j
     lines = text.splitlines()
     for key, row in rows.items():
         name = key.rpartition(".")[2]
-        at = next(i for i in range(len(lines)) if lines[i].startswith(f"{name} = ") and row["sentence"] in lines[i + 1])
+        at = next(i for i in range(len(lines)) if lines[i].startswith(f"{name} = ") and row["doc"] in lines[i + 1])
         assert f"[{row['unit']}]" in lines[at] if "unit" in row else "[" not in lines[at].split("#")[1]
         assert all(choice in lines[at] for choice in row.get("choices", []))
-        assert len(row["sentence"]) > 10 and row["type"] in ("a number", "an integer", "a text in quotes",
+        assert len(row["doc"]) > 10 and row["type"] in ("a number", "an integer", "a text in quotes",
                                                              "a list of texts", "a list of numbers",
                                                              "true or false")
 
@@ -180,8 +180,8 @@ def test_every_key_of_the_schema_is_taken_and_its_range_is_kept(tmp_path):
     for key, row in schema(tmp_path).items():
         written = json.dumps(row["default"])
         drover(tmp_path, "check", "empty.toml", "--set", f"{key}={written}")
-        beyond = [row["least"] - 1] if "least" in row else [row["more_than"]] if "more_than" in row else []
-        beyond += [row["most"] * 2 + 1] if "most" in row else []
+        beyond = [row["min"] - 1] if "min" in row else [row["more_than"]] if "more_than" in row else []
+        beyond += [row["max"] * 2 + 1] if "max" in row else []
         beyond += ["nan", "inf"] if row["type"] == "a number" else []
         beyond += ['"a word like no other"'] if "choices" in row else []
         for value in beyond:

@@ -19,11 +19,11 @@ from drover import blocks, compare, compare_panels, spectra
 SIDE = 15.0
 FIELDS = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 0.03, "uniform.bead_density": 0.6,
           "current.speed": 2.0, "current.kind": "density-order", "inertia.bead_mass": 0.7, "drag.coefficient": 1.0,
-          "driving.strength": 1.0, "viscosity.shear": 5.0, "compressibility.beads": 200.0, "relaxation.rate": 2.0,
+          "driving.strength": 1.0, "viscosity.shear": 5.0, "stiffness.beads": 200.0, "relaxation.rate": 2.0,
           "elasticity.stiffness": 2.0, "weathercock.strength": 0.03, "pressure.rods": 40.0, "noise.order": 1.0, "grid.nx": 32,
           "grid.ny": 32, "grid.lx": SIDE, "grid.ly": SIDE, "time.dt": 0.05, "time.end": 60.0, "output.frame_every": 5.0,
           "output.sample_every": 0.1}
-PARTICLES = {"cell.lx": SIDE, "cell.ly": SIDE, "plates.amplitude": 0.05, "plates.gap": 1.268, "contacts.overlap_most": 0.2,
+PARTICLES = {"cell.lx": SIDE, "cell.ly": SIDE, "plates.amplitude": 0.05, "plates.gap": 1.268, "contacts.max_overlap": 0.2,
              "beads.area_fraction": 0.3, "rods.count": 6, "time.dt": 5e-5, "time.end": 0.1, "output.frame_every": 0.02,
              "output.sample_every": 0.001}
 # What the program writes of a scene that takes its numbers from a table.

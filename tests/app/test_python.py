@@ -382,7 +382,7 @@ def test_a_run_without_linear_theory_is_drawn_and_says_so(tmp_path, settings, wo
 
 
 NO_RODS = ["fields.rod_density=false", "current.speed=0", "pressure.rods=0", "diffusion.rods=0", "noise.rods=0"]
-BEADS = ["fields.bead_density=true", "drag.coefficient=2", "driving.strength=1", "weathercock.strength=1", "compressibility.beads=2",
+BEADS = ["fields.bead_density=true", "drag.coefficient=2", "driving.strength=1", "weathercock.strength=1", "stiffness.beads=2",
          "noise.order=0.01", "noise.beads=0.001"]
 FLOW = ["noise.order=0", "initial.kind=uniform", "force.kind=point", "force.x=0.1", "viscosity.shear=2", "time.end=5", "output.frame_every=5"]
 FORMS = {  # settings, names of fields, what the map's title says

@@ -84,8 +84,8 @@ def test_each_stepper_restarts_to_the_same_bytes(stepper, tmp_path):
 # Rods and beads without noise: beads are driven apart by a wave of order, to half of their density and less, and come back.
 BEADS = {
     "fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 1.0, "inertia.bead_mass": 0.5,
-    "drag.coefficient": 1.0, "viscosity.shear": 0.2, "driving.strength": 1.2, "compressibility.beads": 1.0,
-    "compressibility.rods": 0.3, "current.speed": 0.5, "relaxation.rate": 0.15, "relaxation.rate_terms": ["0.05 rho"],
+    "drag.coefficient": 1.0, "viscosity.shear": 0.2, "driving.strength": 1.2, "stiffness.beads": 1.0,
+    "stiffness.rods": 0.3, "current.speed": 0.5, "relaxation.rate": 0.15, "relaxation.rate_terms": ["0.05 rho"],
     "relaxation.saturation": 0.5, "elasticity.stiffness": 0.1, "weathercock.strength": 0.2, "pressure.rods": 0.3,
     "advection.strength": 0.3, "diffusion.rods": 0.1, "diffusion.beads": 0.05,
     "grid.nx": 32, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 8.0, "time.dt": 0.1, "time.end": 40.0,

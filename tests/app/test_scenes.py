@@ -203,11 +203,11 @@ def test_a_band_finds_the_speed_the_densities_and_the_fronts_of_its_formula_from
 
 def test_a_uniform_flock_near_its_threshold_breaks_into_bands(ran):
     run = ran("banding")
-    spread = run.series("rod_density_most") - run.series("rod_density_least")
+    spread = run.series("max_rod_density") - run.series("min_rod_density")
     assert spread[5:20].max() < 0.05
     # The plateaus are those of the endless band, but for what is left of running together.
-    assert run.series("rod_density_least")[-1] == pytest.approx(5.0 / 6.0, abs=0.01)
-    assert run.series("rod_density_most")[-1] == pytest.approx(4.0 / 3.0, abs=0.02)
+    assert run.series("min_rod_density")[-1] == pytest.approx(5.0 / 6.0, abs=0.01)
+    assert run.series("max_rod_density")[-1] == pytest.approx(4.0 / 3.0, abs=0.02)
     # Bands lie across the order: the density varies along x, not along y.
     density = run["rod_density"][-1]
     assert density.mean(0).std() > 3.0 * density.mean(1).std()
@@ -316,7 +316,7 @@ def test_explain_tells_what_a_scene_costs(scene, tmp_path):
 def test_a_form_with_fewer_fields_makes_fewer_transforms(tmp_path):
     common = ["relaxation.rate=-1", "relaxation.saturation=1", "advection.strength=1", "elasticity.stiffness=1", "grid.nx=32", "grid.ny=32"]
     beads = ["fields.bead_density=true", 'fields.bead_velocity="dynamic"', "drag.coefficient=1", "driving.strength=1",
-             "weathercock.strength=1", "compressibility.beads=1"]
+             "weathercock.strength=1", "stiffness.beads=1"]
     (tmp_path / "empty.toml").write_text("")
     forms = {"polar": ["fields.rod_density=false"], "dilute": ["fields.rod_density=false", *beads],
              "two-component": [*beads, "current.speed=1", 'current.kind="density-order"', "pressure.rods=1"]}

@@ -70,7 +70,7 @@ def test_stability_at_the_extremes_says_what_there_is_not(tmp_path, keys, words)
 
 
 def test_a_search_without_room_is_refused(tmp_path):
-    refused(tmp_path, ["stability", FLOCK, *settings(["stability.least=9", "stability.most=2"])], ["stability.least", "expected stability.least below stability.most"])
+    refused(tmp_path, ["stability", FLOCK, *settings(["stability.min_wavenumber=9", "stability.max_wavenumber=2"])], ["stability.min_wavenumber", "expected stability.min_wavenumber below stability.max_wavenumber"])
 
 
 # --- boundary
@@ -197,7 +197,7 @@ def test_a_run_in_a_weak_field_is_held_against_the_state_along_it(tmp_path):
 
 def test_beads_that_drift_without_order_are_predicted_as_they_drift(tmp_path):
     keys = {"fields.rod_density": False, "fields.bead_density": True, "fields.bead_velocity": "slaved", "drag.coefficient": 1.0,
-            "driving.strength": 0.3, "compressibility.beads": 1.0, "relaxation.rate": 1.0, "noise.order": 1e-4, "force.kind": "uniform",
+            "driving.strength": 0.3, "stiffness.beads": 1.0, "relaxation.rate": 1.0, "noise.order": 1e-4, "force.kind": "uniform",
             "force.x": 5.0, "grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0, "time.dt": 0.05, "time.end": 400.0,
             "output.frame_every": 0.0, "output.sample_every": 0.5, "analysis.warm_up": 20.0}
     (tmp_path / "drift.toml").write_text(scene_text(keys))

@@ -38,7 +38,7 @@ STATES = {  # changes of a scene, its base, the state that is drawn, titles of t
 TABLE = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.bead_density": 1.0,
          "uniform.rod_density": 0.05, "uniform.bead_area": 0.5, "uniform.rod_area": 2.0, "current.speed": 3.0,
          "current.kind": "density-order", "inertia.bead_mass": 0.7, "drag.coefficient": 30.0, "driving.strength": 10.0,
-         "compressibility.beads": 200.0, "compressibility.rods": 400.0, "relaxation.rate": 0.4,
+         "stiffness.beads": 200.0, "stiffness.rods": 400.0, "relaxation.rate": 0.4,
          "relaxation.saturation": 0.4, "elasticity.stiffness": 2.0, "weathercock.strength": 0.6, "pressure.beads": 1.0,
          "pressure.rods": 40.0, "table.bead_density": [0.5, 1.0, 1.5], "table.rod_density": [0.01, 0.1],
          "table.relaxation_rate": [0.45, 0.40, 0.38, 0.28, 0.30, 0.20], "table.driving_strength": [10.0, 15.0, 18.0, 30.0, 26.0, 44.0],

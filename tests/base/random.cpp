@@ -15,7 +15,7 @@ namespace {
 constexpr RandomKey key{.seed = 11, .stream = Stream::test, .step = 3, .substep = 1};
 
 TEST(Random, is_the_published_philox4x64_10_of_its_counter_and_key) {
-    // Known answer of Random123's kat_vectors for counter and key of zeros: the first word is 16554d9eca36314c.
+    // TableEntry answer of Random123's kat_vectors for counter and key of zeros: the first word is 16554d9eca36314c.
     // Our key holds the stream, which is never zero: so the words are held against a second implementation, below.
     const auto high = [](std::uint64_t a, std::uint64_t b) {
         __extension__ typedef unsigned __int128 Wide;

@@ -19,18 +19,18 @@ struct Sample {
 template <>
 const std::vector<Row<Sample>>& schema<Sample>() {
     static const std::vector<Row<Sample>> rows{
-        {.name = "loud", .member = &Sample::loud, .sentence = "whether"},
-        {.name = "count", .member = &Sample::count, .range = {.least = 1, .most = 9}, .sentence = "how many"},
-        {.name = "rate", .member = &Sample::rate, .unit = "1/s", .range = positive, .sentence = "how fast"},
-        {.name = "kind", .member = &Sample::kind, .choices = {"soft", "hard"}, .sentence = "which"},
-        {.name = "sizes", .member = &Sample::sizes, .range = not_negative, .sentence = "how large"},
-        {.name = "words", .member = &Sample::words, .sentence = "what"}};
+        {.name = "loud", .member = &Sample::loud, .doc = "whether"},
+        {.name = "count", .member = &Sample::count, .range = {.min = 1, .max = 9}, .doc = "how many"},
+        {.name = "rate", .member = &Sample::rate, .unit = "1/s", .range = positive, .doc = "how fast"},
+        {.name = "kind", .member = &Sample::kind, .choices = {"soft", "hard"}, .doc = "which"},
+        {.name = "sizes", .member = &Sample::sizes, .range = not_negative, .doc = "how large"},
+        {.name = "words", .member = &Sample::words, .doc = "what"}};
     return rows;
 }
 
 namespace {
 
-PlacedTable table(const std::string& key, const Value& value) {
+LocatedTable table(const std::string& key, const Value& value) {
     return {{"a.toml", 1, 1}, {{key, {value, {"a.toml", 7, 2}}}}};
 }
 

@@ -36,9 +36,9 @@ TEST(Text, tells_sizes_and_times) {
 TEST(Text, writes_a_letter_as_a_letter) { EXPECT_EQ(text("\"{}\" and \"{}\"", ')', "b"[0]), "\")\" and \"b\""); }
 
 TEST(Place, names_what_is_known) {
-    EXPECT_EQ(place_text({"flock.toml", 14, 3}), "flock.toml:14:3");
-    EXPECT_EQ(place_text({"flock.toml", 14, 0}), "flock.toml:14");
-    EXPECT_EQ(place_text({"flock.toml", 0, 0}), "flock.toml");
+    EXPECT_EQ(location_text({"flock.toml", 14, 3}), "flock.toml:14:3");
+    EXPECT_EQ(location_text({"flock.toml", 14, 0}), "flock.toml:14");
+    EXPECT_EQ(location_text({"flock.toml", 0, 0}), "flock.toml");
     EXPECT_STREQ(Error(Fault::input, {}, "sentence").what(), "sentence");
     EXPECT_STREQ(Error(Fault::input, {"a", 1, 0}, "sentence").what(), "a:1: sentence");
 }

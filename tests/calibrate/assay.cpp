@@ -18,7 +18,7 @@ Assay plain(double value) {
     return {.name = "plain",
             .quantities = {{"length", "mm", "mean"}, {"square", "mm^2", "square of the mean", false}},
             .trial =
-                [value](const Maker&, const dem::Setup&, std::uint64_t seed) {
+                [value](const SystemFactory&, const dem::Setup&, std::uint64_t seed) {
                     Trial trial(1);
                     fill_normal({.seed = seed, .stream = Stream::test}, 0, 1, trial);
                     trial[0] += value;
@@ -69,7 +69,7 @@ TEST(AssayRule, stops_after_the_first_whole_round_that_is_good_enough_whatever_c
     const Assay assay = plain(10.0);
     const Goal goal{.relative_error = 0.02, .round = 4};
     std::vector<Trial> trials;
-    Judgement judgement = judge(assay, trials, goal);
+    StoppingDecision judgement = judge(assay, trials, goal);
     EXPECT_EQ(judgement.begin, 0u);
     EXPECT_EQ(judgement.end, 8u);
     while (!judgement.measurement) {
@@ -81,7 +81,7 @@ TEST(AssayRule, stops_after_the_first_whole_round_that_is_good_enough_whatever_c
     EXPECT_EQ(judgement.measurement->trials, trials.size());
     EXPECT_GT(trials.size(), 11u);
     EXPECT_LT(trials.size(), 45u);
-    const Judgement more = judge(assay, trials_of(assay, trials.size() + 13), goal);
+    const StoppingDecision more = judge(assay, trials_of(assay, trials.size() + 13), goal);
     ASSERT_TRUE(more.measurement);
     EXPECT_EQ(more.measurement->trials, judgement.measurement->trials);
     EXPECT_EQ(more.measurement->estimates[0].mean, judgement.measurement->estimates[0].mean);
@@ -93,15 +93,15 @@ TEST(AssayRule, stops_after_the_first_whole_round_that_is_good_enough_whatever_c
 
 TEST(AssayRule, that_cannot_reach_its_error_says_so_in_a_sentence) {
     const Measurement far =
-        carry_out(plain(10.0), {}, {.setup = {}, .seed = 5}, {.relative_error = 0.001, .trials_most = 40});
+        carry_out(plain(10.0), {}, {.setup = {}, .seed = 5}, {.relative_error = 0.001, .max_trials = 40});
     EXPECT_FALSE(far.reached);
     EXPECT_EQ(far.trials, 32u);  // whole rounds
     const double error = *far.estimates[0].error / far.estimates[0].mean;
-    EXPECT_EQ(far.shortfall,
+    EXPECT_EQ(far.unmet_target,
               text("plain: length is known to {:.3g} % after 32 trials; 0.1 % was asked: about {:.0f} trials would do",
                    100.0 * error, std::ceil(32.0 * std::pow(error / 0.001, 2))));
-    const Measurement none = carry_out(plain(0.0), {}, {.setup = {}, .seed = 5}, {.trials_most = 40});
-    EXPECT_NE(none.shortfall.find("cannot be told from 0"), std::string::npos) << none.shortfall;
+    const Measurement none = carry_out(plain(0.0), {}, {.setup = {}, .seed = 5}, {.max_trials = 40});
+    EXPECT_NE(none.unmet_target.find("cannot be told from 0"), std::string::npos) << none.unmet_target;
 }
 
 TEST(AssayRule, refuses_goals_and_trials_that_cannot_be) {
@@ -109,7 +109,7 @@ TEST(AssayRule, refuses_goals_and_trials_that_cannot_be) {
     EXPECT_THROW(judge(assay, {}, {.relative_error = 0.0}), Error);
     EXPECT_THROW(judge(assay, {}, {.round = 0}), Error);
     EXPECT_THROW(judge(assay, {}, {.round = 3}), Error);
-    EXPECT_THROW(judge(assay, {}, {.trials_most = 20}), Error);
+    EXPECT_THROW(judge(assay, {}, {.max_trials = 20}), Error);
     EXPECT_THROW(estimate(assay, std::vector<Trial>{{1.0}, {1.0, 2.0}}), Error);
     Conditions round = stand_in(4);
     round.setup.cell.shape = "circle";
@@ -158,10 +158,10 @@ TEST(AssayRule, every_assay_has_a_name_a_trial_and_quantities_with_units_and_for
     EXPECT_EQ(names.size(), 7u);
     EXPECT_EQ(refusal_of([&] { find_assay(assays, "drags"); }),
               "there is no assay \"drags\"; expected one of relaxation, weathercock, drag, damping, shear, propulsion, "
-              "compressibility");
+              "stiffness");
     EXPECT_THROW(make_assays({.drag = {.torques = {5.0, 1.0}}}), Error);
     EXPECT_THROW(make_assays({.damping = {.speed_flock = 0.5}}), Error);
-    EXPECT_THROW(make_assays({.relaxation = {.lag_most = 100.0}}), Error);
+    EXPECT_THROW(make_assays({.relaxation = {.max_lag = 100.0}}), Error);
 }
 
 TEST(AssayRule, an_estimate_that_most_resamples_do_not_give_has_no_error) {
@@ -175,7 +175,7 @@ TEST(AssayRule, an_estimate_that_most_resamples_do_not_give_has_no_error) {
 }
 
 Measurement measured(const Assay& assay, const Truth& truth, int rods) {
-    return carry_out(assay, synthetic_maker(truth), stand_in(rods), {.trials_most = 64});
+    return carry_out(assay, synthetic_maker(truth), stand_in(rods), {.max_trials = 64});
 }
 
 TEST(AssayVerdict, tells_coulomb_friction_from_linear_damping) {
@@ -183,9 +183,9 @@ TEST(AssayVerdict, tells_coulomb_friction_from_linear_damping) {
     const Truth linear{.damping = 5.0, .coulomb = 0.0, .agitation = 0.1, .step = 0.005};
     Truth dry = linear;
     dry.damping = 1.0, dry.coulomb = 30.0;
-    EXPECT_EQ(measured(assay, linear, 0).verdict.substr(0, 44), "the damping is linear as far as can be told:");
+    EXPECT_EQ(measured(assay, linear, 0).diagnosis.substr(0, 44), "the damping is linear as far as can be told:");
     const Measurement found = measured(assay, dry, 0);
-    EXPECT_EQ(found.verdict.substr(0, 28), "the damping is Coulomb-like:");
+    EXPECT_EQ(found.diagnosis.substr(0, 28), "the damping is Coulomb-like:");
     // The table: g + c/v, less and less from slow to fast.
     EXPECT_GT(found.estimates[6].mean, 1.5 * found.estimates[5].mean);
     EXPECT_GT(found.estimates[5].mean, 1.5 * found.estimates[4].mean);
@@ -196,37 +196,38 @@ TEST(AssayVerdict, tells_a_bent_curve_of_drag_from_a_straight_one) {
     const Truth straight{.damping = 2.0, .drag = 3.0, .agitation = 0.1, .step = 0.025};
     Truth bent = straight;
     bent.drag_cubic = -1.5;
-    EXPECT_EQ(measured(assay, straight, 8).verdict.substr(0, 36), "the flow is linear in the order, to ");
-    EXPECT_EQ(measured(assay, bent, 8).verdict.substr(0, 38), "the flow is not linear in the order: a");
+    EXPECT_EQ(measured(assay, straight, 8).diagnosis.substr(0, 36), "the flow is linear in the order, to ");
+    EXPECT_EQ(measured(assay, bent, 8).diagnosis.substr(0, 38), "the flow is not linear in the order: a");
 }
 
 TEST(AssayVerdict, has_nothing_to_say_of_a_line_through_two_rates) {
     const Assay assay = shear({.waves = {1.0, 2.0}});
-    const Measurement found = carry_out(assay, synthetic_maker({}), stand_in(0), {.round = 8, .trials_most = 16});
+    const Measurement found = carry_out(assay, synthetic_maker({}), stand_in(0), {.round = 8, .max_trials = 16});
     EXPECT_TRUE(std::isnan(found.estimates[2].mean));
-    EXPECT_EQ(found.verdict, "whether the rates lie on a line in q^2 is not known");
+    EXPECT_EQ(found.diagnosis, "whether the rates lie on a line in q^2 is not known");
     EXPECT_TRUE(found.estimates[0].error.has_value());
 }
 
 TEST(AssayVerdict, refuses_a_modulus_that_fluctuations_hide) {
-    const Assay assay = compressibility({.pushes = {1e-3, 2e-3}, .warm_up = 0.0, .time = 0.5});
+    const Assay assay = stiffness({.pushes = {1e-3, 2e-3}, .warm_up = 0.0, .time = 0.5});
     const Measurement found = measured(assay, {}, 0);
     EXPECT_FALSE(found.reached);
     EXPECT_FALSE(found.estimates[0].error);
     EXPECT_TRUE(std::isnan(found.estimates[0].mean));
-    EXPECT_NE(found.shortfall.find("the density does not answer to the force"), std::string::npos) << found.shortfall;
+    EXPECT_NE(found.unmet_target.find("the density does not answer to the force"), std::string::npos)
+        << found.unmet_target;
 }
 
 TEST(AssayVerdict, a_flow_that_does_not_turn_rods_is_told_as_none) {
     const Measurement found = measured(weathercock({.warm_up = 0.0}), {.turning = 0.0, .step = 0.05}, 4);
     EXPECT_FALSE(found.reached);
     EXPECT_LT(std::abs(found.estimates[0].mean), 3.0 * *found.estimates[0].error);
-    EXPECT_EQ(found.shortfall.substr(0, 33), "weathercock: weathercock_single =");
+    EXPECT_EQ(found.unmet_target.substr(0, 33), "weathercock: weathercock_single =");
 }
 
 TEST(AssayVerdict, tells_where_loss_of_direction_becomes_exponential_and_that_it_never_does) {
-    const Assay assay = relaxation({.warm_up = 0.0, .time = 4.0, .lag_most = 2.0});
-    const auto goal = Goal{.round = 64, .trials_most = 128};
+    const Assay assay = relaxation({.warm_up = 0.0, .time = 4.0, .max_lag = 2.0});
+    const auto goal = Goal{.round = 64, .max_trials = 128};
     const Measurement early =
         carry_out(assay, synthetic_maker({.memory = 0.0, .jitter = 0.1, .step = 0.025}), stand_in(8), goal);
     const Measurement late =
@@ -236,7 +237,7 @@ TEST(AssayVerdict, tells_where_loss_of_direction_becomes_exponential_and_that_it
     EXPECT_GE(late.estimates[2].mean, 0.1);             // twice the memory
     const Measurement never = carry_out(assay, synthetic_maker({.memory = 3.0, .step = 0.025}), stand_in(8), goal);
     EXPECT_TRUE(std::isnan(never.estimates[2].mean));
-    EXPECT_EQ(never.verdict.substr(0, 22), "no exponential regime:");
+    EXPECT_EQ(never.diagnosis.substr(0, 22), "no exponential regime:");
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ struct Case {
 };
 
 Case relaxation_case() {
-    return {.assay = relaxation({.warm_up = 0.5, .frame = 0.05, .time = 4.0, .lag_most = 1.5}),
+    return {.assay = relaxation({.warm_up = 0.5, .frame = 0.05, .time = 4.0, .max_lag = 1.5}),
             .truth = {.diffusion = 0.4, .memory = 0.05, .step = 0.05},
             .values = {{0, 0.4}}};
 }
@@ -57,8 +57,8 @@ Case propulsion_case() {
             .coverage_error = 0.0014};
 }
 Case compressibility_case() {
-    return {.assay = compressibility({.warm_up = 0.0, .settle = 2.0, .time = 1.0, .frame = 0.05}),
-            .truth = {.compressibility = 500.0, .step = 2.0},
+    return {.assay = stiffness({.warm_up = 0.0, .settle = 2.0, .time = 1.0, .frame = 0.05}),
+            .truth = {.stiffness = 500.0, .step = 2.0},
             .rods = 0,
             .values = {{0, 500.0}, {2, 1.0}},
             .coverage_error = 0.013};
@@ -82,9 +82,9 @@ class AssaysStatistics : public testing::TestWithParam<const char*> {};
 
 TEST_P(Assays, find_the_coefficients_of_a_stand_in_within_three_errors) {
     const Case c = case_of(GetParam());
-    const Measurement found = carry_out(c.assay, synthetic_maker(c.truth), stand_in(c.rods, 7),
-                                        {.relative_error = 0.02, .trials_most = 4096});
-    EXPECT_TRUE(found.reached) << found.shortfall;
+    const Measurement found =
+        carry_out(c.assay, synthetic_maker(c.truth), stand_in(c.rods, 7), {.relative_error = 0.02, .max_trials = 4096});
+    EXPECT_TRUE(found.reached) << found.unmet_target;
     ASSERT_EQ(found.estimates.size(), c.assay.quantities.size());
     for (const auto& [place, value] : c.values) {
         const measure::Estimate& estimate = found.estimates[place];
@@ -107,7 +107,7 @@ TEST_P(AssaysStatistics, have_errors_that_cover_the_truth_as_often_as_they_say) 
         const Measurement found =
             carry_out(c.assay, synthetic_maker(c.truth), stand_in(c.rods, 100 + static_cast<std::uint64_t>(i)),
                       {.relative_error = c.coverage_error});
-        EXPECT_TRUE(found.reached) << found.shortfall;
+        EXPECT_TRUE(found.reached) << found.unmet_target;
         trials += found.trials;
         for (const auto& [place, value] : c.values) {
             const measure::Estimate& estimate = found.estimates[place];
@@ -122,7 +122,7 @@ TEST_P(AssaysStatistics, have_errors_that_cover_the_truth_as_often_as_they_say) 
 
 constexpr const char* names[] = {"relaxation", "weathercock", "weathercock_against_the_flow",
                                  "drag",       "damping",     "damping_coulomb",
-                                 "shear",      "propulsion",  "compressibility"};
+                                 "shear",      "propulsion",  "stiffness"};
 const auto name_of = [](const auto& info) { return std::string(info.param); };
 INSTANTIATE_TEST_SUITE_P(All, Assays, testing::ValuesIn(names), name_of);
 INSTANTIATE_TEST_SUITE_P(All, AssaysStatistics, testing::ValuesIn(names), name_of);

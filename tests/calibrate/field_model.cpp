@@ -29,7 +29,7 @@ Table flocking_table() {
     add("response_time", true, {2.0, 2.0, 2.0, 2.0, 2.0, 2.0}, 0.1, Origin::measured);
     add("propulsion", false, {3.0, 3.0, 3.0}, 0.02, Origin::measured);
     add("viscosity_kinematic", false, {5.0, 6.0, 7.0}, 0.1, Origin::measured);
-    add("compressibility", false, {300.0, 400.0, 500.0}, 0.1, Origin::measured);
+    add("stiffness", false, {300.0, 400.0, 500.0}, 0.1, Origin::measured);
     add("bead_mass", false, {0.7, 0.7, 0.7}, 0.0, Origin::set);
     add("bead_area", false, {0.5, 0.5, 0.5}, 0.0, Origin::set);
     add("rod_area", false, {4.0, 4.0, 4.0}, 0.0, Origin::set);
@@ -52,7 +52,7 @@ physics::Model model_of(const StatePoint& point, OrderKind kind) {
     model.drag.coefficient = number("drag.coefficient");
     model.viscosity = {.shear = number("viscosity.shear"), .bulk = number("viscosity.bulk")};
     model.driving.strength = number("driving.strength");
-    model.compressibility = {.beads = number("compressibility.beads"), .rods = number("compressibility.rods")};
+    model.stiffness = {.beads = number("stiffness.beads"), .rods = number("stiffness.rods")};
     model.relaxation.rate = number("relaxation.rate");
     model.relaxation.saturation = number("relaxation.saturation");
     model.elasticity = {.stiffness = number("elasticity.stiffness"), .splay = number("elasticity.splay")};
@@ -70,7 +70,7 @@ TEST(FieldModel, has_the_numbers_that_physics_asks_for) {
                                                     {"drag.coefficient", gamma},
                                                     {"driving.strength", 3.0 * gamma},
                                                     {"viscosity.shear", 7.0 * 0.7 * rho},
-                                                    {"compressibility.beads", 500.0},
+                                                    {"stiffness.beads", 500.0},
                                                     {"relaxation.rate", 0.1},
                                                     {"relaxation.saturation", 0.1 * (0.5 * g - 1.0) / (order * order)},
                                                     {"elasticity.stiffness", 9.0 / 1.6},
@@ -79,7 +79,7 @@ TEST(FieldModel, has_the_numbers_that_physics_asks_for) {
                                                     {"noise.order", 0.1 / sigma}};
     for (const auto& [key, value] : expected) EXPECT_NEAR(value_of(key), value, 1e-12 * value) << key;
     for (const char* zero :
-         {"viscosity.bulk", "compressibility.rods", "elasticity.splay", "advection.strength", "pressure.beads"}) {
+         {"viscosity.bulk", "stiffness.rods", "elasticity.splay", "advection.strength", "pressure.beads"}) {
         const FieldNumber found = field_number(flocking_table(), zero, dense, OrderKind::orientation);
         EXPECT_EQ(found.number.value, 0.0) << zero;
         EXPECT_EQ(found.number.error, 0.0) << zero;
@@ -112,7 +112,7 @@ TEST(FieldModel, grows_and_fluctuates_alike_in_both_normalisations) {
                 physics::fastest_rate(physics::linear_system(b, grid)), 1e-9);
     // Below onset the stationary structure factors: of the rods the same, of the order by sigma squared.
     Table weak = flocking_table();
-    for (Known& known : weak.rows[1].known) known.value *= 0.25;
+    for (TableEntry& known : weak.rows[1].known) known.value *= 0.25;
     const auto structure = [&](OrderKind kind) {
         physics::Model model = model_of(dense, kind);
         model.weathercock.strength = field_number(weak, "weathercock.strength", dense, kind).number.value;
@@ -127,7 +127,7 @@ TEST(FieldModel, grows_and_fluctuates_alike_in_both_normalisations) {
 TEST(FieldModel, of_rods_that_feel_nothing_has_the_order_of_independent_rods) {
     // sigma <|P_q|^2> = 1/2 a component, for any diffusion: rods in random directions.  K3 > 0 lowers it at q > 0 alone.
     Table weak = flocking_table();
-    for (Known& known : weak.rows[1].known) known.value = 0.0;
+    for (TableEntry& known : weak.rows[1].known) known.value = 0.0;
     physics::Model model = model_of(dense, OrderKind::orientation);
     model.weathercock.strength = 0.0;
     const numerics::Grid grid{.nx = 16, .ny = 16, .lx = 1e4, .ly = 1e4};
@@ -166,7 +166,7 @@ TEST(FieldModel, has_the_errors_that_tables_redrawn_within_theirs_show) {
             std::size_t next = 0;
             // A tenth of the errors: first order is what is claimed.
             for (TableRow& row : moved.rows)
-                for (Known& known : row.known) known.value += 0.1 * known.error * normal[next++];
+                for (TableEntry& known : row.known) known.value += 0.1 * known.error * normal[next++];
             const double value = field_number(moved, key, dense, OrderKind::density).number.value;
             sum += value, squares += value * value;
         }
@@ -207,14 +207,13 @@ TEST(FieldModel, says_what_the_table_has_not) {
                   .number.value,
               0.1);
     table.rows[6].known[1] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "too soft"};
-    EXPECT_NE(refusal("compressibility.beads").find("hole: compressibility at bead area fraction 0.4"),
-              std::string::npos);
+    EXPECT_NE(refusal("stiffness.beads").find("hole: stiffness at bead area fraction 0.4"), std::string::npos);
     EXPECT_NEAR(value_of("relaxation.rate"), 0.1, 1e-15);  // what needs no such row is not asked
 }
 
 TEST(FieldModel, divides_by_nothing_that_may_be_zero) {
     Table table = flocking_table();
-    for (Known& known : table.rows[0].known) known.error = 0.4 * known.value;
+    for (TableEntry& known : table.rows[0].known) known.error = 0.4 * known.value;
     const auto refusal = [&](const char* key) {
         return refusal_of([&] { field_number(table, key, dense, OrderKind::orientation); });
     };

@@ -70,12 +70,12 @@ TEST(Onset, of_uncertain_tables_says_how_many_cross_at_all) {
     Table table = straight_table();
     for (TableRow& row : table.rows)
         if (row.name == "drag")
-            for (Known& known : row.known) known.value -= 0.9 + 1e-6;
+            for (TableEntry& known : row.known) known.value -= 0.9 + 1e-6;
     const Crossing crossing = find_onset(table).curves[0].crossings[0];  // 0.1 + 4 Phi_b + 0.5 < 3 up to 0.6...
     EXPECT_NEAR(crossing.bead_fraction, 0.6 + 2.5e-7, 1e-6);
     for (TableRow& row : table.rows)
         if (row.name == "drag")
-            for (Known& known : row.known) known.value -= 0.4;
+            for (TableEntry& known : row.known) known.value -= 0.4;
     const Crossing edge = find_onset(table).curves[0].crossings[0];
     EXPECT_TRUE(std::isnan(edge.bead_fraction));
     EXPECT_FALSE(edge.above_all);
@@ -86,7 +86,7 @@ TEST(Onset, of_uncertain_tables_says_how_many_cross_at_all) {
 
 TEST(Onset, of_rods_that_turn_away_from_the_flow_is_nowhere) {
     Table table = straight_table();
-    for (Known& known : table.rows[2].known) known.value = -0.1;
+    for (TableEntry& known : table.rows[2].known) known.value = -0.1;
     for (const OnsetCurve& curve : find_onset(table).curves)
         for (const Crossing& crossing : curve.crossings) {
             EXPECT_TRUE(std::isnan(crossing.bead_fraction));

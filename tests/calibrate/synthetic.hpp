@@ -14,26 +14,26 @@ namespace drover::calibrate {
 /// What the stand-in obeys: rods  d theta = (lambda_s v x n + mobility h x n).z dt + noise,  dr = u n dt;  beads  dv = -(g + c/|v|) v dt + g (s + s3 |P|^2) P dt
 /// + noise;  waves of shear and density that decay and are driven, with noise.
 struct Truth {
-    double turning = 0.3;            ///< lambda_s [1/mm]
-    double diffusion = 0.4;          ///< D_r [1/s]
-    double memory = 0.0;             ///< of the angular velocity that makes it [s]; 0: none
-    double jitter = 0.05;            ///< of the angle that is seen [rad]
-    double speed = 3.6;              ///< u [mm/s]
-    double mobility = 2e-3;          ///< [1/(mg mm^2 s)]
-    double damping = 20.0;           ///< g = Gamma/(m rho) [1/s]
-    double coulomb = 0.0;            ///< c [mm/s^2]
-    double drag = 2.0;               ///< s = alpha/Gamma [mm/s]
-    double drag_cubic = 0.0;         ///< s3 [mm/s]
-    double agitation = 0.5;          ///< standard deviation of the mean velocity at rest [mm/s]
-    double viscosity = 6.0;          ///< eta/(m rho) [mm^2/s]
-    double wave_noise = 0.7;         ///< standard deviation of the amplitude of a shear wave [mm/s]
-    double compressibility = 500.0;  ///< E [mg mm^2/s^2]
-    double density_rate = 4.0;       ///< of the decay of density waves [1/s]
-    double density_noise = 0.02;     ///< standard deviation of their amplitude
-    double step = 0.01;              ///< longest [s]
+    double turning = 0.3;         ///< lambda_s [1/mm]
+    double diffusion = 0.4;       ///< D_r [1/s]
+    double memory = 0.0;          ///< of the angular velocity that makes it [s]; 0: none
+    double jitter = 0.05;         ///< of the angle that is seen [rad]
+    double speed = 3.6;           ///< u [mm/s]
+    double mobility = 2e-3;       ///< [1/(mg mm^2 s)]
+    double damping = 20.0;        ///< g = Gamma/(m rho) [1/s]
+    double coulomb = 0.0;         ///< c [mm/s^2]
+    double drag = 2.0;            ///< s = alpha/Gamma [mm/s]
+    double drag_cubic = 0.0;      ///< s3 [mm/s]
+    double agitation = 0.5;       ///< standard deviation of the mean velocity at rest [mm/s]
+    double viscosity = 6.0;       ///< eta/(m rho) [mm^2/s]
+    double wave_noise = 0.7;      ///< standard deviation of the amplitude of a shear wave [mm/s]
+    double stiffness = 500.0;     ///< E [mg mm^2/s^2]
+    double density_rate = 4.0;    ///< of the decay of density waves [1/s]
+    double density_noise = 0.02;  ///< standard deviation of their amplitude
+    double step = 0.01;           ///< longest [s]
 };
 
-class SyntheticSpecimen : public Specimen {
+class SyntheticSpecimen : public ParticleSystem {
 public:
     SyntheticSpecimen(const Truth& truth, const dem::Setup& setup, std::uint64_t seed)
         : truth_(truth), setup_(setup), key_{.seed = seed, .stream = Stream::test} {
@@ -109,7 +109,7 @@ private:
         if (forces_.push != 0.0) density_.insert({forces_.push_waves, 0.0});
         for (auto& [number, amplitude] : density_) {
             const double push = number == forces_.push_waves ? forces_.push : 0.0;
-            amplitude = relaxed(amplitude, -push / (truth_.compressibility * wave * number), truth_.density_rate,
+            amplitude = relaxed(amplitude, -push / (truth_.stiffness * wave * number), truth_.density_rate,
                                 truth_.density_noise, dt);
         }
         hold();
@@ -179,7 +179,7 @@ private:
     std::map<int, double> shear_, density_;
 };
 
-inline Maker synthetic_maker(const Truth& truth) {
+inline SystemFactory synthetic_maker(const Truth& truth) {
     return [truth](const dem::Setup& setup, std::uint64_t seed) {
         return std::make_unique<SyntheticSpecimen>(truth, setup, seed);
     };

@@ -37,7 +37,7 @@ Table small_table() {
     return table;
 }
 
-const Known& known_at(const Table& table, const std::string& name, std::size_t bead, std::size_t rod) {
+const TableEntry& known_at(const Table& table, const std::string& name, std::size_t bead, std::size_t rod) {
     const TableRow* row = find_row(table, name);
     if (row == nullptr) throw std::runtime_error("no row " + name);
     return row->known[place_in(table, *row, 0, bead, rod)];
@@ -66,15 +66,14 @@ TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_that_add
           {"driving_strength", drag * 12.0 / (sigma * u), std::sqrt(e_d * e_d + e_t * e_t + e_u * e_u),
            Origin::measured},
           {"weathercock_strength", 0.05 * sigma * u, std::hypot(e_l, e_u), Origin::measured}}) {
-        const Known& found = known_at(table, expected.name, 1, 1);
+        const TableEntry& found = known_at(table, expected.name, 1, 1);
         EXPECT_NEAR(found.value, expected.value, 1e-12 * expected.value) << expected.name;
         // Slopes over a thousandth of an error: (1e-3 * 6 %)^2 of an error of a few percent.
         EXPECT_NEAR(found.error, expected.relative_error * expected.value, 1e-9 * expected.value) << expected.name;
         EXPECT_EQ(found.origin, expected.origin) << expected.name;
         EXPECT_EQ(found.trials, 32) << expected.name;
     }
-    for (const char* zero :
-         {"advection", "pressure_beads", "compressibility", "compressibility_rods", "viscosity_bulk"}) {
+    for (const char* zero : {"advection", "pressure_beads", "stiffness", "stiffness_rods", "viscosity_bulk"}) {
         EXPECT_EQ(known_at(table, zero, 0, 0).value, 0.0);
         EXPECT_EQ(known_at(table, zero, 0, 0).origin, Origin::set);
     }
@@ -86,7 +85,7 @@ TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_that_add
 
 TEST(CalibrationTable, saturates_where_rods_in_their_own_flow_have_their_order) {
     Table table = small_table();
-    for (Known& known : table.rows[1].known) known.value *= 4.0;
+    for (TableEntry& known : table.rows[1].known) known.value *= 4.0;
     add_derived(table);
     const double lambda = 0.2, drag = 2.5, a = 0.2, current = 0.02 * 2.0 * order_of_alignment(2.0 * lambda * drag / a);
     ASSERT_GT(current, 0.0);
@@ -98,7 +97,7 @@ TEST(CalibrationTable, takes_the_error_of_a_response_for_one_that_is_not_resolve
     Table table = small_table();
     table.rows[4].known[3] = {.value = -0.01, .error = 0.04, .trials = 32, .origin = Origin::measured};
     add_derived(table);
-    const Known& friction = known_at(table, "friction", 1, 1);
+    const TableEntry& friction = known_at(table, "friction", 1, 1);
     EXPECT_NEAR(friction.value, 0.6 / 0.04, 1e-12);
     EXPECT_NEAR(friction.error, friction.value, 1e-5 * friction.value);  // slopes over a thousandth of 100 %
     EXPECT_EQ(friction.origin, Origin::closure);

@@ -13,7 +13,7 @@ namespace {
 /// What check says, its place being the key itself.
 std::string refusal(const dem::Setup& setup) {
     try {
-        check(setup, [](const std::string& key) { return Where{.file = "at " + key}; });
+        check(setup, [](const std::string& key) { return SourceLocation{.file = "at " + key}; });
     } catch (const Error& error) {
         EXPECT_EQ(error.fault(), Fault::input);
         return error.what();
@@ -114,7 +114,7 @@ template <class Struct>
 void expect_rows(std::size_t count) {
     const std::vector<Description> rows = descriptions<Struct>();
     EXPECT_EQ(rows.size(), count);
-    for (const Description& row : rows) EXPECT_FALSE(row.sentence.empty()) << row.name;
+    for (const Description& row : rows) EXPECT_FALSE(row.doc.empty()) << row.name;
 }
 
 TEST(Setup, has_a_row_for_each_of_its_members) {

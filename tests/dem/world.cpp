@@ -112,7 +112,7 @@ TEST(World, a_frictionless_elastic_gas_keeps_its_energy_over_a_million_impacts) 
     Threads threads(2);
     Drawn drawn(1);
     dem::Setup setup = elastic(32.0);
-    setup.contacts.overlap_most = 0.1;  // a long step for a short test
+    setup.contacts.max_overlap = 0.1;  // a long step for a short test
     const Bodies bodies = lattice(setup, 32, 32, 0.8, 40.0, drawn);
     World world(setup, bodies, 5e-5, 1, threads);
     const double before = world.energy_kinetic();
@@ -137,13 +137,13 @@ TEST(World, the_books_close_and_no_group_gains_energy_in_a_shaken_mixture) {
     World world(setup, mixture(setup, drawn), 2e-5, 1, threads);
     const double before = world.energy_kinetic();
     run(world, 0, 10000);
-    const Ledger ledger = world.ledger();
-    EXPECT_NEAR(world.energy_kinetic() - before, sum(ledger), 1e-9 * ledger.plates);
+    const EnergyBalance balance = world.balance();
+    EXPECT_NEAR(world.energy_kinetic() - before, sum(balance), 1e-9 * balance.plates);
     EXPECT_NEAR(world.energy_kinetic(), kinetic(world.bodies()), 1e-12 * world.energy_kinetic());
-    EXPECT_LT(ledger.impact, 0.0);
-    EXPECT_LT(ledger.friction, 0.0);
-    EXPECT_NE(ledger.forces, 0.0);
-    EXPECT_NE(ledger.kicks, 0.0);
+    EXPECT_LT(balance.impact, 0.0);
+    EXPECT_LT(balance.friction, 0.0);
+    EXPECT_NE(balance.forces, 0.0);
+    EXPECT_NE(balance.kicks, 0.0);
     EXPECT_LT(world.worst_overlap().of_radius, 0.01);
     EXPECT_EQ(world.counts().unresolved, 0);
 }
@@ -200,12 +200,12 @@ TEST(World, the_books_stay_closed_when_forces_change) {
                               {.bead_y = -100.0, .rod_x = 300.0, .hold_beads = true, .bead_velocity_y = 3.0},
                               {.hold_beads = true, .bead_velocity_x = 5.0, .held_waves = 1}};
     for (std::int64_t part = 0; part < 3; ++part) {
-        const Ledger at_change = world.ledger();
+        const EnergyBalance at_change = world.balance();
         world.set_forces(all[part]);
-        EXPECT_NEAR(sum(world.ledger()), sum(at_change), 1e-9 * std::abs(at_change.plates));  // rounding
+        EXPECT_NEAR(sum(world.balance()), sum(at_change), 1e-9 * std::abs(at_change.plates));  // rounding
         run(world, part * 2000, (part + 1) * 2000);
     }
-    EXPECT_NEAR(world.energy_kinetic() - before, sum(world.ledger()), 1e-9 * world.ledger().plates);
+    EXPECT_NEAR(world.energy_kinetic() - before, sum(world.balance()), 1e-9 * world.balance().plates);
 }
 
 bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
@@ -233,7 +233,7 @@ TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_in_mi
     run(d, 777, 2000);
     EXPECT_TRUE(same_bytes(a.save(), d.save()));
     EXPECT_GT(a.counts().lists, 3);  // lists were made anew on both sides of the restart
-    EXPECT_EQ(a.ledger().plates, d.ledger().plates);
+    EXPECT_EQ(a.balance().plates, d.balance().plates);
 }
 
 TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_after_forces_changed) {
@@ -365,7 +365,7 @@ TEST(World, a_rod_in_a_cell_of_its_own_length_meets_its_own_image) {
     const double before = world.energy_kinetic();
     run(world, 0, 20000);
     EXPECT_GT(world.counts().rod_rod, 0);
-    EXPECT_NEAR(world.energy_kinetic() - before, sum(world.ledger()), 1e-9 * world.ledger().plates);
+    EXPECT_NEAR(world.energy_kinetic() - before, sum(world.balance()), 1e-9 * world.balance().plates);
     EXPECT_LT(world.worst_overlap().of_radius, 0.01);
 }
 
@@ -375,9 +375,9 @@ TEST(World, extremes_of_restitution_friction_size_and_shaking_run_and_close_thei
         World world(setup, std::move(bodies), dt, 1, threads);
         const double before = world.energy_kinetic();
         run(world, 0, 3000);
-        const Ledger ledger = world.ledger();
-        const double scale = std::abs(ledger.plates) + std::abs(ledger.gravity) - ledger.impact - ledger.friction;
-        EXPECT_NEAR(world.energy_kinetic() - before, sum(ledger), 1e-9 * scale);
+        const EnergyBalance balance = world.balance();
+        const double scale = std::abs(balance.plates) + std::abs(balance.gravity) - balance.impact - balance.friction;
+        EXPECT_NEAR(world.energy_kinetic() - before, sum(balance), 1e-9 * scale);
         EXPECT_TRUE(std::isfinite(world.energy_kinetic()));
     };
     for (const double e : {0.0, 1.0})
@@ -397,7 +397,7 @@ TEST(World, extremes_of_restitution_friction_size_and_shaking_run_and_close_thei
     closes(still, mixture(still, drawn), 2e-5);
     dem::Setup strong = square(12.0);
     strong.plates.amplitude = 0.4;  // 64 g
-    strong.contacts.overlap_most = 0.1;
+    strong.contacts.max_overlap = 0.1;
     closes(strong, mixture(strong, drawn), 5e-6);
     dem::Setup sizes = square(12.0);  // a bead of 1.1 mm among beads of 0.11 mm
     Bodies bodies = lattice(sizes, 30, 30, 0.11, 20.0, drawn);
@@ -443,7 +443,7 @@ TEST(World, kicks_turn_a_rod_by_the_sum_of_the_squares_of_its_approaches_whateve
         }
         World world(setup, bodies, dt, 1, threads);
         run(world, 0, std::llround(1.0 / dt));
-        return world.ledger().kicks;
+        return world.balance().kicks;
     };
     const double fine = work_of_kicks(5e-6), coarse = work_of_kicks(4e-5);
     EXPECT_NEAR(coarse / fine, 1.0, 0.25);

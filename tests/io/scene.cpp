@@ -62,7 +62,7 @@ TEST(Scene, has_every_key_of_its_kind_in_its_text) {
             const bool belongs = section.kind.empty() || section.kind == kind;
             EXPECT_EQ(text.find("[" + section.name + "]") != std::string::npos, belongs) << kind << " " << section.name;
             for (const Description& row : section.rows) {
-                EXPECT_FALSE(row.sentence.empty()) << section.name << "." << row.name;
+                EXPECT_FALSE(row.doc.empty()) << section.name << "." << row.name;
                 if (belongs && !(kind == std::string("particles") && section.kind.empty())) {
                     EXPECT_NE(text.find("\n" + row.name + " = "), std::string::npos) << section.name << "." << row.name;
                 }

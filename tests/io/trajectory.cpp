@@ -204,7 +204,7 @@ TEST(Xyz, has_a_line_for_each_sphere_and_reads_back) {
     EXPECT_FALSE(is_xyz(folder / "run.h5"));
     const XyzInfo info = read_xyz_info(folder / "run.xyz");
     EXPECT_EQ(info.frames, 2u);
-    EXPECT_EQ(info.lines_most, 5u);
+    EXPECT_EQ(info.max_lines, 5u);
     EXPECT_EQ(info.periodic, "T T F");
     EXPECT_EQ(info.times, (std::vector<double>{0.0, 1.0}));
     EXPECT_EQ(write_xyz(reader, "run.h5", {.frame = 1, .bodies = true}, folder / "bodies.xyz", false), 1u);

@@ -109,8 +109,8 @@ TEST(TrialFile, carries_a_trial_through_a_pipe_and_refuses_what_is_none) {
 
 TEST(ClaimedFolder, is_made_taken_again_and_refused_to_another_scene) {
     const Folder folder;
-    const auto claim = [&](const std::string& name, const std::string& maker, const std::string& content) {
-        return claim_folder(folder / name, "calibrate.toml", maker, content);
+    const auto claim = [&](const std::string& name, const std::string& factory, const std::string& content) {
+        return claim_folder(folder / name, "calibrate.toml", factory, content);
     };
     const std::string scene = "[kick]\nstrength = 0.015\n";
     EXPECT_EQ(claim("new", "# one", scene), "# one");

@@ -123,8 +123,8 @@ TEST(Observables, of_a_uniform_flock_are_its_density_and_its_order) {
     EXPECT_NEAR(scene("polar_order_mean_x")[0], 3.0, 3.0 * rounding);
     EXPECT_NEAR(scene("polar_order_mean_y")[0], -4.0, 4.0 * rounding);
     EXPECT_NEAR(scene("polar_order_largest")[0], 5.0, 5.0 * rounding);
-    EXPECT_NEAR(scene("rod_density_least")[0], 5.0, 5.0 * rounding);
-    EXPECT_NEAR(scene("rod_density_most")[0], 5.0, 5.0 * rounding);
+    EXPECT_NEAR(scene("min_rod_density")[0], 5.0, 5.0 * rounding);
+    EXPECT_NEAR(scene("max_rod_density")[0], 5.0, 5.0 * rounding);
     for (const char* name : {"structure_factor_rods", "structure_factor_order_along", "rod_number_variance"})
         for (const double value : scene(name)) EXPECT_NEAR(value, 0.0, rounding) << name;
 }
@@ -137,8 +137,8 @@ TEST(Observables, extremes_are_those_of_the_grid) {
     scene.fields[1][12] = 3.0;  // |p| = 3.0 here,
     scene.fields[1][90] = 2.9;  // but 3.05 there
     scene.fields[2][90] = -0.95;
-    EXPECT_EQ(scene("rod_density_least")[0], -2.0);
-    EXPECT_EQ(scene("rod_density_most")[0], 7.0);
+    EXPECT_EQ(scene("min_rod_density")[0], -2.0);
+    EXPECT_EQ(scene("max_rod_density")[0], 7.0);
     EXPECT_NEAR(scene("polar_order_largest")[0], std::hypot(2.9, 0.95), 1e-15);  // rounding
 }
 

@@ -202,7 +202,7 @@ TEST(ParticleBalance, is_the_kinetic_energy_less_all_work) {
     scene.add_rod(5.0, 0.0, 0.0);
     scene.add_rod(5.0, 5.0, 0.0);
     scene.energy_kinetic = 100.0;
-    scene.ledger = {.gravity = 1.0, .plates = 64.0, .forces = 2.0, .kicks = 4.0, .impact = -8.0, .friction = -16.0};
+    scene.balance = {.gravity = 1.0, .plates = 64.0, .forces = 2.0, .kicks = 4.0, .impact = -8.0, .friction = -16.0};
     scene.counts.bead_bead = 3;
     scene.counts.rod_bead = 5;
     scene.counts.rod_rod = 7;

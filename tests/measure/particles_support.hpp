@@ -16,7 +16,7 @@ constexpr double pi = std::numbers::pi;
 struct ParticleScene {
     dem::Setup setup;
     dem::Bodies bodies;
-    dem::Ledger ledger;
+    dem::EnergyBalance balance;
     dem::Counts counts;
     double energy_kinetic = 0.0;
 
@@ -38,7 +38,7 @@ struct ParticleScene {
         return {.setting = at,
                 .bodies = bodies,
                 .time = 0.0,
-                .ledger = ledger,
+                .balance = balance,
                 .counts = counts,
                 .energy_kinetic = energy_kinetic};
     }

@@ -108,10 +108,10 @@ TEST(PathSummary, of_fewer_than_two_frames_says_so) {
 }
 
 TEST(PathSummary, of_beads_is_their_displacement_over_a_frame) {
-    for (const std::size_t beads : {std::size_t{3}, std::size_t{50}, 3 * beads_followed_most}) {
+    for (const std::size_t beads : {std::size_t{3}, std::size_t{50}, 3 * max_beads_followed}) {
         constexpr std::size_t frames = 33;
         Paths paths = make_paths(0.1, frames, 0, beads);
-        EXPECT_LE(paths.followed.size(), beads_followed_most);
+        EXPECT_LE(paths.followed.size(), max_beads_followed);
         std::vector<double> position(3 * beads);
         for (std::size_t i = 0; i < frames; ++i) {
             add_frame(paths, {}, {}, position);

@@ -105,7 +105,7 @@ TEST(RotationalDiffusion, leaves_out_what_is_lost_at_once_to_jitter) {
     const RotationalDiffusion found = rotational_diffusion(rotational_correlation(walkers.angles, 0.05, 200));
     expect_within(found.diffusion, 0.4, 3.0);
     expect_within(found.relaxation_time, 2.5, 3.0);
-    // exp(-0.04) is lost: twice a variance of 0.04, halved.  Known as well as the angle differences: some 80,000.
+    // exp(-0.04) is lost: twice a variance of 0.04, halved.  TableEntry as well as the angle differences: some 80,000.
     EXPECT_NEAR(found.fast, 1.0 - std::exp(-0.04), 0.002);
     EXPECT_LE(found.to, 0.5 / 0.4 + 0.2);  // where -ln C passes one half
 }
@@ -203,7 +203,7 @@ TEST(SpeedsAlong, of_a_rod_that_goes_straight_are_its_speed_however_it_rattles) 
     EXPECT_NEAR(speeds.along_mean.mean, 3.6, 1e-10);
     EXPECT_EQ(speeds.of_frames.size(), 40u);
     EXPECT_NEAR(speeds.spread_of_frames, 0.0, 1e-10);
-    EXPECT_EQ(speeds.along_mean.blocks, units_least);  // one rod: stretches of time
+    EXPECT_EQ(speeds.along_mean.blocks, min_units);  // one rod: stretches of time
 }
 
 TEST(SpeedsAlong, lose_to_turning_what_theory_says) {
@@ -314,8 +314,8 @@ TEST(Trajectory, follows_the_bodies_of_its_snapshots) {
     EXPECT_NEAR(trajectory.rods[2].x[3] - trajectory.rods[2].x[0], 0.3 * rod.velocity.x, 1e-12);
     const Speeds speeds = speeds_along(trajectory.rods, trajectory.angles, trajectory.spacing, 1);
     EXPECT_NEAR(speeds.of_rods[2], dem::dot(rod.velocity, rod.axis), 1e-10);  // places of 20 mm over 0.1 s
-    EXPECT_LE(trajectory.followed.size(), beads_followed_most);
-    EXPECT_GT(trajectory.followed.size(), beads_followed_most / 2);
+    EXPECT_LE(trajectory.followed.size(), max_beads_followed);
+    EXPECT_GT(trajectory.followed.size(), max_beads_followed / 2);
     const std::size_t last = trajectory.followed.back();
     EXPECT_NEAR(trajectory.beads.back().y[1] - trajectory.beads.back().y[0], 0.1 * scene.bodies.beads[last].velocity.y,
                 1e-12);

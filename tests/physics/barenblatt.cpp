@@ -19,7 +19,7 @@ Model spreading_beads() {
     return {.fields = {.bead_density = true, .rod_density = false, .bead_velocity = "slaved"},
             .uniform = {.bead_density = 0.6},
             .drag = {.coefficient = 1.0},
-            .compressibility = {.beads = 1.0}};
+            .stiffness = {.beads = 1.0}};
 }
 
 /// rho = t^(-1/2) [C - (Gamma/8E) r^2 t^(-1/2)]_+ with C = 1, about the middle of the cell.

@@ -83,17 +83,17 @@ struct Tally {
 };
 
 struct Verdict {
-    double least = 1.0;  ///< least probability of all modes and pairs, times their number (Bonferroni)
+    double min = 1.0;  ///< least probability of all modes and pairs, times their number (Bonferroni)
     double whole = 1.0;  ///< probability of the whole set
 };
 
-inline Verdict verdict(const Tally& tally) {
+inline Verdict diagnosis(const Tally& tally) {
     Verdict result;
     const double degrees = 2.0 * tally.realisations, count = static_cast<double>(tally.of_mode.size()),
                  variables = static_cast<double>(tally.variables);
     for (const auto& mode : tally.of_mode)
         for (const double squares : mode)
-            result.least = std::min(result.least, two_sided(squares, degrees) * variables * variables * count);
+            result.min = std::min(result.min, two_sided(squares, degrees) * variables * variables * count);
     result.whole = two_sided(tally.whole, degrees * variables * count);
     return result;
 }

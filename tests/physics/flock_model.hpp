@@ -28,7 +28,7 @@ inline Model flock_model(const Letters& l) {
             .drag = {.coefficient = l.gamma},
             .viscosity = {.shear = l.eta, .bulk = l.zeta},
             .driving = {.strength = l.alpha},
-            .compressibility = {.beads = l.e, .rods = l.f},
+            .stiffness = {.beads = l.e, .rods = l.f},
             .relaxation = {.rate = l.a, .saturation = l.b},
             .elasticity = {.stiffness = l.k3, .splay = l.k1},
             .weathercock = {.strength = l.lambda},

@@ -59,7 +59,9 @@ TEST(StructureMatrix, of_the_isotropic_order_across_q_is_the_closed_form) {
     for (const double q : {0.1, 1.3}) {
         const double g = (l.gamma + l.eta * q * q) / l.rho, h = l.a + l.k3 * q * q, k = l.lambda * l.alpha / l.rho;
         const double expected = 0.5 * 0.3 * (g * g + g * h - k) / ((g + h) * (g * h - k));
-        EXPECT_NEAR(structure_matrix(e, isotropic_of(e).point, {.x = q, .y = 0.0})(at_order_y, at_order_y).real(),
+        EXPECT_NEAR(structure_matrix(e, isotropic_of(e).point, {.x = q, .y = 0.0})(FieldIndex::polar_order_y,
+                                                                                   FieldIndex::polar_order_y)
+                        .real(),
                     expected, 1e-13);
     }
 }
@@ -77,7 +79,8 @@ TEST(StructureMatrix, of_a_defective_mode_is_right) {
     // d_t n = -i rho q v + noise, d_t v = -i E q n/rho - (Gamma/rho) v: S_nn = Q/2 (Gamma/rho)/(q^2 E) + Q rho/(2 Gamma).
     const double noise = 0.07 * q * q, damping = l.gamma / l.rho;
     const double expected = 0.5 * noise * (damping / (l.e * q * q) + 1.0 / damping);
-    EXPECT_NEAR(structure_matrix(e, rest, at)(at_beads, at_beads).real(), expected, 1e-13);
+    EXPECT_NEAR(structure_matrix(e, rest, at)(FieldIndex::bead_density, FieldIndex::bead_density).real(), expected,
+                1e-13);
 }
 
 TEST(StructureMatrix, of_a_growing_mode_is_refused) {
@@ -116,7 +119,9 @@ TEST(DynamicStructure, of_a_flock_peaks_at_its_sound) {
     double best = 0.0, largest = 0.0;
     for (int n = 1; n < 2000; ++n) {
         const double omega = 2.0 * sound * n / 2000.0,
-                     s = dynamic_structure_matrix(e, flock, at, omega)(at_order_y, at_order_y).real();
+                     s = dynamic_structure_matrix(e, flock, at, omega)(FieldIndex::polar_order_y,
+                                                                       FieldIndex::polar_order_y)
+                             .real();
         if (s > largest) largest = s, best = omega;
     }
     EXPECT_NEAR(best, sound, 0.02 * sound);  // the damping, gamma q^2/sound = 1 %

@@ -18,7 +18,7 @@ inline Model full_model() {
             .drag = {.coefficient = 1.1, .coefficient_terms = {"0.3 rho", "0.2 sigma"}},
             .viscosity = {.shear = 0.23, .bulk = 0.11},
             .driving = {.strength = 0.9, .strength_terms = {"0.4 sigma", "-0.1 rho sigma"}},
-            .compressibility = {.beads = 1.7, .rods = 0.6},
+            .stiffness = {.beads = 1.7, .rods = 0.6},
             .relaxation = {.rate = 0.4,
                            .rate_terms = {"-0.5 sigma", "0.2 rho^2"},
                            .saturation = 0.8,
@@ -48,7 +48,7 @@ inline std::vector<NamedModel> all_forms() {
     forms.push_back({"two-component, J = u p", order_current});
     Model dilute = full;
     dilute.fields.rod_density = false;
-    dilute.current.speed = dilute.compressibility.rods = dilute.pressure.rods = dilute.diffusion.rods = 0.0;
+    dilute.current.speed = dilute.stiffness.rods = dilute.pressure.rods = dilute.diffusion.rods = 0.0;
     dilute.drag.coefficient_terms = {"0.3 rho"};
     dilute.driving.strength_terms = {"-0.1 rho^2"};
     dilute.relaxation.rate_terms = {"0.2 rho^2"};
@@ -68,7 +68,7 @@ inline std::vector<NamedModel> all_forms() {
     rods.drag = {};
     rods.viscosity = {};
     rods.driving = {};
-    rods.compressibility = {};
+    rods.stiffness = {};
     rods.weathercock = {};
     rods.pressure.beads = rods.diffusion.beads = 0.0;
     rods.relaxation.rate_terms = {"-0.5 sigma"};
@@ -82,7 +82,7 @@ inline std::vector<NamedModel> all_forms() {
     forms.push_back({"polar", polar});
     Model steady = full;
     steady.fields.bead_density = false;
-    steady.compressibility.beads = steady.pressure.beads = steady.diffusion.beads = 0.0;
+    steady.stiffness.beads = steady.pressure.beads = steady.diffusion.beads = 0.0;
     steady.drag.coefficient_terms = {"0.2 sigma"};
     steady.driving.strength_terms = {"0.4 sigma"};
     steady.relaxation.rate_terms = {"-0.5 sigma"};

@@ -122,7 +122,7 @@ std::vector<Case> cases() {
     mean.inertia.bead_mass = 0.6;
     slaved.fields.bead_velocity = "slaved";
     dilute.fields.rod_density = false;
-    dilute.current.speed = dilute.compressibility.rods = dilute.pressure.rods = 0.0;
+    dilute.current.speed = dilute.stiffness.rods = dilute.pressure.rods = 0.0;
     varying.relaxation.rate_terms = {"-0.1 sigma", "-0.05 rho"};
     varying.driving.strength_terms = {"0.1 rho sigma"};
     varying.drag.coefficient_terms = {"0.2 rho^2"};
@@ -275,19 +275,19 @@ TEST(Banding, of_rods_has_the_neutral_wave_of_the_closed_form) {
         const double abar = -part * rods.margin_of_order();
         const Equations equations(rods.model(abar));
         const StationaryState flock = flock_of(equations);
-        const std::vector<double> found = neutral_wavenumbers(equations, flock, 0.0, {.least = 1e-3, .most = 10.0});
+        const std::vector<double> found = neutral_wavenumbers(equations, flock, 0.0, {.min = 1e-3, .max = 10.0});
         ASSERT_EQ(found.size(), 1u);
         EXPECT_NEAR(found[0] / rods.neutral(abar), 1.0,
                     1e-10);  // bisection of a growth that is 1e-16 of rates uncertain
-        const std::vector<Instability> grows = instabilities(equations, flock, {.least = 1e-3, .most = 10.0});
+        const std::vector<Instability> grows = instabilities(equations, flock, {.min = 1e-3, .max = 10.0});
         ASSERT_FALSE(grows.empty());
         const auto bands =
             std::find_if(grows.begin(), grows.end(), [](const Instability& i) { return i.name == "banding"; });
         ASSERT_NE(bands, grows.end());
-        EXPECT_NEAR(bands->most / rods.neutral(abar), 1.0, 1e-10);
-        EXPECT_EQ(bands->least, 0.0);
+        EXPECT_NEAR(bands->max / rods.neutral(abar), 1.0, 1e-10);
+        EXPECT_EQ(bands->min, 0.0);
         EXPECT_EQ(bands->angle, 0.0);
-        EXPECT_LT(bands->q, bands->most);
+        EXPECT_LT(bands->q, bands->max);
     }
 }
 

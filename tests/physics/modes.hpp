@@ -14,7 +14,7 @@
 namespace drover::physics {
 
 /// Component of a form at each place of a Symbol, -1 where it has none.
-inline std::array<int, places> components(const Form& form) {
+inline std::array<int, FieldIndex::count> components(const Form& form) {
     const auto second = [](int first) { return first < 0 ? -1 : first + 1; };
     return {form.bead_density,          form.rod_density, form.bead_velocity,
             second(form.bead_velocity), form.polar_order, second(form.polar_order)};
@@ -22,10 +22,10 @@ inline std::array<int, places> components(const Form& form) {
 
 inline numerics::Spectra uniform_state(const Form& form, const numerics::Grid& grid, const UniformPoint& point) {
     numerics::Spectra state(grid, numerics::components(layout(form)));
-    const std::array<double, places> values{point.bead_density, point.rod_density, point.velocity.x(),
-                                            point.velocity.y(), point.order.x(),   point.order.y()};
+    const std::array<double, FieldIndex::count> values{point.bead_density, point.rod_density, point.velocity.x(),
+                                                       point.velocity.y(), point.order.x(),   point.order.y()};
     const auto at = components(form);
-    for (std::size_t place = 0; place < places; ++place)
+    for (std::size_t place = 0; place < FieldIndex::count; ++place)
         if (at[place] >= 0) state[at[place]][0] = values[place];
     return state;
 }
@@ -48,8 +48,8 @@ inline Eigen::MatrixXcd rate_matrix(const Equations& e, const UniformPoint& abou
     const auto at = components(e.form);
     const int count = numerics::components(layout(e.form));
     Eigen::MatrixXcd matrix(count, count);
-    for (int i = 0; i < places; ++i)
-        for (int j = 0; j < places; ++j)
+    for (int i = 0; i < FieldIndex::count; ++i)
+        for (int j = 0; j < FieldIndex::count; ++j)
             if (at[static_cast<std::size_t>(i)] >= 0 && at[static_cast<std::size_t>(j)] >= 0)
                 matrix(at[static_cast<std::size_t>(i)], at[static_cast<std::size_t>(j)]) = symbol(i, j);
     return matrix;

@@ -123,7 +123,7 @@ Model two_components(double relaxation) {
             .drag = {.coefficient = 2.0},
             .viscosity = {.shear = 0.3, .bulk = 0.1},
             .driving = {.strength = 1.5},
-            .compressibility = {.beads = 1.1, .rods = 0.4},
+            .stiffness = {.beads = 1.1, .rods = 0.4},
             .relaxation = {.rate = relaxation, .saturation = 0.8},
             .elasticity = {.stiffness = 0.5, .splay = 0.2},
             .weathercock = {.strength = 0.8},

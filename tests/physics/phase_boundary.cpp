@@ -179,8 +179,8 @@ TEST(PhaseBoundary, of_phase_separation_is_where_densities_attract) {
     const Plane plane{.model = flock_model(l),
                       .x = coefficient("pressure.beads", 0.0, 3.0,
                                        [](Model& m, double value) { m.pressure.beads = value; }),
-                      .y = coefficient("compressibility.rods", 0.0, 4.0,
-                                       [](Model& m, double value) { m.compressibility.rods = value; })};
+                      .y = coefficient("stiffness.rods", 0.0, 4.0,
+                                       [](Model& m, double value) { m.stiffness.rods = value; })};
     Threads threads(2);
     const Boundary found = trace_boundary(plane, Limit::phase_separation, {}, {.cells = 32}, threads);
     ASSERT_EQ(found.lines.size(), 1u);

@@ -23,7 +23,7 @@ Model bead_fluid(double ell, double stiffness) {
         .inertia = {.bead_mass = 0.5},
         .drag = {.coefficient = drag},
         .viscosity = {.shear = drag * ell * ell},
-        .compressibility = {.beads = stiffness},
+        .stiffness = {.beads = stiffness},
         .relaxation = {.rate = 1.0},
         .force = {.kind = "point", .x = 0.6 * tiny, .y = 0.8 * tiny, .at_x = middle, .at_y = middle, .width = 0.27}};
 }
@@ -170,8 +170,7 @@ Eigen::Vector2d moving_flow(const Model& m, const numerics::Grid& grid, int most
             const numerics::Complex across(m.drag.coefficient + m.viscosity.shear * q2,
                                            -m.inertia.bead_mass * rho * turn);
             const numerics::Complex along =
-                across +
-                numerics::Complex(m.viscosity.bulk * q2, q2 > 0.0 ? m.compressibility.beads * rho * q2 / turn : 0.0);
+                across + numerics::Complex(m.viscosity.bulk * q2, q2 > 0.0 ? m.stiffness.beads * rho * q2 / turn : 0.0);
             const Eigen::Vector2d pushed_along = q2 > 0.0 ? Eigen::Vector2d(q * q.dot(force) / q2) : force;
             const numerics::Complex wave =
                 std::polar(std::exp(-0.5 * std::pow(m.force.width, 2) * q2) / (grid.lx * grid.ly), q.dot(place));

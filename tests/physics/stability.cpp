@@ -22,19 +22,19 @@ Symbol flock_matrix(const Letters& l, double a_n[2], double lambda_n[2], double 
     const Complex i(0.0, 1.0);
     const double square = q.x * q.x + q.y * q.y, p0 = l.p0(), v0 = l.v0(), gain = l.lambda * l.alpha / l.gamma;
     Symbol m = Symbol::Zero();
-    m.row(at_beads) << -i * v0 * q.x, 0, -i * l.rho * q.x, -i * l.rho * q.y, 0, 0;
-    m.row(at_rods) << 0, 0, 0, 0, -i * q.x, -i * q.y;
-    m.row(at_velocity_x) << -i * l.e * q.x / l.rho, -i * l.f * q.x / l.rho,
+    m.row(FieldIndex::bead_density) << -i * v0 * q.x, 0, -i * l.rho * q.x, -i * l.rho * q.y, 0, 0;
+    m.row(FieldIndex::rod_density) << 0, 0, 0, 0, -i * q.x, -i * q.y;
+    m.row(FieldIndex::bead_velocity_x) << -i * l.e * q.x / l.rho, -i * l.f * q.x / l.rho,
         -(l.gamma + l.eta * square + l.zeta * q.x * q.x) / l.rho, -l.zeta * q.x * q.y / l.rho, l.alpha / l.rho, 0;
-    m.row(at_velocity_y) << -i * l.e * q.y / l.rho, -i * l.f * q.y / l.rho, -l.zeta * q.x * q.y / l.rho,
+    m.row(FieldIndex::bead_velocity_y) << -i * l.e * q.y / l.rho, -i * l.f * q.y / l.rho, -l.zeta * q.x * q.y / l.rho,
         -(l.gamma + l.eta * square + l.zeta * q.y * q.y) / l.rho, 0, l.alpha / l.rho;
-    m.row(at_order_x) << -i * l.pressure_a * q.x, -i * l.pressure_b * q.x, l.lambda, 0,
+    m.row(FieldIndex::polar_order_x) << -i * l.pressure_a * q.x, -i * l.pressure_b * q.x, l.lambda, 0,
         -gain - 2.0 * l.b * p0 * p0 - i * l.w * p0 * q.x - l.k3 * square - l.k1 * q.x * q.x, -l.k1 * q.x * q.y;
-    m.row(at_order_y) << -i * l.pressure_a * q.y, -i * l.pressure_b * q.y, 0, l.lambda, -l.k1 * q.x * q.y,
-        -gain - i * l.w * p0 * q.x - l.k3 * square - l.k1 * q.y * q.y;
+    m.row(FieldIndex::polar_order_y) << -i * l.pressure_a * q.y, -i * l.pressure_b * q.y, 0, l.lambda,
+        -l.k1 * q.x * q.y, -gain - i * l.w * p0 * q.x - l.k3 * square - l.k1 * q.y * q.y;
     for (int n = 0; n < 2; ++n) {
-        m(at_order_x, n) += -a_n[n] * p0 + lambda_n[n] * v0 - b_n[n] * p0 * p0 * p0;
-        m(at_velocity_x, n) += (alpha_n[n] * p0 - gamma_n[n] * v0) / l.rho;
+        m(FieldIndex::polar_order_x, n) += -a_n[n] * p0 + lambda_n[n] * v0 - b_n[n] * p0 * p0 * p0;
+        m(FieldIndex::bead_velocity_x, n) += (alpha_n[n] * p0 - gamma_n[n] * v0) / l.rho;
     }
     return m;
 }
@@ -185,7 +185,7 @@ TEST(ModeMap, of_a_defective_matrix_keeps_every_rate) {
 
 // ---- what grows
 
-const Search search{.least = 1e-3, .most = 50.0};
+const Search search{.min = 1e-3, .max = 50.0};
 
 std::vector<std::string> names(const std::vector<Instability>& found) {
     std::vector<std::string> result;
@@ -203,8 +203,8 @@ TEST(Instabilities, of_the_isotropic_state_past_its_threshold_is_order) {
     const Equations e(flock_model({}));
     const std::vector<Instability> found = instabilities(e, isotropic_of(e), search);
     ASSERT_EQ(names(found), std::vector<std::string>{"order"});
-    EXPECT_NEAR(found[0].most, effective_coefficients(e, 1.3, 0.9).neutral_wavenumber, 1e-9);
-    EXPECT_EQ(found[0].least, 0.0);
+    EXPECT_NEAR(found[0].max, effective_coefficients(e, 1.3, 0.9).neutral_wavenumber, 1e-9);
+    EXPECT_EQ(found[0].min, 0.0);
 }
 
 TEST(Instabilities, of_densities_that_attract_is_phase_separation) {
@@ -256,7 +256,7 @@ TEST(Instabilities, without_a_shortest_wave_say_so) {
     const std::vector<Instability> found = instabilities(e, flock_of(e), search);
     ASSERT_FALSE(found.empty());
     EXPECT_TRUE(found[0].at_shortest);
-    EXPECT_TRUE(std::isinf(found[0].most));
+    EXPECT_TRUE(std::isinf(found[0].max));
 }
 
 TEST(Instabilities, in_a_field_are_searched_all_round) {

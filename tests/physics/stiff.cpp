@@ -18,7 +18,7 @@ Model flock(double drag, double stiffness) {
             .drag = {.coefficient = drag},
             .viscosity = {.shear = 0.1 * drag},
             .driving = {.strength = 0.5 * drag},
-            .compressibility = {.beads = stiffness, .rods = 0.05 * stiffness},
+            .stiffness = {.beads = stiffness, .rods = 0.05 * stiffness},
             .relaxation = {.rate = 0.5, .saturation = 1.0},
             .elasticity = {.stiffness = 0.5},
             .weathercock = {.strength = 2.0},

@@ -55,7 +55,7 @@ double difference(const Equations& e, UniformPoint point, const Reference& about
     const Symbol symbol = linear_symbol(e, point, q);
     const auto at = components(e.form);
     double wrong = 0.0, largest = 1e-300;
-    for (std::size_t column = 0; column < places; ++column) {
+    for (std::size_t column = 0; column < FieldIndex::count; ++column) {
         if (at[column] < 0) continue;
         constexpr double step = 1e-4;  // truncation step^2 = 1e-8, rounding 1e-16/step = 1e-12
         numerics::Spectra rates[2];
@@ -67,7 +67,7 @@ double difference(const Equations& e, UniformPoint point, const Reference& about
                     state[at[column]][mode];
             rates[sign] = rate(0.0, state);
         }
-        for (std::size_t line = 0; line < places; ++line) {
+        for (std::size_t line = 0; line < FieldIndex::count; ++line) {
             if (at[line] < 0) continue;
             const Complex found = (rates[0][at[line]][mode] - rates[1][at[line]][mode]) / step;
             const Complex expected = symbol(static_cast<int>(line), static_cast<int>(column));

@@ -18,7 +18,7 @@ io::Scene flock() {
                    .uniform = {.bead_density = 1.0},
                    .drag = {.coefficient = 4.0},
                    .driving = {.strength = 4.0},
-                   .compressibility = {.beads = 2.0},
+                   .stiffness = {.beads = 2.0},
                    .relaxation = {.rate = 0.5, .saturation = 2.0},
                    .elasticity = {.stiffness = 1.0},
                    .weathercock = {.strength = 1.5},
@@ -116,7 +116,7 @@ TEST(AdaptiveStep, of_a_run_that_blows_up_ends_with_a_sentence) {
 TEST(ReferenceDensity, follows_beads_that_thin_out_below_half_of_it) {
     io::Scene scene = flock();
     scene.initial.bead_density = "1 + 0.75 * cos(2*pi*x/20)";
-    scene.model.compressibility.beads = 0.3;
+    scene.model.stiffness.beads = 0.3;
     scene.model.drag.coefficient = 4000.0;  // Gamma dt/rho = 400 at the reference, 1600 where the beads are thin
     scene.model.driving.strength = 4000.0;
     scene.initial.bead_velocity_x = scene.initial.polar_order_x;  // in balance with the drag: no layer at the start
@@ -134,7 +134,7 @@ TEST(ReferenceDensity, follows_a_heap_of_slaved_beads_up) {
     scene.model = {.fields = {.bead_density = true, .rod_density = false, .bead_velocity = "slaved"},
                    .uniform = {.bead_density = 0.1},
                    .drag = {.coefficient = 1.0},
-                   .compressibility = {.beads = 1.0}};
+                   .stiffness = {.beads = 1.0}};
     scene.grid = {.nx = 64, .ny = 64, .lx = 16.0, .ly = 16.0};
     scene.time = {.dt = 0.02, .end = 2.0};
     scene.initial = {.kind = "formula", .bead_density = "exp(-((x - 8)^2 + (y - 8)^2)/4)"};

@@ -10,18 +10,18 @@
 namespace drover {
 
 /// A place in a text a person wrote.  line and column count from 1; 0: not known.
-struct Where {
+struct SourceLocation {
     std::string file;
     int line = 0;
     int column = 0;
 };
 
 /// "flock.toml:14:3", "flock.toml:14", "flock.toml", or "" when nothing is known.
-std::string place_text(const Where& where);
+std::string location_text(const SourceLocation& where);
 
 /// Where a key of a scene, "grid.nx", was given: for checks that hold several keys against each other.
-using PlaceOf = std::function<Where(const std::string& key)>;
-inline Where nowhere(const std::string&) { return {}; }
+using LocationOf = std::function<SourceLocation(const std::string& key)>;
+inline SourceLocation no_location(const std::string&) { return {}; }
 
 /// Whose fault an error is: it decides the exit status of the program.
 enum class Fault {
@@ -32,7 +32,7 @@ enum class Fault {
 /// What went wrong, as one sentence that says where, what was found, what was expected and what to do.
 class Error : public std::runtime_error {
 public:
-    Error(Fault fault, const Where& where, const std::string& sentence);
+    Error(Fault fault, const SourceLocation& where, const std::string& message);
     Fault fault() const { return fault_; }
 
 private:
@@ -40,7 +40,7 @@ private:
 };
 
 template <class... Values>
-[[noreturn]] void fail_input(const Where& where, std::string_view pattern, const Values&... values) {
+[[noreturn]] void fail_input(const SourceLocation& where, std::string_view pattern, const Values&... values) {
     throw Error(Fault::input, where, text(pattern, values...));
 }
 
@@ -51,7 +51,7 @@ template <class... Values>
 
 /// Throws an input Error at `where` unless `holds`.
 template <class... Values>
-void require(bool holds, const Where& where, std::string_view pattern, const Values&... values) {
+void require(bool holds, const SourceLocation& where, std::string_view pattern, const Values&... values) {
     if (!holds) fail_input(where, pattern, values...);
 }
 

@@ -12,7 +12,7 @@ namespace drover {
 class Formula {
 public:
     /// Throws an input Error at `where` that quotes the formula and says which character it could not go on from.
-    explicit Formula(const std::string& written, const Where& where = {});
+    explicit Formula(const std::string& written, const SourceLocation& where = {});
 
     double operator()(double x, double y) const;
 

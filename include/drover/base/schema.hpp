@@ -1,4 +1,4 @@
-// base/schema.hpp: what a scene may say: each key with its type, unit, range, default and one sentence, beside the struct
+// base/schema.hpp: what a scene may say: each key with its type, unit, range, default and documentation, beside the struct
 // that it fills.
 #pragma once
 #include <algorithm>
@@ -23,26 +23,26 @@ std::string type_text(const Value& value);
 /// The value as TOML writes it, such that it reads back as the same value.
 std::string toml_text(const Value& value);
 
-struct PlacedValue {
+struct LocatedValue {
     Value value;
-    Where where;  ///< of the key
+    SourceLocation where;  ///< of the key
 };
 
 /// One table of a scene text: its keys in the order of their names.
-struct PlacedTable {
-    Where where;
-    std::map<std::string, PlacedValue> values;
+struct LocatedTable {
+    SourceLocation where;
+    std::map<std::string, LocatedValue> values;
 };
 
 /// The numbers that are allowed: the ends belong to it unless open.
 struct Range {
-    double least = -std::numeric_limits<double>::infinity();
-    double most = std::numeric_limits<double>::infinity();
-    bool least_open = false;
+    double min = -std::numeric_limits<double>::infinity();
+    double max = std::numeric_limits<double>::infinity();
+    bool min_open = false;
 };
 inline constexpr Range any_number{};
-inline constexpr Range positive{.least = 0.0, .least_open = true};
-inline constexpr Range not_negative{.least = 0.0};
+inline constexpr Range positive{.min = 0.0, .min_open = true};
+inline constexpr Range not_negative{.min = 0.0};
 
 template <class Struct>
 using Member = std::variant<bool Struct::*, int Struct::*, std::int64_t Struct::*, double Struct::*,
@@ -56,17 +56,17 @@ struct Row {
     std::string unit = {};                  ///< "" for a pure number or a word
     Range range = any_number;               ///< of a number, or of each number of a list
     std::vector<std::string> choices = {};  ///< of a word; empty: any
-    std::string sentence = {};              ///< what it means, with its symbol and source
+    std::string doc = {};                   ///< what it means, with its symbol and source
 };
 
 /// A row without its struct: for lists, for help, for reading a value.
 struct Description {
     std::string name;
-    Value standard;  ///< the default
+    Value default_value;
     std::string unit;
     Range range;
     std::vector<std::string> choices;
-    std::string sentence;
+    std::string doc;
 };
 
 /// Rows of a struct give: template<> const std::vector<Row<T>>& schema<T>();
@@ -75,10 +75,10 @@ const std::vector<Row<Struct>>& schema();
 
 /// The value found, as the type and in the range and choices the description asks; an integer serves as a number.
 /// Throws an input Error that names section.key, what was found and what was expected.
-Value checked_value(const Description& row, const std::string& section, const PlacedValue& found);
+Value checked_value(const Description& row, const std::string& section, const LocatedValue& found);
 
 /// Throws an input Error, with "did you mean", at the first key of the table that no row knows.
-void refuse_unknown_keys(const PlacedTable& table, const std::string& section, const std::vector<Description>& rows);
+void reject_unknown_keys(const LocatedTable& table, const std::string& section, const std::vector<Description>& rows);
 
 namespace schema_detail {
 template <class Struct>
@@ -111,19 +111,19 @@ std::vector<Description> descriptions() {
     for (const Row<Struct>& row : schema<Struct>()) {
         Range range = row.range;
         if (std::holds_alternative<int Struct::*>(row.member)) {
-            range.least = std::max(range.least, static_cast<double>(std::numeric_limits<int>::min()));
-            range.most = std::min(range.most, static_cast<double>(std::numeric_limits<int>::max()));
+            range.min = std::max(range.min, static_cast<double>(std::numeric_limits<int>::min()));
+            range.max = std::min(range.max, static_cast<double>(std::numeric_limits<int>::max()));
         }
-        result.push_back({row.name, schema_detail::get(standard, row), row.unit, range, row.choices, row.sentence});
+        result.push_back({row.name, schema_detail::get(standard, row), row.unit, range, row.choices, row.doc});
     }
     return result;
 }
 
 /// Fills `into` from one table of a scene.  Keys that are absent keep what `into` holds.
 template <class Struct>
-void read_table(const PlacedTable& table, const std::string& section, Struct& into) {
+void read_table(const LocatedTable& table, const std::string& section, Struct& into) {
     const std::vector<Description> rows = descriptions<Struct>();
-    refuse_unknown_keys(table, section, rows);
+    reject_unknown_keys(table, section, rows);
     for (std::size_t i = 0; i < rows.size(); ++i)
         if (const auto found = table.values.find(rows[i].name); found != table.values.end())
             schema_detail::set(into, schema<Struct>()[i], checked_value(rows[i], section, found->second));

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/specimen.hpp"
+#include "drover/calibrate/particle_system.hpp"
 #include "drover/measure/statistics.hpp"
 
 namespace drover::calibrate {
@@ -38,8 +38,8 @@ struct Assay {
     std::string name;
     Population population = Population::all;
     std::vector<Quantity> quantities;
-    /// A pure function: the same numbers for the same maker, setup and seed.
-    std::function<Trial(const Maker& make, const dem::Setup& setup, std::uint64_t seed)> trial;
+    /// A pure function: the same numbers for the same factory, setup and seed.
+    std::function<Trial(const SystemFactory& make, const dem::Setup& setup, std::uint64_t seed)> trial;
     /// Chooses what is read off the means (where a regime begins and ends) from all trials together, once.
     std::function<Estimator(std::span<const Trial> trials)> estimator;
     /// What the estimates say in words: linear or not, resolved or not.  May refuse an estimate: set its refusal, and drop its error.
@@ -59,21 +59,21 @@ struct Goal {
     std::size_t round = 16;        ///< trials of a round, >= 1
     /// Rounds before the first look, together 8 trials or more.  An error from n trials is itself known to 1/sqrt(2n); a rule that stops when it is small enough picks
     /// those that came out small, and the interval covers less than it says: from 32 trials on, 1 or 2 % less.
-    std::size_t rounds_least = 2;
-    std::size_t trials_most = 512;  ///< rounded down to whole rounds
+    std::size_t min_rounds = 2;
+    std::size_t max_trials = 512;  ///< rounded down to whole rounds
 };
 
 struct Measurement {
     /// Of each quantity, with the standard error over trials: `samples` and `blocks` are the trials.
     std::vector<measure::Estimate> estimates;
     std::size_t trials = 0;
-    bool reached = false;   ///< whether every wanted quantity is known as well as was asked
-    std::string shortfall;  ///< a sentence: what was not reached, and how many trials would do; "" otherwise
-    std::string verdict;    ///< a sentence on linearity, regimes or resolution
+    bool reached = false;      ///< whether every wanted quantity is known as well as was asked
+    std::string unmet_target;  ///< a sentence: what was not reached, and how many trials would do; "" otherwise
+    std::string diagnosis;     ///< a sentence on linearity, regimes or resolution
 };
 
 /// Trials [begin, end) are wanted next, or the measurement is done.
-struct Judgement {
+struct StoppingDecision {
     std::size_t begin = 0, end = 0;
     std::optional<Measurement> measurement;
 };
@@ -81,9 +81,9 @@ struct Judgement {
 /// Seed of one trial: a pure function of its arguments, as good as independent from trial to trial and assay to assay.
 std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint64_t trial);
 
-/// Trial number `trial`.  Throws what the maker and its specimens throw, and an input Error for a setup without a periodic cell, or without the
+/// Trial number `trial`.  Throws what the factory and its specimens throw, and an input Error for a setup without a periodic cell, or without the
 /// bodies that the assay is about.
-Trial run_trial(const Assay& assay, const Maker& make, const Conditions& conditions, std::uint64_t trial);
+Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial);
 
 /// Estimates from these trials, each with its standard error by the bootstrap over trials: resamples of whole trials (blocks within which everything
 /// may be correlated), drawn by counter, so the same trials give the same error.  The spread of resamples is multiplied by sqrt(n/(n - 1)), which
@@ -94,9 +94,9 @@ std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Tria
 
 /// Looks at the first whole rounds of these trials, in order, until they are enough; what comes after them changes nothing.  So trials may be run in
 /// any order and in any number at a time.  Throws an input Error for a goal that cannot be, or trials of other lengths than each other.
-Judgement judge(const Assay& assay, std::span<const Trial> trials, const Goal& goal);
+StoppingDecision judge(const Assay& assay, std::span<const Trial> trials, const Goal& goal);
 
 /// All of it, one trial after the other.
-Measurement carry_out(const Assay& assay, const Maker& make, const Conditions& conditions, const Goal& goal);
+Measurement carry_out(const Assay& assay, const SystemFactory& make, const Conditions& conditions, const Goal& goal);
 
 }  // namespace drover::calibrate

@@ -1,11 +1,11 @@
 // calibrate/catalogue.hpp: all assays there are.
 #pragma once
-#include "drover/calibrate/compressibility.hpp"
 #include "drover/calibrate/damping.hpp"
 #include "drover/calibrate/drag.hpp"
 #include "drover/calibrate/propulsion.hpp"
 #include "drover/calibrate/relaxation.hpp"
 #include "drover/calibrate/shear.hpp"
+#include "drover/calibrate/stiffness.hpp"
 #include "drover/calibrate/weathercock.hpp"
 
 namespace drover::calibrate {
@@ -18,7 +18,7 @@ struct Plans {
     DampingPlan damping;
     ShearPlan shear;
     PropulsionPlan propulsion;
-    CompressibilityPlan compressibility;
+    CompressibilityPlan stiffness;
 };
 
 /// visit(name, sentence, plan) for each, in the order of the assays.
@@ -30,7 +30,7 @@ void for_plans(AnyPlans& plans, Visit visit) {
     visit("damping", "Flow of the beads that the plates stop: Gamma/(m rho).", plans.damping);
     visit("shear", "Waves of the beads' velocity that decay: eta/(m rho).", plans.shear);
     visit("propulsion", "Rods that swim: u.", plans.propulsion);
-    visit("compressibility", "Beads that are pushed together: E.", plans.compressibility);
+    visit("stiffness", "Beads that are pushed together: E.", plans.stiffness);
 }
 
 /// One of each, in this order.  Throws an input Error for a plan that cannot be.

@@ -18,7 +18,7 @@ const char* convention_name(Convention convention);
 
 /// Where alpha/Gamma overtakes a/lambda as the area fraction of beads grows.
 struct Crossing {
-    double bead_fraction = 0.0;  ///< not-a-number: nowhere in the table
+    double bead_fraction = 0.0;  ///< not-a-number: no_location in the table
     double error = 0.0;  ///< standard deviation of it in tables redrawn within their errors; not-a-number without
     double share = 0.0;  ///< of redrawn tables that cross at all
     bool above_all =

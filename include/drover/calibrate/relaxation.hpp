@@ -7,10 +7,10 @@ namespace drover::calibrate {
 
 /// Times of a trial.
 struct RelaxationPlan {
-    double warm_up = 1.0;   ///< [s] >= 0
-    double frame = 0.025;   ///< between looks [s]; whole periods of the plates, which tilt rods at their own frequency
-    double time = 6.0;      ///< followed [s]
-    double lag_most = 2.0;  ///< [s], less than `time`; some 0.5/a, or what there is time for
+    double warm_up = 1.0;  ///< [s] >= 0
+    double frame = 0.025;  ///< between looks [s]; whole periods of the plates, which tilt rods at their own frequency
+    double time = 6.0;     ///< followed [s]
+    double max_lag = 2.0;  ///< [s], less than `time`; some 0.5/a, or what there is time for
 };
 
 /// a of the equations, from the directions theta of all rods:

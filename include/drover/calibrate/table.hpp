@@ -22,19 +22,19 @@ inline constexpr int origin_count = 5;
 const char* origin_name(Origin origin);
 
 /// One coefficient at one point.
-struct Known {
+struct TableEntry {
     double value = 0.0;  ///< not-a-number when refused
     double error = 0.0;  ///< standard error; 0 for what is set, not-a-number when refused
     int trials = 0;      ///< behind it; of several, the fewest
     Origin origin = Origin::refused;
-    std::string remark = {};  ///< a verdict, a shortfall, a refusal; may be empty
+    std::string remark = {};  ///< a diagnosis, a unmet_target, a refusal; may be empty
 };
 
 /// One coefficient over the table.
 struct TableRow {
     std::string name, unit, formula;
-    bool by_rods = false;      ///< whether it depends on the area fraction of rods
-    std::vector<Known> known;  ///< [varied][bead] or [varied][bead][rod], the last fastest
+    bool by_rods = false;           ///< whether it depends on the area fraction of rods
+    std::vector<TableEntry> known;  ///< [varied][bead] or [varied][bead][rod], the last fastest
 };
 
 struct Table {
@@ -55,13 +55,13 @@ std::string point_text(const Table& table, bool by_rods, std::size_t place);
 /// Index of a value of the varied key; 0 where the table varies none.  Throws an input Error at `where`, which calls it `name`, for a value
 /// that is not one of the table's, none where the table varies a key, or one where it varies none.
 std::size_t varied_place(const Table& table, const std::optional<double>& value, const std::string& name,
-                         const Where& where);
+                         const SourceLocation& where);
 
 const TableRow* find_row(const Table& table, const std::string& name);
 
 /// Throws an input Error, at `where`, unless axes ascend within 0 to 1, rows are as long as they must be, numbers finite where they are not
 /// refused, and errors not negative.
-void check(const Table& table, const Where& where = {});
+void check(const Table& table, const SourceLocation& where = {});
 
 /// Adds what follows from the rows that are there, where all it needs is there: Gamma, eta, a/lambda, g = lambda_s alpha/(Gamma D_r); and, for the
 /// current p = sigma u P, alpha, lambda and the closures of field_number(), with zeros for w, A, F and zeta, and for E where its assay was

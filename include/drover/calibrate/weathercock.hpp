@@ -8,13 +8,13 @@ namespace drover::calibrate {
 /// Speeds and times of a trial.
 struct WeathercockPlan {
     std::vector<double> speeds = {1.0, 2.0, 5.0, 10.0};  ///< of the beads [mm/s] > 0, ascending
-    double distance = 6.0;     ///< that the flow goes while rods turn [mm]: at most some 1/lambda_s
-    double window_most = 1.5;  ///< that it takes [s]: slow flows go less far
-    double torque = 2e4;       ///< holds rods athwart before [mg mm^2/s^2]; more than the flow's
-    double warm_up = 1.0;      ///< once [s]
-    double align = 0.5;        ///< before each release [s]
-    double settle = 0.05;      ///< after it, for the angular velocity to become that of the flow [s]
-    double frame = 0.025;      ///< most between looks [s]
+    double distance = 6.0;    ///< that the flow goes while rods turn [mm]: at most some 1/lambda_s
+    double max_window = 1.5;  ///< that it takes [s]: slow flows go less far
+    double torque = 2e4;      ///< holds rods athwart before [mg mm^2/s^2]; more than the flow's
+    double warm_up = 1.0;     ///< once [s]
+    double align = 0.5;       ///< before each release [s]
+    double settle = 0.05;     ///< after it, for the angular velocity to become that of the flow [s]
+    double frame = 0.025;     ///< most between looks [s]
 };
 
 /// lambda_s of one rod, and lambda = lambda_s/2 of the equations, of either sign (positive: rods turn along the flow).  An overdamped rod in a flow v
@@ -22,7 +22,7 @@ struct WeathercockPlan {
 /// All rods are held along x by an orienting torque while the mean velocity of the beads is held along y; the torque goes, the flow stays.  Then,
 /// whatever noise that does not know of left and right, and for any spread of directions,
 ///     <theta(t) - theta(0)> = lambda_s v int_0^t <cos theta> ds:
-/// no rotational diffusion enters, and a window longer than the initial turn is used.  Windows are distance/v long, at most window_most.  Each speed is taken with the flow to
+/// no rotational diffusion enters, and a window longer than the initial turn is used.  Windows are distance/v long, at most max_window.  Each speed is taken with the flow to
 /// either side and the mean of the mirror pair is used, which has no drift.  lambda_s is from all speeds: the
 /// squares of the errors of theta - theta(0) go as the length t of the window and what is sought as v t, so speeds have weights v.
 /// Linearity: lambda_s(v) = lambda_0 [1 + (x - 1) ln v], weights v: the turning rate goes as v^x near x = 1.

@@ -34,7 +34,7 @@ struct Bodies {
 
 /// How many of each a setup asks, and their shapes: bodies at rest at the origin, for a packing to place.  The diameters of a mixture are dealt
 /// out in their parts as exactly as whole numbers allow; the sizes of rods are drawn from the seed.  Throws an input Error when a shape cannot be.
-Bodies make_bodies(const Setup& setup, std::uint64_t seed, const PlaceOf& place = nowhere);
+Bodies make_bodies(const Setup& setup, std::uint64_t seed, const LocationOf& place = no_location);
 
 /// Area of the cell in the plane [mm^2].
 double area(const Cell& cell);

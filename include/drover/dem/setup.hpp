@@ -90,9 +90,9 @@ struct ContactControl {
     double slow = 0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
     double substep =
         2e-5;  ///< least time between two impacts of a rod on the plates [s]; shorter ones are taken together
-    double together = 1e-5;      ///< gaps below this act in one impact [mm]
-    double skin = 0.25;          ///< of the neighbour list [mm]
-    double overlap_most = 0.02;  ///< of a radius; beyond it the run stops
+    double together = 1e-5;     ///< gaps below this act in one impact [mm]
+    double skin = 0.25;         ///< of the neighbour list [mm]
+    double max_overlap = 0.02;  ///< of a radius; beyond it the run stops
 };
 
 /// The bodies at the start.
@@ -117,7 +117,7 @@ struct Setup {
 };
 
 /// Throws an input Error, at the place of its key, for what cannot be.
-void check(const Setup& setup, const PlaceOf& place = nowhere);
+void check(const Setup& setup, const LocationOf& place = no_location);
 
 }  // namespace drover::dem
 

@@ -27,11 +27,11 @@ struct Shape {
 /// The union of spheres, which need not overlap.  Mass, centre and inertia are exact: along the axis the radius of the solid is that of the
 /// widest sphere, r^2 = R_i^2 - (z - z_i)^2, and between the places where two are alike every integral is elementary.
 /// Throws an input Error for no sphere, a radius that is not positive or a mass of zero.
-Shape make_shape(std::vector<AxisSphere> spheres, const Where& where = {});
+Shape make_shape(std::vector<AxisSphere> spheres, const SourceLocation& where = {});
 
 /// Equally spaced spheres, tail to head, of one density [mg/mm^3] and a length from tip to tip [mm]; a single one: a ball of its diameter.
-Shape make_rod(const std::vector<double>& diameters, double length, double density, const Where& where = {});
+Shape make_rod(const std::vector<double>& diameters, double length, double density, const SourceLocation& where = {});
 
-Shape make_ball(double diameter, double density, const Where& where = {});
+Shape make_ball(double diameter, double density, const SourceLocation& where = {});
 
 }  // namespace drover::dem

@@ -13,7 +13,7 @@ namespace drover::dem {
 
 /// Where the energy of the bodies came from and went, since the start [mg mm^2/s^2].  The kinetic energy now is that at the start plus the sum
 /// of all of these.
-struct Ledger {
+struct EnergyBalance {
     double gravity = 0.0;   ///< work of gravity
     double plates = 0.0;    ///< work of the moving base and lid on the bodies
     double forces = 0.0;    ///< work of the other forces on bodies, the torque and the control of the mean velocity
@@ -21,9 +21,10 @@ struct Ledger {
     double impact = 0.0;    ///< lost in the direction of the normals, <= 0
     double friction = 0.0;  ///< lost to friction, <= 0
 };
-inline constexpr double Ledger::*ledger_parts[] = {&Ledger::gravity, &Ledger::plates, &Ledger::forces,
-                                                   &Ledger::kicks,   &Ledger::impact, &Ledger::friction};
-double sum(const Ledger& ledger);
+inline constexpr double EnergyBalance::*balance_parts[] = {&EnergyBalance::gravity, &EnergyBalance::plates,
+                                                           &EnergyBalance::forces,  &EnergyBalance::kicks,
+                                                           &EnergyBalance::impact,  &EnergyBalance::friction};
+double sum(const EnergyBalance& balance);
 
 /// Impacts that approach slower than this are not counted [mm/s]: bodies that stay together hop at the rate of the steps.
 inline constexpr double counted_speed = 1.0;
@@ -61,12 +62,12 @@ class World {
 public:
     /// `threads` must outlive it.  Throws an input Error when the setup cannot be, and a run Error for a body that is at no finite place.
     World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
-          const PlaceOf& place = nowhere);
+          const LocationOf& place = no_location);
     World(World&&) noexcept;
     ~World();
 
     /// From step dt to (step + 1) dt.  Throws a run Error that names pair, overlap, speed and step when two bodies come to overlap by more than
-    /// contacts.overlap_most of a radius, or a body leaves the finite numbers.
+    /// contacts.max_overlap of a radius, or a body leaves the finite numbers.
     void advance(std::int64_t step);
 
     /// What acts on bodies from now on.  Forces are no part of the state: set them before restore().  Throws an input Error for what cannot be.
@@ -76,7 +77,7 @@ public:
     const Setup& setup() const;
     double dt() const;
     double energy_kinetic() const;  ///< [mg mm^2/s^2]
-    Ledger ledger() const;
+    EnergyBalance balance() const;
     Counts counts() const;
     Overlap worst_overlap() const;
 

@@ -59,8 +59,8 @@ struct SweepPlan {
 struct StabilityPlan {
     int wavenumbers = 96;   ///< of the map, evenly by their logarithm
     int angles = 46;        ///< of the map, from along p0 to across it
-    double least = 0.0;     ///< |q| [1/mm]; 0: a thousandth of the cell's longest wave
-    double most = 0.0;      ///< |q| [1/mm]; 0: the shortest wave of the grid
+    double min_wavenumber = 0.0;   ///< |q| [1/mm]; 0: a thousandth of the cell's longest wave
+    double max_wavenumber = 0.0;    ///< |q| [1/mm]; 0: the shortest wave of the grid
     double sound = 0.0;     ///< |q| of the dynamic structure factor [1/mm]; 0: the cell's longest wave
     int frequencies = 241;  ///< of the dynamic structure factor
 };
@@ -84,8 +84,8 @@ struct CalibrationPlan {
     std::vector<std::string> assays;          ///< names; empty: all
     double relative_error = 0.1;              ///< of every wanted quantity
     int round = 16;                           ///< trials between looks
-    int trials_most = 512;                    ///< of one assay at one point
-    double failed_most = 0.1;                 ///< part of the trials that may fail
+    int max_trials = 512;                     ///< of one assay at one point
+    double max_failed = 0.1;                  ///< part of the trials that may fail
     int single_rods = 1;                      ///< rods in the cell of an assay of single rods
     int workers = 0;                          ///< 0: the cores the process may use
 };
@@ -107,8 +107,8 @@ enum class SceneKind { fields, particles };
 
 struct Scene {
     SceneKind kind = SceneKind::fields;
-    std::string file;                     ///< where it came from, for messages
-    std::map<std::string, Where> places;  ///< of the keys that were given: "time.dt"
+    std::string file;                              ///< where it came from, for messages
+    std::map<std::string, SourceLocation> places;  ///< of the keys that were given: "time.dt"
     physics::Model model;  // of fields, as are grid, dealiasing, initial, stability boundary and calibrated
     numerics::Grid grid;
     physics::Dealiasing dealiasing;
@@ -133,7 +133,7 @@ void require_kind(const Scene& scene, SceneKind kind, const std::string& command
 bool is_from_table(const Scene& scene, const std::string& key);
 
 /// Where a key was given, or the scene's file when it holds its default.
-Where place_of(const Scene& scene, const std::string& key);
+SourceLocation location_of(const Scene& scene, const std::string& key);
 
 /// Throws an input Error, at its place, when keys do not fit each other.
 void check(const Scene& scene);
@@ -148,7 +148,7 @@ struct ModelNumber {
     std::function<double&(physics::Model&)> in;
 };
 /// Throws an input Error at `where`, with "did you mean", when no number of the model is called so.
-ModelNumber model_number(const std::string& key, const Where& where);
+ModelNumber model_number(const std::string& key, const SourceLocation& where);
 
 /// Reads a scene file, then "section.key=value" of each override.  Throws an input Error with file:line:column and a remedy.
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {});
@@ -162,7 +162,7 @@ std::string resolved_text(const Scene& scene);
 /// All that scenes may say; of one kind, with its defaults.
 struct SectionDescription {
     std::string name;
-    std::string sentence;
+    std::string doc;
     std::vector<Description> rows;
     std::string kind;  ///< of the scenes that it belongs to: "fields", "particles", "" for both
 };

@@ -39,7 +39,7 @@ std::size_t frame_count(const ArchiveReader& archive);
 /// Places `bodies` as they stand in a frame, which must be of bodies of the same number and shapes.  Throws an input Error at `where`, which
 /// starts with `what`, the words for the file.
 void read_bodies(const ArchiveReader& archive, std::size_t frame, dem::Bodies& bodies, const std::string& what,
-                 const Where& where);
+                 const SourceLocation& where);
 
 /// The box about a cell, centred on its middle: sides [mm], and whether it goes on beyond them.
 struct Box {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/campaign.hpp"
+#include "drover/calibrate/trial_set.hpp"
 
 namespace drover::io {
 
@@ -43,7 +43,7 @@ calibrate::Attempt attempt_of(const std::string& bytes);
 /// A folder for files of trials that belong together, which a text says what they depend on: kept there as `name`, below a line that says which drover made
 /// it.  Makes the folder.  Throws an input Error, which says what differs, when it is not empty and holds another text or none.
 /// Gives the line of the drover that made it.
-std::string claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& maker,
+std::string claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
                          const std::string& content);
 
 /// 64 bits of a text.

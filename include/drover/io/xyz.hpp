@@ -26,7 +26,7 @@ std::size_t write_xyz(const ArchiveReader& archive, const std::string& name, con
 /// What an extended XYZ file holds.
 struct XyzInfo {
     std::size_t frames = 0;
-    std::size_t lines_least = 0, lines_most = 0;        ///< particles of a frame
+    std::size_t min_lines = 0, max_lines = 0;           ///< particles of a frame
     std::string lattice, origin, periodic, properties;  ///< of the first frame
     std::vector<double> times;                          ///< of the frames that tell one
 };

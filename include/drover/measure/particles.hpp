@@ -79,7 +79,7 @@ struct ParticleMoment {
     const ParticleSetting& setting;
     const dem::Bodies& bodies;
     double time = 0.0;  ///< [s]
-    const dem::Ledger& ledger;
+    const dem::EnergyBalance& balance;
     const dem::Counts& counts;
     double energy_kinetic = 0.0;  ///< [mg mm^2/s^2]
     BeadMeans beads = bead_means(setting, bodies);

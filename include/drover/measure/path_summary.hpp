@@ -14,7 +14,7 @@ struct Paths {
     std::size_t frames = 0, added = 0;              ///< that will come, and that came
     std::vector<std::vector<double>> angles;        ///< of each rod, direction of n in the plane from x [rad]
     std::vector<Path> rods;                         ///< centres of mass, not wrapped [mm]
-    std::vector<std::size_t> followed;              ///< which beads, at most beads_followed_most
+    std::vector<std::size_t> followed;              ///< which beads, at most max_beads_followed
     std::vector<double> before;                     ///< x and y of these in the frame before [mm]
     std::vector<std::vector<double>> sums, counts;  ///< [unit][1] of squared displacements [mm^2]
 };

@@ -28,8 +28,8 @@ struct Samples {
 };
 
 inline constexpr double autocorrelation_times_per_block = 10.0;
-inline constexpr std::size_t blocks_least = 8;
-inline constexpr std::size_t blocks_most = 64;
+inline constexpr std::size_t min_blocks = 8;
+inline constexpr std::size_t max_blocks = 64;
 
 /// A series whose spread is below this part of its largest value is constant: a conserved total, known to rounding.
 inline constexpr double rounding_spread = 1e-12;

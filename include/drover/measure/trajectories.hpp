@@ -27,16 +27,16 @@ struct Trajectory {
 };
 
 /// Follows all rods and at most this many of the beads, spread over their list.
-inline constexpr std::size_t beads_followed_most = 2000;
+inline constexpr std::size_t max_beads_followed = 2000;
 
 /// Adds a snapshot.  Throws an input Error when the times are not equally spaced (to 1e-6 of the spacing) or the number of bodies changed.
 void add_snapshot(Trajectory& trajectory, double time, const dem::Bodies& bodies);
 
-/// Errors here come from units taken as independent: bodies when there are units_least or more of them, else stretches of time of each body, at
-/// least units_least altogether.  In a flock rods are not independent: such errors are too small there; use runs of different seeds.  Each
+/// Errors here come from units taken as independent: bodies when there are min_units or more of them, else stretches of time of each body, at
+/// least min_units altogether.  In a flock rods are not independent: such errors are too small there; use runs of different seeds.  Each
 /// estimate is the jackknife over units; `blocks` is their number: (mean - truth)/error is Student's t of blocks - 1 degrees.  No error, and a
 /// refusal, when there are fewer than two units.
-inline constexpr std::size_t units_least = 16;
+inline constexpr std::size_t min_units = 16;
 
 /// C(t) = <cos(theta(t0 + t) - theta(t0))> over all rods and all origins t0.
 struct RotationalCorrelation {
@@ -46,9 +46,9 @@ struct RotationalCorrelation {
     double unit_time = 0.0;                         ///< of origins in the shortest unit [s]
     bool by_time = false;                           ///< units are stretches of time
 };
-/// Angles of each rod [rod][time], wrapped or not, of any lengths (a rod alone, started many times, is as many rods); lags 0 to lags_most or the longest there is.
+/// Angles of each rod [rod][time], wrapped or not, of any lengths (a rod alone, started many times, is as many rods); lags 0 to max_lags or the longest there is.
 RotationalCorrelation rotational_correlation(std::span<const std::vector<double>> angles, double spacing,
-                                             std::size_t lags_most);
+                                             std::size_t max_lags);
 
 /// Between which lags C(t) is fitted.
 struct RotationFit {
@@ -94,7 +94,7 @@ struct Displacement {
     std::vector<Estimate> values;  ///< <|r(t0 + t) - r(t0)|^2>
 };
 /// Of paths of one length.  `about_mean`: of each body beside the mean of all of them, for beads that flow.
-Displacement mean_square_displacement(std::span<const Path> bodies, double spacing, std::size_t lags_most,
+Displacement mean_square_displacement(std::span<const Path> bodies, double spacing, std::size_t max_lags,
                                       bool about_mean = false);
 
 /// Density of values in equal bins between the least and the largest: sum of density times width is 1.

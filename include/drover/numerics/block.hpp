@@ -6,7 +6,7 @@
 
 namespace drover::numerics {
 
-inline constexpr int block_most = 4;
+inline constexpr int max_block = 4;
 
 /// A square matrix of at most 4 rows, row by row.
 struct Block {
@@ -16,7 +16,7 @@ struct Block {
     double operator()(int i, int j) const { return values[static_cast<std::size_t>(i * size + j)]; }
 
     int size = 0;
-    std::array<double, block_most * block_most> values{};
+    std::array<double, max_block * max_block> values{};
 };
 
 /// phi_0 = exp, phi_k(z) = sum_n z^n / (n + k)!, of the matrix z = m * dt.

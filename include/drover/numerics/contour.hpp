@@ -30,7 +30,7 @@ struct ContourOptions {
     double finest = 1e-8;         ///< shortest edge of the mesh, >= 4e-9: reached at cusps, double points and corners
     double root = 1e-12;          ///< error of a vertex along the mesh edge that the line crosses; 1e-15 to finest/100
     double verge = 1.0 / 1024.0;  ///< >= 2 finest: a line ends no farther than this from where f is not defined
-    double noise = 0.0;           ///< error of f, >= 0: the mesh is not refined where |f| is nowhere above 3 noise
+    double noise = 0.0;           ///< error of f, >= 0: the mesh is not refined where |f| is no_location above 3 noise
     std::size_t evaluations = 1'000'000;  ///< beyond these the mesh is not refined: see Contour::complete
 };
 

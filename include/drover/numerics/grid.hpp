@@ -43,7 +43,7 @@ inline Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t r
 bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row);
 
 /// Throws an input Error unless the grid is one: even sizes >= 4, positive finite sides.
-void check(const Grid& grid, const PlaceOf& place = nowhere);
+void check(const Grid& grid, const LocationOf& place = no_location);
 
 }  // namespace drover::numerics
 

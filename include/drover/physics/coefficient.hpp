@@ -17,7 +17,7 @@ struct Monomial {
 };
 
 /// "-0.5 rho sigma^2" as a Monomial.  Throws an input Error at `where` with what it expected.
-Monomial read_monomial(const std::string& written, const Where& where);
+Monomial read_monomial(const std::string& written, const SourceLocation& where);
 
 /// A coefficient as a function of the bead density rho and the rod density sigma: constant + monomials, or a table.
 class Coefficient {

@@ -23,7 +23,7 @@ struct InitialState {
 
 /// Throws an input Error, at its place, for a field, a mode or a kind that the model and grid do not have.
 void check(const InitialState& initial, const Model& model, const numerics::Grid& grid,
-           const Dealiasing& dealiasing = {}, const PlaceOf& place = nowhere);
+           const Dealiasing& dealiasing = {}, const LocationOf& place = no_location);
 
 /// The fields of every kind but "file": the uniform state and the perturbation.  Random: independent normal numbers of the
 /// given deviation in each cell of each field, the means of the densities unchanged.  Throws as check().

@@ -15,7 +15,7 @@ struct SlowMode {
     std::complex<double> speed;  ///< u [mm/s]; an imaginary part above 0 grows as q
     std::complex<double>
         damping;  ///< gamma [mm^2/s]; a real part below 0 grows as q^2.  Not-a-number at a defective u.
-    Eigen::Matrix<std::complex<double>, places, 1>
+    Eigen::Matrix<std::complex<double>, FieldIndex::count, 1>
         shape;  ///< as in Symbol, of length 1 after each field is divided by its unit
 };
 
@@ -23,7 +23,7 @@ struct SlowMode {
 /// of second degree, c and s cosine and sine of the angle of q.  As many slow modes as the state has conserved densities, one more for the
 /// free direction of a flock, two for the momentum of beads that nothing holds back.
 struct LongWaves {
-    using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, places, places>;
+    using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, FieldIndex::count, FieldIndex::count>;
     Small speed_x, speed_y;                    ///< U
     Small damping_xx, damping_yy, damping_xy;  ///< -D = D_xx c^2 + D_yy s^2 + D_xy c s
     Small left;             ///< its duals, a row each: what a push on the fields does to the slow modes

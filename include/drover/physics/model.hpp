@@ -28,7 +28,7 @@ struct Model {
     Drag drag;
     Viscosity viscosity;
     Driving driving;
-    Compressibility compressibility;
+    Stiffness stiffness;
     Relaxation relaxation;
     Elasticity elasticity;
     Weathercock weathercock;
@@ -45,7 +45,7 @@ Form form(const Model& model);
 
 /// Throws an input Error, at its place, for coefficients that cannot be: of fields that the model does not have, a polynomial that
 /// is none, a table that does not fit, a velocity that nothing holds back.
-void check(const Model& model, const PlaceOf& place = nowhere);
+void check(const Model& model, const LocationOf& place = no_location);
 
 struct Term;
 

@@ -10,7 +10,7 @@ namespace drover::physics {
 
 /// Smallest and largest densities on the grid; infinite where the form has no such field or nothing read it.
 struct Extremes {
-    double bead_least, bead_most, rod_least, rod_most;
+    double min_bead, max_bead, min_rod, max_rod;
 };
 
 /// What one evaluation costs.

@@ -12,8 +12,9 @@
 namespace drover::physics {
 
 /// At most `places` numbers, or columns of them.
-using ModeRates = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, 0, places, 1>;
-using ModeShapes = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, places, places>;
+using ModeRates = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, 0, FieldIndex::count, 1>;
+using ModeShapes =
+    Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, FieldIndex::count, FieldIndex::count>;
 
 /// The places of a Symbol that a form's fields take, in order: as many modes as there are.
 std::vector<int> places_of(const Form& form);
@@ -61,15 +62,15 @@ struct Instability {
     std::string name;
     double rate = 0.0, frequency = 0.0;  ///< Re s, -Im s [1/s]
     double q = 0.0, angle = 0.0;         ///< [1/mm], [rad]; q = 0: without a wave
-    double least = 0.0, most = 0.0;      ///< at this angle waves grow between these [1/mm]; infinite: beyond the search
+    double min = 0.0, max = 0.0;      ///< at this angle waves grow between these [1/mm]; infinite: beyond the search
     bool at_longest = false;             ///< the longer the wave the faster it grows, down to the smallest |q| searched
     bool at_shortest = false;            ///< still growing faster where the search ends: the model has no shortest wave
 };
 
-/// What grows on a state, fastest first; empty: it is stable against waves from least to most.  Searched on `wavenumbers` |q|, evenly by
+/// What grows on a state, fastest first; empty: it is stable against waves from min to max.  Searched on `wavenumbers` |q|, evenly by
 /// their logarithm, at 46 angles, every maximum then refined.
 struct Search {
-    double least = 1e-4, most = 1e2;  ///< |q| [1/mm]
+    double min = 1e-4, max = 1e2;  ///< |q| [1/mm]
     int wavenumbers = 96;
 };
 std::vector<Instability> instabilities(const Equations& equations, const StationaryState& about, const Search& search);

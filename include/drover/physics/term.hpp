@@ -12,11 +12,21 @@
 namespace drover::physics {
 
 /// Places in a Symbol, whatever the form.
-enum Place { at_beads, at_rods, at_velocity_x, at_velocity_y, at_order_x, at_order_y, places };
+struct FieldIndex {
+    enum Value : int {
+        bead_density,
+        rod_density,
+        bead_velocity_x,
+        bead_velocity_y,
+        polar_order_x,
+        polar_order_y,
+        count
+    };
+};
 
 /// d/dt of small deviations ~ exp(i q.r) from a uniform state: rates = symbol * deviations.  The velocity rows hold forces on the
 /// beads [mg/(mm^2 s^2)...], before what they have to move is divided out.
-using Symbol = Eigen::Matrix<std::complex<double>, places, places>;
+using Symbol = Eigen::Matrix<std::complex<double>, FieldIndex::count, FieldIndex::count>;
 
 /// Fields at some points of the grid; null where not needed.
 template <class Number>

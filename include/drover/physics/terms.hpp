@@ -50,7 +50,7 @@ struct Driving {
 };
 
 /// Pressure on the beads: -E grad rho - F grad sigma.
-struct Compressibility {
+struct Stiffness {
     double beads = 0.0;  ///< E [mg mm^2/s^2]
     double rods = 0.0;   ///< F [mg mm^2/s^2]
 };
@@ -141,7 +141,7 @@ const std::vector<Row<physics::Viscosity>>& schema<physics::Viscosity>();
 template <>
 const std::vector<Row<physics::Driving>>& schema<physics::Driving>();
 template <>
-const std::vector<Row<physics::Compressibility>>& schema<physics::Compressibility>();
+const std::vector<Row<physics::Stiffness>>& schema<physics::Stiffness>();
 template <>
 const std::vector<Row<physics::Relaxation>>& schema<physics::Relaxation>();
 template <>

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/campaign.hpp"
 #include "drover/calibrate/table.hpp"
+#include "drover/calibrate/trial_set.hpp"
 #include "drover/io/archive.hpp"
 #include "drover/io/scene.hpp"
 
@@ -59,7 +59,7 @@ struct CalibrationOutcome {
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options);
 
 /// The table of what has been found so far, with the derived rows.
-calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::Campaign>& campaigns);
+calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& campaigns);
 
 /// For people: a line a point, then remarks.
 std::string calibration_text(const calibrate::Table& table);

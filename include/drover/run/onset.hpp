@@ -11,7 +11,7 @@ namespace drover::run {
 /// Curves at the nodes of the table, crossings of both conventions, and the line.
 std::string onset_text(const calibrate::Onset& onset, const calibrate::Table& table);
 
-/// "from Phi_b = 0.43 +- 0.03; ...", "from the least area fraction of beads on; ...", "nowhere in the table; ...", with how many redrawn tables cross.
+/// "from Phi_b = 0.43 +- 0.03; ...", "from the least area fraction of beads on; ...", "no_location in the table; ...", with how many redrawn tables cross.
 std::string crossing_text(const calibrate::Crossing& crossing);
 
 /// Groups /curves (by rod_fraction, bead_fraction) and /line (by rod_fraction).

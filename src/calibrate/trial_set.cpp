@@ -1,5 +1,5 @@
-// calibrate/campaign.cpp: looks after whole rounds of attempts, in the order of their numbers.
-#include "drover/calibrate/campaign.hpp"
+// calibrate/trial_set.cpp: looks after whole rounds of attempts, in the order of their numbers.
+#include "drover/calibrate/trial_set.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,14 +8,14 @@
 
 namespace drover::calibrate {
 
-Campaign::Campaign(Assay assay, const Goal& goal, double failed_most)
-    : assay_(std::move(assay)), goal_(goal), failed_most_(failed_most), look_(goal.round * goal.rounds_least) {
+TrialSet::TrialSet(Assay assay, const Goal& goal, double max_failed)
+    : assay_(std::move(assay)), goal_(goal), failed_most_(max_failed), look_(goal.round * goal.min_rounds) {
     judge(assay_, {}, goal_);  // refuses a goal that cannot be
-    require(failed_most >= 0.0 && failed_most < 1.0, {}, "a part of {} of the trials may fail; expected 0 to below 1",
-            failed_most);
+    require(max_failed >= 0.0 && max_failed < 1.0, {}, "a part of {} of the trials may fail; expected 0 to below 1",
+            max_failed);
 }
 
-void Campaign::add(Attempt attempt) {
+void TrialSet::add(Attempt attempt) {
     const std::uint64_t number = attempt.number;
     attempts_.emplace(number, std::move(attempt));
     while (!ended() && attempts_.contains(taken_)) {
@@ -26,16 +26,16 @@ void Campaign::add(Attempt attempt) {
     }
 }
 
-std::optional<Measurement> Campaign::so_far() const {
+std::optional<Measurement> TrialSet::so_far() const {
     Goal goal = goal_;
     const std::size_t rounds = good_.size() / goal.round;
-    if (ended() || rounds < goal.rounds_least) return {};
-    goal.rounds_least = rounds;
-    goal.trials_most = rounds * goal.round;
+    if (ended() || rounds < goal.min_rounds) return {};
+    goal.min_rounds = rounds;
+    goal.max_trials = rounds * goal.round;
     return judge(assay_, good_, goal).measurement;
 }
 
-void Campaign::look() {
+void TrialSet::look() {
     const double tried = static_cast<double>(taken_), failed = static_cast<double>(failed_);
     const double allowed = failed_most_ * tried;
     const auto refuse = [&] {
@@ -46,9 +46,9 @@ void Campaign::look() {
     if (failed > allowed + 2.0 * std::sqrt(allowed)) return refuse();
     // A look that was in vain need not be taken again.
     Goal goal = goal_;
-    goal.rounds_least = std::max(goal_.rounds_least, judged_ + 1);
-    if (good_.size() >= goal.round * goal.rounds_least) {
-        Judgement judgement = judge(assay_, good_, goal);
+    goal.min_rounds = std::max(goal_.min_rounds, judged_ + 1);
+    if (good_.size() >= goal.round * goal.min_rounds) {
+        StoppingDecision judgement = judge(assay_, good_, goal);
         judged_ = good_.size() / goal.round;
         if (judgement.measurement && failed > allowed) return refuse();
         measurement_ = std::move(judgement.measurement);

@@ -1,8 +1,8 @@
 #!/bin/bash
-# tests/house/bare-debian.sh: proves that a bare Debian 12, with git and make only, gets from a clone to the demo's
+# tests/architecture/bare-debian.sh: proves that a bare Debian 12, with git and make only, gets from a clone to the demo's
 # figure and through the tests.
 #
-#   tests/house/bare-debian.sh [BASE]
+#   tests/architecture/bare-debian.sh [BASE]
 #
 # Needs root.  BASE: a minimal Debian 12 tree (debootstrap --variant=minbase --include=git,make bookworm BASE) to copy;
 # without it one is made by debootstrap from its own mirror, or from $MIRROR.  Works on the last commit of

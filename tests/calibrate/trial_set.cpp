@@ -1,5 +1,5 @@
-// tests/calibrate/campaign.cpp: trials in any order, some of which fail, come to the same end.
-#include "drover/calibrate/campaign.hpp"
+// tests/calibrate/trial_set.cpp: trials in any order, some of which fail, come to the same end.
+#include "drover/calibrate/trial_set.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ Assay mean_of_one() {
             .conclude = {}};
 }
 
-constexpr Goal goal{.relative_error = 0.02, .round = 8, .trials_most = 200};
+constexpr Goal goal{.relative_error = 0.02, .round = 8, .max_trials = 200};
 
 /// Trial `number` of a quantity 10 +- 1.
 Attempt good(std::uint64_t number) {
@@ -34,28 +34,28 @@ Attempt good(std::uint64_t number) {
 Attempt bad(std::uint64_t number) { return {.number = number, .numbers = {}, .failure = "a sphere is lost"}; }
 
 /// Gives what is wanted, the last first, until it has ended.
-Campaign carried_out(const std::function<Attempt(std::uint64_t)>& make, double failed_most, bool backwards) {
-    Campaign campaign(mean_of_one(), goal, failed_most);
+TrialSet carried_out(const std::function<Attempt(std::uint64_t)>& make, double max_failed, bool backwards) {
+    TrialSet trial_set(mean_of_one(), goal, max_failed);
     std::uint64_t given = 0;
-    while (!campaign.ended()) {
+    while (!trial_set.ended()) {
         std::vector<std::uint64_t> numbers;
-        for (; given < campaign.wanted(); ++given) numbers.push_back(given);
+        for (; given < trial_set.wanted(); ++given) numbers.push_back(given);
         EXPECT_FALSE(numbers.empty());
         if (numbers.empty()) break;
         if (backwards) std::reverse(numbers.begin(), numbers.end());
-        for (const std::uint64_t number : numbers) campaign.add(make(number));
+        for (const std::uint64_t number : numbers) trial_set.add(make(number));
     }
-    return campaign;
+    return trial_set;
 }
 
-TEST(Campaign, ends_as_the_rule_does_on_the_trials_in_their_order) {
-    const Campaign forwards = carried_out(good, 0.0, false), backwards = carried_out(good, 0.0, true);
+TEST(TrialSet, ends_as_the_rule_does_on_the_trials_in_their_order) {
+    const TrialSet forwards = carried_out(good, 0.0, false), backwards = carried_out(good, 0.0, true);
     std::vector<Trial> trials;
     for (std::uint64_t t = 0; t < forwards.wanted(); ++t) trials.push_back(good(t).numbers);
-    const Judgement judgement = judge(mean_of_one(), trials, goal);
+    const StoppingDecision judgement = judge(mean_of_one(), trials, goal);
     ASSERT_TRUE(judgement.measurement && forwards.measurement() && backwards.measurement());
     EXPECT_TRUE(judgement.measurement->reached);
-    for (const Campaign* one : {&forwards, &backwards}) {
+    for (const TrialSet* one : {&forwards, &backwards}) {
         EXPECT_EQ(one->measurement()->trials, judgement.measurement->trials);
         EXPECT_EQ(one->wanted(), trials.size());
         EXPECT_EQ(one->measurement()->estimates[0].mean, judgement.measurement->estimates[0].mean);
@@ -63,18 +63,18 @@ TEST(Campaign, ends_as_the_rule_does_on_the_trials_in_their_order) {
     }
 }
 
-TEST(Campaign, is_not_changed_by_trials_that_nobody_wanted_or_that_come_twice) {
-    const Campaign plain = carried_out(good, 0.0, false);
-    Campaign more(mean_of_one(), goal, 0.0);
+TEST(TrialSet, is_not_changed_by_trials_that_nobody_wanted_or_that_come_twice) {
+    const TrialSet plain = carried_out(good, 0.0, false);
+    TrialSet more(mean_of_one(), goal, 0.0);
     for (std::uint64_t t = 0; t < 300; ++t) more.add(good(299 - t)), more.add(bad(299 - t));
     ASSERT_TRUE(more.measurement());
     EXPECT_EQ(more.measurement()->trials, plain.measurement()->trials);
     EXPECT_EQ(more.measurement()->estimates[0].mean, plain.measurement()->estimates[0].mean);
 }
 
-TEST(Campaign, goes_on_with_others_where_a_few_trials_fail) {
+TEST(TrialSet, goes_on_with_others_where_a_few_trials_fail) {
     const auto some = [](std::uint64_t t) { return t % 20 == 7 ? bad(t) : good(t); };
-    const Campaign forwards = carried_out(some, 0.1, false), backwards = carried_out(some, 0.1, true);
+    const TrialSet forwards = carried_out(some, 0.1, false), backwards = carried_out(some, 0.1, true);
     ASSERT_TRUE(forwards.measurement() && backwards.measurement());
     EXPECT_GT(forwards.failed(), 0u);
     EXPECT_EQ(forwards.failure(), "a sphere is lost");
@@ -88,43 +88,43 @@ TEST(Campaign, goes_on_with_others_where_a_few_trials_fail) {
     EXPECT_EQ(backwards.measurement()->estimates[0].error, forwards.measurement()->estimates[0].error);
 }
 
-TEST(Campaign, is_refused_at_once_where_most_trials_fail_and_in_the_end_where_too_many_do) {
-    const Campaign all = carried_out(bad, 0.1, false);
+TEST(TrialSet, is_refused_at_once_where_most_trials_fail_and_in_the_end_where_too_many_do) {
+    const TrialSet all = carried_out(bad, 0.1, false);
     EXPECT_EQ(all.wanted(), 16u);
     EXPECT_FALSE(all.measurement());
     EXPECT_EQ(all.refusal(), "plain: 16 of 16 trials failed; expected at most 10 %: a sphere is lost");
-    const Campaign seventh = carried_out([](std::uint64_t t) { return t % 7 == 0 ? bad(t) : good(t); }, 0.1, true);
+    const TrialSet seventh = carried_out([](std::uint64_t t) { return t % 7 == 0 ? bad(t) : good(t); }, 0.1, true);
     EXPECT_FALSE(seventh.measurement());
     EXPECT_NE(seventh.refusal().find("expected at most 10 %"), std::string::npos);
 }
 
-TEST(Campaign, keeps_what_it_has_where_the_error_asked_is_out_of_reach) {
-    Campaign campaign(mean_of_one(), {.relative_error = 1e-3, .round = 8, .trials_most = 20}, 0.0);
-    for (std::uint64_t t = 0; t < 16; ++t) campaign.add(good(t));
-    ASSERT_TRUE(campaign.measurement());
-    EXPECT_FALSE(campaign.measurement()->reached);
-    EXPECT_NE(campaign.measurement()->shortfall.find("trials would do"), std::string::npos);
+TEST(TrialSet, keeps_what_it_has_where_the_error_asked_is_out_of_reach) {
+    TrialSet trial_set(mean_of_one(), {.relative_error = 1e-3, .round = 8, .max_trials = 20}, 0.0);
+    for (std::uint64_t t = 0; t < 16; ++t) trial_set.add(good(t));
+    ASSERT_TRUE(trial_set.measurement());
+    EXPECT_FALSE(trial_set.measurement()->reached);
+    EXPECT_NE(trial_set.measurement()->unmet_target.find("trials would do"), std::string::npos);
 }
 
-TEST(Campaign, tells_what_whole_rounds_have_so_far) {
-    Campaign campaign(mean_of_one(), {.relative_error = 1e-3, .round = 8, .trials_most = 200}, 0.0);
-    for (std::uint64_t t = 0; t < 15; ++t) campaign.add(good(t));
-    EXPECT_FALSE(campaign.so_far());
-    for (std::uint64_t t = 15; t < 30; ++t) campaign.add(good(t));
-    ASSERT_TRUE(campaign.so_far());
+TEST(TrialSet, tells_what_whole_rounds_have_so_far) {
+    TrialSet trial_set(mean_of_one(), {.relative_error = 1e-3, .round = 8, .max_trials = 200}, 0.0);
+    for (std::uint64_t t = 0; t < 15; ++t) trial_set.add(good(t));
+    EXPECT_FALSE(trial_set.so_far());
+    for (std::uint64_t t = 15; t < 30; ++t) trial_set.add(good(t));
+    ASSERT_TRUE(trial_set.so_far());
     std::vector<Trial> trials;
     for (std::uint64_t t = 0; t < 24; ++t) trials.push_back(good(t).numbers);
     const std::vector<measure::Estimate> expected = estimate(mean_of_one(), trials);
-    EXPECT_EQ(campaign.so_far()->trials, 24u);
-    EXPECT_EQ(campaign.so_far()->estimates[0].mean, expected[0].mean);
-    EXPECT_EQ(campaign.so_far()->estimates[0].error, expected[0].error);
-    for (std::uint64_t t = 30; t < 200; ++t) campaign.add(good(t));
-    EXPECT_TRUE(campaign.ended() && !campaign.so_far());
+    EXPECT_EQ(trial_set.so_far()->trials, 24u);
+    EXPECT_EQ(trial_set.so_far()->estimates[0].mean, expected[0].mean);
+    EXPECT_EQ(trial_set.so_far()->estimates[0].error, expected[0].error);
+    for (std::uint64_t t = 30; t < 200; ++t) trial_set.add(good(t));
+    EXPECT_TRUE(trial_set.ended() && !trial_set.so_far());
 }
 
-TEST(Campaign, refuses_a_goal_that_cannot_be) {
-    EXPECT_THROW(Campaign(mean_of_one(), {.relative_error = 0.0}, 0.0), Error);
-    EXPECT_THROW(Campaign(mean_of_one(), goal, 1.0), Error);
+TEST(TrialSet, refuses_a_goal_that_cannot_be) {
+    EXPECT_THROW(TrialSet(mean_of_one(), {.relative_error = 0.0}, 0.0), Error);
+    EXPECT_THROW(TrialSet(mean_of_one(), goal, 1.0), Error);
 }
 
 }  // namespace

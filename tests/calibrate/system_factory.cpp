@@ -1,4 +1,4 @@
-// tests/calibrate/particle_maker.cpp: assays on the particle world itself, as small as they can be: finite, the same each time, and the right way round.
+// tests/calibrate/system_factory.cpp: assays on the particle world itself, as small as they can be: finite, the same each time, and the right way round.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,17 +22,17 @@ Conditions tiny() {
 
 /// Every assay with a trial of a tenth of a second or so.
 std::vector<Assay> brief_assays() {
-    return {relaxation({.warm_up = 0.02, .frame = 0.005, .time = 0.1, .lag_most = 0.05}),
+    return {relaxation({.warm_up = 0.02, .frame = 0.005, .time = 0.1, .max_lag = 0.05}),
             weathercock({.speeds = {5.0, 10.0}, .distance = 0.2, .warm_up = 0.02, .align = 0.01, .settle = 0.005}),
             drag({.torques = {1000.0, 10000.0}, .warm_up = 0.02, .time = 0.04, .windows = 2, .frame = 0.005}),
             damping({.warm_up = 0.02, .hold = 0.01, .time = 0.05, .frame = 0.005}),
             shear({.waves = {1, 2}, .warm_up = 0.02, .hold = 0.01, .releases = 1, .time = 0.04, .frame = 0.005}),
             propulsion({.warm_up = 0.02, .time = 0.1}),
-            compressibility({.waves = 1, .warm_up = 0.02, .settle = 0.01, .time = 0.02, .frame = 0.005})};
+            stiffness({.waves = 1, .warm_up = 0.02, .settle = 0.01, .time = 0.02, .frame = 0.005})};
 }
 
 TEST(ParticleMaker, gives_every_assay_finite_numbers_the_same_for_the_same_trial_and_others_for_another) {
-    const Maker make = particle_maker(2e-5);
+    const SystemFactory make = system_factory(2e-5);
     for (const Assay& assay : brief_assays()) {
         const Trial one = run_trial(assay, make, tiny(), 0), again = run_trial(assay, make, tiny(), 0);
         const Trial other = run_trial(assay, make, tiny(), 1);
@@ -50,19 +50,19 @@ TEST(ParticleMaker, imposes_what_is_asked_and_sees_it) {
     dem::Setup setup = tiny().setup;
     setup.packing.kind = "aligned";
     setup.forces = {.torque = 2e4, .hold_beads = true, .bead_velocity_y = 4.0};
-    const auto specimen = particle_maker(2e-5)(setup, 1);
-    specimen->advance_to(0.02);
-    for (const RodPlace& rod : specimen->rods()) EXPECT_LT(std::abs(rod.angle), 0.3);
-    const BeadMotion start = specimen->beads();
+    const auto system = system_factory(2e-5)(setup, 1);
+    system->advance_to(0.02);
+    for (const RodPlace& rod : system->rods()) EXPECT_LT(std::abs(rod.angle), 0.3);
+    const BeadMotion start = system->beads();
     EXPECT_NEAR(start.vy, 4.0, 0.2);
-    specimen->advance_to(0.03);
-    EXPECT_NEAR((specimen->beads().y - start.y) / 0.01, 4.0, 0.1);
-    specimen->impose({.hold_beads = true, .bead_velocity_x = -7.0, .held_waves = 2});
-    specimen->advance_to(0.035);
-    EXPECT_NEAR(specimen->shear_wave(2), -7.0, 0.2);
-    specimen->impose({.push = 300.0, .push_waves = 1});
-    specimen->advance_to(0.12);
-    EXPECT_LT(specimen->density_wave(1), -0.1);  // where the force ends, at half of the cell, beads gather
+    system->advance_to(0.03);
+    EXPECT_NEAR((system->beads().y - start.y) / 0.01, 4.0, 0.1);
+    system->impose({.hold_beads = true, .bead_velocity_x = -7.0, .held_waves = 2});
+    system->advance_to(0.035);
+    EXPECT_NEAR(system->shear_wave(2), -7.0, 0.2);
+    system->impose({.push = 300.0, .push_waves = 1});
+    system->advance_to(0.12);
+    EXPECT_LT(system->density_wave(1), -0.1);  // where the force ends, at half of the cell, beads gather
 }
 
 }  // namespace

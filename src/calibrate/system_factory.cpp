@@ -1,16 +1,16 @@
-// calibrate/particle_maker.cpp: specimens of the particle world.
+// calibrate/system_factory.cpp: specimens of the particle world.
 #include <cmath>
 #include <numbers>
 
 #include "drover/base/threads.hpp"
-#include "drover/calibrate/specimen.hpp"
+#include "drover/calibrate/particle_system.hpp"
 #include "drover/dem/packing.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::calibrate {
 
 namespace {
-class ParticleSpecimen : public Specimen {
+class ParticleSpecimen : public ParticleSystem {
 public:
     ParticleSpecimen(const dem::Setup& setup, double dt, std::uint64_t seed)
         : world_(setup, dem::pack(setup, seed).bodies, dt, seed, threads_), bodies_(world_.bodies()) {}
@@ -66,7 +66,7 @@ private:
 };
 }  // namespace
 
-Maker particle_maker(double dt) {
+SystemFactory system_factory(double dt) {
     return [dt](const dem::Setup& setup, std::uint64_t seed) {
         return std::make_unique<ParticleSpecimen>(setup, dt, seed);
     };

@@ -1,4 +1,4 @@
-"""tests/house/test_version.py: the version that a build carries says from which commit it was made."""
+"""tests/architecture/test_version.py: the version that a build carries says from which commit it was made."""
 import os
 import shutil
 import subprocess

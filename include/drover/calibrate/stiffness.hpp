@@ -1,4 +1,4 @@
-// calibrate/compressibility.hpp: how beads resist being pushed together.
+// calibrate/stiffness.hpp: how beads resist being pushed together.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"
@@ -24,8 +24,8 @@ struct CompressibilityPlan {
 /// E is refused where d is less than 3 standard errors from 0: then 1/d has no mean.
 /// F is not measured: a force on the rods moves them against a bed that flows, and rods that swim are at no rest in which E grad rho + F grad sigma = 0 could
 /// be read; its origin in a table is `set`.
-/// Quantities: compressibility E; density_response -d/f [s^2/(mg mm)]; response_ratio.
-Assay compressibility(const CompressibilityPlan& plan = {});
+/// Quantities: stiffness E; density_response -d/f [s^2/(mg mm)]; response_ratio.
+Assay stiffness(const CompressibilityPlan& plan = {});
 
 }  // namespace drover::calibrate
 

@@ -1,4 +1,4 @@
-"""tests/house/test_rules.py: drover keeps the rules of its house, and the check sees each of them broken."""
+"""tests/architecture/test_rules.py: drover keeps the rules of its house, and the check sees each of them broken."""
 from pathlib import Path
 
 import pytest

@@ -1,4 +1,4 @@
-"""tests/house/rules.py: the rules of the house, as data, and the check of a source tree against them.
+"""tests/architecture/rules.py: the rules of the house, as data, and the check of a source tree against them.
 
 Usage: rules.py [TREE]    prints one line for each broken rule, file:line first; exit status 1 if there is any.
 """
@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Each storey with those it may include; what these may include is allowed too.
+# Each layer with those it may include; what these may include is allowed too.
 BELOW = {
     "base": (),
     "numerics": ("base",),
@@ -30,23 +30,23 @@ HOMES = [
     ("CLI11", ("CLI/*", "CLI11.hpp"), "src/app/*", None),
 ]
 
-# Third-party headers that the public headers of a storey may include; elsewhere none, and no system header.
+# Third-party headers that the public headers of a layer may include; elsewhere none, and no system header.
 PUBLIC_THIRD_PARTY = {"physics": ("Eigen/*",)}
 
-LINES_MOST = 500
+MAX_LINES = 500
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "LICENSE", "Makefile", "README.md",
              "include", "models", "notebooks", "src", "tests"}
 CPP = {".cpp", ".hpp"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
-def allowed_storeys(storey):
-    """The storey itself and everything below it."""
-    return {storey}.union(*(allowed_storeys(lower) for lower in BELOW[storey]))
+def allowed_layers(layer):
+    """The layer itself and everything below it."""
+    return {layer}.union(*(allowed_layers(lower) for lower in BELOW[layer]))
 
 
-def storey_of(path):
-    """The storey that a path of the tree belongs to, or None."""
+def layer_of(path):
+    """The layer that a path of the tree belongs to, or None."""
     parts = path.parts
     name = parts[1] if parts[0] == "src" else parts[2] if parts[:2] == ("include", "drover") else None
     return name if name in BELOW and len(parts) > 2 else None
@@ -67,12 +67,12 @@ def target_of(tree, path, name):
 
 def check_include(tree, path, name):
     """What is wrong with one include, as sentences."""
-    storey, target = storey_of(path), target_of(tree, path, name)
+    layer, target = layer_of(path), target_of(tree, path, name)
     is_public = path.parts[0] == "include"
     if target is not None:
-        if storey and storey_of(target) and storey_of(target) not in allowed_storeys(storey):
-            lower = ", ".join(sorted(allowed_storeys(storey) - {storey})) or "nothing of ours"
-            yield f'{storey}/ includes "{name}" of {storey_of(target)}/; it may include {lower}'
+        if layer and layer_of(target) and layer_of(target) not in allowed_layers(layer):
+            lower = ", ".join(sorted(allowed_layers(layer) - {layer})) or "nothing of ours"
+            yield f'{layer}/ includes "{name}" of {layer_of(target)}/; it may include {lower}'
         if is_public and target.parts[0] != "include":
             yield f'a public header includes "{name}", which is not installed'
         return
@@ -80,7 +80,7 @@ def check_include(tree, path, name):
         if matches(name, patterns) and not matches(path, [home]):
             yield f"<{name}> of {library} is included; only {home} may"
     is_standard = re.fullmatch(r"[a-z_0-9]+", name)
-    if is_public and not is_standard and not matches(name, PUBLIC_THIRD_PARTY.get(storey, ())):
+    if is_public and not is_standard and not matches(name, PUBLIC_THIRD_PARTY.get(layer, ())):
         yield f"a public header includes <{name}>; only drover's and the standard C++ headers belong there"
 
 
@@ -106,8 +106,8 @@ def check_files(tree):
     """First lines and lengths."""
     for path in files(tree, ("include", "src", "tests"), CPP | {".py"}):
         lines = (tree / path).read_text().splitlines() or [""]
-        if len(lines) > LINES_MOST:
-            yield f"{path}:{len(lines)}: {len(lines)} lines; at most {LINES_MOST}: split it"
+        if len(lines) > MAX_LINES:
+            yield f"{path}:{len(lines)}: {len(lines)} lines; at most {MAX_LINES}: split it"
         if path.suffix in CPP and not re.match(r"// \S+ \S+ \S+", lines[0]):
             yield f"{path}:1: the first line is {lines[0]!r}; expected a // comment that says what lives there"
 

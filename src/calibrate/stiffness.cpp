@@ -1,5 +1,5 @@
-// calibrate/compressibility.cpp: how beads resist being pushed together.
-#include "drover/calibrate/compressibility.hpp"
+// calibrate/stiffness.cpp: how beads resist being pushed together.
+#include "drover/calibrate/stiffness.hpp"
 
 #include <cmath>
 #include <limits>
@@ -10,25 +10,25 @@
 namespace drover::calibrate {
 
 namespace {
-constexpr double errors_least = 3.0;  // of a response that is told from none
+constexpr double min_errors = 3.0;  // of a response that is told from none
 
 /// -d under each push, mean of both signs; and q at the end.
-Trial push(const CompressibilityPlan& plan, const Maker& make, const dem::Setup& given, std::uint64_t seed) {
-    require_beads(given, "compressibility");
+Trial push(const CompressibilityPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
+    require_beads(given, "stiffness");
     const dem::Setup setup = beads_alone(given);
-    const auto specimen = make(setup, seed);
+    const auto system = make(setup, seed);
     double time = plan.warm_up;
-    specimen->advance_to(time);
+    system->advance_to(time);
     const std::size_t frames = frames_in(plan.time, plan.frame);
     Trial trial;
     for (const double force : plan.pushes) {
         double response = 0.0;
         for (const double side : {1.0, -1.0}) {
-            specimen->impose({.push = side * force, .push_waves = plan.waves});
-            specimen->advance_to(time += plan.settle);
+            system->impose({.push = side * force, .push_waves = plan.waves});
+            system->advance_to(time += plan.settle);
             for (std::size_t frame = 0; frame < frames; ++frame) {
-                specimen->advance_to(time += plan.frame);
-                response -= 0.5 * side * specimen->density_wave(plan.waves) / static_cast<double>(frames);
+                system->advance_to(time += plan.frame);
+                response -= 0.5 * side * system->density_wave(plan.waves) / static_cast<double>(frames);
             }
         }
         trial.push_back(response);
@@ -46,7 +46,7 @@ std::vector<double> estimates_of(const std::vector<double>& pushes, std::span<co
 std::string conclude(std::vector<measure::Estimate>& estimates) {
     measure::Estimate& modulus = estimates[0];
     const measure::Estimate &response = estimates[1], &ratio = estimates[2];
-    if (!response.error || std::abs(response.mean) < errors_least * *response.error) {
+    if (!response.error || std::abs(response.mean) < min_errors * *response.error) {
         modulus.mean = std::numeric_limits<double>::quiet_NaN();
         modulus.error.reset();
         modulus.refusal =
@@ -61,15 +61,15 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 }
 }  // namespace
 
-Assay compressibility(const CompressibilityPlan& plan) {
+Assay stiffness(const CompressibilityPlan& plan) {
     require(plan.pushes.size() == 2 && plan.pushes[0] > 0.0 && plan.pushes[1] > plan.pushes[0], {},
-            "compressibility: expected two amplitudes of the force, above 0 and ascending");
-    return {.name = "compressibility",
+            "stiffness: expected two amplitudes of the force, above 0 and ascending");
+    return {.name = "stiffness",
             .population = Population::beads,
-            .quantities = {{"compressibility", "mg mm^2/s^2", "E = f/(q d), density rho (1 - d cos(qx))"},
+            .quantities = {{"stiffness", "mg mm^2/s^2", "E = f/(q d), density rho (1 - d cos(qx))"},
                            {"density_response", "s^2/(mg mm)", "d/f", false},
                            {"response_ratio", "1", "(d/f at the larger f)/(d/f at the smaller)", false}},
-            .trial = [plan](const Maker& make, const dem::Setup& setup,
+            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
                             std::uint64_t seed) { return push(plan, make, setup, seed); },
             .estimator =
                 [pushes = plan.pushes](std::span<const Trial>) {
@@ -88,29 +88,21 @@ const std::vector<Row<calibrate::CompressibilityPlan>>& schema<calibrate::Compre
     static const std::vector<Row<Plan>> rows{
         {.name = "waves",
          .member = &Plan::waves,
-         .range = {.least = 1, .most = 1000},
-         .sentence = "of the force across the cell"},
+         .range = {.min = 1, .max = 1000},
+         .doc = "of the force across the cell"},
         {.name = "pushes",
          .member = &Plan::pushes,
          .unit = "mg mm/s^2",
          .range = positive,
-         .sentence = "two amplitudes of the force on a bead, ascending"},
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .sentence = "once, at the start"},
+         .doc = "two amplitudes of the force on a bead, ascending"},
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
         {.name = "settle",
          .member = &Plan::settle,
          .unit = "s",
          .range = not_negative,
-         .sentence = "after each change of the force, for its sound to die: some 4 m rho/(Gamma + eta q^2)"},
-        {.name = "time",
-         .member = &Plan::time,
-         .unit = "s",
-         .range = positive,
-         .sentence = "of the mean under each force"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .sentence = "between looks"}};
+         .doc = "after each change of the force, for its sound to die: some 4 m rho/(Gamma + eta q^2)"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "of the mean under each force"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "between looks"}};
     return rows;
 }
 

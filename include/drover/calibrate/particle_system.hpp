@@ -1,4 +1,4 @@
-// calibrate/specimen.hpp: the seam between an assay and the particles it is made on.
+// calibrate/particle_system.hpp: the seam between an assay and the particles it is made on.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -23,9 +23,9 @@ struct BeadMotion {
 
 /// Rods and beads in a periodic cell, on which forces can be imposed and of which a few means can be taken.  There are several makers of these
 /// (the particle world, and stand-ins that obey known coefficients), chosen while the program runs: hence virtual functions.
-class Specimen {
+class ParticleSystem {
 public:
-    virtual ~Specimen() = default;
+    virtual ~ParticleSystem() = default;
     /// What acts on bodies from now on.
     virtual void impose(const dem::BodyForces& forces) = 0;
     /// To a time since the start [s], not before the one reached.
@@ -39,10 +39,10 @@ public:
     virtual double density_wave(int waves) const = 0;
 };
 
-/// Makes a specimen at t = 0: bodies of the setup, packed as it says, under its forces, all else from the seed.
-using Maker = std::function<std::unique_ptr<Specimen>(const dem::Setup& setup, std::uint64_t seed)>;
+/// Makes a system at t = 0: bodies of the setup, packed as it says, under its forces, all else from the seed.
+using SystemFactory = std::function<std::unique_ptr<ParticleSystem>(const dem::Setup& setup, std::uint64_t seed)>;
 
-/// Specimens of the particle world, one thread each, in steps of dt [s].  A specimen throws what dem::World and dem::pack throw.
-Maker particle_maker(double dt);
+/// Specimens of the particle world, one thread each, in steps of dt [s].  A system throws what dem::World and dem::pack throw.
+SystemFactory system_factory(double dt);
 
 }  // namespace drover::calibrate

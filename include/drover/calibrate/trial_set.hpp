@@ -1,4 +1,4 @@
-// calibrate/campaign.hpp: one assay at one point: which trials it still wants, and what comes of them when some fail.
+// calibrate/trial_set.hpp: one assay at one point: which trials it still wants, and what comes of them when some fail.
 #pragma once
 #include <map>
 
@@ -15,10 +15,10 @@ struct Attempt {
 
 /// Trials of an assay as they come in, in any order.  What is wanted, and what comes out, is a function of the trials alone: they are looked at in the
 /// order of their numbers, after each whole round.  One that fails counts as failed, and the next takes its place.
-class Campaign {
+class TrialSet {
 public:
-    /// failed_most: the part of the trials that may fail.  Throws an input Error for a goal that cannot be.
-    Campaign(Assay assay, const Goal& goal, double failed_most);
+    /// max_failed: the part of the trials that may fail.  Throws an input Error for a goal that cannot be.
+    TrialSet(Assay assay, const Goal& goal, double max_failed);
 
     /// Takes what became of a trial; the same number again changes nothing.  Looks at all that is there.
     void add(Attempt attempt);
