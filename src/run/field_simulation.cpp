@@ -46,7 +46,7 @@ std::vector<double> cell_corners(int count, double side) {
 
 /// A frame of an archive as the state; fields, points and sides of the cell must be the scene's.
 numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& scene, const physics::Form& form) {
-    const Where here = io::location_of(scene, "initial.file");
+    const SourceLocation here = io::location_of(scene, "initial.file");
     const std::vector<physics::Component> names = physics::component_names(form);
     numerics::Fields frame(scene.grid, static_cast<int>(names.size()));
     for (std::size_t c = 0; c < names.size(); ++c) {
