@@ -98,7 +98,7 @@ inline bool is_leaf(const Node& node) {
     return node.operation == Operation::number || node.operation == Operation::slot;
 }
 
-/// Nodes in an order in which arguments come first; the last one is the expression, and it needs all others.
+/// Nodes, each after its arguments; the last one is the expression, and it needs all others.
 struct Expression::Graph {
     std::vector<Node> nodes;
     std::map<int, std::string> names;  ///< how slots are written
@@ -118,8 +118,8 @@ public:
 
     int number(double value) { return intern({.operation = Operation::number, .value = value}); }
     int slot(int index, const std::string& name);
-    /// The node of an operation on nodes.  Throws an input Error at `where` for an infinite or undefined constant (unless
-    /// lenient) and for more than max_nodes nodes.
+    /// The node of an operation on nodes.  Throws an input Error at `where` for more than max_nodes nodes and, unless
+    /// lenient, for an infinite or undefined constant.
     int make(Operation operation, int left, int right = -1);
     /// The nodes of the graph here, made anew: simplified if this builder simplifies.
     std::vector<int> import(const Expression::Graph& graph);

@@ -39,9 +39,10 @@ Written written(const Node& node, const Written& a, const Written& b) {
 std::string text_of(const Expression& expression) {
     constexpr std::size_t max_characters = 10000;  // that parse_expression() takes
     const Expression::Graph& graph = expression.graph();
+    const Written none;
     std::vector<Written> parts;
     for (const Node& node : graph.nodes) {
-        const auto part = [&](int i) { return i < 0 ? Written{} : parts[static_cast<std::size_t>(i)]; };
+        const auto part = [&](int i) -> const Written& { return i < 0 ? none : parts[static_cast<std::size_t>(i)]; };
         if (node.operation == Operation::number)
             parts.push_back({text("{}", node.value), std::signbit(node.value) ? binding_sign : binding_atom});
         else if (node.operation == Operation::slot) parts.push_back({graph.names.at(node.left), binding_atom});

@@ -217,7 +217,7 @@ private:
     std::vector<int> emitted_;  ///< node -> the instruction that computes it
 };
 
-/// An argument at one call: where its first number is, whether it varies between points, and whether it moves with the chunks.
+/// An argument at one call: its first number, whether it varies between points, and whether it moves with the chunks.
 struct Source {
     const double* first;
     bool varies, moves;
