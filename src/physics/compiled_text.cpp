@@ -7,7 +7,7 @@
 #include <set>
 
 #include "drover/base/expression.hpp"
-#include "drover/physics/equations.hpp"
+#include "linear_part.hpp"
 #include "term_shapes.hpp"
 
 namespace drover::physics {

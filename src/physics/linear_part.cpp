@@ -1,5 +1,5 @@
-// physics/isotropic_part.cpp: linearisations in axes along and across q, compared and averaged over directions.
-#include "isotropic_part.hpp"
+// physics/linear_part.cpp: linearisations in axes along and across q, compared and averaged over directions.
+#include "linear_part.hpp"
 
 #include <algorithm>
 #include <array>
@@ -47,6 +47,30 @@ Symbol rotated(const Symbol& m, double cosine, double sine) {
     return rotation * m * rotation.transpose();
 }
 
+namespace {
+/// Whether a linearisation is a polynomial in q of the declared degree, even powers real and odd ones imaginary.
+bool has_declared_degree(const CompiledModel& model, const Term& term, const UniformPoint& about) {
+    if (!term.linearise || term.degree_in_q < 0) return true;
+    if (term.degree_in_q > 4) return false;
+    const auto at = [&](double x, double y) {
+        Symbol m = Symbol::Zero();
+        term.linearise(model, about, {.x = x, .y = y}, m);
+        return m;
+    };
+    for (const auto& [x, y] : {std::pair{0.6, 0.8}, std::pair{-0.8, 0.6}}) {
+        const Quartic p = quartic(at, x, y);
+        const double size = p.c0.cwiseAbs().maxCoeff() + p.c1.cwiseAbs().maxCoeff() + p.c2.cwiseAbs().maxCoeff() +
+                            p.c3.cwiseAbs().maxCoeff() + p.c4.cwiseAbs().maxCoeff();
+        const Symbol found = at(3.0 * x, 3.0 * y);
+        const double wrong = (found.real() - p.c0 - 9.0 * p.c2 - 81.0 * p.c4).cwiseAbs().maxCoeff() +
+                             (found.imag() - 3.0 * p.c1 - 27.0 * p.c3).cwiseAbs().maxCoeff() +
+                             (term.degree_in_q <= 2 ? p.c3.cwiseAbs().maxCoeff() + p.c4.cwiseAbs().maxCoeff() : 0.0);
+        if (wrong > 1e-11 * size) return false;  // rounding of 81 c4: 1e-14
+    }
+    return true;
+}
+}  // namespace
+
 void check_linear_part(const CompiledModel& model, const Term& term) {
     require(!term.remainder || term.linear_part == LinearPart::isotropic, {},
             "{}: a term that gives the remainder of its linear part must have an isotropic one; give the whole term",
@@ -59,6 +83,11 @@ void check_linear_part(const CompiledModel& model, const Term& term) {
             "{}: the term declares an isotropic linear part, but its linearisation depends on the direction of q; "
             "declare it averaged, or none",
             term.name);
+    // A state without any symmetry.
+    const UniformPoint about{.bead_density = 1.1, .rod_density = 0.7, .velocity = {0.3, -0.5}, .order = {0.6, 0.2}};
+    require(has_declared_degree(model, term, about), {},
+            "{}: its linearisation is no polynomial in q of the degree {} that it declares", term.name,
+            term.degree_in_q);
 }
 
 bool has_isotropic_linearisation(const CompiledModel& model, const Term& term) {
