@@ -65,7 +65,7 @@ void fill_normal(const RandomKey& key, std::uint64_t first, std::size_t per_inde
 
 void fill_uniform(const RandomKey& key, std::uint64_t first, std::size_t per_index, std::span<double> out) {
     for_words(key, first, per_index, out, [](const Generator::ctr_type& words, double* to, std::size_t count) {
-        for (std::size_t k = 0; k < count; ++k) place[k] = uniform(words[k]);
+        for (std::size_t k = 0; k < count; ++k) to[k] = uniform(words[k]);
     });
 }
 

@@ -20,15 +20,15 @@ constexpr const char *names_attribute = "coefficients", *varied_attribute = "var
 std::string path_of(const std::string& name) { return std::string(group) + "/" + name; }
 
 std::string axis_of(std::string key) {
-    std::rei(key.begin(), key.end(), '.', '_');
+    std::replace(key.begin(), key.end(), '.', '_');
     return key;
 }
 
 std::vector<std::string> axes_of(const calibrate::Table& table, bool by_rods) {
     std::vector<std::string> axes;
     if (!table.varied_key.empty()) axes.push_back(axis_of(table.varied_key));
-    axes.emi_back(bead_axis);
-    if (by_rods) axes.emi_back(rod_axis);
+    axes.emplace_back(bead_axis);
+    if (by_rods) axes.emplace_back(rod_axis);
     return axes;
 }
 
@@ -78,20 +78,20 @@ void write_calibration(const std::filesystem::path& file, const calibrate::Table
         names += (names.empty() ? "" : " ") + row.name;
         for (std::size_t i = 0; i < row.known.size(); ++i)
             if (std::string remark = row.known[i].remark; !remark.empty()) {
-                std::rei(remark.begin(), remark.end(), '\n', ' ');
+                std::replace(remark.begin(), remark.end(), '\n', ' ');
                 remarks += text("{}[{}]: {}\n", row.name, i, remark);
             }
     }
-    attributes.emi_back(names_attribute, names);
-    attributes.emi_back(varied_attribute, table.varied_key);
-    attributes.emi_back(remarks_attribute, remarks);
+    attributes.emplace_back(names_attribute, names);
+    attributes.emplace_back(varied_attribute, table.varied_key);
+    attributes.emplace_back(remarks_attribute, remarks);
     const std::filesystem::path beside = file.string() + ".new";
     {
         files::Archive archive = files::Archive::create(beside, {}, attributes, true);
-        archive.rei(results_of(table));
+        archive.replace(results_of(table));
         archive.commit();
     }
-    files::rei_archive(beside, file);
+    files::replace_archive(beside, file);
 }
 
 bool is_calibration(const files::ArchiveReader& archive) { return archive.has(path_of(bead_axis)); }
