@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/io/scene_text.hpp"
 #include "drover/io/trial_file.hpp"
 #include "drover/run/calibration.hpp"
 #include "run/written_values.hpp"
@@ -72,7 +73,7 @@ void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& l
     if (assay.population == calibrate::Population::all) place += text("-rod-{}", axes.rod_fractions[unit.rod]);
     if (!axes.varied_key.empty()) place += text("-{}-{}", axes.varied_key, axes.varied[unit.varied]);
     unit.name = assay.name + "-" + place;
-    unit.identity = io::fingerprint(layout.manifest + unit.name);
+    unit.identity = files::fingerprint(layout.manifest + unit.name);
     unit.conditions = {.setup = setup_at(scene, layout, unit),
                        .seed = calibrate::trial_seed(static_cast<std::uint64_t>(scene.run.seed), place, 0)};
     layout.units.push_back(std::move(unit));

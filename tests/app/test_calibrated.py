@@ -193,8 +193,8 @@ def test_scenes_on_tables_that_will_not_do_are_refused(folder):
         file["calibration/viscosity_kinematic"][...] *= -1.0
     no(["viscosity.shear comes out as -3.5 +- 0.07", "expected >= 0: measure more, or give it in the scene"])
     make_archive(folder, "run.h5")
-    no(["run.h5", "is no table of coefficients"], "calibrated.table=run.h5")
-    refused(folder, ["boundary", "run.h5"], ["is no table of coefficients"])
+    no(["run.h5", "is not a table of coefficients"], "calibrated.table=run.h5")
+    refused(folder, ["boundary", "run.h5"], ["is not a table of coefficients"])
     (folder / "text.h5").write_text("not a table")
     no(["text.h5"], "calibrated.table=text.h5")
 
