@@ -13,7 +13,7 @@ namespace {
 constexpr double min_errors = 3.0;  // of a response that is told from none
 
 /// -d under each push, mean of both signs; and q at the end.
-Trial push(const CompressibilityPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
+Trial push(const StiffnessPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "stiffness");
     const dem::Setup setup = beads_alone(given);
     const auto system = make(setup, seed);
@@ -61,7 +61,7 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 }
 }  // namespace
 
-Assay stiffness(const CompressibilityPlan& plan) {
+Assay stiffness(const StiffnessPlan& plan) {
     require(plan.pushes.size() == 2 && plan.pushes[0] > 0.0 && plan.pushes[1] > plan.pushes[0], {},
             "stiffness: expected two amplitudes of the force, above 0 and ascending");
     return {.name = "stiffness",
@@ -83,8 +83,8 @@ Assay stiffness(const CompressibilityPlan& plan) {
 namespace drover {
 
 template <>
-const std::vector<Row<calibrate::CompressibilityPlan>>& schema<calibrate::CompressibilityPlan>() {
-    using Plan = calibrate::CompressibilityPlan;
+const std::vector<Row<calibrate::StiffnessPlan>>& schema<calibrate::StiffnessPlan>() {
+    using Plan = calibrate::StiffnessPlan;
     static const std::vector<Row<Plan>> rows{
         {.name = "waves",
          .member = &Plan::waves,

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/calibrate/catalogue.hpp"
 #include "drover/io/trial_file.hpp"
 #include "drover/run/calibration.hpp"
 #include "run/written_values.hpp"
@@ -30,7 +31,15 @@ void read_varied(const io::Scene& scene, calibrate::Table& axes) {
                 "calibrate.vary has {} after {}; expected values that ascend", axes.varied[i], axes.varied[i - 1]);
 }
 
-/// The scene, with all that no trial depends on at its default.
+/// The section of a resolved scene that holds the plan of one assay.
+std::string plan_of(const std::string& resolved, const std::string& assay) {
+    const std::size_t begin = resolved.find("\n[calibrate." + assay + "]\n");
+    require(begin != std::string::npos, {}, "the scene has no section [calibrate.{}]", assay);
+    return resolved.substr(begin, resolved.find("\n[", begin + 1) - begin);
+}
+
+/// What every trial depends on, whatever its assay and point: the scene with all other keys at their defaults, and
+/// without the plans of the assays.  A new assay, or another plan of one, leaves the trials of all others valid.
 std::string manifest_of(io::Scene scene) {
     const int single_rods = scene.calibration.single_rods;
     scene.calibration = {};
@@ -44,7 +53,12 @@ std::string manifest_of(io::Scene scene) {
     scene.particles.forces = {};
     scene.particles.beads.count = scene.particles.rods.count = 0;
     scene.particles.beads.area_fraction = scene.particles.rods.area_fraction = 0.0;
-    return io::resolved_text(scene);
+    std::string resolved = io::resolved_text(scene);
+    calibrate::for_plans(scene.plans, [&](const std::string& assay, const char*, const auto&) {
+        const std::string section = plan_of(resolved, assay);
+        resolved.erase(resolved.find(section), section.size());
+    });
+    return resolved;
 }
 
 /// The world of one point; every value is refused or taken here, before anything runs.
@@ -72,7 +86,7 @@ void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& l
     if (assay.population == calibrate::Population::all) place += text("-rod-{}", axes.rod_fractions[unit.rod]);
     if (!axes.varied_key.empty()) place += text("-{}-{}", axes.varied_key, axes.varied[unit.varied]);
     unit.name = assay.name + "-" + place;
-    unit.identity = io::fingerprint(layout.manifest + unit.name);
+    unit.identity = io::fingerprint(layout.manifest + plan_of(io::resolved_text(scene), assay.name) + unit.name);
     unit.conditions = {.setup = setup_at(scene, layout, unit),
                        .seed = calibrate::trial_seed(static_cast<std::uint64_t>(scene.run.seed), place, 0)};
     layout.units.push_back(std::move(unit));

@@ -141,6 +141,13 @@ def test_a_smaller_error_and_more_points_use_the_trials_that_are_there(tmp_path)
     assert again["trials_run"] == 0 and again["coefficients"] == first["coefficients"]  # the first trials decide, not all
 
 
+def test_another_plan_of_one_assay_keeps_the_trials_of_the_others(tmp_path):
+    scene = write_tiny(tmp_path, ONE)
+    first = json.loads(drover(tmp_path, "calibrate", scene, "--json").stdout)
+    second = json.loads(drover(tmp_path, "calibrate", scene, "--json", "--set", "calibrate.shear.hold=0.03").stdout)
+    assert second["trials_run"] == 0 and second["trials_found"] == first["trials_run"]
+
+
 def test_a_signal_ends_it_within_moments_and_the_same_command_goes_on(whole, tmp_path):
     scene = write_tiny(tmp_path)
     process = start(tmp_path, "calibrate", scene, "-o", "parts", "--workers", "2", "--json")
@@ -277,6 +284,7 @@ def test_a_folder_of_another_scene_and_foreign_trials_are_refused(tmp_path):
     folder = tmp_path / "tiny.calibration"
     shutil.copy(folder / "damping-bead-0.3.trials", folder / "damping-bead-0.4.trials")
     refused(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["damping-bead-0.4.trials", "another scene or point"])
+    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.damping.hold=0.03"], ["damping-bead-0.3.trials", "another scene"])
     (folder / "damping-bead-0.4.trials").write_text("notes of mine")
     refused(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["is not a file of trials"])
 

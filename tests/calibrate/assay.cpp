@@ -155,10 +155,9 @@ TEST(AssayRule, every_assay_has_a_name_a_trial_and_quantities_with_units_and_for
             EXPECT_FALSE(quantity.name.empty() || quantity.unit.empty() || quantity.formula.empty()) << assay.name;
         EXPECT_EQ(&find_assay(assays, assay.name), &assay);
     }
-    EXPECT_EQ(names.size(), 7u);
-    EXPECT_EQ(refusal_of([&] { find_assay(assays, "drags"); }),
-              "there is no assay \"drags\"; expected one of relaxation, weathercock, drag, damping, shear, propulsion, "
-              "stiffness");
+    EXPECT_EQ(names.size(), assays.size()) << "two assays share a name";
+    EXPECT_EQ(refusal_of([&] { find_assay(std::span(assays).first(2), "drags"); }),
+              "there is no assay \"drags\"; expected one of relaxation, weathercock");
     EXPECT_THROW(make_assays({.drag = {.torques = {5.0, 1.0}}}), Error);
     EXPECT_THROW(make_assays({.damping = {.speed_flock = 0.5}}), Error);
     EXPECT_THROW(make_assays({.relaxation = {.max_lag = 100.0}}), Error);

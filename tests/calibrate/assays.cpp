@@ -56,7 +56,7 @@ Case propulsion_case() {
             .values = {{0, 3.6}},
             .coverage_error = 0.0014};
 }
-Case compressibility_case() {
+Case stiffness_case() {
     return {.assay = stiffness({.warm_up = 0.0, .settle = 2.0, .time = 1.0, .frame = 0.05}),
             .truth = {.stiffness = 500.0, .step = 2.0},
             .rods = 0,
@@ -74,7 +74,7 @@ Case case_of(const std::string& name) {
     if (name == "damping_coulomb") return damping_case(60.0);
     if (name == "shear") return shear_case();
     if (name == "propulsion") return propulsion_case();
-    return compressibility_case();
+    return stiffness_case();
 }
 
 class Assays : public testing::TestWithParam<const char*> {};

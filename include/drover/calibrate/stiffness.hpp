@@ -6,7 +6,7 @@
 namespace drover::calibrate {
 
 /// Forces and times of a trial.
-struct CompressibilityPlan {
+struct StiffnessPlan {
     int waves = 2;                              ///< of the force across the cell
     std::vector<double> pushes = {10.0, 20.0};  ///< two amplitudes of the force on a bead, ascending > 0 [mg mm/s^2]
     double warm_up = 0.5;                       ///< once [s]
@@ -25,11 +25,11 @@ struct CompressibilityPlan {
 /// F is not measured: a force on the rods moves them against a bed that flows, and rods that swim are at no rest in which E grad rho + F grad sigma = 0 could
 /// be read; its origin in a table is `set`.
 /// Quantities: stiffness E; density_response -d/f [s^2/(mg mm)]; response_ratio.
-Assay stiffness(const CompressibilityPlan& plan = {});
+Assay stiffness(const StiffnessPlan& plan = {});
 
 }  // namespace drover::calibrate
 
 namespace drover {
 template <>
-const std::vector<Row<calibrate::CompressibilityPlan>>& schema<calibrate::CompressibilityPlan>();
+const std::vector<Row<calibrate::StiffnessPlan>>& schema<calibrate::StiffnessPlan>();
 }  // namespace drover

@@ -28,7 +28,7 @@ struct CalibrationLayout {
     calibrate::Goal goal;
     calibrate::Table axes;  ///< without rows
     std::vector<CalibrationUnit> units;
-    std::string manifest;  ///< what all trials depend on, as a scene; goals, points, workers and output are not in it
+    std::string manifest;  ///< the keys that all trials depend on, as scene text, without the plans of the assays
 };
 
 /// Throws an input Error, at its place, for a scene without [calibrate] lists, without a periodic cell, or with a value that the scene refuses.
