@@ -50,8 +50,13 @@ TINY = {
     "calibrate.stiffness.settle": 0.05,
     "calibrate.stiffness.time": 0.1,
     "calibrate.stiffness.pushes": [100.0, 200.0],
+    "calibrate.diffusion.warm_up": 0.05,
+    "calibrate.diffusion.frame": 0.005,
+    "calibrate.diffusion.time": 0.1,
+    "calibrate.diffusion.min_lag": 0.01,
+    "calibrate.diffusion.max_lag": 0.05,
 }
-UNITS = 2 * 6 + 2 * 2  # drag alone depends on the rods
+UNITS = 2 * 7 + 2 * 2  # drag alone depends on the rods
 
 
 def write_tiny(folder, changes=None, name="tiny.toml"):

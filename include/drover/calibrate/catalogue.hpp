@@ -3,6 +3,7 @@
 #include <tuple>
 
 #include "drover/calibrate/damping.hpp"
+#include "drover/calibrate/diffusion.hpp"
 #include "drover/calibrate/drag.hpp"
 #include "drover/calibrate/propulsion.hpp"
 #include "drover/calibrate/relaxation.hpp"
@@ -22,6 +23,7 @@ struct Plans {
     ShearPlan shear;
     PropulsionPlan propulsion;
     StiffnessPlan stiffness;
+    DiffusionPlan diffusion;
 };
 
 /// `doc` describes the section [calibrate.<name>] of a scene.
@@ -40,7 +42,8 @@ inline constexpr std::tuple catalogue{
     CatalogueRow{"damping", "Bead flow stopped by the plates: Gamma/(m rho).", &Plans::damping, &damping},
     CatalogueRow{"shear", "Decay of shear waves of the beads: eta/(m rho).", &Plans::shear, &shear},
     CatalogueRow{"propulsion", "Speed of self-propelled rods: u.", &Plans::propulsion, &propulsion},
-    CatalogueRow{"stiffness", "Response of the bead density to a force: E.", &Plans::stiffness, &stiffness}};
+    CatalogueRow{"stiffness", "Response of the bead density to a force: E.", &Plans::stiffness, &stiffness},
+    CatalogueRow{"diffusion", "Mean-square displacements of beads and single rods: D.", &Plans::diffusion, &diffusion}};
 
 /// Calls visit(name, doc, plan) for each assay, in the order of the catalogue.
 template <class AnyPlans, class Visit>
