@@ -100,7 +100,8 @@ def write_plausible(path, relative_error=0.02, holes=(), kicks=()):
             origins = np.full(values.shape, 4.0 if name in SET else 1.0)
             for place in (place for hole, place in holes if hole == name):
                 origins.flat[place], values.flat[place] = 0.0, np.nan
-            for part, numbers in (("", values), ("_error", (0.0 if name in SET else relative_error) * values), ("_trials", np.full(values.shape, 20.0)),
+            for part, numbers in (("", values), ("_error", (0.0 if name in SET else relative_error) * values),
+                                  ("_trials", np.full(values.shape, 20.0)),
                                   ("_origin", origins)):
                 group[name + part] = numbers
                 group[name + part].attrs["units"] = group[name + part].attrs["long_name"] = np.bytes_("x")
@@ -176,7 +177,8 @@ def kill_again_and_again(folder, scene, whole, kills, dice, seconds):
     ended = drover(folder, "calibrate", scene, "-o", "parts")
     assert already_done(ended.stderr) == before
     found, undisturbed = trials_in(folder / "parts"), trials_in(whole)
-    assert {name: sorted(numbers) for name, numbers in found.items()} == {name: sorted(numbers) for name, numbers in undisturbed.items()}
+    assert {name: sorted(numbers) for name, numbers in found.items()} == {name: sorted(numbers) for name,
+                                                                          numbers in undisturbed.items()}
     assert_same_tables(folder / "parts", whole)
     assert sorted(path.name for path in (folder / "parts").iterdir()) == sorted(path.name for path in whole.iterdir())
     return met

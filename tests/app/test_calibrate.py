@@ -15,7 +15,8 @@ import pytest
 import xarray
 from calibration import TINY, UNITS, already_done, assert_same_tables, kill_again_and_again, toml_of, trials_in, write_tiny
 from refusal import refused
-from support import (DROVER, MODELS, SMALL, attributes, drover, drover_json, end_group, environment, group_is_alive, scene_text, scenes,
+from support import (DROVER, MODELS, SMALL, attributes, drover, drover_json, end_group, environment, group_is_alive,
+                     scene_text, scenes,
                      settings, start, wait_until)
 
 ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
@@ -37,8 +38,10 @@ def test_every_coefficient_has_a_value_an_error_trials_and_an_origin(whole):
     assert told["trials_run"] == sum(map(len, trials_in(folder).values()))
     assert len(trials_in(folder)) == UNITS  # rods matter for drag alone: all else is measured once a Phi_b
     coefficients = told["coefficients"]
-    assert {"relaxation_rate", "weathercock", "weathercock_single", "drag", "damping_rate", "viscosity_kinematic", "propulsion",
-            "stiffness", "noise_order", "pressure_rods", "elasticity_stiffness", "elasticity_splay", "relaxation_saturation",
+    assert {"relaxation_rate", "weathercock", "weathercock_single", "drag", "damping_rate", "viscosity_kinematic",
+            "propulsion",
+            "stiffness", "noise_order", "pressure_rods", "elasticity_stiffness", "elasticity_splay",
+            "relaxation_saturation",
             "advection", "pressure_beads", "alignment", "relaxation_over_weathercock"} <= set(coefficients)
     for name, row in coefficients.items():
         by_rods = "rod_area_fraction" in row["points"][0]
@@ -72,7 +75,8 @@ def test_the_file_the_summary_and_info_say_what_the_command_said(whole):
                 assert np.array_equal(group[dataset][()].ravel(), values, equal_nan=True), dataset
                 assert np.array_equal(np.ravel(summary[name][key]), values, equal_nan=True), dataset
             origins = ["refused", "measured", "short", "closure", "set"]
-            assert [origins[code] for code in group[name + "_origin"][()].ravel()] == [point["origin"] for point in points]
+            assert [origins[code] for code in group[name + "_origin"][()].ravel()] == [point["origin"]
+                                                                                       for point in points]
             assert list(np.ravel(summary[name]["origin"])) == [point["origin"] for point in points]
     assert drover_json(folder, "info", "table.h5")["coefficients"] == told["coefficients"]
     text = drover(folder, "info", "table.h5").stdout
@@ -92,14 +96,17 @@ def test_xarray_opens_a_table_by_its_area_fractions(whole):
 
 
 def test_closures_are_those_of_the_numbers_beside_them(whole):
-    values = {name: np.array([point["value"] or math.nan for point in row["points"]], float) for name, row in whole[1]["coefficients"].items()}
-    u, a, sigma = np.repeat(values["propulsion"], 2), np.repeat(values["relaxation_rate"], 2), np.tile([0.1, 0.2], 2) / values["rod_area"][0]
+    values = {name: np.array([point["value"] or math.nan for point in row["points"]], float) for name,
+              row in whole[1]["coefficients"].items()}
+    u, a, sigma = np.repeat(values["propulsion"], 2), np.repeat(values["relaxation_rate"], 2), np.tile([0.1, 0.2],
+                                                                                                       2) / values["rod_area"][0]
     mass_density = values["bead_mass"] * [0.2, 0.4] / values["bead_area"]
     assert np.allclose(values["pressure_rods"], u**2 / 2)
     assert np.allclose(values["noise_order"], a * sigma * u**2)
     assert np.allclose(values["friction_of_plates"], values["damping_rate"] * mass_density)
     # A cell holds whole bodies.
-    assert np.allclose(values["rod_density"], sigma, atol=0.005) and np.allclose(values["bead_mass_density"], mass_density, rtol=0.02)
+    assert np.allclose(values["rod_density"], sigma, atol=0.005) and np.allclose(values["bead_mass_density"],
+                                                                                 mass_density, rtol=0.02)
 
 
 def test_a_key_more_is_varied_and_has_an_axis(tmp_path):
@@ -108,7 +115,8 @@ def test_a_key_more_is_varied_and_has_an_axis(tmp_path):
     assert [point["plates.amplitude"] for point in row["points"]] == [0.04, 0.05]
     assert row["points"][0]["value"] != row["points"][1]["value"]
     with h5py.File(tmp_path / "tiny.calibration" / "table.h5") as file:
-        assert file["calibration/damping_rate"].shape == (2, 1) and list(file["calibration/plates_amplitude"]) == [0.04, 0.05]
+        assert file["calibration/damping_rate"].shape == (2, 1) and list(file["calibration/plates_amplitude"]) == [0.04,
+                                                                                                                   0.05]
     assert len(toml_of(tmp_path / "tiny.calibration")["damping_rate"]["value"]) == 2
 
 
@@ -132,7 +140,8 @@ def test_the_table_is_the_same_for_any_number_of_workers_and_after_kills(whole, 
 def test_a_smaller_error_and_more_points_use_the_trials_that_are_there(tmp_path):
     scene = write_tiny(tmp_path, ONE)
     first = json.loads(drover(tmp_path, "calibrate", scene, "--json").stdout)
-    more = settings(["calibrate.bead_area_fractions=[0.2, 0.3]", "calibrate.relative_error=0.02", "calibrate.max_trials=24"])
+    more = settings(["calibrate.bead_area_fractions=[0.2, 0.3]", "calibrate.relative_error=0.02",
+                     "calibrate.max_trials=24"])
     second = json.loads(drover(tmp_path, "calibrate", scene, "--json", *more).stdout)
     assert second["trials_found"] == first["trials_run"]
     points = second["coefficients"]["damping_rate"]["points"]
@@ -207,7 +216,8 @@ def test_the_script_for_slurm_makes_the_same_table_in_shares(whole, tmp_path):
     script = drover(folder, "calibrate", scene, "--slurm", "3", "-o", "shares").stdout
     (folder / "calibrate.sh").write_text(script)
     log = tmp_path / "log"
-    ended = subprocess.run(["sh", "calibrate.sh", "--partition=short"], cwd=folder, capture_output=True, text=True, check=False,
+    ended = subprocess.run(["sh", "calibrate.sh", "--partition=short"], cwd=folder, capture_output=True, text=True,
+                           check=False,
                            env=environment(PATH=f"{binaries}:{os.environ['PATH']}", SBATCH_LOG=str(log)), timeout=300)
     assert ended.returncode == 0, ended.stderr
     array, table = log.read_text().split("--parsable ")[1:]
@@ -219,11 +229,13 @@ def test_the_script_for_slurm_makes_the_same_table_in_shares(whole, tmp_path):
 def test_a_share_makes_no_table_and_what_is_missing_is_a_hole(tmp_path):
     scene = write_tiny(tmp_path, {"calibrate.assays": ["damping", "shear"], "calibrate.rod_area_fractions": []})
     drover(tmp_path, "calibrate", scene, "--share", "1/2")
-    assert len(trials_in(tmp_path / "tiny.calibration")) == 2 and not (tmp_path / "tiny.calibration" / "table.h5").exists()
+    assert len(trials_in(tmp_path / "tiny.calibration")) == 2 and not (tmp_path / "tiny.calibration"
+                                                                       / "table.h5").exists()
     ended = drover(tmp_path, "calibrate", scene, "--collect", "--json", status=1)
     assert "2 of 4 measurements are not finished" in ended.stderr
     rows = json.loads(ended.stdout)["coefficients"]
-    holes = [point for row in (rows["damping_rate"], rows["viscosity_kinematic"]) for point in row["points"] if point["origin"] == "refused"]
+    holes = [point for row in (rows["damping_rate"], rows["viscosity_kinematic"]) for point in row["points"]
+             if point["origin"] == "refused"]
     assert len(holes) == 2 and all(hole["remark"].startswith("not finished: 0 trials") for hole in holes)
     drover(tmp_path, "calibrate", scene, "--share", "2/2")
     drover(tmp_path, "calibrate", scene, "--collect")
@@ -235,7 +247,8 @@ def test_an_error_out_of_reach_is_kept_marked_and_told(tmp_path):
     scene = write_tiny(tmp_path, {**ONE, "calibrate.relative_error": 1e-6})
     ended = drover(tmp_path, "calibrate", scene)
     assert "1 of 1 measurements have a larger error than was asked" in ended.stderr
-    assert re.search(r"\d !\n", ended.stdout) and re.search(r"! damping_rate at bead area fraction 0.3: .*trials would do", ended.stdout)
+    assert re.search(r"\d !\n", ended.stdout) and re.search(r"! damping_rate at bead area fraction 0.3: .*trials "
+                                                            r"would do", ended.stdout)
     with h5py.File(tmp_path / "tiny.calibration" / "table.h5") as file:
         assert list(file["calibration/damping_rate_origin"]) == [2] and "trials would do" in file.attrs["remarks"].decode()
 
@@ -245,7 +258,8 @@ def test_a_point_whose_trials_fail_is_refused_with_their_reason(tmp_path):
     ended = drover(tmp_path, "calibrate", scene, "--json", status=1)
     assert ended.stderr.count("failed: ") == 2 and "2 of 2 measurements were refused" in ended.stderr
     for point in json.loads(ended.stdout)["coefficients"]["damping_rate"]["points"]:
-        assert point["origin"] == "refused" and re.search(r"8 of 8 trials failed; expected at most 10 %: .* overlap", point["remark"])
+        assert point["origin"] == "refused" and re.search(r"8 of 8 trials failed; expected at most 10 %: .* overlap",
+                                                          point["remark"])
     assert json.loads(drover(tmp_path, "calibrate", scene, "--json", status=1).stdout)["trials_run"] == 0
 
 
@@ -268,7 +282,8 @@ def test_what_cannot_be_calibrated_is_refused_in_a_sentence(tmp_path):
     (tmp_path / "flock.toml").write_text(scene_text(SMALL))
     refused(tmp_path, ["calibrate", "flock.toml"], ["scene of fields"])
     scene = write_tiny(tmp_path)
-    refused(tmp_path, ["check", write_tiny(tmp_path, {"calibrate.rod_area_fractions": []}, name="empty.toml")], ["drag depends on it"])
+    refused(tmp_path, ["check", write_tiny(tmp_path, {"calibrate.rod_area_fractions": []}, name="empty.toml")],
+            ["drag depends on it"])
     for share in ("0/2", "3/2", "2", "1/2x", "a/b"):
         refused(tmp_path, ["calibrate", scene, "--share", share], ["expected I/N"])
     refused(tmp_path, ["calibrate", scene, "--collect"], ["no such folder"])
@@ -283,8 +298,10 @@ def test_a_folder_of_another_scene_and_foreign_trials_are_refused(tmp_path):
             ["trials of another scene", "restitution.bead_bead = 0.3 there, 0.9 here"])
     folder = tmp_path / "tiny.calibration"
     shutil.copy(folder / "damping-bead-0.3.trials", folder / "damping-bead-0.4.trials")
-    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["damping-bead-0.4.trials", "another scene or point"])
-    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.damping.hold=0.03"], ["damping-bead-0.3.trials", "another scene"])
+    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
+            ["damping-bead-0.4.trials", "another scene or point"])
+    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.damping.hold=0.03"],
+            ["damping-bead-0.3.trials", "another scene"])
     (folder / "damping-bead-0.4.trials").write_text("notes of mine")
     refused(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["is not a file of trials"])
 
@@ -294,7 +311,8 @@ def test_two_at_work_in_one_folder_are_refused_and_the_first_is_not_disturbed(tm
     process = start(tmp_path, "calibrate", scene, "--workers", "1")
     try:
         file = tmp_path / "tiny.calibration" / "damping-bead-0.3.trials"
-        wait_until(lambda: file.exists() and file.stat().st_size >= 16, "the head of its file", process=process)  # then nothing for a minute
+        wait_until(lambda: file.exists() and file.stat().st_size >= 16, "the head of its file",
+                   process=process)  # then nothing for a minute
         refused(tmp_path, ["calibrate", scene], ["another drover calibrate is at work"])
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=10)  # the trial takes longer than the patience: it is ended
@@ -320,7 +338,8 @@ def test_tables_that_were_tampered_with_are_refused(whole, tmp_path):
             del group[name]
         return change
 
-    refused(tmp_path, spoiled(put("damping_rate_error", -1.0)), ["damping_rate at bead area fraction 0.2 has the standard error -1"])
+    refused(tmp_path, spoiled(put("damping_rate_error", -1.0)),
+            ["damping_rate at bead area fraction 0.2 has the standard error -1"])
     refused(tmp_path, spoiled(put("damping_rate", math.nan)), ["damping_rate at bead area fraction 0.2 is nan"])
     refused(tmp_path, spoiled(put("damping_rate_origin", 9)), ["damping_rate_origin holds 9"])
     refused(tmp_path, spoiled(put("bead_area_fraction", 0.7)), ["area fractions between 0 and 1 that ascend"])
@@ -332,7 +351,8 @@ def test_tables_that_were_tampered_with_are_refused(whole, tmp_path):
 
 # --- the scenes
 
-SHORT = ["cell.lx=10", "cell.ly=10", "time.dt=4e-5", "contacts.max_overlap=0.2", "calibrate.bead_area_fractions=[0.3]", "calibrate.round=4",
+SHORT = ["cell.lx=10", "cell.ly=10", "time.dt=4e-5", "contacts.max_overlap=0.2", "calibrate.bead_area_fractions=[0.3]",
+         "calibrate.round=4",
          'calibrate.assays=["damping"]', "calibrate.max_trials=8", "calibrate.damping.time=0.2"]
 
 
@@ -341,7 +361,8 @@ def test_scenes_for_calibrate_are_listed_in_the_readme():
     assert scenes("calibrate") == ["calibrate-matched", "calibrate-small"]
     for scene in scenes("calibrate"):
         first, second = (MODELS / f"{scene}.toml").read_text().splitlines()[:2]
-        assert re.fullmatch(r"# Shows: .+\.", first) and listed[scene] == re.fullmatch(r"# Takes: (.+)\.", second).group(1), scene
+        assert re.fullmatch(r"# Shows: .+\.", first) and listed[scene] == re.fullmatch(r"# Takes: (.+)\.",
+                                                                                       second).group(1), scene
 
 
 @pytest.mark.parametrize("scene", scenes("calibrate"))
@@ -350,13 +371,16 @@ def test_a_scene_for_calibrate_is_good_and_its_calibration_works(scene, tmp_path
     drover(tmp_path, "check", path)
     units = {"calibrate-small": 16, "calibrate-matched": 48}[scene]
     assert f"drover calibrate: {units} measurements" in drover(tmp_path, "explain", path).stdout
-    point = json.loads(drover(tmp_path, "calibrate", path, "--json", *settings(SHORT)).stdout)["coefficients"]["damping_rate"]["points"][0]
+    point = json.loads(drover(tmp_path, "calibrate", path, "--json",
+                              *settings(SHORT)).stdout)["coefficients"]["damping_rate"]["points"][0]
     assert point["value"] is not None and point["trials"] == 8
-    drover(tmp_path, "run", path, "--quiet", *settings(SHORT[:4]), "--set", "time.end=0.02", "--set", "output.sample_every=0.01")
+    drover(tmp_path, "run", path, "--quiet", *settings(SHORT[:4]), "--set", "time.end=0.02", "--set",
+           "output.sample_every=0.01")
 
 
 def test_the_schema_knows_every_key_of_a_calibration():
-    told = {section["name"]: section for section in json.loads(drover(Path.cwd(), "schema", "--kind", "particles", "--json").stdout)}
+    told = {section["name"]: section
+            for section in json.loads(drover(Path.cwd(), "schema", "--kind", "particles", "--json").stdout)}
     for key in TINY:
         section, name = key.rsplit(".", 1)
         row = next(row for row in told[section]["rows"] if row["name"] == name)

@@ -27,10 +27,13 @@ def test_the_whole_way_from_particles_to_a_boundary_and_to_fields(tmp_path):
         for point in coefficients[name]["points"]:
             assert point["origin"] in ("measured", "short") and point["value"] > 0.0, (name, point)
     told = drover_json(tmp_path, "boundary", "small/table.h5", "-o", "onset.h5")
-    assert len(told["curves"]) == 2 and all(math.isfinite(point["threshold"]) for curve in told["curves"] for point in curve["points"])
+    assert len(told["curves"]) == 2 and all(math.isfinite(point["threshold"]) for curve in told["curves"]
+                                            for point in curve["points"])
     (tmp_path / "flock.toml").write_text(scene_text({
-        "fields.bead_density": True, "fields.bead_velocity": "dynamic", "current.kind": "density-order", "calibrated.table": "small/table.h5",
-        "calibrated.bead_area_fraction": 0.65, "calibrated.rod_area_fraction": 0.2, "grid.nx": 32, "grid.ny": 32, "grid.lx": 13.5, "grid.ly": 13.5,
+        "fields.bead_density": True, "fields.bead_velocity": "dynamic", "current.kind": "density-order",
+                                                     "calibrated.table": "small/table.h5",
+        "calibrated.bead_area_fraction": 0.65, "calibrated.rod_area_fraction": 0.2, "grid.nx": 32, "grid.ny": 32,
+                                                     "grid.lx": 13.5, "grid.ly": 13.5,
         "time.dt": 0.02, "time.end": 20.0}))
     drover(tmp_path, "run", "flock.toml", "--quiet")
     with h5py.File(tmp_path / "flock.h5") as file:

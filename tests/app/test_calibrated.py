@@ -42,7 +42,8 @@ def resolved(folder, scene="flock.toml", *changes):
 
 def model_of(scene):
     """What the table can give."""
-    return {name: scene[name] for name in ("uniform", "current", "inertia", "drag", "viscosity", "driving", "stiffness", "relaxation",
+    return {name: scene[name]
+            for name in ("uniform", "current", "inertia", "drag", "viscosity", "driving", "stiffness", "relaxation",
                                            "elasticity", "weathercock", "advection", "pressure", "noise")}
 
 
@@ -52,9 +53,12 @@ def test_a_scene_on_a_table_has_its_numbers_with_origins_and_errors(folder):
     scene = resolved(folder)
     sigma, rho, drag, g = 0.08 / 4.0, 0.5 / 0.5, 1.0 + 2.0 + 0.8, 2.0 * 0.1 * 3.8 / 0.3
     gamma = 0.7 * rho / 2.0
-    for key, value in {"uniform.rod_density": sigma, "uniform.bead_density": rho, "drag.coefficient": gamma, "driving.strength": drag * gamma,
-                       "viscosity.shear": 5.0 * 0.7 * rho, "stiffness.beads": 400.0, "relaxation.rate": 0.3, "weathercock.strength": 0.1,
-                       "elasticity.stiffness": 9.0 / (16.0 * 0.3), "pressure.rods": 1.5 / sigma, "noise.order": 0.3 / sigma,
+    for key, value in {"uniform.rod_density": sigma, "uniform.bead_density": rho, "drag.coefficient": gamma,
+                       "driving.strength": drag * gamma,
+                       "viscosity.shear": 5.0 * 0.7 * rho, "stiffness.beads": 400.0, "relaxation.rate": 0.3,
+                       "weathercock.strength": 0.1,
+                       "elasticity.stiffness": 9.0 / (16.0 * 0.3), "pressure.rods": 1.5 / sigma,
+                       "noise.order": 0.3 / sigma,
                        "current.speed": 3.0, "inertia.bead_mass": 0.7}.items():
         section, name = key.split(".")
         assert math.isclose(scene[section][name], value, rel_tol=1e-12), key
@@ -71,7 +75,8 @@ def test_a_scene_on_a_table_has_its_numbers_with_origins_and_errors(folder):
 def test_what_a_scene_says_itself_goes_before_the_table(folder):
     given = resolved(folder, "flock.toml", "relaxation.rate=0.7")
     assert given["relaxation"]["rate"] == 0.7 and given["calibrated"]["expected"] == []  # the table's mean field is not that of this scene
-    assert resolved(folder, "flock.toml", "weathercock.convention=single-rod")["weathercock"]["strength"] == pytest.approx(0.2, rel=1e-12)
+    assert resolved(folder, "flock.toml",
+                    "weathercock.convention=single-rod")["weathercock"]["strength"] == pytest.approx(0.2, rel=1e-12)
     # A hole in what is not asked for is no obstacle.
     write_plausible(folder / "table.h5", holes=[("stiffness", 1)])
     assert resolved(folder, "flock.toml", "stiffness.beads=100.0")["stiffness"]["beads"] == 100.0
@@ -80,15 +85,19 @@ def test_what_a_scene_says_itself_goes_before_the_table(folder):
 def test_a_value_of_the_varied_key_is_chosen_zero_too(folder):
     write_plausible(folder / "table.h5", kicks=[0.0, 0.5])
     for kick in (0.0, 0.5):
-        assert resolved(folder, "flock.toml", f"calibrated.varied={kick}")["relaxation"]["rate"] == pytest.approx(0.3 + kick, rel=1e-12)
-    refused(folder, ["check", "flock.toml"], ["the table is over kick.strength too; expected calibrated.varied with one of 0, 0.5"])
-    refused(folder, ["check", "flock.toml", "--set", "calibrated.varied=0.1"], ["calibrated.varied = 0.1", "expected one of 0, 0.5"])
+        assert resolved(folder, "flock.toml",
+                        f"calibrated.varied={kick}")["relaxation"]["rate"] == pytest.approx(0.3 + kick, rel=1e-12)
+    refused(folder, ["check", "flock.toml"],
+            ["the table is over kick.strength too; expected calibrated.varied with one of 0, 0.5"])
+    refused(folder, ["check", "flock.toml", "--set", "calibrated.varied=0.1"],
+            ["calibrated.varied = 0.1", "expected one of 0, 0.5"])
 
 
 def test_both_normalisations_are_one_model(folder):
     orientation, density = resolved(folder), resolved(folder, "flock.toml", "current.kind=order")
     sigma = orientation["uniform"]["rod_density"]
-    for section, key, power in (("driving", "strength", -1), ("weathercock", "strength", 1), ("relaxation", "saturation", -2),
+    for section, key, power in (("driving", "strength", -1), ("weathercock", "strength", 1),
+                                ("relaxation", "saturation", -2),
                                 ("pressure", "rods", 1), ("noise", "order", 2), ("relaxation", "rate", 0)):
         assert math.isclose(density[section][key], orientation[section][key] * sigma**power, rel_tol=1e-12)
     reports = []
@@ -101,7 +110,9 @@ def test_both_normalisations_are_one_model(folder):
 def test_a_scene_that_takes_lambda_of_one_rod_has_the_same_flock(folder):
     """lambda_s = 2 lambda, everywhere and at each place."""
     for more in ([], ["calibrated.coefficients=local"]):
-        reports = [re.search(r"grows at ([0-9.e-]+) /s", drover(folder, "explain", "flock.toml", *settings([f"weathercock.convention={one}", *more])).stdout)[1]
+        reports = [re.search(r"grows at ([0-9.e-]+) /s",
+                             drover(folder, "explain", "flock.toml",
+                                    *settings([f"weathercock.convention={one}", *more])).stdout)[1]
                    for one in ("mean", "single-rod")]
         assert reports[0] == reports[1]
 
@@ -120,10 +131,12 @@ def test_a_resolved_scene_needs_no_table_until_another_state_is_asked_for(folder
     fresh = resolved(folder, "flock.toml", *elsewhere)
     assert model_of(resolved(folder, "whole.toml", *elsewhere)) == model_of(fresh) != model_of(resolved(folder))
     # What changes the meaning of p or lambda asks the table too; what is set by hand is not said to be the table's.
-    assert model_of(resolved(folder, "whole.toml", "current.kind=order")) == model_of(resolved(folder, "flock.toml", "current.kind=order"))
+    assert model_of(resolved(folder, "whole.toml", "current.kind=order")) == model_of(resolved(folder, "flock.toml",
+                                                                                               "current.kind=order"))
     assert resolved(folder, "whole.toml", "calibrated.coefficients=local")["table"]["relaxation_rate"] != []
     by_hand = resolved(folder, "whole.toml", "relaxation.rate=0.7")["calibrated"]["filled"]
-    assert len(by_hand) == len(fresh["calibrated"]["filled"]) - 1 and not any(name.startswith("relaxation.rate:") for name in by_hand)
+    assert len(by_hand) == len(fresh["calibrated"]["filled"]) - 1 and not any(name.startswith("relaxation.rate:")
+                                                                              for name in by_hand)
     (folder / "table.h5").unlink()
     assert resolved(folder, "whole.toml") == tomllib.loads((folder / "whole.toml").read_text())
     refused(folder, ["check", "whole.toml", "--set", elsewhere[0]], ["whole.toml", "table.h5: does not exist"])
@@ -133,7 +146,8 @@ def test_a_run_carries_its_origins_and_a_sweep_asks_the_table_at_each_point(fold
     drover(folder, "run", "flock.toml", "--quiet", *settings(["time.end=0.5"]))
     with h5py.File(folder / "flock.h5") as file:
         assert "relaxation.rate: measured, 0.3 +- 0.006" in tomllib.loads(file.attrs["scene"].decode())["calibrated"]["filled"]
-    drover(folder, "sweep", "flock.toml", "--quiet", *settings(["sweep.vary=[\"calibrated.rod_area_fraction = 0.05, 0.1\"]"]))
+    drover(folder, "sweep", "flock.toml", "--quiet",
+           *settings(["sweep.vary=[\"calibrated.rod_area_fraction = 0.05, 0.1\"]"]))
     densities = []
     for path in sorted((folder / "flock.sweep").glob("*.h5")):
         with h5py.File(path) as file:
@@ -161,7 +175,8 @@ def test_the_boundary_of_a_table_is_where_its_straight_lines_cross(folder):
 
 def test_the_boundary_of_a_scene_with_local_coefficients_is_that_of_its_table(folder):
     """The one follows the zero of abar in the plane by its own tracer, the other a/lambda = alpha/Gamma along beads."""
-    report = drover_json(folder, "boundary", "flock.toml", "--x", "bead_area_fraction = 0.2:0.7", "--y", "rod_area_fraction = 0.05:0.11",
+    report = drover_json(folder, "boundary", "flock.toml", "--x", "bead_area_fraction = 0.2:0.7", "--y",
+                         "rod_area_fraction = 0.05:0.11",
                          *settings(["calibrated.coefficients=local", "boundary.lines=[\"onset\"]", "boundary.map=0"]))
     assert report["uncertain_numbers"] > 0
     (line,) = report["traced"][0]["lines"]
@@ -184,7 +199,8 @@ def test_scenes_on_tables_that_will_not_do_are_refused(folder):
     no(["calibrated.rod_area_fraction is not given"], "calibrated.rod_area_fraction=0.0")
     no(["calibrated.varied = 0.02", "varies no key"], "calibrated.varied=0.02")
     no(["calibrated.outside", "refuse"], "calibrated.outside=extrapolate")
-    assert resolved(folder, "flock.toml", "calibrated.bead_area_fraction=0.8", "calibrated.outside=hold")["relaxation"]["rate"] == pytest.approx(0.3)
+    assert resolved(folder, "flock.toml", "calibrated.bead_area_fraction=0.8",
+                    "calibrated.outside=hold")["relaxation"]["rate"] == pytest.approx(0.3)
     write_plausible(folder / "table.h5", holes=[("drag", 4)])
     no(["hole", "drag at bead area fraction 0.3, rod area fraction 0.08"])
     refused(folder, ["boundary", "table.h5"], ["hole", "drag at bead area fraction 0.3"])
@@ -204,7 +220,8 @@ def test_options_of_the_other_kind_are_refused(folder):
     refused(folder, ["boundary", "table.h5", "--varied", "0.02"], ["varies no key"])
     refused(folder, ["boundary", "flock.toml", "--varied", "0.02"], ["is for a table"])
     plane = ["--x", "bead_area_fraction = 0.2:0.7", "--y", "rod_area_fraction = 0.05:0.11"]
-    refused(folder, ["boundary", "flock.toml", *plane, "--convention", "single-rod"], ["from a table", "choose by weathercock.convention"])
+    refused(folder, ["boundary", "flock.toml", *plane, "--convention", "single-rod"],
+            ["from a table", "choose by weathercock.convention"])
     (folder / "onset.h5").write_bytes(b"")
     refused(folder, ["boundary", "table.h5", "-o", "onset.h5"], ["onset.h5"])
 
@@ -212,7 +229,8 @@ def test_options_of_the_other_kind_are_refused(folder):
 def test_a_table_with_errors_below_zero_is_refused(folder):
     with h5py.File(folder / "table.h5", "r+") as file:
         file["calibration/drag_error"][1, 1] = -0.1
-    refused(folder, ["check", "flock.toml"], ["drag at bead area fraction 0.3, rod area fraction 0.08 has the standard error -0.1"])
+    refused(folder, ["check", "flock.toml"],
+            ["drag at bead area fraction 0.3, rod area fraction 0.08 has the standard error -0.1"])
 
 
 def test_scenes_of_particles_have_no_calibrated_section(folder):

@@ -17,13 +17,16 @@ import drover as package
 from drover import blocks, compare, compare_panels, spectra
 
 SIDE = 15.0
-FIELDS = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 0.03, "uniform.bead_density": 0.6,
+FIELDS = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 0.03,
+          "uniform.bead_density": 0.6,
           "current.speed": 2.0, "current.kind": "density-order", "inertia.bead_mass": 0.7, "drag.coefficient": 1.0,
           "driving.strength": 1.0, "viscosity.shear": 5.0, "stiffness.beads": 200.0, "relaxation.rate": 2.0,
-          "elasticity.stiffness": 2.0, "weathercock.strength": 0.03, "pressure.rods": 40.0, "noise.order": 1.0, "grid.nx": 32,
+          "elasticity.stiffness": 2.0, "weathercock.strength": 0.03, "pressure.rods": 40.0, "noise.order": 1.0,
+          "grid.nx": 32,
           "grid.ny": 32, "grid.lx": SIDE, "grid.ly": SIDE, "time.dt": 0.05, "time.end": 60.0, "output.frame_every": 5.0,
           "output.sample_every": 0.1}
-PARTICLES = {"cell.lx": SIDE, "cell.ly": SIDE, "plates.amplitude": 0.05, "plates.gap": 1.268, "contacts.max_overlap": 0.2,
+PARTICLES = {"cell.lx": SIDE, "cell.ly": SIDE, "plates.amplitude": 0.05, "plates.gap": 1.268,
+             "contacts.max_overlap": 0.2,
              "beads.area_fraction": 0.3, "rods.count": 6, "time.dt": 5e-5, "time.end": 0.1, "output.frame_every": 0.02,
              "output.sample_every": 0.001}
 # What the program writes of a scene that takes its numbers from a table.
@@ -56,7 +59,7 @@ def a_folder_with_both_archives(tmp_path_factory):
 @pytest.fixture(scope="module", name="both")
 def the_comparison_of_both(folder):
     with package.open_run(folder / "fields.h5") as fields, package.open_run(folder / "particles.h5") as particles:
-        return compare.compared(fields, particles)
+        return compare.compare(fields, particles)
 
 
 @pytest.fixture(name="copies")
@@ -72,7 +75,8 @@ def command(folder, *arguments):
 # --- numbers
 
 def test_numbers_are_those_of_the_table_and_of_both_archives(folder, both):
-    assert both.expected == {"alignment": (2.319, 0.32), "effective_relaxation": (-0.0102, 0.0097), "order": (0.5001, 0.19),
+    assert both.expected == {"alignment": (2.319, 0.32), "effective_relaxation": (-0.0102, 0.0097),
+                             "order": (0.5001, 0.19),
                              "bead_velocity": (1.325, 0.0), "response_time": (1.8, 0.18)}
     with h5py.File(folder / "particles.h5") as file:
         for key, name in compare.PARTICLE_SERIES.items():
@@ -81,7 +85,8 @@ def test_numbers_are_those_of_the_table_and_of_both_archives(folder, both):
     with h5py.File(folder / "fields.h5") as file:
         assert both.fields.numbers["order"][0] == file["summary/polar_order"][()]
         place = numpy.flatnonzero(file["observables/time"][()] == file["time"][-1])[0]
-        means = {name: file[name][-1].mean() for name in ("bead_velocity_x", "bead_velocity_y", "polar_order_x", "polar_order_y")}
+        means = {name: file[name][-1].mean()
+                 for name in ("bead_velocity_x", "bead_velocity_y", "polar_order_x", "polar_order_y")}
     v, p = (numpy.array([means[f"{name}_{axis}"] for axis in "xy"]) for name in ("bead_velocity", "polar_order"))
     for key, value in (("order", numpy.hypot(*p)), ("size", numpy.hypot(*v)), ("along", v @ p / numpy.hypot(*p))):
         assert both.fields.series[key][place] == pytest.approx(value, rel=1e-9)
@@ -91,7 +96,8 @@ def test_means_and_errors_from_blocks_are_those_of_the_program(folder):
     compared = refused = 0
     for name in ("fields.h5", "particles.h5"):
         with package.open_run(folder / name) as run:
-            scalars = [key for key in run.observables if run.observables[key].dims == ("time",) and f"{key}_error" in run.summary]
+            scalars = [key for key in run.observables if run.observables[key].dims == ("time",)
+                       and f"{key}_error" in run.summary]
             first = int(numpy.searchsorted(run.observables.time.values, float(run.summary.warm_up) * (1.0 - 1e-9)))
             for key in (key for key in scalars if not key.startswith(("work_", "impacts_"))):  # their rates are taken
                 mean, error = blocks.mean_and_error(run.observables[key].values[first:])
@@ -102,14 +108,20 @@ def test_means_and_errors_from_blocks_are_those_of_the_program(folder):
 
 
 def test_the_last_sample_is_left_out_where_the_run_ended_before_it_was_due():
-    assert [compare.ends_early(numpy.array(times)) for times in ([0.0, 1.0, 2.0], [0.0, 1.0, 1.5], [0.0, 1.0])] == [False, True, False]
+    assert [compare.ends_early(numpy.array(times))
+            for times in ([0.0, 1.0, 2.0], [0.0, 1.0, 1.5], [0.0, 1.0])] == [False, True, False]
 
 
 def test_the_table_prints_refused_errors_as_refused_and_nothing_for_what_no_run_tells(both):
-    assert [compare.number_text(*pair) for pair in ((0.5, 0.19), (0.5, 0.0), (0.5, numpy.nan))] == ["0.5 +- 0.19", "0.5", "0.5 +- refused"]
-    rows = {line.split("  ")[0]: re.split(r"  +", line)[1:] for line in compare.table_text(both).splitlines() if "  " in line}
+    assert [compare.number_text(*pair) for pair in ((0.5, 0.19), (0.5, 0.0), (0.5, numpy.nan))] == ["0.5 +- 0.19",
+                                                                                                    "0.5", "0.5 +- "
+                                                                                                    "refused"]
+    rows = {line.split("  ")[0]: re.split(r"  +", line)[1:] for line in compare.table_text(both).splitlines()
+            if "  " in line}
     assert rows["alignment g"] == ["2.319 +- 0.32", "-", "-"]
-    assert rows["polar order P"] == ["0.5001 +- 0.19", *(compare.number_text(*side.numbers["order"]) for side in (both.fields, both.particles))]
+    assert rows["polar order P"] == ["0.5001 +- 0.19",
+                                     *(compare.number_text(*side.numbers["order"])
+                                       for side in (both.fields, both.particles))]
     assert rows["bead velocity |<v>| [mm/s]"][0] == rows["bead velocity along the order [mm/s]"][0] == "1.325"
 
 
@@ -153,7 +165,8 @@ def test_rods_that_turn_along_a_wave_have_its_delta():
     places = numpy.column_stack([numpy.arange(60) * SIDE / 60, numpy.zeros(60)])
     angle = 2.0 * numpy.pi * 2.0 * places[:, 0] / SIDE
     numbers = numpy.array([[n, 0] for n in range(1, 6)])
-    density, order = spectra.body_factors(places, numpy.column_stack([numpy.cos(angle), numpy.sin(angle)]), (SIDE, SIDE), numbers)
+    density, order = spectra.body_factors(places, numpy.column_stack([numpy.cos(angle), numpy.sin(angle)]),
+                                          (SIDE, SIDE), numbers)
     assert numpy.allclose(order, [0.0, 30.0, 0.0, 0.0, 0.0], atol=1e-12) and numpy.allclose(density, 0.0, atol=1e-12)
 
 
@@ -161,7 +174,8 @@ def field_run(kind, density, order):
     """What the sums need of a run of one frame."""
     arrays = {"rod_density": density, "polar_order_x": order, "polar_order_y": numpy.zeros_like(order)}
     frames = xarray.Dataset({name: (("time", "y", "x"), array[None]) for name, array in arrays.items()})
-    return types.SimpleNamespace(frames=frames, path="fields.h5", scene={"current": {"kind": kind}, "grid": {"lx": SIDE, "ly": 2 * SIDE}})
+    return types.SimpleNamespace(frames=frames, path="fields.h5",
+                                 scene={"current": {"kind": kind}, "grid": {"lx": SIDE, "ly": 2 * SIDE}})
 
 
 @pytest.mark.parametrize("kind", ["order", "density-order"])
@@ -173,7 +187,8 @@ def test_a_plane_wave_of_the_order_of_fields_has_its_delta(kind):
     count = sigma * 2.0 * SIDE**2
     sums = spectra.field_factors(run, 0, (SIDE, 2.0 * SIDE), numpy.array([[3, 0], [0, 3], [2, 0], [3, 1]]))
     assert numpy.allclose(sums[1], [count * (0.5 * size) ** 2, 0.0, 0.0, 0.0], atol=1e-12)
-    assert numpy.allclose(density.mean, 0.0, atol=1e-12) and order.mean.argmax() == 5  # 3 waves a side are 6 of the longer one
+    assert numpy.allclose(density.mean, 0.0,
+                          atol=1e-12) and order.mean.argmax() == 5  # 3 waves a side are 6 of the longer one
 
 
 def test_fields_have_the_structure_factor_that_the_program_measured(folder):
@@ -209,8 +224,9 @@ def test_the_picture_has_both_runs_the_band_and_no_overlaps(both):
 
 def test_a_grid_without_shells_says_so(both):
     nothing = tuple(type(result)(*(numpy.array([]) for _ in range(4))) for result in both.factors["rods"])
-    picture = compare_panels.draw(compare.Comparison(both.expected, both.fields, both.particles, {"rods": nothing, "order": nothing}), "x")
-    assert "take a finer one" in picture.axes[2].texts[0].get_text()
+    picture = compare_panels.draw(compare.Comparison(both.expected, both.fields, both.particles,
+                                                     {"rods": nothing, "order": nothing}), "x")
+    assert "use a finer grid" in picture.axes[2].texts[0].get_text()
 
 
 def test_the_command_prints_the_table_and_writes_the_picture(folder):
@@ -225,9 +241,9 @@ def test_a_run_that_has_not_ended_has_means_over_its_second_half(copies):
         del file["summary"]
         order = file["series/polar_order"][()]
     with package.open_run(copies[0]) as fields, package.open_run(copies[1]) as particles:
-        both = compare.compared(fields, particles)
+        both = compare.compare(fields, particles)
     assert both.particles.numbers["order"] == blocks.mean_and_error(order[len(order) // 2:])
-    assert "has not reached its end" in compare.table_text(both)
+    assert "is not finished" in compare.table_text(both)
 
 
 # --- refusals
@@ -245,7 +261,8 @@ def without_frames(path):
 
 @pytest.mark.parametrize("spoil, sentence", [
     (lambda fields, particles: without_frames(fields), "fields.h5 holds no frame"),
-    (lambda fields, particles: drop(particles, "series/bead_velocity_along_order"), "holds no series bead_velocity_along_order"),
+    (lambda fields, particles: drop(particles, "series/bead_velocity_along_order"), "holds no series "
+     "bead_velocity_along_order"),
     (lambda fields, particles: drop(fields, "observables/bead_velocity_mean_x"), "has no velocity of the beads"),
 ], ids=["no frame", "no series", "no velocity"])
 def test_archives_that_lack_something_are_refused_with_a_sentence(copies, tmp_path, monkeypatch, spoil, sentence):
@@ -261,21 +278,24 @@ def set_section(run, section, **keys):
 
 
 @pytest.mark.parametrize("spoil, sentence", [
-    (lambda fields, particles: set_section(fields, "calibrated", table=""), "has no calibrated.table; expected fields on a table"),
+    (lambda fields, particles: set_section(fields, "calibrated", table=""), "has no calibrated.table; expected fields "
+     "on a table"),
     (lambda fields, particles: fields.scene.pop("calibrated"), "has no calibrated.table; expected fields on a table"),
     (lambda fields, particles: set_section(fields, "calibrated", expected=[]), "has no number alignment"),
-    (lambda fields, particles: set_section(fields, "calibrated", expected=["alignment = much"]), "has no number alignment"),
+    (lambda fields, particles: set_section(fields, "calibrated", expected=["alignment = much"]), "has no number "
+     "alignment"),
     (lambda fields, particles: set_section(fields, "calibrated", bead_area_fraction=0.32),
      "the area fraction of its beads is 0.3; expected calibrated.bead_area_fraction = 0.32"),
     (lambda fields, particles: set_section(particles, "rods", area_fraction=0.05),
      "the area fraction of its rods is 0.05; expected calibrated.rod_area_fraction = 0.11"),
-    (lambda fields, particles: set_section(particles, "cell", shape="circle"), 'cell.shape = "circle"; expected "periodic"'),
+    (lambda fields, particles: set_section(particles, "cell", shape="circle"), 'cell.shape = "circle"; expected '
+     '"periodic"'),
 ], ids=["no table", "no section", "nothing expected", "no number", "beads", "rods", "walls"])
 def test_scenes_that_cannot_be_compared_are_refused_with_a_sentence(folder, spoil, sentence):
     with package.open_run(folder / "fields.h5") as fields, package.open_run(folder / "particles.h5") as particles:
         spoil(fields, particles)
         with pytest.raises(package.DroverError) as refused:
-            compare.compared(fields, particles)
+            compare.compare(fields, particles)
     assert sentence in str(refused.value) and str(folder) in str(refused.value) and "\n" not in str(refused.value)
 
 

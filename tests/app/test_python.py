@@ -215,7 +215,7 @@ def test_arrays_are_read_when_they_are_used_and_not_from_a_closed_file(archive):
     with h5py.File(archive) as file:
         assert numpy.array_equal(part, file["rod_density"][1][::-2, 3:5])
     opened.close()
-    with pytest.raises(drover.DroverError, match="is closed and /polar_order_x was not read before"):
+    with pytest.raises(drover.DroverError, match="is closed and /polar_order_x had not been read"):
         opened.frames.polar_order_x.load()
 
 
@@ -276,7 +276,7 @@ def test_a_file_that_is_no_sound_archive_is_refused_with_a_sentence(copy, monkey
 def test_hdf5_of_someone_else_and_a_scene_are_named_as_what_they_are(tmp_path):
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["a"] = [1.0]
-    with pytest.raises(drover.DroverError, match="is HDF5 but no archive of drover"):
+    with pytest.raises(drover.DroverError, match="is HDF5 but not a drover archive"):
         drover.open_run(tmp_path / "other.h5")
     (tmp_path / "rods.toml").write_text(SCENE)
     with pytest.raises(drover.DroverError, match="is a scene; expected an archive: drover run"):
@@ -354,7 +354,7 @@ def test_an_unfinished_run_is_drawn_and_says_so(unfinished):
     assert share_of(picture, panels.BLUE) > 1e-4
     with drover.open_run(unfinished[0]) as opened:
         assert overlaps(opened) == []
-        assert any("has not reached its end" in text.get_text() for text in figure.draw(opened).texts)
+        assert any("is not finished" in text.get_text() for text in figure.draw(opened).texts)
 
 
 def test_refused_errors_are_said_and_drawn_hollow(copy):
@@ -362,7 +362,7 @@ def test_refused_errors_are_said_and_drawn_hollow(copy):
         file["summary/structure_factor_rods_error"][:2] = numpy.nan
     with drover.open_run(copy) as opened:
         picture = figure.draw(opened)
-        assert any("hollow" in text.get_text() for text in picture.texts)
+        assert any("open symbols" in text.get_text() for text in picture.texts)
         hollow = [line for axes in picture.axes for line in axes.lines
                   if line.get_color() == panels.BLUE and line.get_markerfacecolor() == "white"]
         assert any(opened.summary.wavenumber.values[0] in line.get_xdata() for line in hollow)
@@ -382,18 +382,23 @@ def test_a_run_without_linear_theory_is_drawn_and_says_so(tmp_path, settings, wo
 
 
 NO_RODS = ["fields.rod_density=false", "current.speed=0", "pressure.rods=0", "diffusion.rods=0", "noise.rods=0"]
-BEADS = ["fields.bead_density=true", "drag.coefficient=2", "driving.strength=1", "weathercock.strength=1", "stiffness.beads=2",
+BEADS = ["fields.bead_density=true", "drag.coefficient=2", "driving.strength=1", "weathercock.strength=1",
+         "stiffness.beads=2",
          "noise.order=0.01", "noise.beads=0.001"]
-FLOW = ["noise.order=0", "initial.kind=uniform", "force.kind=point", "force.x=0.1", "viscosity.shear=2", "time.end=5", "output.frame_every=5"]
+FLOW = ["noise.order=0", "initial.kind=uniform", "force.kind=point", "force.x=0.1", "viscosity.shear=2", "time.end=5",
+        "output.frame_every=5"]
 FORMS = {  # settings, names of fields, what the map's title says
-    "polar": (NO_RODS, {"polar_order"}, "polar order and its size"),
-    "rods, mean orientation": (["current.kind=density-order", "relaxation.saturation=1"], {"rod_density", "polar_order"},
+    "polar": (NO_RODS, {"polar_order"}, "polar order and its magnitude"),
+    "rods, mean orientation": (["current.kind=density-order", "relaxation.saturation=1"],
+                               {"rod_density", "polar_order"},
                                "rod density and polar order"),
     "dilute": ([*NO_RODS, *BEADS, "fields.bead_velocity=dynamic"], {"bead_density", "bead_velocity", "polar_order"},
                "bead density and polar order"),
-    "two-component": ([*BEADS, "fields.bead_velocity=dynamic"], {"bead_density", "rod_density", "bead_velocity", "polar_order"},
+    "two-component": ([*BEADS, "fields.bead_velocity=dynamic"],
+                      {"bead_density", "rod_density", "bead_velocity", "polar_order"},
                       "rod density and polar order"),
-    "overdamped": ([*BEADS, "fields.bead_velocity=slaved"], {"bead_density", "rod_density", "bead_velocity", "polar_order"},
+    "overdamped": ([*BEADS, "fields.bead_velocity=slaved"],
+                   {"bead_density", "rod_density", "bead_velocity", "polar_order"},
                    "rod density and polar order"),
     "flow alone": ([*NO_RODS, *BEADS, *FLOW, "fields.bead_velocity=dynamic", "noise.beads=0", "weathercock.strength=0"],
                    {"bead_density", "bead_velocity", "polar_order"}, "bead density and bead velocity"),

@@ -1,4 +1,4 @@
-"""drover/paper.py: the sheet that every picture is drawn on: its style, its size, axes by inches, title and caption."""
+"""drover/paper.py: common layout of figures: style, size, axes in inches, title and caption."""
 import textwrap
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -16,13 +16,13 @@ def sheet():
 
 
 def add_axes(figure, box):
-    """Axes in a box: left, bottom, width, height in inches."""
+    """Adds axes in a box: left, bottom, width, height in inches."""
     left, bottom, width, height = box
     return figure.add_axes((left / SIZE[0], bottom / SIZE[1], width / SIZE[0], height / SIZE[1]))
 
 
 def bar_box(box):
-    """Room for the colour bar on the right of a box."""
+    """Box of the colour bar to the right of a box."""
     left, bottom, width, height = box
     tall = max(height, 1.1)
     return left + width + 0.1, bottom + height - tall, 0.14, tall
