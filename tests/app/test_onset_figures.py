@@ -161,7 +161,7 @@ def test_what_is_damaged_or_asked_wrongly_is_refused_with_a_sentence(tmp_path, m
     with pytest.raises(package.DroverError, match="is not a run: drover boundary wrote it; open it with drover.open_theory"):
         package.open_run(path)
     for name, sentence in (("line/mean_error", "the group line has no mean_error over line_rod_fraction"),
-                           ("line", "holds no group line; expected curves and line")):
+                           ("line", "has no group line, which drover boundary TABLE writes")):
         with h5py.File(path, "r+") as file:
             del file[name]
         with pytest.raises(package.DroverError, match=sentence):

@@ -262,8 +262,8 @@ def spoil(path, change):
 
 @pytest.mark.parametrize("change, sentence", [
     (lambda file: file.attrs.__delitem__("scene"), "is HDF5 but not a drover archive"),
-    (lambda file: file["ordered"].__delitem__("growth_rate"), "the group ordered holds no growth_rate"),
-    (lambda file: [file.__delitem__(name) for name in list(file)], "holds no uniform state"),
+    (lambda file: file["ordered"].__delitem__("growth_rate"), "the group ordered has no growth_rate"),
+    (lambda file: [file.__delitem__(name) for name in list(file)], "contains no uniform state"),
 ], ids=["no scene", "no growth", "no state"])
 def test_a_wrong_file_is_refused_with_a_sentence_and_no_picture(tmp_path, change, sentence):
     path = archive(tmp_path, "stability", SMALL, BANDING)
@@ -274,9 +274,9 @@ def test_a_wrong_file_is_refused_with_a_sentence_and_no_picture(tmp_path, change
 
 
 @pytest.mark.parametrize("name, arguments, sentence", [
-    ("bands", ["--state", "smectic"], 'holds no state "smectic"; expected isotropic or ordered'),
-    ("bands", ["--frame", "0"], "--frame 0 is asked for, but drover stability wrote this archive"),
-    ("plane", ["--state", "ordered"], "--state ordered is asked for, but drover boundary wrote this archive")])
+    ("bands", ["--state", "smectic"], 'has no state "smectic"; expected isotropic or ordered'),
+    ("bands", ["--frame", "0"], "--frame 0 does not apply, since drover stability wrote this archive"),
+    ("plane", ["--state", "ordered"], "--state ordered does not apply, since drover boundary wrote this archive")])
 def test_an_option_of_another_kind_is_refused_with_a_sentence(request, name, arguments, sentence):
     done = draw(request.getfixturevalue(name), *arguments, "--output", "none.png", status=2)
     assert sentence in done.stderr and done.stderr.count("\n") == 1

@@ -7,7 +7,7 @@ from drover import boundary_panels as panels
 from drover.archive import loaded
 from drover.error import DroverError
 from drover.panels import STEPS, with_unit
-from drover.paper import SIZE, STYLE, add_axes, sheet, write_words
+from drover.paper import SIZE, STYLE, add_axes, new_figure, write_title_and_caption
 
 PLANE, KEYS_LEFT = (0.9, 1.35, 7.3, 5.6), 8.5  # inches
 
@@ -21,7 +21,7 @@ def draw(theory):
         raise DroverError(f"{theory.path}: a line has an unknown kind or convention; the file is from "
                           "another version of drover, or damaged")
     conventions, (origin, sides) = conventions_of(theory, lines), plane_of(theory)
-    figure = sheet()
+    figure = new_figure()
     axes = add_axes(figure, PLANE)
     codes = panels.draw_regimes(axes, groups["map"].regime, numpy.ravel(
         numpy.column_stack([origin, origin + sides]))) if "map" in groups else []
@@ -38,7 +38,8 @@ def draw(theory):
     if not lines:
         axes.text(0.5, 0.5, "no line in this plane", ha="center", va="center", transform=axes.transAxes)
     write_keys(figure, codes, lines, conventions)
-    write_words(figure, f"{theory.attributes.get('scene_file', '?')}: phase boundaries of its uniform states",
+    write_title_and_caption(figure, f"{theory.attributes.get('scene_file', '?')}: phase boundaries of its uniform "
+                                    f"states",
                 caption(theory, codes, lines, conventions, angles))
     return figure
 

@@ -150,13 +150,13 @@ def series_of(run, name):
 def side(run, series, summarised, sides):
     """Uses the means of the archive where they exist."""
     times = run.observables["time"].values
-    whole = run.summary is not None
+    finished = run.summary is not None
     # An unfinished run has no warm-up time yet: exclude half of it, to be safe.
-    warm_up = float(loaded(run.summary["warm_up"], run.path)) if whole else 0.5 * float(times[-1] - times[0])
+    warm_up = float(loaded(run.summary["warm_up"], run.path)) if finished else 0.5 * float(times[-1] - times[0])
     first = int(numpy.searchsorted(times, (times[0] + warm_up) * (1.0 - 1e-9)))
     last = len(times) - int(ends_early(times))
     numbers = {key: mean_and_error(values[first:last]) for key, values in series.items()}
-    for key, name in summarised.items() if whole else ():
+    for key, name in summarised.items() if finished else ():
         numbers[key] = tuple(float(loaded(run.summary[part], run.path)) for part in (name, f"{name}_error"))
     return Side(run, times, series, numbers, warm_up, sides)
 

@@ -5,7 +5,7 @@ from matplotlib.ticker import MaxNLocator
 
 from drover import panels
 from drover.panels import BLUE, GREY, ROUNDING, STEPS, VERMILLION, key_of
-from drover.paper import STYLE, add_axes, sheet, write_words
+from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 
 BOXES = ((0.9, 4.5, 4.75, 2.4), (6.5, 4.5, 4.75, 2.4), (0.9, 1.3, 4.75, 2.4), (6.5, 1.3, 4.75, 2.4))  # inches
 LOOKS = (("fields", BLUE, "o"), ("particles", VERMILLION, "s"))
@@ -18,7 +18,7 @@ FACTORS = (("rods", "(c) density of the rods", r"structure factor $S$"),
 @matplotlib.rc_context(STYLE)
 def draw(comparison, title):
     """Draws a comparison as a matplotlib Figure."""
-    picture = sheet()
+    picture = new_figure()
     axes = [add_axes(picture, box) for box in BOXES]
     for panel, (key, expected, words, label) in zip(axes[:2], SERIES):
         draw_series(panel, comparison, key, comparison.expected[expected])
@@ -28,7 +28,7 @@ def draw(comparison, title):
         draw_factors(panel, comparison.factors[key])
         panel.set_title(words, loc="left")
         panel.set_ylabel(label)
-    write_words(picture, title, caption(comparison))
+    write_title_and_caption(picture, title, caption(comparison))
     return picture
 
 

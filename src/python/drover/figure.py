@@ -13,7 +13,7 @@ import numpy
 from drover import boundary_figure, onset_figure, panels, particle_figure, stability_figure
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError
-from drover.paper import STYLE, add_axes, bar_box, sheet, write_words
+from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
 from drover.particles import ParticleRun
 from drover.theory import open_any
 
@@ -28,7 +28,7 @@ TALL = {**SQUARE, "map": (0.8, 1.6, 3.3, 5.35), "order": (6.35, 1.2, 5.05, 1.1)}
 WIDE_FROM, TALL_FROM = 2.0, 0.62  # ratio of the sides of the cell, x to y
 TITLES = {"map": "(a) {}", "structure": "(b) structure factors",
           "numbers": "(c) number fluctuations", "exponents": "(d) local exponent of (c)",
-          "order": "(e) polar order of the whole cell"}
+          "order": "(e) polar order of the cell"}
 
 
 def draw(run, frame=-1):
@@ -40,7 +40,7 @@ def draw(run, frame=-1):
     ratio = run.scene["grid"]["lx"] / run.scene["grid"]["ly"]
     layout = WIDE if ratio > WIDE_FROM else TALL if ratio < TALL_FROM else SQUARE
     with matplotlib.rc_context(STYLE):
-        figure = sheet()
+        figure = new_figure()
         boxes = {**layout, "map": fitted(layout["map"], ratio)}
         axes = {name: add_axes(figure, box) for name, box in boxes.items()}
         blocks = panels.draw_map(axes["map"], add_axes(figure, bar_box(boxes["map"])), run, frame)
@@ -49,7 +49,7 @@ def draw(run, frame=-1):
         panels.draw_order(axes["order"], run, columns=1 if layout is WIDE else 2)
         for name, words in TITLES.items():
             axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
-        write_words(figure, title(run, frame), caption(run, drawn, blocks))
+        write_title_and_caption(figure, title(run, frame), caption(run, drawn, blocks))
     return figure
 
 

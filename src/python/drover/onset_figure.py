@@ -9,7 +9,7 @@ from drover import boundary_panels
 from drover.archive import loaded
 from drover.error import DroverError
 from drover.panels import GREY, STEPS, key_of, with_unit
-from drover.paper import SIZE, STYLE, add_axes, sheet, write_words
+from drover.paper import SIZE, STYLE, add_axes, new_figure, write_title_and_caption
 
 CURVES, PLANE = (0.9, 2.6, 4.75, 4.3), (6.5, 2.6, 4.75, 4.3)  # inches
 KEYS_TOP = 1.95                                               # of the legends below the panels [inches]
@@ -36,7 +36,7 @@ def draw(theory):
                           f"damaged, or "
                           "from another version of drover")
     curves, line = (theory.groups[name].map(lambda array: loaded(array, theory.path)) for name in ("curves", "line"))
-    figure = sheet()
+    figure = new_figure()
     left, right = add_axes(figure, CURVES), add_axes(figure, PLANE)
     draw_curves(left, curves, line)
     draw_plane(right, curves, line)
@@ -50,7 +50,7 @@ def draw(theory):
                       borderpad=0.0, borderaxespad=0.0,
                       bbox_to_anchor=(axes.get_position().x0, KEYS_TOP / SIZE[1]))
     name = theory.attributes.get("scene_file", "?").removesuffix(" (its scene)")
-    write_words(figure, f"{name}: predicted flocking threshold", caption(curves, line))
+    write_title_and_caption(figure, f"{name}: predicted flocking threshold", caption(curves, line))
     return figure
 
 
@@ -109,9 +109,9 @@ def draw_crossings(axes, line, rods, colour, height_of):
 def draw_plane(axes, curves, line):
     """Draws the thresholds of both conventions with errors, the region of flocks, and the experimental line."""
     beads, rods = curves["bead_fraction"].values, line["line_rod_fraction"].values
-    room = 0.05 if len(rods) == 1 else 0.0
+    margin = 0.05 if len(rods) == 1 else 0.0
     axes.set_xlim(beads[0], beads[-1])
-    axes.set_ylim(rods[0] - room, rods[-1] + room)
+    axes.set_ylim(rods[0] - margin, rods[-1] + margin)
     for name, _, style, fill, _ in CONVENTIONS:
         place, error = line[name].values, line[f"{name}_error"].values
         axes.plot(place, rods, color="black", linestyle=style, linewidth=1.6, zorder=3)

@@ -186,11 +186,11 @@ def make_room_below(axes, entries):
     axes.set_ylim(lower, axes.get_ylim()[1])
 
 
-def write_instead(axes, sentence):
+def write_instead(axes, message):
     """Writes why a panel has no data."""
     axes.set_xticks([])
     axes.set_yticks([])
-    axes.text(0.5, 0.5, sentence, ha="center", va="center", transform=axes.transAxes, color=GREY)
+    axes.text(0.5, 0.5, message, ha="center", va="center", transform=axes.transAxes, color=GREY)
 
 
 def is_drawable(result):

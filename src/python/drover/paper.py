@@ -9,7 +9,7 @@ STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fo
 SIZE = (11.6, 7.7)  # inches
 
 
-def sheet():
+def new_figure():
     figure = Figure(figsize=SIZE)
     FigureCanvasAgg(figure)
     return figure
@@ -28,7 +28,7 @@ def bar_box(box):
     return left + width + 0.1, bottom + height - tall, 0.14, tall
 
 
-def write_words(figure, title, caption):
+def write_title_and_caption(figure, title, caption):
     figure.text(0.8 / SIZE[0], 1.0 - 0.32 / SIZE[1], title, fontsize=12, va="center")
     figure.text(0.8 / SIZE[0], 0.66 / SIZE[1], "\n".join(textwrap.wrap(caption, 172)), fontsize=8.5, va="top",
                 linespacing=1.3)

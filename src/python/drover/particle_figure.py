@@ -4,7 +4,7 @@ import numpy
 
 from drover import particle_panels as panels
 from drover.error import DroverError
-from drover.paper import STYLE, add_axes, sheet, write_words
+from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 from drover.particles import sides_of
 
 MAP, WHEEL = (0.7, 1.15, 6.3, 5.85), (7.55, 5.15, 1.75, 1.75)  # inches
@@ -20,7 +20,7 @@ def draw(run, frame=-1):
     if not -frames <= frame < frames:
         raise DroverError(f"{run.path}: has no frame {frame}; expected 0 to {frames - 1}, or a negative number counted "
                           "from the end")
-    figure = sheet()
+    figure = new_figure()
     axes = add_axes(figure, MAP)
     sides = sides_of(run)
     panels.draw_cell(axes, run, sides)
@@ -36,7 +36,7 @@ def draw(run, frame=-1):
         panel = add_axes(figure, box)
         panels.draw_series(panel, run, name, float(run.frames["time"][frame]))
         panel.set_title(f"({letter}) {panels.words_of(name)}", loc="left")
-    write_words(figure, title(run, frame), caption(run, has_beads, has_rods))
+    write_title_and_caption(figure, title(run, frame), caption(run, has_beads, has_rods))
     return figure
 
 

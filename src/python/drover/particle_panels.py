@@ -146,9 +146,9 @@ def draw_cell(axes, run, sides):
     periodic = is_periodic(run)
     axes.plot(line[:, 0], line[:, 1], color="#808080" if periodic else "black", linewidth=0.8 if periodic else 1.4,
               linestyle=(0, (4, 3)) if periodic else "-", zorder=4, clip_on=False)
-    room = 0.015 * max(sides)
-    axes.set_xlim(-0.5 * sides[0] - room, 0.5 * sides[0] + room)
-    axes.set_ylim(-0.5 * sides[1] - room - 0.05 * max(sides), 0.5 * sides[1] + room)
+    margin = 0.015 * max(sides)
+    axes.set_xlim(-0.5 * sides[0] - margin, 0.5 * sides[0] + margin)
+    axes.set_ylim(-0.5 * sides[1] - margin - 0.05 * max(sides), 0.5 * sides[1] + margin)
     axes.set_aspect("equal", anchor="NW")
     axes.set_axis_off()
 

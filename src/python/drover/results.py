@@ -54,8 +54,9 @@ def number_exponents(run, numbers):
     """Local exponents d ln DN/d ln N between adjacent boxes, over the geometric mean of their N."""
     middle = numpy.sqrt(numbers.x[1:] * numbers.x[:-1])
     if run.summary is not None:
-        whole = summarised(run, f"{counted(run)}_number_exponent", numbers.x)  # the last is NaN: there is no larger box
-        return Result(middle, whole.mean[:-1], whole.error[:-1], whole.linear[:-1])
+        exponents = summarised(run, f"{counted(run)}_number_exponent",
+                               numbers.x)  # the last is NaN: there is no larger box
+        return Result(middle, exponents.mean[:-1], exponents.error[:-1], exponents.linear[:-1])
     with numpy.errstate(divide="ignore", invalid="ignore"):
         return bare(middle, numpy.diff(numpy.log(numbers.mean)) / numpy.diff(numpy.log(numbers.x)))
 

@@ -3,7 +3,7 @@ import matplotlib
 
 from drover import stability_panels as panels
 from drover.error import DroverError
-from drover.paper import STYLE, add_axes, bar_box, sheet, write_words
+from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
 
 # Area of the panels (left, bottom, right, top) and gaps between columns and rows, in inches.
 AREA, GAPS = (0.85, 1.3, 11.35, 6.95), (0.95, 0.95)
@@ -16,7 +16,7 @@ def draw(theory, name=None):
     such state."""
     state = state_of(theory, name)
     chosen = panels_of(state)
-    figure = sheet()
+    figure = new_figure()
     for letter, (words, draw_panel), box in zip("abcdef", chosen, boxes(len(chosen))):
         if draw_panel is panels.draw_growth_map:
             box = (*box[:2], box[2] - BAR, box[3])
@@ -27,7 +27,7 @@ def draw(theory, name=None):
             draw_panel(axes, state)
         axes.set_title(f"({letter}) {words}", loc="left")
     scene = theory.attributes.get("scene_file", "?")
-    write_words(figure, f"{scene}: linear theory of its uniform state “{state.words}”", caption(state))
+    write_title_and_caption(figure, f"{scene}: linear theory of its uniform state “{state.words}”", caption(state))
     return figure
 
 
