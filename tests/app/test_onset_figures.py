@@ -99,8 +99,8 @@ def test_holes_are_told_in_the_caption(tmp_path):
     groups["line"]["mean_share"][:] = 0.0  # of what is not drawn nothing is said
     groups["line"]["mean_share"][10] = 0.4
     picture = picture_of(write(tmp_path, groups))
-    assert "λ\u00a0=\u00a0λs/2: no crossing within the table at 20 of 21 area fractions of rods; nothing is drawn there." in words_of(picture)
-    assert "that cross, at least 40 % of them" in words_of(picture)
+    assert "λ\u00a0=\u00a0λs/2: no crossing in the table at 20 of 21 area fractions of rods." in words_of(picture)
+    assert "that have a crossing, at least 40 % of them" in words_of(picture)
     lone = [line for line in picture.axes[1].lines if line.get_marker() == "o" and len(line.get_xdata()) == 1]
     assert [float(line.get_xdata()[0]) for line in lone] == [0.42]
     assert overlaps(picture) == []
