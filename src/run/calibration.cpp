@@ -39,7 +39,7 @@ std::string result_text(const calibrate::TrialSet& trial_set) {
                 found.trials, failed, found.reached ? "" : ", with a larger error than requested");
 }
 
-/// Units of one process: their files, claimed, and what is wanted of them.
+/// The trials of one process: its locked trial files and the trials still needed.
 class Work {
 public:
     Work(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options)

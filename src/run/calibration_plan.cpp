@@ -99,7 +99,7 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
     require(dem::is_periodic(scene.particles.cell), io::location_of(scene, "cell.shape"),
             "cell.shape = \"{}\"; expected \"periodic\" for drover calibrate", scene.particles.cell.shape);
     require(!plan.bead_area_fractions.empty(), io::location_of(scene, "calibrate.bead_area_fractions"),
-            "nothing to calibrate: set calibrate.bead_area_fractions, such as [0.2, 0.4, 0.6]");
+            "nothing to calibrate; expected calibrate.bead_area_fractions, such as [0.2, 0.4, 0.6]");
     CalibrationLayout layout;
     layout.goal = {.relative_error = plan.relative_error,
                    .round = static_cast<std::size_t>(plan.round),
