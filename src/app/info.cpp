@@ -70,7 +70,7 @@ void print_calibration(const files::ArchiveReader& archive, const Options& optio
                         std::visit([](const auto& held) { return text("{}", held); }, value).c_str());
     std::array<std::size_t, calibrate::origin_count> origins{};
     for (const calibrate::TableRow& row : table.rows)
-        for (const calibrate::TableEntry& known : row.known) ++origins[static_cast<std::size_t>(known.origin)];
+        for (const calibrate::TableEntry& known : row.entries) ++origins[static_cast<std::size_t>(known.origin)];
     std::printf("%-20s %zu:", "coefficients", table.rows.size());
     for (std::size_t i = 0; i < origins.size(); ++i)
         std::printf("%s %zu %s", i == 0 ? "" : ",", origins[i],

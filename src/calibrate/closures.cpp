@@ -1,4 +1,4 @@
-// calibrate/closures.cpp: conversions of what assays measure, and closures for independent rods.
+// calibrate/closures.cpp: conversions of measured quantities, and closures for independent rods.
 #include "calibrate/closures.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ const char* row_name(Input input) {
 namespace {
 using M = const Measured&;
 
-// D_r is the rate of relaxation, P the mean orientation.
+// D_r is the relaxation rate, P the mean orientation.
 std::vector<Closure> of_densities() {
     return {{.key = "uniform.rod_density",
              .of = {rod_area},
@@ -39,7 +39,7 @@ std::vector<Closure> of_beads() {
             {.row = "friction",
              .key = "drag.coefficient",
              .unit = "mg/(mm^2 s)",
-             .formula = "Gamma = m rho/tau: plates and rods together",
+             .formula = "Gamma = m rho/tau: friction of plates and rods",
              .origin = Origin::measured,
              .of = {bead_area, bead_mass, response},
              .under = {bead_area},
@@ -90,7 +90,7 @@ std::vector<Closure> of_relaxation() {
             {.row = "relaxation_saturation",
              .key = "relaxation.saturation",
              .unit = "mm^2 s",
-             .formula = "b = D_r (g/2 - 1)/(sigma u P)^2 at P = I1(gP)/I0(gP), D_r g^2/(8 sigma^2 u^2) up to onset, "
+             .formula = "b = D_r (g/2 - 1)/(sigma u P)^2 at P = I1(gP)/I0(gP), D_r g^2/(8 sigma^2 u^2) below onset, "
                         "for p = sigma u P",
              .origin = Origin::closure,
              .of = {relaxation, weathercock, drag},
@@ -154,7 +154,7 @@ std::vector<Closure> of_order() {
 std::vector<Closure> of_onset() {
     return {{.row = "relaxation_over_weathercock",
              .unit = "mm/s",
-             .formula = "a/lambda: a flock forms where alpha/Gamma is more",
+             .formula = "a/lambda: a flock forms where alpha/Gamma is larger",
              .origin = Origin::measured,
              .of = {relaxation, weathercock},
              .under = {weathercock},
@@ -194,7 +194,8 @@ Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formul
 std::string divisor_refusal(Input input, double value, double error) {
     constexpr double errors_from_zero = 3.0;
     if (std::abs(value) > errors_from_zero * error) return "";
-    return text("{} = {:.3g} +- {:.2g}, by which it is divided, cannot be told from 0", row_name(input), value, error);
+    return text("the divisor {} = {:.3g} +- {:.2g} is not significantly different from 0", row_name(input), value,
+                error);
 }
 
 void put(Measured& at, Input input, double value, double error) {

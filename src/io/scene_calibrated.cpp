@@ -41,7 +41,7 @@ std::size_t varied_of(const Scene& scene, const calibrate::Table& table) {
     const double varied = scene.calibrated.varied;
     // A resolved scene holds the key, also where there is nothing to choose from.
     const bool absent = varied == 0.0 && (table.varied_key.empty() || !gives(scene, "calibrated.varied"));
-    return calibrate::varied_place(table, absent ? std::nullopt : std::optional(varied), "calibrated.varied",
+    return calibrate::varied_index(table, absent ? std::nullopt : std::optional(varied), "calibrated.varied",
                                    location_of(scene, "calibrated.varied"));
 }
 
