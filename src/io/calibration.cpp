@@ -97,8 +97,8 @@ bool is_calibration(const files::ArchiveReader& archive) { return archive.has(pa
 
 namespace {
 /// A dataset of this shape, flat.
-std::vector<double> read_shaped(const files::ArchiveReader& archive, const SourceLocation& where, const std::string& name,
-                                const std::vector<std::size_t>& shape) {
+std::vector<double> read_shaped(const files::ArchiveReader& archive, const SourceLocation& where,
+                                const std::string& name, const std::vector<std::size_t>& shape) {
     require(archive.has(path_of(name)), where, "{} is missing; expected a complete table written by drover calibrate",
             path_of(name));
     files::Array array = archive.read(path_of(name));
@@ -112,7 +112,8 @@ std::vector<double> read_shaped(const files::ArchiveReader& archive, const Sourc
     return std::move(array.values);
 }
 
-std::vector<double> read_axis(const files::ArchiveReader& archive, const SourceLocation& where, const std::string& name) {
+std::vector<double> read_axis(const files::ArchiveReader& archive, const SourceLocation& where,
+                              const std::string& name) {
     require(archive.has(path_of(name)), where, "{} is missing; expected a table written by drover calibrate",
             path_of(name));
     files::Array array = archive.read(path_of(name));

@@ -2,7 +2,9 @@
 #include <cmath>
 
 #include "drover/io/scene.hpp"
+
 #include "drover/numerics/stepper_table.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::io {
 

@@ -47,6 +47,19 @@ toml::table parsed(const std::string& text, const std::string& name) {
     }
 }
 
+/// Where the texts of a value begin, behind their quotes.
+std::vector<SourceLocation> items_of(const toml::node& node, const std::string& file) {
+    std::vector<SourceLocation> items;
+    const auto add = [&](const toml::node& one) {
+        items.push_back(where_of(one.source(), file));
+        if (one.is_string()) ++items.back().column;
+    };
+    if (const auto* list = node.as_array())
+        for (const toml::node& one : *list) add(one);
+    else add(node);
+    return items;
+}
+
 /// The keys of one section.  A table inside [calibrate] is the section calibrate.<name>.
 void add_table(const std::string& section, const toml::table& table, const SourceLocation& where,
                const std::string& file, SceneTables& tables) {
@@ -54,11 +67,43 @@ void add_table(const std::string& section, const toml::table& table, const Sourc
     for (const auto& [key, value] : table) {
         const SourceLocation location = where_of(key.source(), file);
         const std::string name = section + "." + std::string(key.str());
+        if (section.starts_with("terms[") && key.str() == "parameters") continue;  // a section of their own
         if (const toml::table* inner = value.as_table(); inner != nullptr && section == "calibrate")
             add_table(name, *inner, location, file, tables);
-        else located.values.emplace(std::string(key.str()), LocatedValue{value_of(value, name, location), location});
+        else
+            located.values.emplace(std::string(key.str()),
+                                   LocatedValue{value_of(value, name, location), location, items_of(value, file)});
     }
     tables.emplace(section, std::move(located));
+}
+
+/// [[terms]] number n is the section terms[n]; the numbers in its parameters are keys of the section terms.
+void add_terms(const toml::array& terms, const std::string& file, SceneTables& tables) {
+    std::size_t number = 0;
+    LocatedTable parameters{.where = where_of(terms.source(), file), .values = {}};
+    for (const toml::node& node : terms) {
+        const toml::table* term = node.as_table();
+        require(term != nullptr, where_of(node.source(), file), "terms is not a list of tables; expected [[terms]]");
+        std::vector<std::string> names;
+        for (const auto& [key, value] : *term) {
+            if (key.str() != "parameters") continue;
+            const toml::table* numbers = value.as_table();
+            require(numbers != nullptr, where_of(key.source(), file),
+                    "terms.parameters is not a table; expected numbers by name, such as { W = 0.7 }");
+            for (const auto& [name, held] : *numbers) {
+                const SourceLocation where = where_of(name.source(), file);
+                names.emplace_back(name.str());
+                require(!parameters.values.contains(names.back()), where,
+                        "the parameter {} is given twice; expected each once, for all terms", names.back());
+                parameters.values.emplace(names.back(),
+                                          LocatedValue{value_of(held, "terms." + names.back(), where), where});
+            }
+        }
+        const std::string section = text("terms[{}]", ++number);
+        add_table(section, *term, where_of(node.source(), file), file, tables);
+        if (!names.empty()) tables.at(section).values.emplace("parameter_names", LocatedValue{names, {}});
+    }
+    if (!parameters.values.empty()) tables.emplace("terms", std::move(parameters));
 }
 
 SceneTables tables_of(const toml::table& root, const std::string& file) {
@@ -66,6 +111,10 @@ SceneTables tables_of(const toml::table& root, const std::string& file) {
     for (const auto& [name, node] : root) {
         const std::string section(name.str());
         const SourceLocation where = where_of(name.source(), file);
+        if (const toml::array* terms = node.as_array(); terms != nullptr && section == "terms") {
+            add_terms(*terms, file, tables);
+            continue;
+        }
         const toml::table* table = node.as_table();
         require(table != nullptr, where, "{} is outside a table; expected it below a line such as [grid]", section);
         add_table(section, *table, where, file, tables);

@@ -83,7 +83,7 @@ physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, cons
         };
         return axis;
     }
-    const io::ModelNumber number = io::model_number(key, where);
+    const io::ModelNumber number = io::model_number(key, where, scene.model);
     check_not_tabulated(scene.model, list, key, where);
     check_moves(list, key, where);
     check_range(list, written, number.range, axis.from, where);
@@ -105,7 +105,7 @@ std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene, const 
         require(error > 0.0, where, "{} has \"{}\"; expected a standard error > 0", list, written);
         require(key != x.name && key != y.name, where,
                 "{} names {}, an axis of the plane, whose place is given; expected another number", list, key);
-        const io::ModelNumber number = io::model_number(key, where);
+        const io::ModelNumber number = io::model_number(key, where, scene.model);
         check_not_tabulated(scene.model, list, key, where);
         check_moves(list, key, where);
         require(density_of(key) < 0 || (density_of(key) != density_of(x.name) && density_of(key) != density_of(y.name)),

@@ -10,8 +10,8 @@
 #include "drover/calibrate/catalogue.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/numerics/grid.hpp"
+#include "drover/physics/coefficient_registry.hpp"
 #include "drover/physics/initial_state.hpp"
-#include "drover/physics/model.hpp"
 
 namespace drover::io {
 
@@ -145,7 +145,8 @@ struct ModelNumber {
     std::function<double&(physics::Model&)> in;
 };
 /// Throws an input Error at `where`, with "did you mean", when the model has no number of this name.
-ModelNumber model_number(const std::string& key, const SourceLocation& where);
+/// Of the parameters of terms it knows those that `model` has: "terms.W".
+ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model);
 
 /// The tables of a scene text by name: "grid", "calibrate.drag".
 using SceneTables = std::map<std::string, LocatedTable>;
@@ -164,7 +165,8 @@ struct SectionDescription {
     std::vector<Description> rows;
     std::string kind;  ///< of scene: "fields", "particles", "" for both
 };
-std::vector<SectionDescription> scene_schema();
+std::vector<SectionDescription> scene_schema(
+    const physics::CoefficientRegistry& registry = physics::coefficient_registry());
 std::vector<SectionDescription> scene_schema(SceneKind kind);
 
 }  // namespace drover::io
