@@ -94,11 +94,11 @@ inline std::vector<NamedModel> all_forms() {
 /// The full model with coefficients from a table, which is no polynomial: products of it are cut off by the grid.
 inline NamedModel tabulated() {
     Model measured = full_model();
-    measured.table = {.bead_density = {0.4, 1.0, 1.6, 2.2},
-                      .rod_density = {0.2, 0.7, 1.5},
-                      .columns = {{"relaxation.rate", {{0.9, 0.7, 0.6, 0.6, 0.5, 0.3, 0.5, 0.4, 0.3, 0.4, 0.4, 0.1}, {}}},
-                                  {"driving.strength",
-                                   {{0.7, 0.9, 0.8, 1.1, 1.0, 1.2, 1.3, 1.2, 1.5, 1.4, 1.7, 1.6}, {}}}}};
+    measured.table = {
+        .bead_density = {0.4, 1.0, 1.6, 2.2},
+        .rod_density = {0.2, 0.7, 1.5},
+        .columns = {{"relaxation.rate", {{0.9, 0.7, 0.6, 0.6, 0.5, 0.3, 0.5, 0.4, 0.3, 0.4, 0.4, 0.1}, {}}},
+                    {"driving.strength", {{0.7, 0.9, 0.8, 1.1, 1.0, 1.2, 1.3, 1.2, 1.5, 1.4, 1.7, 1.6}, {}}}}};
     measured.relaxation.rate_terms = measured.driving.strength_terms = {};
     return {"two-component, from a table", measured};
 }

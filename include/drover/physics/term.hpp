@@ -67,7 +67,9 @@ struct Input {
         order_curl,                     ///< d_x p_y - d_y p_x
         velocity_divergence,
         order_divergence,
-        x,
+        velocity_grad_div,                       ///< d_x and d_y of div v
+        order_grad_div = velocity_grad_div + 2,  ///< of div p
+        x = order_grad_div + 2,                  ///< the point itself
         y,
         t,
         count
