@@ -1,7 +1,7 @@
 // tests/files/archive_crash.cpp: the state of an archive after its writer dies, or the disk fails, at any system call.
 //
-// This file overrides the C library functions that write to disk.  The overrides behave the same until a trial makes the
-// n-th call kill the process or fail.
+// This file overrides the C library functions that write to disk.  The overrides behave the same until a trial makes
+// the n-th call kill the process or fail.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>

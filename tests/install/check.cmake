@@ -1,5 +1,5 @@
-# check.cmake: installs a build folder below a temporary prefix, moves the prefix, then builds and runs the project in this
-# folder against it.  Input: BUILD, CONFIG, COMPILER, VERSION, PYTHON, PYTHON_DIR.
+# check.cmake: installs a build folder below a temporary prefix, moves the prefix, then builds and runs the project in
+# this folder against it.  Input: BUILD, CONFIG, COMPILER, VERSION, PYTHON, PYTHON_DIR.
 set(work ${BUILD}/install-test)
 set(prefix "${work}/moved here")  # has a blank, and differs from the install prefix
 
