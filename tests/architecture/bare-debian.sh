@@ -1,6 +1,6 @@
 #!/bin/bash
-# tests/architecture/bare-debian.sh: checks that a minimal Debian 12, with git and make only, can clone drover, run the demo
-# and pass the tests.
+# tests/architecture/bare-debian.sh: checks that a minimal Debian 12, with git and make only, can clone drover, run the
+# demo and pass the tests.
 #
 #   tests/architecture/bare-debian.sh [BASE]
 #

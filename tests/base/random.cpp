@@ -1,4 +1,4 @@
-// tests/base/random.cpp: random numbers: known answers, independence of how they are asked for, and their distribution.
+// tests/base/random.cpp: random numbers: known answers, independence of the request size, distribution.
 #include "drover/base/random.hpp"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@ namespace {
 constexpr RandomKey key{.seed = 11, .stream = Stream::test, .step = 3, .substep = 1};
 
 TEST(Random, numbers_are_the_published_philox4x64_10_of_counter_and_key) {
-    // TableEntry answer of Random123's kat_vectors for counter and key of zeros: the first word is 16554d9eca36314c.
-    // Our key holds the stream, which is never zero: so the words are held against a second implementation, below.
+    // Known answer of Random123's kat_vectors for counter and key of zeros: the first word is 16554d9eca36314c.
+    // Our key contains the stream, which is never zero, so the words are compared with a second implementation below.
     const auto high = [](std::uint64_t a, std::uint64_t b) {
         __extension__ typedef unsigned __int128 Wide;
         return static_cast<std::uint64_t>((static_cast<Wide>(a) * b) >> 64);
@@ -83,7 +83,7 @@ TEST(Random, normal_numbers_have_normal_moments_and_uncorrelated_neighbours) {
         m4 += x[i] * x[i] * x[i] * x[i];
         neighbour += x[i] * x[(i + 1) % count];
     }
-    // Five standard deviations: of x^n they are sqrt(<x^2n> - <x^n>^2) / sqrt(count), with <x^2, 4, 6, 8> = 1, 3, 15, 105.
+    // Five standard deviations: for x^n sqrt((<x^2n> - <x^n>^2) / count), with <x^2, 4, 6, 8> = 1, 3, 15, 105.
     const double n = count, root = std::sqrt(n);
     EXPECT_NEAR(m1 / n, 0.0, 5.0 / root);
     EXPECT_NEAR(m2 / n, 1.0, 5.0 * std::sqrt(2.0) / root);

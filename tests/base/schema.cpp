@@ -1,4 +1,4 @@
-// tests/base/schema.cpp: values against their descriptions, texts and errors.
+// tests/base/schema.cpp: reading values by their descriptions, TOML text, errors.
 #include "drover/base/schema.hpp"
 
 #include <gtest/gtest.h>

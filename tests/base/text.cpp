@@ -1,4 +1,4 @@
-// tests/base/text.cpp: texts for people.
+// tests/base/text.cpp: formatting, nearest names, sizes and durations.
 #include "drover/base/text.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// tests/base/threads.cpp: loops over chunks: each once, for any team, with exceptions passed on.
+// tests/base/threads.cpp: loops over chunks visit each index once and propagate exceptions.
 #include "drover/base/threads.hpp"
 
 #include <gtest/gtest.h>

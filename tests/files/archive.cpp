@@ -130,7 +130,7 @@ TEST(Archive, a_run_resumed_from_fewer_rows_ends_with_identical_data) {
 TEST(Archive, rows_cut_from_a_partial_chunk_leave_nothing_behind) {
     const Folder folder;
     const auto recordings = sample_recordings();
-    make_sample(folder / "run.h5", 7);  // observables: a whole chunk of 4 and 3 rows of the next
+    make_sample(folder / "run.h5", 7);  // observables: a complete chunk of 4 rows, and 3 rows
     {
         Archive archive = Archive::resume(folder / "run.h5", recordings, {}, std::vector<std::size_t>{2, 6});
         EXPECT_EQ(archive.rows(), (std::vector<std::size_t>{2, 6}));
@@ -235,7 +235,7 @@ TEST(Archive, the_same_run_writes_the_same_bytes) {
     EXPECT_EQ(contents(folder / "a.h5"), contents(folder / "b.h5"));
 }
 
-/// In a child process that may not make a file larger than `bytes`: 0 when all expectations held there.
+/// Runs `work` in a child process with a file size limit; 0 if all expectations held.
 template <class Work>
 int status_under_file_limit(std::uintmax_t bytes, Work work) {
     const pid_t child = ::fork();

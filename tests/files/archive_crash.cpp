@@ -1,7 +1,7 @@
-// tests/files/archive_crash.cpp: what is left of an archive when its writer dies, or its disk fails, at any system call.
+// tests/files/archive_crash.cpp: the state of an archive after its writer dies, or the disk fails, at any system call.
 //
-// The functions by which files reach the disk are defined here once more and so stand before those of the C library in
-// this test program.  They do the same, until a trial tells them to die or to fail at their n-th call.
+// This file overrides the C library functions that write to disk.  The overrides behave the same until a trial makes
+// the n-th call kill the process or fail.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -17,14 +17,14 @@ namespace {
 
 enum class Trial {
     none,
-    count,     ///< only counts the calls and the bytes of journals
+    count,     ///< only counts calls and journal bytes
     kill,      ///< the process ends before the call
-    torn,      ///< a write is half done when the process ends; before any other call
-    power,     ///< as kill, and of what was not synced an arbitrary part is lost
-    full_disk  ///< the call fails, the disk being full, and so do all after it that need room
+    torn,      ///< the process ends half-way through a write, or before another call
+    power,     ///< as kill; arbitrary parts of the unsynced data are lost
+    full_disk  ///< the call, and all later calls that need space, fail: the disk is full
 };
 
-/// What the disk would hold had a write not reached it.
+/// The content of the disk before an unsynced write.
 struct Unsynced {
     int descriptor;
     off_t offset;
@@ -36,10 +36,10 @@ struct Faults {
     long calls = 0;
     std::size_t journal_bytes = 0;
     long at = -1;       ///< the call at which it happens
-    unsigned dice = 1;  ///< decides what a power cut loses
+    unsigned dice = 1;  ///< determines what a power cut loses
     std::vector<Unsynced> unsynced;
-    std::vector<std::string> entries_made;                             ///< in a folder not synced since
-    std::vector<std::pair<std::string, std::string>> entries_removed;  ///< name, and where it is kept
+    std::vector<std::string> entries_made;                             ///< in a folder that is not yet synced
+    std::vector<std::pair<std::string, std::string>> entries_removed;  ///< name, and name of the copy
 } faults;
 
 bool lost() {
@@ -56,7 +56,7 @@ void cut_power() {
         if (lost()) ::syscall(SYS_unlink, name.c_str());
 }
 
-/// Counts a call.  Whether it must fail.
+/// Counts a call; returns whether it must fail.
 bool strikes(bool needs_room, int descriptor = -1, const void* data = nullptr, size_t size = 0, off_t offset = 0) {
     if (faults.trial == Trial::none) return false;
     const bool is_now = faults.calls++ == faults.at;
@@ -97,7 +97,7 @@ int fsync(int descriptor) {
         ::fstat(one.descriptor, &its);
         return its.st_ino == mine.st_ino;
     });
-    return 0;  // the page cache outlives the process: that is all these trials need
+    return 0;  // the page cache survives the process, which suffices here
 }
 
 int posix_fallocate(int descriptor, off_t offset, off_t length) {
@@ -132,17 +132,17 @@ using namespace testing_support;
 
 constexpr std::size_t rows_before = 2, commits = 3;
 
-/// Frames of 2 kB to 7 kB, so that each commit makes new pages as well as overwriting old ones.
+/// Frames of 2 kB to 7 kB, so that each commit both adds and overwrites pages.
 std::vector<Recording> crash_recordings() { return sample_recordings(40, 20); }
 
-/// A number that a child process leaves for its parent.
+/// A number shared by a child process with its parent.
 std::size_t* shared_number() {
     void* memory = ::mmap(nullptr, sizeof(std::size_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     return new (memory) std::size_t(0);
 }
 
-/// Goes on with the archive in a child process that dies at a call; true when it lived to the end.  `done` counts the
-/// commits that returned.
+/// Continues the archive in a child process that dies at a call; true if it survived.  `done` counts the commits that
+/// returned.
 bool survives(const std::filesystem::path& file, Trial trial, long at, unsigned dice, std::size_t* done) {
     *done = 0;
     const pid_t child = ::fork();
@@ -163,7 +163,7 @@ bool survives(const std::filesystem::path& file, Trial trial, long at, unsigned 
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/// Tries every call in turn.  Returns how many there were.
+/// Tries every call in turn; returns their number.
 long kill_at_every_call(Trial trial, unsigned dice) {
     const Folder base;
     make_sample(base / "run.h5", rows_before, crash_recordings());
@@ -213,7 +213,7 @@ TEST(ArchiveCrash, a_disk_that_fills_up_at_any_call_is_a_run_error_and_leaves_th
             faults = {};
             if (sentence.empty()) break;
             const std::size_t rows =
-                checked_rows(file, recordings);  // the writer lives: the journal is read, not applied
+                checked_rows(file, recordings);  // the writer is open: the journal is read, not applied
             EXPECT_THAT(sentence, ::testing::HasSubstr("run.h5: the disk is full: "));
             const bool waits = sentence.find("the complete commit is in the journal") != std::string::npos;
             EXPECT_EQ(rows, rows_before + (waits ? 1 : 0)) << "full at call " << at;

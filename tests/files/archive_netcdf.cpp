@@ -1,4 +1,4 @@
-// tests/files/archive_netcdf.cpp: archives as other people's programs see them: h5py, netCDF4, xarray.
+// tests/files/archive_netcdf.cpp: archives read by h5py, netCDF4 and xarray.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -116,7 +116,7 @@ TEST(ArchiveNetcdf, other_programs_read_the_last_commit_while_the_writer_is_open
     for (int row = 0; row < 3; ++row) {
         append_samples(archive, recordings);
         archive.commit();
-        append_samples(archive, recordings);  // not committed: not seen
+        append_samples(archive, recordings);  // not committed: invisible
         EXPECT_EQ(python(R"(
 import h5py, sys, xarray
 with h5py.File(sys.argv[1], "r") as file:
@@ -140,7 +140,7 @@ TEST(ArchiveNetcdf, an_open_reader_does_not_block_the_writer) {
     write_contents(
         folder / "hold.py",
         "import h5py, sys\nwith h5py.File(sys.argv[1], 'r'):\n    print('open', flush=True)\n    sys.stdin.read()\n");
-    // Its standard output goes to a pipe of ours by which we know that the file is open; it ends when its input does.
+    // The reader reports through a pipe that the file is open; it exits at the end of its input.
     int output[2];
     ASSERT_EQ(::pipe(output), 0);
     FILE* reader = ::popen(text("/usr/bin/python3 '{}' '{}' >&{}", (folder / "hold.py").string(),

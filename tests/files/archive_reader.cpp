@@ -1,4 +1,4 @@
-// tests/files/archive_reader.cpp: tests of the reader on files that are damaged, foreign or malicious.
+// tests/files/archive_reader.cpp: the reader on damaged, foreign and malicious files.
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -118,7 +118,7 @@ print("made")
 TEST(ArchiveReader, every_allowed_storage_layout_reads_as_h5py_wrote_it) {
     if (!has_python("h5py")) GTEST_SKIP() << "needs python3-h5py";
     const Folder folder;
-    // Chunks that do not divide the sizes, along each axis; noise that deflate leaves alone; numbers never written.
+    // Chunks that do not divide the sizes along any axis; incompressible noise; a dataset that was never written.
     ASSERT_EQ(python(R"(
 import h5py, numpy, sys
 a = numpy.arange(7.0*5*11).reshape(7, 5, 11)
@@ -179,7 +179,7 @@ with h5py.File(sys.argv[1], "w") as file:
     EXPECT_EQ(reader.read("/whole").values, std::vector<double>(100, 0.0));
 }
 
-/// Reads all that a sample has; damage is an Error, and a value that comes through is that of the row.
+/// Reads all datasets of a sample; damage must be an input Error.
 void read_everything(const std::filesystem::path& file) {
     const auto attempt = [](const auto& work) {
         try {
@@ -199,14 +199,14 @@ void read_everything(const std::filesystem::path& file) {
     });
 }
 
-/// Reads each of some damaged files in one child process; the number of the file that ended it, or -1.
+/// Reads damaged files in child processes; returns the number of the file that crashed one, or -1.
 template <class Damage>
 int crashed_at(const std::string& whole, int trials, Damage damage) {
     const Folder folder;
     for (int first = 0; first < trials; first += 50) {
         const pid_t child = ::fork();
         if (child == 0) {
-            ::alarm(60);  // a reader that hangs is as bad as one that crashes
+            ::alarm(60);  // a hanging reader is a failure, too
             for (int trial = first; trial < std::min(first + 50, trials); ++trial) {
                 write_contents(folder / "trial", std::to_string(trial));
                 write_contents(folder / "run.h5", damage(whole, trial));

@@ -1,4 +1,4 @@
-// tests/files/checkpoint.cpp: tests of checkpoints: round trip, damage, a full disk.
+// tests/files/checkpoint.cpp: checkpoints: round trip, damage, a full disk.
 #include "drover/files/checkpoint.hpp"
 
 #include <sys/resource.h>
@@ -29,7 +29,7 @@ void expect_same(const Checkpoint& found, const Checkpoint& expected) {
     EXPECT_EQ(found.state, expected.state);
 }
 
-/// The newest checkpoint, and the warning that came with it.
+/// The newest checkpoint, and the warning at its reading.
 struct Taken {
     Checkpoint checkpoint;
     std::string warning;
@@ -41,7 +41,7 @@ Taken take(const std::filesystem::path& archive) {
     return {std::move(checkpoint), ::testing::internal::GetCapturedStderr()};
 }
 
-/// The bytes of a checkpoint file with another text at a place.
+/// The bytes of a checkpoint file with some of them replaced.
 std::string with(std::string bytes, std::size_t place, const std::string& other) {
     return bytes.replace(place, other.size(), other);
 }
@@ -66,7 +66,7 @@ TEST(Checkpoint, the_newer_of_two_is_read_and_the_older_overwritten) {
         expect_same(read_newest_checkpoint(folder / "run.h5"), sample_checkpoint(step));
         EXPECT_EQ(folder.count(), step == 10 ? 1u : 2u);
     }
-    std::filesystem::remove(checkpoint_files(folder / "run.h5")[0]);  // of the fifth
+    std::filesystem::remove(checkpoint_files(folder / "run.h5")[0]);  // the fifth
     expect_same(read_newest_checkpoint(folder / "run.h5"), sample_checkpoint(40));
 }
 
@@ -174,7 +174,7 @@ TEST(Checkpoint, temporary_files_of_a_killed_write_are_ignored_and_removed) {
     expect_same(take(archive).checkpoint, sample_checkpoint(20));
     write_contents(checkpoint_files(archive)[0].string() + ".partial", "x");
     remove_checkpoints(archive);
-    remove_checkpoints(archive);  // that there is none is no error
+    remove_checkpoints(archive);  // their absence is not an error
     EXPECT_EQ(folder.count(), 0u);
 }
 

@@ -1,4 +1,4 @@
-// tests/io/calibration.cpp: tables of coefficients to a file and back, and files that are none.
+// tests/io/calibration.cpp: tables of coefficients to a file and back; foreign files.
 #include "drover/io/calibration.hpp"
 
 #include <cmath>
@@ -64,7 +64,7 @@ TEST(CalibrationFile, a_table_reads_back_unchanged) {
                 EXPECT_EQ(a.entries[i].remark, hole ? "every rod jams" : b.entries[i].remark);
             }
         }
-        EXPECT_EQ(folder.count(), 1u);  // nothing is left beside it
+        EXPECT_EQ(folder.count(), 1u);  // no temporary file is left
     }
 }
 
@@ -72,7 +72,7 @@ TEST(CalibrationFile, the_same_table_gives_the_same_bytes) {
     const Folder folder;
     write_calibration(folder / "a.h5", sample_table(true), {{"scene", std::string("x")}});
     write_calibration(folder / "b.h5", sample_table(true), {{"scene", std::string("x")}});
-    write_calibration(folder / "b.h5", sample_table(true), {{"scene", std::string("x")}});  // also over another
+    write_calibration(folder / "b.h5", sample_table(true), {{"scene", std::string("x")}});  // also overwrites another
     EXPECT_EQ(bytes_of(folder / "a.h5"), bytes_of(folder / "b.h5"));
 }
 

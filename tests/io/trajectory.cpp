@@ -129,7 +129,7 @@ TEST(Trajectory, the_velocity_of_a_sphere_is_that_of_its_point_on_the_rotating_r
         const dem::Vector before = now.rods[0].position + shape.at[s] * now.rods[0].axis,
                           after = rod.position + shape.at[s] * rod.axis;
         const dem::Vector speed = 1.0 / dt * (after - before);
-        EXPECT_NEAR(row[1][3 * (2 + s)], speed.x, 1e-5);  // of the difference quotient, order dt
+        EXPECT_NEAR(row[1][3 * (2 + s)], speed.x, 1e-5);  // error of the difference quotient, order dt
         EXPECT_NEAR(row[1][3 * (2 + s) + 1], speed.y, 1e-5);
         EXPECT_NEAR(row[1][3 * (2 + s) + 2], speed.z, 1e-5);
     }
@@ -150,7 +150,7 @@ TEST(Trajectory, bodies_read_back_unchanged) {
     EXPECT_EQ(bodies.beads[0].spin.z, 0.3);
     EXPECT_EQ(bodies.rods[0].velocity.y, 5.0);
     EXPECT_NEAR(length(bodies.rods[0].angular_momentum - expected.rods[0].angular_momentum), 0.0,
-                1e-13);  // by way of omega
+                1e-13);  // rounding of the conversion to omega
 }
 
 TEST(Trajectory, bodies_of_another_number_or_shape_are_rejected) {

@@ -1,9 +1,10 @@
 // io/trajectory.hpp: the bodies of a particle world in an archive, in H5MD.
 //
-// /particles/spheres holds every sphere: those of beads first, then those of rods from tail to head.  It is the only group of
-// /particles, because MDAnalysis 2.4 reads the first one that it finds.  box/edges has one row per frame, as that reader
-// requires.  Units are in the attribute `units` instead of H5MD's `unit`, because that reader rejects unknown units such as mm.
-// The exact, unwrapped state of the bodies is in /bodies/beads and /bodies/rods, in the same layout.
+// /particles/spheres holds every sphere: those of beads first, then those of rods from tail to head.  It is the only
+// group of /particles, because MDAnalysis 2.4 reads the first one that it finds.  box/edges has one row per frame, as
+// that reader requires.  Units are in the attribute `units` instead of H5MD's `unit`, because that reader rejects
+// unknown units such as mm. The exact, unwrapped state of the bodies is in /bodies/beads and /bodies/rods, in the same
+// layout.
 #pragma once
 #include <span>
 #include <string>

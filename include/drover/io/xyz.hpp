@@ -16,11 +16,11 @@ struct XyzPlan {
     bool bodies = false;  ///< one line per body, with its direction, instead of one per sphere
 };
 
-/// Writes frames of an archive of particles to a text file, which appears when it is complete.  Lines of spheres: species
-/// (B of a bead, Rh of a rod), position in the box, radius, velocity, number of the sphere and of its body.  Lines of bodies:
-/// species, centre of mass in the box, length, direction, velocity, angular velocity, number.  Throws an input Error for an
-/// archive without a trajectory, a missing frame or an existing file (unless `overwrite`), and a run Error when the disk is
-/// full, leaving nothing behind.  Returns the number of frames written.
+/// Writes frames of an archive of particles to a text file, which appears when it is complete.  Lines of spheres:
+/// species (B of a bead, Rh of a rod), position in the box, radius, velocity, number of the sphere and of its body.
+/// Lines of bodies: species, centre of mass in the box, length, direction, velocity, angular velocity, number.  Throws
+/// an input Error for an archive without a trajectory, a missing frame or an existing file (unless `overwrite`), and a
+/// run Error when the disk is full, leaving nothing behind.  Returns the number of frames written.
 std::size_t write_xyz(const files::ArchiveReader& archive, const std::string& name, const XyzPlan& plan,
                       const std::filesystem::path& file, bool overwrite);
 
