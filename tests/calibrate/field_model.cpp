@@ -224,7 +224,9 @@ TEST(FieldModel, rejects_divisors_that_may_be_zero) {
         "more trials, or set elasticity.stiffness in the scene");
     EXPECT_NE(refusal("relaxation.saturation").find("not significantly different from 0"), std::string::npos);
     EXPECT_EQ(refusal("noise.order"), "no refusal");  // not a divisor
-    EXPECT_NE(refusal_of([&] { mean_field(table, dense); }).find("the order of the mean field: relaxation_rate"),
+    EXPECT_NE(refusal_of([&] {
+                  mean_field(table, dense);
+              }).find("the order of the mean field: the divisor relaxation_rate"),
               std::string::npos);
 }
 
