@@ -42,7 +42,7 @@ nlohmann::json onset_json(const calibrate::Onset& onset) {
 }  // namespace
 
 int print_table_boundary(const TableBoundaryOptions& options) {
-    const io::ArchiveReader archive(options.file);
+    const files::ArchiveReader archive(options.file);
     const calibrate::Table table = io::read_calibration(archive, options.file);
     const calibrate::Onset onset =
         calibrate::find_onset(table,

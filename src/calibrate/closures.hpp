@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drover/calibrate/table.hpp"
+#include "drover/physics/coefficients.hpp"
 
 namespace drover::calibrate {
 
@@ -37,7 +38,9 @@ struct Measured {
     double mass_density() const { return numbers[bead_mass] * bead_density(); }
     double friction() const { return mass_density() / numbers[response]; }
     /// g = lambda_s alpha/(Gamma D_r); lambda_s is 2 lambda.
-    double alignment() const { return 2.0 * numbers[weathercock] * numbers[drag] / numbers[relaxation]; }
+    double alignment() const {
+        return physics::single_rod_factor * numbers[weathercock] * numbers[drag] / numbers[relaxation];
+    }
 };
 
 /// Whether a coefficient is replaced by its error because it is smaller: response_time alone.  A response time is

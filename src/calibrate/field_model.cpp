@@ -106,20 +106,19 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
         data.bead_density.push_back(number("uniform.bead_density", fraction, rods).value);
     for (const double fraction : table.rod_fractions)
         data.rod_density.push_back(number("uniform.rod_density", beads, fraction).value);
-    const auto add = [](const Uncertain& found, std::vector<double>& values, std::vector<double>& errors) {
-        values.push_back(found.value);
-        errors.push_back(found.error);
+    const auto add = [&](const std::string& key, const Uncertain& found) {
+        data.columns[key].values.push_back(found.value);
+        data.columns[key].errors.push_back(found.error);
     };
     for (const double bead : table.bead_fractions)
         for (const double rod : table.rod_fractions) {
-            add(number("relaxation.rate", bead, rod), data.relaxation_rate, data.relaxation_rate_error);
-            data.relaxation_saturation.push_back(number("relaxation.saturation", bead, rod).value);
-            add(number("weathercock.strength", bead, rod), data.weathercock_strength, data.weathercock_strength_error);
-            data.drag_coefficient.push_back(number("drag.coefficient", bead, rod).value);
+            for (const char* key : {"relaxation.rate", "weathercock.strength"}) add(key, number(key, bead, rod));
+            for (const char* key : {"relaxation.saturation", "drag.coefficient"})
+                data.columns[key].values.push_back(number(key, bead, rod).value);
+            // alpha/Gamma is measured as one: its error is with alpha.
             const Uncertain ratio = SmoothCoefficient(table, row_name(drag), point.varied).at(bead, rod);
             const double driving = number("driving.strength", bead, rod).value;
-            add({.value = driving, .error = std::abs(driving / ratio.value) * ratio.error}, data.driving_strength,
-                data.driving_strength_error);
+            add("driving.strength", {.value = driving, .error = std::abs(driving / ratio.value) * ratio.error});
         }
     data.outside = point.outside == physics::Outside::hold ? "hold" : "refuse";
     return data;

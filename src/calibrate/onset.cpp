@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "drover/base/random.hpp"
+#include "drover/physics/coefficients.hpp"
 #include "numerics/bracket.hpp"
 
 namespace drover::calibrate {
@@ -34,7 +35,8 @@ struct Coefficients {
 
     /// lambda alpha/Gamma - a: positive where flocks are expected, and valid for lambda <= 0.
     double excess(double bead, double rod, Convention convention) const {
-        const double lambda = (convention == Convention::mean ? 1.0 : 2.0) * weathercock.table().at(bead, rod).value;
+        const double lambda = (convention == Convention::mean ? 1.0 : physics::single_rod_factor) *
+                              weathercock.table().at(bead, rod).value;
         return lambda * drag.table().at(bead, rod).value - relaxation.table().at(bead, rod).value;
     }
 };

@@ -7,8 +7,8 @@
 #include <limits>
 #include <sstream>
 
+#include "drover/files/new_file.hpp"
 #include "drover/io/scene.hpp"
-#include "io/durable.hpp"
 
 namespace drover::io {
 
@@ -32,7 +32,7 @@ std::vector<std::string> axes_of(const calibrate::Table& table, bool by_rods) {
     return axes;
 }
 
-void add_row(const calibrate::Table& table, const calibrate::TableRow& row, ResultTable& to) {
+void add_row(const calibrate::Table& table, const calibrate::TableRow& row, files::ResultTable& to) {
     const std::vector<std::string> axes = axes_of(table, row.by_rods);
     to.quantities.push_back({row.name, row.unit, row.formula, axes});
     to.quantities.push_back({row.name + "_error", row.unit, "standard error of " + row.name, axes});
@@ -57,8 +57,8 @@ std::string unit_of(const std::string& key) {
     return "1";
 }
 
-ResultTable results_of(const calibrate::Table& table) {
-    ResultTable results{.group = group, .axes = {}, .quantities = {}, .values = {}};
+files::ResultTable results_of(const calibrate::Table& table) {
+    files::ResultTable results{.group = group, .axes = {}, .quantities = {}, .values = {}};
     if (!table.varied_key.empty())
         results.axes.push_back({axis_of(table.varied_key), unit_of(table.varied_key), table.varied_key, table.varied});
     results.axes.push_back({bead_axis, "1", "projected area of beads/area of the cell", table.bead_fractions});
@@ -70,7 +70,7 @@ ResultTable results_of(const calibrate::Table& table) {
 }  // namespace
 
 void write_calibration(const std::filesystem::path& file, const calibrate::Table& table,
-                       std::vector<Attribute> attributes) {
+                       std::vector<files::Attribute> attributes) {
     calibrate::check(table, {.file = file.string()});
     std::string names, remarks;
     for (const calibrate::TableRow& row : table.rows) {
@@ -86,42 +86,37 @@ void write_calibration(const std::filesystem::path& file, const calibrate::Table
     attributes.emplace_back(remarks_attribute, remarks);
     const std::filesystem::path beside = file.string() + ".new";
     {
-        Archive archive = Archive::create(beside, {}, attributes, true);
+        files::Archive archive = files::Archive::create(beside, {}, attributes, true);
         archive.replace(results_of(table));
         archive.commit();
     }
-    try {
-        remove_if_there(beside.string() + ".journal");
-        rename_over(beside, file);
-        sync_folder_of(file);
-    } catch (const std::system_error& cause) {
-        throw write_failure(file, cause, 0, "the file stays as it was");
-    }
+    files::replace_archive(beside, file);
 }
 
-bool is_calibration(const ArchiveReader& archive) { return archive.has(path_of(bead_axis)); }
+bool is_calibration(const files::ArchiveReader& archive) { return archive.has(path_of(bead_axis)); }
 
 namespace {
 /// A dataset of this shape, flat.
-std::vector<double> read_shaped(const ArchiveReader& archive, const SourceLocation& where, const std::string& name,
-                                const std::vector<std::size_t>& shape) {
+std::vector<double> read_shaped(const files::ArchiveReader& archive, const SourceLocation& where,
+                                const std::string& name, const std::vector<std::size_t>& shape) {
     require(archive.has(path_of(name)), where, "{} is missing; expected a complete table written by drover calibrate",
             path_of(name));
-    Array array = archive.read(path_of(name));
+    files::Array array = archive.read(path_of(name));
     const auto sizes = [](const std::vector<std::size_t>& of) {
         std::vector<std::string> words;
         for (const std::size_t size : of) words.push_back(text("{}", size));
         return joined(words, " by ");
     };
-    require(array.shape == shape, where, "{} is {} numbers; expected {}, as the axes have", path_of(name),
+    require(array.shape == shape, where, "{} has {} numbers; expected {}, the sizes of the axes", path_of(name),
             sizes(array.shape), sizes(shape));
     return std::move(array.values);
 }
 
-std::vector<double> read_axis(const ArchiveReader& archive, const SourceLocation& where, const std::string& name) {
+std::vector<double> read_axis(const files::ArchiveReader& archive, const SourceLocation& where,
+                              const std::string& name) {
     require(archive.has(path_of(name)), where, "{} is missing; expected a table written by drover calibrate",
             path_of(name));
-    Array array = archive.read(path_of(name));
+    files::Array array = archive.read(path_of(name));
     require(array.shape.size() == 1 && !array.values.empty(), where, "{} is not a list; expected an axis with values",
             path_of(name));
     return std::move(array.values);
@@ -133,7 +128,7 @@ calibrate::Origin origin_of(double stored, const std::string& name, const Source
     return static_cast<calibrate::Origin>(static_cast<int>(stored));
 }
 
-void read_row(const ArchiveReader& archive, const SourceLocation& where, const calibrate::Table& table,
+void read_row(const files::ArchiveReader& archive, const SourceLocation& where, const calibrate::Table& table,
               calibrate::TableRow& row) {
     require(archive.has(path_of(row.name)), where, "{} is listed but missing; expected a complete table",
             path_of(row.name));
@@ -169,7 +164,7 @@ void add_remark(const std::string& line, calibrate::Table& table) {
 }
 }  // namespace
 
-calibrate::Table read_calibration(const ArchiveReader& archive, const std::filesystem::path& file) {
+calibrate::Table read_calibration(const files::ArchiveReader& archive, const std::filesystem::path& file) {
     const SourceLocation where{.file = file.string()};
     require(is_calibration(archive), where,
             "not a table of coefficients: {} is missing; expected a file written by drover calibrate",
@@ -192,7 +187,7 @@ calibrate::Table read_calibration(const ArchiveReader& archive, const std::files
 }
 
 calibrate::Table read_calibration(const std::filesystem::path& file) {
-    return read_calibration(ArchiveReader(file), file);
+    return read_calibration(files::ArchiveReader(file), file);
 }
 
 }  // namespace drover::io

@@ -8,6 +8,7 @@
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/base/version.hpp"
+#include "drover/files/new_file.hpp"
 #include "drover/io/calibration.hpp"
 #include "drover/io/trial_file.hpp"
 #include "drover/run/provenance.hpp"
@@ -172,13 +173,13 @@ std::vector<calibrate::TrialSet> stored_trial_sets(const io::Scene& scene, const
     return trial_sets;
 }
 
-std::string hash_text(const std::string& words) { return text("{:016x}", io::fingerprint(words)); }
+std::string hash_text(const std::string& words) { return text("{:016x}", files::fingerprint(words)); }
 
 /// Provenance of the table, without what depends on time or machine: trials may come from several.
 std::vector<io::Attribute> attributes_of(io::Scene scene) {
     scene.calibration.workers = 0;
-    std::vector<io::Attribute> attributes = provenance(scene, 1, "calibrate");
-    std::erase_if(attributes, [](const io::Attribute& one) {
+    std::vector<files::Attribute> attributes = provenance(scene, 1, "calibrate");
+    std::erase_if(attributes, [](const files::Attribute& one) {
         return one.first == "host" || one.first == "start_time" || one.first == "threads";
     });
     attributes.emplace_back("scene_hash", hash_text(io::resolved_text(scene)));
@@ -186,21 +187,21 @@ std::vector<io::Attribute> attributes_of(io::Scene scene) {
 }
 
 void write_table(const io::Scene& scene, const fs::path& folder, CalibrationOutcome& outcome) {
-    const std::vector<io::Attribute> attributes = attributes_of(scene);
+    const std::vector<files::Attribute> attributes = attributes_of(scene);
     outcome.file = folder / "table.h5";
     io::write_calibration(outcome.file, *outcome.table, attributes);
     std::string heading;
     for (const auto& [name, value] : attributes)
         if (name != "scene")
             heading += name + " = " + std::visit([](const auto& held) { return toml_text(Value(held)); }, value) + "\n";
-    io::replace_file(folder / "table.toml", calibration_toml(*outcome.table, heading));
+    files::replace_file(folder / "table.toml", calibration_toml(*outcome.table, heading));
 }
 
 void claim(const CalibrationLayout& layout, const CalibrationOptions& options) {
     const Version built = version();
     const std::string factory =
         text("# made by drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : "");
-    const std::string first = io::claim_folder(options.folder, manifest_name, factory, layout.manifest);
+    const std::string first = files::claim_folder(options.folder, manifest_name, factory, layout.manifest);
     if (first != factory)
         log_warning(
             "{}: its first trials were {}; this is drover {} ({}): if a change between them affects trials, "

@@ -147,7 +147,7 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
         refused(tmp_path, ["check", "bad.toml"], ["bad.toml:", says])
     write_tiny(tmp_path)
     for command in ("stability", "boundary"):
-        refused(tmp_path, [command, "tiny.toml"], ["a scene of particles", f"drover {command} is for scenes of fields alone"])
+        refused(tmp_path, [command, "tiny.toml"], ["a scene of particles", f"drover {command} needs a scene of fields"])
 
 
 def test_a_sweep_and_a_ramp_make_tables(tmp_path):

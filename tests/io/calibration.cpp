@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/refusal.hpp"
-#include "io/archive_support.hpp"
+#include "files/support.hpp"
 
 namespace drover::io {
 namespace {
@@ -39,7 +39,7 @@ std::string bytes_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-TEST(CalibrationFile, reads_back_as_the_same_table) {
+TEST(CalibrationFile, a_table_reads_back_unchanged) {
     const Folder folder;
     for (const bool varied : {false, true}) {
         const calibrate::Table table = sample_table(varied);
@@ -68,7 +68,7 @@ TEST(CalibrationFile, reads_back_as_the_same_table) {
     }
 }
 
-TEST(CalibrationFile, is_the_same_bytes_from_the_same_table) {
+TEST(CalibrationFile, the_same_table_gives_the_same_bytes) {
     const Folder folder;
     write_calibration(folder / "a.h5", sample_table(true), {{"scene", std::string("x")}});
     write_calibration(folder / "b.h5", sample_table(true), {{"scene", std::string("x")}});
@@ -76,7 +76,7 @@ TEST(CalibrationFile, is_the_same_bytes_from_the_same_table) {
     EXPECT_EQ(bytes_of(folder / "a.h5"), bytes_of(folder / "b.h5"));
 }
 
-TEST(CalibrationFile, is_not_written_with_errors_below_zero) {
+TEST(CalibrationFile, a_table_with_negative_errors_is_rejected) {
     const Folder folder;
     calibrate::Table table = sample_table(false);
     table.rows[0].entries[1].error = -1.0;
@@ -89,31 +89,32 @@ TEST(CalibrationFile, is_not_written_with_errors_below_zero) {
 void write_raw(const std::filesystem::path& file, std::vector<double> errors, std::vector<double> origins,
                std::size_t rods, bool whole) {
     const std::vector<std::string> axes{"bead_area_fraction", "rod_area_fraction"};
-    ResultTable raw{.group = "/calibration",
-                    .axes = {{"bead_area_fraction", "1", "", {0.2, 0.4}},
-                             {"rod_area_fraction", "1", "", testing_support::numbers(rods, 0.01)}},
-                    .quantities = {{"drag", "mm/s", "alpha/Gamma", axes},
-                                   {"drag_error", "mm/s", "", {"bead_area_fraction"}},
-                                   {"drag_trials", "1", "", axes, true},
-                                   {"drag_origin", "1", "", {"bead_area_fraction"}, true}},
-                    .values = {std::vector<double>(2 * rods, 1.0), std::move(errors),
-                               std::vector<double>(2 * rods, 32.0), std::move(origins)}};
+    files::ResultTable raw{.group = "/calibration",
+                           .axes = {{"bead_area_fraction", "1", "", {0.2, 0.4}},
+                                    {"rod_area_fraction", "1", "", testing_support::numbers(rods, 0.01)}},
+                           .quantities = {{"drag", "mm/s", "alpha/Gamma", axes},
+                                          {"drag_error", "mm/s", "", {"bead_area_fraction"}},
+                                          {"drag_trials", "1", "", axes, true},
+                                          {"drag_origin", "1", "", {"bead_area_fraction"}, true}},
+                           .values = {std::vector<double>(2 * rods, 1.0), std::move(errors),
+                                      std::vector<double>(2 * rods, 32.0), std::move(origins)}};
     if (rods == 1)
-        for (Quantity& quantity : raw.quantities) quantity.axes = {"bead_area_fraction"};
+        for (files::Quantity& quantity : raw.quantities) quantity.axes = {"bead_area_fraction"};
     if (!whole) {
         raw.quantities.pop_back();
         raw.values.pop_back();
     }
-    Archive archive = Archive::create(file, {},
-                                      {{"coefficients", std::string("drag")},
-                                       {"varied", std::string()},
-                                       {"remarks", std::string("nonsense\ndrag[x: 1\ndrag[9]: none\n]: [drag")}},
-                                      true);
+    files::Archive archive =
+        files::Archive::create(file, {},
+                               {{"coefficients", std::string("drag")},
+                                {"varied", std::string()},
+                                {"remarks", std::string("nonsense\ndrag[x: 1\ndrag[9]: none\n]: [drag")}},
+                               true);
     archive.replace(raw);
     archive.commit();
 }
 
-TEST(CalibrationFile, of_others_is_refused_in_a_sentence) {
+TEST(CalibrationFile, foreign_files_are_rejected_with_a_message) {
     const Folder folder;
     const auto path = folder / "t.h5";
     const auto refusal = [&] { return refusal_of([&] { read_calibration(path); }); };
@@ -127,18 +128,19 @@ TEST(CalibrationFile, of_others_is_refused_in_a_sentence) {
     write_raw(path, {0.1, 0.1}, {1, 7}, 1, true);
     EXPECT_EQ(refusal(), path.string() + ": drag_origin holds 7; expected 0 to 4");
     write_raw(path, {0.1, 0.1}, {1, 1}, 2, true);
-    EXPECT_EQ(refusal(), path.string() + ": /calibration/drag_error is 2 numbers; expected 2 by 2, as the axes have");
+    EXPECT_EQ(refusal(),
+              path.string() + ": /calibration/drag_error has 2 numbers; expected 2 by 2, the sizes of the axes");
     write_raw(path, {0.1, 0.1}, {1, 1}, 1, false);
     EXPECT_EQ(refusal(), path.string() +
-                             ": has no /calibration/drag_origin; expected a whole table, as drover calibrate "
-                             "makes it");
+                             ": has no /calibration/drag_origin; expected a complete table written by drover "
+                             "calibrate");
     {
-        Archive archive = Archive::create(path, {}, testing_support::sample_attributes, true);
+        files::Archive archive = files::Archive::create(path, {}, testing_support::sample_attributes, true);
         archive.commit();
     }
     EXPECT_EQ(refusal(), path.string() +
-                             ": is no table of coefficients: it has no /calibration/bead_area_fraction; "
-                             "expected a file that drover calibrate made");
+                             ": is not a table of coefficients: it has no /calibration/bead_area_fraction; "
+                             "expected a file written by drover calibrate");
     std::ofstream(path) << "value = 1";
     EXPECT_EQ(refusal(), path.string() + ": is not an HDF5 file; expected an archive of drover");
 }

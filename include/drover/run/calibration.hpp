@@ -7,7 +7,7 @@
 
 #include "drover/calibrate/table.hpp"
 #include "drover/calibrate/trial_set.hpp"
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/io/scene.hpp"
 
 namespace drover::run {
