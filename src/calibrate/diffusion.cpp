@@ -43,10 +43,14 @@ std::vector<double> bead_displacements(const DiffusionPlan& plan, const SystemFa
     std::vector<Path> x, y;
     for (std::size_t frame = 0; frame <= frames; ++frame) {
         system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
-        const BeadMotion mean = system->beads();
         const std::vector<Position> beads = system->bead_positions();
         require(beads.size() >= 2, {}, "diffusion: {} beads; expected two or more, since drift of the bed is removed",
                 beads.size());
+        Position mean;
+        for (const Position& bead : beads) {
+            mean.x += bead.x / static_cast<double>(beads.size());
+            mean.y += bead.y / static_cast<double>(beads.size());
+        }
         x.resize(beads.size()), y.resize(beads.size());
         for (std::size_t b = 0; b < beads.size(); ++b) {
             x[b].push_back(beads[b].x - mean.x);

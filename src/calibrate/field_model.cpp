@@ -31,7 +31,8 @@ Measured measured_at(const Table& table, const std::vector<Input>& of, const std
                                     .at(point.bead_fraction, point.rod_fraction);
         const bool divides = std::find(under.begin(), under.end(), input) != under.end();
         const std::string why = divides ? divisor_refusal(input, found.value, found.error) : "";
-        require(why.empty(), {}, "{}: {}; run more trials, or set {} in the scene", wanted.what, why, wanted.give);
+        require(why.empty(), {}, "{}: {}; expected a smaller error: run more trials, or set {} in the scene",
+                wanted.what, why, wanted.give);
         put(measured, input, found.value, found.error);
     }
     return measured;

@@ -33,7 +33,7 @@ std::string point_text(const Table& table, bool by_rods, std::size_t entry) {
 std::size_t varied_index(const Table& table, const std::optional<double>& value, const std::string& name,
                          const SourceLocation& where) {
     if (table.varied_key.empty()) {
-        require(!value, where, "{} = {}, but the table varies no key; remove {}", name, value.value_or(0.0), name);
+        require(!value, where, "{} = {}, but the table varies no key; expected no {}", name, value.value_or(0.0), name);
         return 0;
     }
     std::vector<std::string> values;
@@ -137,11 +137,11 @@ Uncertain SmoothCoefficient::at(double bead_fraction, double rod_fraction) const
     const auto check_inside = [&](const char* kind, const std::vector<double>& axis, double fraction) {
         constexpr double rounding = 1e-12;
         const bool inside = fraction >= axis.front() - rounding && fraction <= axis.back() + rounding;
-        require(
-            std::isfinite(fraction) && (inside || outside_ == physics::Outside::hold), {},
-            "{} at a {} area fraction of {}: the table covers {} to {}; measure there, or use the value at the edge "
-            "(calibrated.outside = \"hold\" in the scene)",
-            name_, kind, fraction, axis.front(), axis.back());
+        require(std::isfinite(fraction) && (inside || outside_ == physics::Outside::hold), {},
+                "{} at a {} area fraction of {}: the table covers {} to {}; expected a value within it: measure there, "
+                "or use "
+                "the value at the edge (calibrated.outside = \"hold\" in the scene)",
+                name_, kind, fraction, axis.front(), axis.back());
     };
     check_inside("bead", beads_, bead_fraction);
     bead_fraction = std::clamp(bead_fraction, beads_.front(), beads_.back());

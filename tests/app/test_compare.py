@@ -299,8 +299,8 @@ def test_scenes_that_cannot_be_compared_are_rejected_with_a_message(folder, spoi
 
 
 @pytest.mark.parametrize("names, message", [
-    (("particles.h5", "particles.h5"), "is of particles; expected first the archive of a scene of fields"),
-    (("fields.h5", "fields.h5"), "is of fields; expected as the second archive a run of particles")])
+    (("particles.h5", "particles.h5"), "is a particle run; expected first a field run"),
+    (("fields.h5", "fields.h5"), "is a field run; expected a particle run as the second archive")])
 def test_a_wrong_kind_of_archive_is_rejected_with_a_message(folder, names, message):
     with pytest.raises(package.DroverError, match=re.escape(message)):
         compare.compare_files(*(folder / name for name in names))

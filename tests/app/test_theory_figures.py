@@ -22,13 +22,13 @@ POLAR = {"fields.rod_density": False, "relaxation.rate": -0.5, "relaxation.satur
          "advection.strength": 0.5, "noise.order": 0.01, "grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0}
 STATES = {  # changes of a scene, its base, the state that is drawn, titles of the panels without their letters
     "a flock": ({"relaxation.rate": -0.5, "relaxation.saturation": 1.0, "initial.kind": "uniform"}, SMALL, "ordered",
-                ["fastest growth rate", "growth rates of all modes", "speeds", "dampings", "of rods", "of rods"]),
+                ["fastest growth rate", "growth rates of all modes", "speeds", "damping", "of rods", "of rods"]),
     "a flock that bands": (BANDING, SMALL, "ordered",
-                           ["fastest growth rate", "growth rates of all modes", "speeds", "dampings", "of rods", "of rods"]),
+                           ["fastest growth rate", "growth rates of all modes", "speeds", "damping", "of rods", "of rods"]),
     "no noise": ({"noise.order": 0.0, "noise.rods": 0.0, **BANDING}, SMALL, "ordered",
-                 ["fastest growth rate", "growth rates of all modes", "speeds", "dampings"]),
+                 ["fastest growth rate", "growth rates of all modes", "speeds", "damping"]),
     "isotropic": ({}, SMALL, "isotropic", ["growth rates of all modes", "frequencies of all modes", "$S", "$S"]),
-    "no densities": ({}, POLAR, "ordered", ["fastest growth rate", "growth rates of all modes", "speeds", "dampings",
+    "no densities": ({}, POLAR, "ordered", ["fastest growth rate", "growth rates of all modes", "speeds", "damping",
                                             "of the order across", "of the order across"]),
     "nothing but decay": ({"relaxation.rate": 0.5, "noise.order": 0.0}, POLAR, "isotropic", ["growth rates of all modes"]),
     "a field": ({"orienting_field.x": 0.05}, POLAR, "along the field", ["fastest growth rate", "growth rates of all modes",

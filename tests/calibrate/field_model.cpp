@@ -218,13 +218,14 @@ TEST(FieldModel, rejects_divisors_that_may_be_zero) {
     const auto refusal = [&](const char* key) {
         return refusal_of([&] { field_number(table, key, dense, OrderKind::orientation); });
     };
-    EXPECT_EQ(
-        refusal("elasticity.stiffness"),
-        "elasticity.stiffness: the divisor relaxation_rate = 0.1 +- 0.04 is not significantly different from 0; run "
-        "more trials, or set elasticity.stiffness in the scene");
+    EXPECT_EQ(refusal("elasticity.stiffness"),
+              "elasticity.stiffness: the divisor relaxation_rate = 0.1 +- 0.04 is not significantly different from 0; "
+              "expected a smaller error: run more trials, or set elasticity.stiffness in the scene");
     EXPECT_NE(refusal("relaxation.saturation").find("not significantly different from 0"), std::string::npos);
     EXPECT_EQ(refusal("noise.order"), "no refusal");  // not a divisor
-    EXPECT_NE(refusal_of([&] { mean_field(table, dense); }).find("the order of the mean field: relaxation_rate"),
+    EXPECT_NE(refusal_of([&] {
+                  mean_field(table, dense);
+              }).find("the order of the mean field: the divisor relaxation_rate"),
               std::string::npos);
 }
 

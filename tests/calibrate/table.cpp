@@ -196,9 +196,8 @@ TEST(SmoothCoefficient, of_beads_alone_accepts_any_area_fraction_of_rods) {
 TEST(SmoothCoefficient, extrapolates_only_on_request) {
     const Table table = larger_table();
     EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "drag").at(0.75, 0.08); }),
-              "drag at a bead area fraction of 0.75: the table covers 0.2 to 0.7; measure there, or use the value at "
-              "the edge "
-              "(calibrated.outside = \"hold\" in the scene)");
+              "drag at a bead area fraction of 0.75: the table covers 0.2 to 0.7; expected a value within it: measure "
+              "there, or use the value at the edge (calibrated.outside = \"hold\" in the scene)");
     EXPECT_NE(refusal_of([&] { SmoothCoefficient(table, "drag").at(0.5, 0.2); }).find("rod area fraction of 0.2"),
               std::string::npos);
     const SmoothCoefficient held(table, "drag", 0, physics::Outside::hold);
