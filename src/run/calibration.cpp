@@ -176,7 +176,7 @@ std::vector<calibrate::TrialSet> stored_trial_sets(const io::Scene& scene, const
 std::string hash_text(const std::string& words) { return text("{:016x}", files::fingerprint(words)); }
 
 /// Provenance of the table, without what depends on time or machine: trials may come from several.
-std::vector<io::Attribute> attributes_of(io::Scene scene) {
+std::vector<files::Attribute> attributes_of(io::Scene scene) {
     scene.calibration.workers = 0;
     std::vector<files::Attribute> attributes = provenance(scene, 1, "calibrate");
     std::erase_if(attributes, [](const files::Attribute& one) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "drover/calibrate/catalogue.hpp"
+#include "drover/io/scene_text.hpp"
 #include "drover/io/trial_file.hpp"
 #include "drover/run/calibration.hpp"
 #include "run/written_values.hpp"
@@ -86,7 +87,7 @@ void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& l
     if (assay.population == calibrate::Population::all) point += text("-rod-{}", axes.rod_fractions[unit.rod]);
     if (!axes.varied_key.empty()) point += text("-{}-{}", axes.varied_key, axes.varied[unit.varied]);
     unit.name = assay.name + "-" + point;
-    unit.identity = io::fingerprint(layout.manifest + plan_of(io::resolved_text(scene), assay.name) + unit.name);
+    unit.identity = files::fingerprint(layout.manifest + plan_of(io::resolved_text(scene), assay.name) + unit.name);
     unit.conditions = {.setup = setup_at(scene, layout, unit),
                        .seed = calibrate::trial_seed(static_cast<std::uint64_t>(scene.run.seed), point, 0)};
     layout.units.push_back(std::move(unit));
