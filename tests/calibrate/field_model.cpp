@@ -179,15 +179,15 @@ TEST(FieldModel, has_errors_that_match_the_spread_over_redrawn_tables) {
 TEST(DensityTable, has_the_coefficients_of_every_node_and_the_error_of_alpha_over_gamma) {
     const Table table = flocking_table();
     const physics::TableData data = density_table(table, dense, OrderKind::orientation);
-    ASSERT_EQ(data.driving_strength.size(), 6u);
+    const physics::TableColumn &driving = data.column("driving.strength"), &drag = data.column("drag.coefficient");
+    ASSERT_EQ(driving.values.size(), 6u);
     EXPECT_NEAR(data.bead_density[1], 0.4 / 0.5, 1e-15);
     EXPECT_NEAR(data.rod_density[0], 0.05 / 4.0, 1e-15);
     for (std::size_t node = 0; node < 6; ++node) {
-        EXPECT_NEAR(data.driving_strength[node] / data.drag_coefficient[node], 2.0 + 0.2 * static_cast<double>(node),
-                    1e-12);
-        EXPECT_NEAR(data.driving_strength_error[node], 0.04 * data.driving_strength[node], 1e-12);
+        EXPECT_NEAR(driving.values[node] / drag.values[node], 2.0 + 0.2 * static_cast<double>(node), 1e-12);
+        EXPECT_NEAR(driving.errors[node], 0.04 * driving.values[node], 1e-12);
     }
-    EXPECT_TRUE(data.drag_coefficient_error.empty());
+    EXPECT_TRUE(drag.errors.empty());
     physics::Model model = model_of(dense, OrderKind::orientation);
     model.table = data;
     physics::check(model);
