@@ -39,9 +39,10 @@ std::string slurm_script(const Options& options, const std::filesystem::path& fo
              shell_word(std::filesystem::absolute(folder).string()));
     for (const std::string& setting : options.overrides) command += " --set " + shell_word(setting);
     return text(R"(#!/bin/sh
-# Measures the coefficients of {0} as {1} array tasks of Slurm and makes their table; run it with sh, and with options for sbatch, such as
+# Measures the coefficients of {0} as {1} array tasks of Slurm and writes their table.
+# Run it with sh, and with options for sbatch, such as
 #     sh calibrate.sh --partition=short --time=12:00:00 --cpus-per-task=8
-# Given again after a time limit or a failure it goes on: no trial that has ended is run twice.  All tasks need the same folder.
+# Re-run it after a time limit or a failure to resume: no completed trial is repeated.  All tasks need the same folder.
 set -eu
 calibrate={2}
 array=$(sbatch --parsable --job-name=drover --array=1-{1} "$@" \

@@ -18,7 +18,7 @@ struct FilledModel {
 std::vector<std::string> missing_keys(const physics::Model& model, bool local,
                                       const std::function<bool(const std::string& key)>& is_given);
 
-/// Fills these keys of a model.  Throws an input Error where the table has no value, or one out of the range of its key.
+/// Fills these keys of a model.  Throws an input Error for missing values, and for values out of the range of the key.
 FilledModel fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
                        physics::Model& model);
 

@@ -56,8 +56,8 @@ struct CalibrationOutcome {
 
 /// Runs the missing trials in `folder`, which has a trial file for each unit.  Call it again to resume after a stop,
 /// also after kill -9: completed trials are never lost.  Then writes table.h5 and table.toml there, whose bytes depend
-/// on the scene and the trials alone.  The same folder accepts other goals, more points and more assays of the same scene.
-/// Throws an input Error if it holds the trials of another scene, or if another process is using it.
+/// on the scene and the trials alone.  The same folder accepts other goals, more points and more assays of the same
+/// scene.  Throws an input Error if it holds the trials of another scene, or if another process is using it.
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options);
 
 /// The table of the results so far, with the derived rows.

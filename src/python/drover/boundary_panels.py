@@ -96,7 +96,7 @@ def on_one_side(errors):
 
 
 def write_angles(axes, lines, origin, sides):
-    """Writes the angle of the first unstable wave at a few points of each oblique line; returns whether it wrote any."""
+    """Writes the angle of the first unstable wave at a few points of each oblique line; returns whether any was."""
     written = []
     for line in (line for line in lines if line.limit == OBLIQUE and len(line.places) > 1):
         places = (line.places - origin) / sides
