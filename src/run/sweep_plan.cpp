@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "drover/run/sweep.hpp"
-#include "run/written_values.hpp"
+#include "run/number_lists.hpp"
 
 namespace drover::run {
 
@@ -17,7 +17,7 @@ constexpr const char* list = "sweep.vary";
 constexpr const char* example = "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"";
 
 Varied varied_of(const std::string& written, const SourceLocation& where) {
-    const auto [key, values] = read_written(written, list, example, where);
+    const auto [key, values] = read_assignment(written, list, example, where);
     require(key.find('.') != std::string::npos, where, "{} has \"{}\"; expected \"section.key = values\", as in {}",
             list, written, example);
     const auto number_of = [&](const std::string& word) { return read_number(word, written, list, example, where); };
