@@ -37,8 +37,7 @@ int print_scene_boundary(const Options& options) {
     io::require_kind(scene, io::SceneKind::fields, "boundary");
     Threads threads(options.threads > 0 ? options.threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
     return print_result(run::make_boundary(scene, threads),
-                        output_of(options, "boundary", "all vertices, and the map of regimes"), scene,
-                        threads.count());
+                        output_of(options, "boundary", "all vertices, and the map of regimes"), scene, threads.count());
 }
 
 int print_table_boundary(const Options& options) {
@@ -73,8 +72,7 @@ void add_boundary(CLI::App& program, Action& action) {
                      "Meaning of weathercock.strength: mean (lambda) or single-rod (lambda_s = 2 lambda); repeatable")
         ->type_name("NAME");
     command
-        ->add_option("--varied", options->varied,
-                     "For a table that varies a further key: the value of that key to use")
+        ->add_option("--varied", options->varied, "For a table that varies a further key: the value of that key to use")
         ->type_name("VALUE");
     command->add_option("-o,--output", options->output, "Also write the result to this archive (HDF5)");
     command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")

@@ -22,7 +22,8 @@ void add_set_option(CLI::App& command, SceneOptions& options) {
 void add_output_options(CLI::App& command, SceneOptions& options) {
     command.add_option("-o,--output", options.output, "Archive to write; overrides output.file");
     command
-        .add_option("--threads", options.threads, "Number of threads; overrides run.threads and does not change results")
+        .add_option("--threads", options.threads,
+                    "Number of threads; overrides run.threads and does not change results")
         ->check(CLI::Range(1, 1024));
 }
 

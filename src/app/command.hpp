@@ -60,7 +60,8 @@ struct ResultOutput {
     std::string contents;  ///< of the file, in one line for people
     bool json = false, overwrite = false;
 };
-/// Prints as text or JSON, writes the archive with its provenance, and returns the exit status.  Throws as io::Archive::create.
+/// Prints as text or JSON, writes the archive with its provenance, and returns the exit status.  Throws as
+/// io::Archive::create.
 int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads);
 
 /// Numbers that are not finite become null.

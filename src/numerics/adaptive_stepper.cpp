@@ -32,8 +32,8 @@ void AdaptiveStepper::set_system(System system) {
 
 Stepper& AdaptiveStepper::stepper(int division) {
     if (const auto found = steppers_.find(division); found != steppers_.end()) return found->second;
-    const auto made = steppers_.emplace(
-        division, Stepper(system_, stepper_table(control_.method), control_.dt / division, seed_, threads_));
+    const auto made = steppers_.emplace(division, Stepper(system_, stepper_table(control_.method),
+                                                          control_.dt / division, seed_, threads_));
     // Divisions in use are neighbours; others only hold memory.
     constexpr std::size_t kept = 4;
     while (steppers_.size() > kept) {
@@ -43,8 +43,8 @@ Stepper& AdaptiveStepper::stepper(int division) {
     return made.first->second;
 }
 
-/// The largest relative error of any field, as root mean squares over its modes.  Its size is that of the field or, where larger, that
-/// of its change over dt at the present rate: a field that starts from zero has no size of its own.
+/// The largest relative error of any field, as root mean squares over its modes.  Its size is that of the field or,
+/// where larger, that of its change over dt at the present rate: a field that starts from zero has no size of its own.
 double AdaptiveStepper::relative_error(const Spectra& before, const Spectra& after, const Spectra& error) const {
     const double parts = division_;
     double largest = 0.0;
@@ -80,9 +80,10 @@ void AdaptiveStepper::advance_in_parts(double t, Spectra& state) {
         }
         ++count_.rejected;
         if (division_ > max_division / 2)
-            fail_run("no step down to {:.3g} s meets time.tolerance = {} at t = {:.6g} s: its estimated error is "
-                     "{:.3g}; the fields may be diverging; otherwise give a larger tolerance or a smaller time.dt",
-                     control_.dt / division_, tolerance, t, error);
+            fail_run(
+                "no step down to {:.3g} s meets time.tolerance = {} at t = {:.6g} s: its estimated error is "
+                "{:.3g}; the fields may be diverging; otherwise give a larger tolerance or a smaller time.dt",
+                control_.dt / division_, tolerance, t, error);
         division_ *= 2;
         i *= 2;
     }

@@ -14,7 +14,8 @@ namespace drover::numerics {
 
 namespace {
 using Real = long double;  // 64 bits of mantissa on x86-64
-// Sizes are known at run time alone, room for the largest is on the stack: unrolled code for each size takes minutes to compile.
+// Sizes are known at run time alone, room for the largest is on the stack: unrolled code for each size takes minutes to
+// compile.
 using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, 0, max_block, max_block>;
 using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1, 0, max_block, 1>;
 
@@ -34,7 +35,8 @@ Block rounded(const Matrix& matrix) {
     return result;
 }
 
-/// Halvings that bring the row-sum norm of m dt to 1/2 or less, after which 24 terms of a Taylor series are exact to rounding.
+/// Halvings that bring the row-sum norm of m dt to 1/2 or less, after which 24 terms of a Taylor series are exact to
+/// rounding.
 int halvings(const Matrix& m, Real dt) {
     const Real norm = m.cwiseAbs().rowwise().sum().maxCoeff() * dt;
     if (!std::isfinite(norm)) fail_run("a linear operator has entries that are not finite; check the coefficients");

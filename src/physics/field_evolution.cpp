@@ -20,8 +20,7 @@ int follow_densities(const Equations& equations, const Extremes& extremes, int r
     const double density = has_inertia ? extremes.min_bead : extremes.max_bead;
     if (!std::isfinite(density) || density <= 0.0) return rung;
     // Allowed: at most 1.7 times the smallest density, or at least 1/1.7 of the largest.
-    const double exact = 2.0 * std::log2(density / equations.model.uniform.bead_density),
-                 margin = 2.0 * std::log2(1.7);
+    const double exact = 2.0 * std::log2(density / equations.model.uniform.bead_density), margin = 2.0 * std::log2(1.7);
     if (has_inertia) {
         if (rung > exact + margin) rung = static_cast<int>(std::floor(exact + margin));
         if (rung < 0 && rung + 1.5 < exact + margin)

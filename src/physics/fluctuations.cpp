@@ -87,7 +87,8 @@ std::vector<StructureFactor> structure_factors(const Equations& equations, const
 
 double direction_diffusion(const Equations& equations, const StationaryState& about) {
     if (!about.free_direction) return 0.0;
-    // The slow mode behind those of the densities is a turn of p and v together; noise on p turns it by its dual, which is normal to p.
+    // The slow mode behind those of the densities is a turn of p and v together; noise on p turns it by its dual, which
+    // is normal to p.
     const LongWaves waves = long_waves(equations, about);
     if (!waves.undefined.empty()) return std::numeric_limits<double>::quiet_NaN();
     const auto turn = (equations.form.bead_density >= 0 ? 1 : 0) + (equations.form.rod_density >= 0 ? 1 : 0);

@@ -14,9 +14,10 @@ constexpr std::array legend{std::pair{Regime::undefined, "not defined"},
                             std::pair{Regime::banding, "flock unstable to banding"},
                             std::pair{Regime::oblique, "flock unstable to oblique waves"}};
 
-constexpr AreaFraction area_fractions[] = {
-    {"bead_area_fraction", "uniform.bead_area", &UniformState::bead_density, &UniformState::bead_area},
-    {"rod_area_fraction", "uniform.rod_area", &UniformState::rod_density, &UniformState::rod_area}};
+constexpr AreaFraction area_fractions[] = {{"bead_area_fraction", "uniform.bead_area", &UniformState::bead_density,
+                                            &UniformState::bead_area},
+                                           {"rod_area_fraction", "uniform.rod_area", &UniformState::rod_density,
+                                            &UniformState::rod_area}};
 }  // namespace
 
 std::string regime_legend() {
@@ -41,8 +42,8 @@ std::vector<RegimePoint> regimes(const Plane& plane, const std::vector<numerics:
                oblique = at(Limit::oblique);
     std::vector<RegimePoint> result;
     for (std::size_t n = 0; n < points.size(); ++n)
-        result.push_back({regime_of(onset[n].value, separation[n].value, banding[n].value, oblique[n].value),
-                          onset[n].value});
+        result.push_back(
+            {regime_of(onset[n].value, separation[n].value, banding[n].value, oblique[n].value), onset[n].value});
     return result;
 }
 
@@ -57,9 +58,8 @@ PlaneAxis area_fraction_axis(const AreaFraction& fraction, double area, double f
             .unit = "1",
             .from = from,
             .to = to,
-            .set = [density = fraction.density, area](Model& model, double covered) {
-                model.uniform.*density = covered / area;
-            },
+            .set = [density = fraction.density, area](Model& model,
+                                                      double covered) { model.uniform.*density = covered / area; },
             .is_density = true};
 }
 

@@ -12,8 +12,9 @@ std::vector<EffectiveCoefficientRow> effective_coefficient_rows(const Form& form
     const bool beads = form.bead_density >= 0, rods = form.rod_density >= 0;
     const bool velocity = form.velocity != Velocity::absent;
     return {
-        {"relaxation", "s-1", velocity ? "abar = a - lambda alpha/Gamma; a flock forms where it is negative"
-                                       : "abar = a; a flock forms where it is negative",
+        {"relaxation", "s-1",
+         velocity ? "abar = a - lambda alpha/Gamma; a flock forms where it is negative"
+                  : "abar = a; a flock forms where it is negative",
          &C::relaxation},
         {"relaxation_by_beads", "mm2 s-1", "d abar/d rho", &C::relaxation_by_beads, beads},
         {"relaxation_by_rods", "mm2 s-1", "d abar/d sigma", &C::relaxation_by_rods, rods},
@@ -97,9 +98,10 @@ std::vector<std::string> stability_remarks(const Equations& equations, const Eff
             remarks.push_back(text("outside its table ({}), {} keeps its value at the edge",
                                    coefficient->table()->range_text(), key));
     if (coefficients.pressure_beads < 0.0 && equations.form.bead_density >= 0)
-        remarks.push_back(text("Abar = A + lambda E/Gamma = {:.4g} < 0 (E = {:.4g}): rods turn towards high bead "
-                               "density, which makes most flocks unstable at an oblique angle",
-                               coefficients.pressure_beads, equations.model.stiffness.beads));
+        remarks.push_back(
+            text("Abar = A + lambda E/Gamma = {:.4g} < 0 (E = {:.4g}): rods turn towards high bead "
+                 "density, which makes most flocks unstable at an oblique angle",
+                 coefficients.pressure_beads, equations.model.stiffness.beads));
     return remarks;
 }
 

@@ -30,7 +30,8 @@ struct Shift {
     double along_x = 0.0, along_y = 0.0;
 };
 
-/// How far the line moves along each axis while the other is fixed, from its shift along the gradient in the plane scaled to a square.
+/// How far the line moves along each axis while the other is fixed, from its shift along the gradient in the plane
+/// scaled to a square.
 Shift shift_of(const physics::Plane& plane, const physics::BoundaryPoint& point) {
     const double width = plane.x.to - plane.x.from, height = plane.y.to - plane.y.from;
     const double by_x = point.error_x / width, by_y = point.error_y / height, squared = by_x * by_x + by_y * by_y;
@@ -41,16 +42,8 @@ Record point_record(const Described& described, const physics::BoundaryPoint& po
     const physics::Plane& plane = described.plane;
     const Shift shift = shift_of(plane, point);
     const Display errors{.text = described.has_errors};
-    return {.entries = {{.name = "x",
-                         .unit = described.unit_x,
-                         .meaning = plane.x.name,
-                         .value = point.x,
-                         .digits = 8},
-                        {.name = "y",
-                         .unit = described.unit_y,
-                         .meaning = plane.y.name,
-                         .value = point.y,
-                         .digits = 8},
+    return {.entries = {{.name = "x", .unit = described.unit_x, .meaning = plane.x.name, .value = point.x, .digits = 8},
+                        {.name = "y", .unit = described.unit_y, .meaning = plane.y.name, .value = point.y, .digits = 8},
                         {.name = "error_x",
                          .unit = described.unit_x,
                          .meaning = "x component of the standard error of the line, which is a shift along the "
@@ -92,14 +85,14 @@ List line_list(const Described& described, const physics::Boundary& boundary) {
                     .max_rows = 9};
         for (const physics::BoundaryPoint& point : line.points)
             points.rows.push_back(point_record(described, point, line.limit));
-        lines.rows.push_back({.heading = text("{} line of {} points", line.closed ? "closed" : "open",
-                                              line.points.size()),
-                              .entries = {{.name = "closed",
-                                           .unit = "1",
-                                           .meaning = "1: the line ends where it begins",
-                                           .value = line.closed,
-                                           .shown = {.text = false}}},
-                              .lists = {std::move(points)}});
+        lines.rows.push_back(
+            {.heading = text("{} line of {} points", line.closed ? "closed" : "open", line.points.size()),
+             .entries = {{.name = "closed",
+                          .unit = "1",
+                          .meaning = "1: the line ends where it begins",
+                          .value = line.closed,
+                          .shown = {.text = false}}},
+             .lists = {std::move(points)}});
     }
     return lines;
 }
@@ -127,8 +120,8 @@ List singular_point_list(const Described& described, const physics::Boundary& bo
 Record traced_record(const Described& described, physics::Limit limit, const std::string& convention,
                      const physics::Boundary& boundary) {
     std::vector<std::string> limits;
-    for (const physics::Limit one : {physics::Limit::onset, physics::Limit::phase_separation, physics::Limit::banding,
-                                     physics::Limit::oblique})
+    for (const physics::Limit one :
+         {physics::Limit::onset, physics::Limit::phase_separation, physics::Limit::banding, physics::Limit::oblique})
         limits.push_back(physics::limit_name(one));
     Record record{.heading = text("{} ({} convention of lambda): {} line{}", physics::limit_name(limit), convention,
                                   boundary.lines.size(), boundary.lines.size() == 1 ? "" : "s"),
@@ -205,23 +198,23 @@ std::string plane_text(const physics::Plane& plane) {
 Record plane_record(const Described& described, const io::Scene& scene, std::size_t uncertain, bool complete,
                     List traced) {
     return {.header = {plane_text(described.plane),
-                           text("every island wider than 1/{} of the plane is found; points lie on their line to "
-                                "rounding",
-                                scene.boundary.cells)},
-                .group = "/plane",
-                .entries = {{.name = "uncertain_numbers",
-                             .unit = "1",
-                             .meaning = "numbers with a standard error, from which the shifts of the lines follow",
-                             .value = static_cast<std::int64_t>(uncertain),
-                             .shown = {.text = uncertain > 0}},
-                            {.name = "complete",
-                             .unit = "1",
-                             .meaning = "1: every line is refined to boundary.chord",
-                             .value = complete,
-                             .shown = {.text = false}}},
-                .parts = {{"x", axis_record(described.plane.x, described.unit_x)},
-                          {"y", axis_record(described.plane.y, described.unit_y)}},
-                .lists = {std::move(traced)}};
+                       text("every island wider than 1/{} of the plane is found; points lie on their line to "
+                            "rounding",
+                            scene.boundary.cells)},
+            .group = "/plane",
+            .entries = {{.name = "uncertain_numbers",
+                         .unit = "1",
+                         .meaning = "numbers with a standard error, from which the shifts of the lines follow",
+                         .value = static_cast<std::int64_t>(uncertain),
+                         .shown = {.text = uncertain > 0}},
+                        {.name = "complete",
+                         .unit = "1",
+                         .meaning = "1: every line is refined to boundary.chord",
+                         .value = complete,
+                         .shown = {.text = false}}},
+            .parts = {{"x", axis_record(described.plane.x, described.unit_x)},
+                      {"y", axis_record(described.plane.y, described.unit_y)}},
+            .lists = {std::move(traced)}};
 }
 }  // namespace
 

@@ -19,7 +19,7 @@ namespace drover::run {
 namespace {
 namespace fs = std::filesystem;
 constexpr const char* manifest_name = "calibrate.toml";
-constexpr double patience = 5.0;  // for trials that run when a signal comes [s]; the program then ends within 10 s
+constexpr double grace_period = 5.0;  // for running trials after a signal [s]; the program then ends within 10 s
 
 fs::path trials_of(const fs::path& folder, const CalibrationUnit& unit) { return folder / (unit.name + ".trials"); }
 
@@ -216,7 +216,7 @@ void run_share(const io::Scene& scene, const CalibrationLayout& layout, const Ca
         log_information("{} measurements{} ({} trials done already), {} trials at a time, in {}", work.units(),
                         options.shares > 1 ? text(", share {} of {}", options.share, options.shares) : "",
                         work.already(), workers, options.folder.string());
-    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .bound = true, .patience = patience});
+    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .die_with_parent = true, .grace_period = grace_period});
     outcome.trials = work.ran();
     outcome.stopped = pool.stopped;
 }

@@ -16,7 +16,7 @@ std::string trimmed(std::string word) {
 }  // namespace
 
 Assignment read_assignment(const std::string& written, const std::string& list, const std::string& example,
-                     const SourceLocation& where) {
+                           const SourceLocation& where) {
     const std::size_t equals = written.find('=');
     require(equals != std::string::npos && !trimmed(written.substr(0, equals)).empty(), where,
             "{} has \"{}\"; expected \"section.key = values\", as in {}", list, written, example);

@@ -11,7 +11,8 @@ struct Assignment {
     std::string key, value;
 };
 
-/// Splits "key = value", an element of the scene's key `list`; messages quote `example`.  Throws an input Error at `where`.
+/// Splits "key = value", an element of the scene's key `list`; messages quote `example`.  Throws an input Error at
+/// `where`.
 Assignment read_assignment(const std::string& written, const std::string& list, const std::string& example,
                            const SourceLocation& where);
 

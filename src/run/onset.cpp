@@ -90,8 +90,8 @@ Record curve_record(const calibrate::Onset& onset, const calibrate::Table& table
     List points{.name = "points", .group = "/curves", .coordinate = "bead_area_fraction"};
     for (std::size_t i = 0; i < onset.bead_fractions.size(); ++i) {
         const double bead = onset.bead_fractions[i];
-        const bool is_node = std::find(table.bead_fractions.begin(), table.bead_fractions.end(), bead) !=
-                             table.bead_fractions.end();
+        const bool is_node =
+            std::find(table.bead_fractions.begin(), table.bead_fractions.end(), bead) != table.bead_fractions.end();
         points.rows.push_back(curve_point(curve, i, bead, is_node));
     }
     Record record{.heading = text("rod area fraction {}", curve.rod_fraction),

@@ -34,7 +34,8 @@ double stored_value(const Entry& entry) {
 
 std::string meaning_of(const Entry& entry) {
     std::string codes;
-    for (std::size_t i = 0; i < entry.choices.size(); ++i) codes += text("{}{} {}", i > 0 ? ", " : "", i, entry.choices[i]);
+    for (std::size_t i = 0; i < entry.choices.size(); ++i)
+        codes += text("{}{} {}", i > 0 ? ", " : "", i, entry.choices[i]);
     if (codes.empty()) return entry.meaning;
     return entry.meaning + ": " + codes;
 }
@@ -178,24 +179,24 @@ void add_record(const Record& record, const std::string& around, Tables& tables)
 }
 
 void add_list(const List& list, const std::string& group, Tables& tables) {
-        if (!list.shown.archive) return;
-        const bool has_groups = std::any_of(list.rows.begin(), list.rows.end(),
-                                            [](const Record& row) { return !row.group.empty(); });
-        if (has_groups) {
-            for (const Record& row : list.rows) add_record(row, group, tables);
-            return;
-        }
-        Counters counters;
-        std::map<std::string, Flattened> found;
-        flatten(list, {}, {}, counters, found);
-        for (const auto& [name, flat] : found) {
-            const bool is_grid = std::all_of(flat.path.begin(), flat.path.end(),
-                                             [](const List* one) { return !one->coordinate.empty(); });
-            const std::string own = flat.path.back()->group;
-            io::ResultTable& table = tables[own.empty() ? group : own];
-            if (is_grid) add_grid(flat, table);
-            else add_long_table(flat, table);
-        }
+    if (!list.shown.archive) return;
+    const bool has_groups =
+        std::any_of(list.rows.begin(), list.rows.end(), [](const Record& row) { return !row.group.empty(); });
+    if (has_groups) {
+        for (const Record& row : list.rows) add_record(row, group, tables);
+        return;
+    }
+    Counters counters;
+    std::map<std::string, Flattened> found;
+    flatten(list, {}, {}, counters, found);
+    for (const auto& [name, flat] : found) {
+        const bool is_grid =
+            std::all_of(flat.path.begin(), flat.path.end(), [](const List* one) { return !one->coordinate.empty(); });
+        const std::string own = flat.path.back()->group;
+        io::ResultTable& table = tables[own.empty() ? group : own];
+        if (is_grid) add_grid(flat, table);
+        else add_long_table(flat, table);
+    }
 }
 }  // namespace
 

@@ -130,9 +130,8 @@ void add_list(const List& list, const std::string& indent, std::string& out) {
         return;
     }
     if (!list.heading.empty()) out += indent + list.heading + "\n";
-    const bool is_innermost = std::all_of(list.rows.begin(), list.rows.end(), [](const Record& row) {
-        return row.lists.empty() && row.heading.empty();
-    });
+    const bool is_innermost = std::all_of(list.rows.begin(), list.rows.end(),
+                                          [](const Record& row) { return row.lists.empty() && row.heading.empty(); });
     if (is_innermost) return add_table(list, indent, out);
     for (const Record& row : list.rows)
         if (row.shown.text) add_record(row, indent, out);

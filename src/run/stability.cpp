@@ -66,10 +66,7 @@ Record instability_record(const physics::Instability& found) {
                  .unit = "mm",
                  .meaning = "2 pi/|q| of the fastest wave",
                  .value = is_uniform ? std::numeric_limits<double>::quiet_NaN() : 2.0 * pi / found.q},
-                {.name = "angle",
-                 .unit = "degree",
-                 .meaning = "angle of q from p0",
-                 .value = found.angle / degree},
+                {.name = "angle", .unit = "degree", .meaning = "angle of q from p0", .value = found.angle / degree},
                 {.name = "grows_from",
                  .unit = "mm-1",
                  .meaning = "smallest |q| that grows at this angle; 0: the smallest |q| searched grows",
@@ -189,13 +186,15 @@ Result make_stability(const io::Scene& scene, Threads* threads) {
     List states{.name = "states"};
     for (const physics::StationaryState& state : found.states)
         states.rows.push_back(state_record(scene, equations, state, search, threads));
-    const std::vector<std::string> notes = physics::stability_remarks(
-        equations, physics::effective_coefficients(equations, uniform.bead_density, uniform.rod_density));
+    const std::vector<std::string> notes =
+        physics::stability_remarks(equations, physics::effective_coefficients(equations, uniform.bead_density,
+                                                                              uniform.rod_density));
     Record root{.entries = {{.name = "form",
                              .unit = "",
                              .meaning = "fields of the model",
                              .value = physics::form_name(equations.form)},
-                            density_entry("bead_density", uniform.bead_density, "rho", equations.form.bead_density >= 0),
+                            density_entry("bead_density", uniform.bead_density, "rho",
+                                          equations.form.bead_density >= 0),
                             density_entry("rod_density", uniform.rod_density, "sigma", equations.form.rod_density >= 0),
                             {.name = "searched_from",
                              .unit = "mm-1",

@@ -42,7 +42,8 @@ std::vector<double> indices(Eigen::Index count) {
     return result;
 }
 
-/// Rates at q and -q are complex conjugates: half a turn has all of them, a quarter where the state is mirror-symmetric.
+/// Rates at q and -q are complex conjugates: half a turn has all of them, a quarter where the state is
+/// mirror-symmetric.
 std::vector<double> map_angles(const physics::UniformPoint& point, int per_quarter) {
     const int quarters = physics::is_mirrored(point) ? 1 : 2, steps = (per_quarter - 1) * quarters;
     std::vector<double> angles;

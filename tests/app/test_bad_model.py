@@ -4,7 +4,7 @@ import re
 import h5py
 import numpy as np
 import pytest
-from refusal import refused
+from rejection import rejected
 from support import checkpoint_step, checkpoints, drover, scene_text
 
 BEADS = '[fields]\nbead_density = true\nbead_velocity = "dynamic"\n'      # 3 lines
@@ -102,12 +102,12 @@ def test_a_model_is_refused_with(name, tmp_path):
     text, says = MODELS[name]
     (tmp_path / "bad.toml").write_text(text)
     for command in ("run", "check", "explain"):
-        refused(tmp_path, [command, "bad.toml"], says)
+        rejected(tmp_path, [command, "bad.toml"], says)
 
 
 def test_a_formula_that_is_infinite_in_a_cell_is_refused_by_the_run(tmp_path):
     (tmp_path / "bad.toml").write_text('[initial]\nkind = "formula"\nrod_density = "1 / x"\n')
-    refused(tmp_path, ["run", "bad.toml"], ["initial.rod_density", "1 / x", "in cell (0, 0)", "expected a number"])
+    rejected(tmp_path, ["run", "bad.toml"], ["initial.rod_density", "1 / x", "in cell (0, 0)", "expected a number"])
 
 
 # --- runs that fail half-way

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray
 from calibration import TINY, UNITS, already_done, assert_same_tables, kill_again_and_again, toml_of, trials_in, write_tiny
-from refusal import refused
+from rejection import rejected
 from support import (DROVER, MODELS, SMALL, attributes, drover, drover_json, end_group, environment, group_is_alive, scene_text, scenes,
                      settings, start, wait_until)
 
@@ -150,7 +150,7 @@ def test_a_signal_ends_it_within_moments_and_the_same_command_goes_on(whole, tmp
         out, log = process.communicate(timeout=10)
     finally:
         end_group(process)
-    assert process.returncode == 3 and "the same command goes on" in log
+    assert process.returncode == 3 and "re-run the same command to resume" in log
     remarks = [point["remark"] for row in json.loads(out)["coefficients"].values() for point in row["points"]]
     assert any(remark.startswith("not finished: ") for remark in remarks)
     found = sum(map(len, trials_in(tmp_path / "parts").values()))
@@ -257,28 +257,28 @@ def test_what_cannot_be_calibrated_is_refused_in_a_sentence(tmp_path):
             ({"calibrate.drag.torque": 1.0}, ["unknown key calibrate.drag.torque", "torques"]),
             ({"calibrate.dragg.time": 1.0}, ["unknown table [calibrate.dragg]", "[calibrate.drag]"]),
             ({"cell.shape": "circle"}, ['expected "periodic"'])):
-        refused(tmp_path, ["calibrate", write_tiny(tmp_path, changes)], says)
+        rejected(tmp_path, ["calibrate", write_tiny(tmp_path, changes)], says)
     (tmp_path / "flock.toml").write_text(scene_text(SMALL))
-    refused(tmp_path, ["calibrate", "flock.toml"], ["scene of fields"])
+    rejected(tmp_path, ["calibrate", "flock.toml"], ["scene of fields"])
     scene = write_tiny(tmp_path)
-    refused(tmp_path, ["check", write_tiny(tmp_path, {"calibrate.rod_area_fractions": []}, name="empty.toml")], ["drag depends on it"])
+    rejected(tmp_path, ["check", write_tiny(tmp_path, {"calibrate.rod_area_fractions": []}, name="empty.toml")], ["drag depends on it"])
     for share in ("0/2", "3/2", "2", "1/2x", "a/b"):
-        refused(tmp_path, ["calibrate", scene, "--share", share], ["expected I/N"])
-    refused(tmp_path, ["calibrate", scene, "--collect"], ["no such folder"])
-    refused(tmp_path, ["calibrate", scene, "--share", "1/2", "--json"], ["makes no table"])
-    refused(tmp_path, ["calibrate", scene, "-o", "."], ["not empty and holds no calibrate.toml"])
+        rejected(tmp_path, ["calibrate", scene, "--share", share], ["expected I/N"])
+    rejected(tmp_path, ["calibrate", scene, "--collect"], ["no such folder"])
+    rejected(tmp_path, ["calibrate", scene, "--share", "1/2", "--json"], ["makes no table"])
+    rejected(tmp_path, ["calibrate", scene, "-o", "."], ["not empty and holds no calibrate.toml"])
 
 
 def test_a_folder_of_another_scene_and_foreign_trials_are_refused(tmp_path):
     scene = write_tiny(tmp_path, ONE)
     drover(tmp_path, "calibrate", scene, "--quiet")
-    refused(tmp_path, ["calibrate", scene, "--set", "restitution.bead_bead=0.9"],
+    rejected(tmp_path, ["calibrate", scene, "--set", "restitution.bead_bead=0.9"],
             ["trials of another scene", "restitution.bead_bead = 0.3 there, 0.9 here"])
     folder = tmp_path / "tiny.calibration"
     shutil.copy(folder / "damping-bead-0.3.trials", folder / "damping-bead-0.4.trials")
-    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["damping-bead-0.4.trials", "another scene or point"])
+    rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["damping-bead-0.4.trials", "another scene or point"])
     (folder / "damping-bead-0.4.trials").write_text("notes of mine")
-    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["is not a file of trials"])
+    rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["is not a file of trials"])
 
 
 def test_two_at_work_in_one_folder_are_refused_and_the_first_is_not_disturbed(tmp_path):
@@ -287,7 +287,7 @@ def test_two_at_work_in_one_folder_are_refused_and_the_first_is_not_disturbed(tm
     try:
         file = tmp_path / "tiny.calibration" / "damping-bead-0.3.trials"
         wait_until(lambda: file.exists() and file.stat().st_size >= 16, "the head of its file", process=process)  # then nothing for a minute
-        refused(tmp_path, ["calibrate", scene], ["another drover calibrate is at work"])
+        rejected(tmp_path, ["calibrate", scene], ["another drover calibrate is at work"])
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=10)  # the trial takes longer than the patience: it is ended
     finally:
@@ -312,14 +312,14 @@ def test_tables_that_were_tampered_with_are_refused(whole, tmp_path):
             del group[name]
         return change
 
-    refused(tmp_path, spoiled(put("damping_rate_error", -1.0)), ["damping_rate at bead area fraction 0.2 has the standard error -1"])
-    refused(tmp_path, spoiled(put("damping_rate", math.nan)), ["damping_rate at bead area fraction 0.2 is nan"])
-    refused(tmp_path, spoiled(put("damping_rate_origin", 9)), ["damping_rate_origin holds 9"])
-    refused(tmp_path, spoiled(put("bead_area_fraction", 0.7)), ["area fractions between 0 and 1 that ascend"])
-    refused(tmp_path, spoiled(drop("drag_trials")), ["has no /calibration/drag_trials"])
-    refused(tmp_path, spoiled(drop("drag")), ["has no /calibration/drag"])
+    rejected(tmp_path, spoiled(put("damping_rate_error", -1.0)), ["damping_rate at bead area fraction 0.2 has the standard error -1"])
+    rejected(tmp_path, spoiled(put("damping_rate", math.nan)), ["damping_rate at bead area fraction 0.2 is nan"])
+    rejected(tmp_path, spoiled(put("damping_rate_origin", 9)), ["damping_rate_origin holds 9"])
+    rejected(tmp_path, spoiled(put("bead_area_fraction", 0.7)), ["area fractions between 0 and 1 that ascend"])
+    rejected(tmp_path, spoiled(drop("drag_trials")), ["has no /calibration/drag_trials"])
+    rejected(tmp_path, spoiled(drop("drag")), ["has no /calibration/drag"])
     (tmp_path / "table.h5").write_bytes((whole[0] / "table.h5").read_bytes()[:3000])
-    refused(tmp_path, ["info", "table.h5"], ["table.h5"])
+    rejected(tmp_path, ["info", "table.h5"], ["table.h5"])
 
 
 # --- the scenes

@@ -67,8 +67,8 @@ double largest_rate(const std::vector<Mode>& modes) {
     return largest;
 }
 
-// The size of the propagated vector, exp(Re s dt), is the scale of the error; for modes that decay to nothing in a step it is
-// the size of the vector itself, except for the slowest one, which is held to its own size.
+// The size of the propagated vector, exp(Re s dt), is the scale of the error; for modes that decay to nothing in a step
+// it is the size of the vector itself, except for the slowest one, which is held to its own size.
 void expect_right_on_every_mode(const Block& block, double dt_rate, double q) {
     const std::vector<Mode> modes = modes_of(block);
     const double dt = dt_rate / largest_rate(modes);
@@ -114,8 +114,8 @@ TEST(Propagator, grows_order_only_below_the_mean_field_threshold) {
     EXPECT_GT(fastest(growing), 0.0);
 }
 
-// phi_k of the augmented matrix [[z, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]: its exponential holds phi_1 to phi_3
-// in its first row.  For a scalar z this is an independent way to all of them.
+// phi_k of the augmented matrix [[z, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]: its exponential holds phi_1
+// to phi_3 in its first row.  For a scalar z this is an independent way to all of them.
 TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_to_huge_arguments) {
     for (const double z : {-1e9, -4e3, -100.0, -3.0, -0.4, -1e-3, -1e-9, 0.0, 1e-9, 0.3, 2.0, 30.0}) {
         Block m(1);

@@ -14,8 +14,8 @@
 namespace drover::numerics {
 namespace {
 
-// A small flock: sigma and p on 16 x 16 points, order that grows (a = -1) and saturates, currents u sigma p and self-advection,
-// a force that varies in time.
+// A small flock: sigma and p on 16 x 16 points, order that grows (a = -1) and saturates, currents u sigma p and
+// self-advection, a force that varies in time.
 constexpr Grid small_grid{16, 16, 6.0, 6.0};
 
 System small_flock(const Transform& transform) {

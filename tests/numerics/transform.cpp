@@ -105,8 +105,9 @@ TEST(Transform, gives_the_same_bytes_for_any_number_of_threads) {
     }
 }
 
-// One mode near the cut on one axis, squared and cubed: the product on the grid must be the exact convolution in the kept modes.
-// For cos(k x)^2 = 1/2 + cos(2 k x)/2: with the modes |k| < N/3 kept, 2 k aliases to N - 2 k > N/3, which is cut.
+// One mode near the cut on one axis, squared and cubed: the product on the grid must be the exact convolution in the
+// kept modes.  For cos(k x)^2 = 1/2 + cos(2 k x)/2: with the modes |k| < N/3 kept, 2 k aliases to N - 2 k > N/3, which
+// is cut.
 TEST(Transform, cuts_each_axis_so_that_a_product_of_its_degree_has_no_alias) {
     Threads threads(1);
     for (const int degree : {2, 3})
@@ -134,8 +135,8 @@ TEST(Transform, cuts_each_axis_so_that_a_product_of_its_degree_has_no_alias) {
         }
 }
 
-// The same through products(): one mode at the cut, of each axis in turn, to the power of the degree, against the convolution of its
-// coefficients; the field beside it in the pair must not leak.
+// The same through products(): one mode at the cut, of each axis in turn, to the power of the degree, against the
+// convolution of its coefficients; the field beside it in the pair must not leak.
 TEST(Transform, products_of_a_mode_at_the_cut_of_either_axis_are_the_exact_convolution) {
     Threads threads(2);
     const Grid grid{24, 20, 1, 1};

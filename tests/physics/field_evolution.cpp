@@ -58,8 +58,7 @@ Evolved evolve(const Case& run) {
     evolution.start(state);
     const auto steps = static_cast<std::int64_t>(std::lround(run.end / run.control.dt));
     for (std::int64_t step = 0; step < steps; ++step) evolution.advance(step, state);
-    return {std::move(state), evolution.count(), evolution.division(), evolution.reference_changes(),
-            evolution.save()};
+    return {std::move(state), evolution.count(), evolution.division(), evolution.reference_changes(), evolution.save()};
 }
 
 Evolved reference_of(Case scene) {
@@ -95,7 +94,8 @@ TEST(AdaptiveStep, its_error_decreases_with_the_tolerance_at_the_order_of_the_me
         }
         EXPECT_LT(errors[1], errors[0]) << method;
         EXPECT_LT(errors[2], errors[1]) << method;
-        // The error is proportional to dt^order: a hundredth of it takes 100^(1/order) times the steps, within two divisions.
+        // The error is proportional to dt^order: a hundredth of it takes 100^(1/order) times the steps, within two
+        // divisions.
         const double expected = std::pow(100.0, 1.0 / order),
                      found = static_cast<double>(steps[2]) / static_cast<double>(steps[1]);
         EXPECT_NEAR(std::log(found), std::log(expected), std::log(2.0))

@@ -34,7 +34,7 @@ TEST(WorkerPool, runs_jobs_that_become_known_as_others_end_and_takes_what_they_h
                             EXPECT_EQ(result, std::string(100000 * job, static_cast<char>('a' + job)));
                             lengths[job] = result.size();
                         }};
-    const PoolOutcome outcome = run_jobs(jobs, {.workers = 3, .bound = true});
+    const PoolOutcome outcome = run_jobs(jobs, {.workers = 3, .die_with_parent = true});
     EXPECT_EQ(outcome.done, 6u);
     EXPECT_EQ(lengths.size(), 6u);
 }
@@ -62,7 +62,7 @@ TEST(WorkerPool, leaves_no_worker_behind_where_the_caller_fails) {
                             return 0;
                         },
                     .ended = [](std::size_t, int, const std::string&) { fail_run("the disk is full"); }};
-    EXPECT_THROW(run_jobs(jobs, {.workers = 3, .bound = true}), Error);
+    EXPECT_THROW(run_jobs(jobs, {.workers = 3, .die_with_parent = true}), Error);
     EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
     EXPECT_EQ(errno, ECHILD);
 }

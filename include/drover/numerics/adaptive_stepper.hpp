@@ -19,9 +19,9 @@ struct StepControl {
     double tolerance = 0.0;  ///< largest relative error of a part; 0: dt is never divided
 };
 
-/// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  Where the embedded error
-/// estimate rejects a part, their number doubles; where a whole dt leaves a margin, it falls to the next smaller one.
-/// A linear system is exact and is never divided.
+/// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  Where
+/// the embedded error estimate rejects a part, their number doubles; where a whole dt leaves a margin, it falls to the
+/// next smaller one.  A linear system is exact and is never divided.
 class AdaptiveStepper {
 public:
     AdaptiveStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads);

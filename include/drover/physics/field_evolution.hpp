@@ -9,9 +9,10 @@
 
 namespace drover::physics {
 
-/// The reference about which the exact linear part is taken: the bead density of the uniform state times sqrt(2)^rung.  The explicit
-/// remainder cannot amplify where the reference is at most twice the smallest bead density, for beads with inertia (their drag rate is
-/// Gamma/(m rho)), or at least half of the largest, for slaved beads (their diffusion is rho E/Gamma).
+/// The reference about which the exact linear part is taken: the bead density of the uniform state times sqrt(2)^rung.
+/// The explicit remainder cannot amplify where the reference is at most twice the smallest bead density, for beads with
+/// inertia (their drag rate is Gamma/(m rho)), or at least half of the largest, for slaved beads (their diffusion is
+/// rho E/Gamma).
 Reference reference_at(const UniformState& uniform, int rung);
 
 /// The rung for given densities on the grid.  Half a rung of hysteresis keeps it from alternating between two.
@@ -30,9 +31,11 @@ public:
     void advance(std::int64_t step, numerics::Spectra& state);
 
     const Equations& equations() const { return equations_; }
-    const numerics::System& system() const { return linear_; }  ///< the linear part about the uniform state of the model
+    const numerics::System& system() const {
+        return linear_;
+    }  ///< the linear part about the uniform state of the model
     const numerics::StepCount& count() const { return stepper_.count(); }
-    int division() const { return stepper_.division(); }      ///< parts of dt now
+    int division() const { return stepper_.division(); }  ///< parts of dt now
     std::int64_t reference_changes() const { return changes_; }
 
     /// What a checkpoint needs besides the fields.

@@ -6,8 +6,9 @@
 
 namespace drover::run {
 
-/// The lines of each limit and convention of lambda; in an archive the plane, the vertices of all lines and the map of regimes.
-/// Throws an input Error, at boundary.x, .y, .lines, .conventions or .errors, for a plane that cannot be traced.
+/// The lines of each limit and convention of lambda; in an archive the plane, the vertices of all lines and the map of
+/// regimes.  Throws an input Error, at boundary.x, .y, .lines, .conventions or .errors, for a plane that cannot be
+/// traced.
 Result make_boundary(const io::Scene& scene, Threads& threads);
 
 }  // namespace drover::run

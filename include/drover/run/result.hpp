@@ -21,11 +21,11 @@ struct Display {
 
 /// One named value.
 struct Entry {
-    std::string name;      ///< key in JSON; name in an archive and, with spaces for underscores, in text
-    std::string unit;      ///< UDUNITS text; "1" for a pure number, "" for words
-    std::string meaning;   ///< with its formula
+    std::string name;     ///< key in JSON; name in an archive and, with spaces for underscores, in text
+    std::string unit;     ///< UDUNITS text; "1" for a pure number, "" for words
+    std::string meaning;  ///< with its formula
     EntryValue value;
-    std::vector<std::string> choices = {};  ///< all values of a text: an archive stores its index
+    std::vector<std::string> choices = {};              ///< all values of a text: an archive stores its index
     std::optional<std::string> dataset = std::nullopt;  ///< name in an archive, where it is not `name`
     int digits = 6;                                     ///< significant digits in text
     Display shown = {};
@@ -33,32 +33,37 @@ struct Entry {
 
 struct List;
 
-/// An object of JSON.  In an archive its entries are datasets of `group`, those of a part with the part's name before them.
+/// An object of JSON.  In an archive its entries are datasets of `group`, those of a part with the part's name before
+/// them.
 struct Record {
-    std::string heading = {};  ///< of text
+    std::string heading = {};              ///< of text
     std::vector<std::string> header = {};  ///< lines of text alone, before the entries
-    std::string group = {};    ///< of an archive, "/ordered"; "": that of the record or list around it, none for the root
+    /// Of an archive, "/ordered"; "": that of the record or list around it, none for the root.
+    std::string group = {};
     std::vector<Entry> entries = {};
     std::vector<std::pair<std::string, Record>> parts = {};  ///< named records within
     std::vector<List> lists = {};
-    io::ResultTable maps = {};           ///< arrays over several axes: in archives alone
+    io::ResultTable maps = {};             ///< arrays over several axes: in archives alone
     std::vector<std::string> footer = {};  ///< lines of text alone, after everything else
     Display shown = {};
 };
 
-/// An array of objects in JSON; a table in text.  In an archive every innermost list gives arrays over its rows, and the entries of the
-/// lists around it are repeated in each row; where all these lists have a coordinate, the arrays are over the coordinates instead.
+/// An array of objects in JSON; a table in text.  In an archive every innermost list gives arrays over its rows, in
+/// which the entries of the lists around it are repeated; where all these lists have a coordinate, the arrays are over
+/// the coordinates instead.
 struct List {
     std::string name = {};     ///< key in JSON
     std::string heading = {};  ///< of text
-    std::string row = {};      ///< axis in an archive, without a coordinate: "vertex"; of a list around others: dataset of the row's index
-    std::string meaning = {};  ///< of that axis
-    std::string prefix = {};   ///< of the datasets of an innermost list
-    std::string group = {};    ///< of an innermost list in an archive; "": that of the record around the lists
+    /// In an archive: the axis of an innermost list without a coordinate, "vertex"; of a list around others the dataset
+    /// that holds the index of its row, "" for none.
+    std::string row = {};
+    std::string meaning = {};     ///< of that axis
+    std::string prefix = {};      ///< of the datasets of an innermost list
+    std::string group = {};       ///< of an innermost list in an archive; "": that of the record around the lists
     std::string coordinate = {};  ///< entry that is an axis of archives
     std::vector<Record> rows = {};
-    std::string empty = {};      ///< text instead of a table without rows
-    std::size_t max_rows = 200;  ///< of text: more are thinned out evenly
+    std::string empty = {};      ///< text in place of a table without rows
+    std::size_t max_rows = 200;  ///< of text: an evenly spaced selection of a longer list
     Display shown = {};
 };
 
