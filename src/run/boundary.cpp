@@ -103,7 +103,7 @@ List singular_point_list(const Described& described, const physics::Boundary& bo
               .row = "singular_point",
               .meaning = "cusps, double points and corners that are not resolved further",
               .prefix = "singular_"};
-    for (const numerics::PlanePoint& point : boundary.sharp)
+    for (const numerics::PlanePoint& point : boundary.singular_points)
         list.rows.push_back({.entries = {{.name = "x",
                                           .unit = described.unit_x,
                                           .meaning = described.plane.x.name,
