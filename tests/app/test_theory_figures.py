@@ -1,4 +1,4 @@
-"""tests/app/test_theory_figures.py: archives of drover stability and drover boundary as Python users meet them."""
+"""tests/app/test_theory_figures.py: archives of drover stability and drover boundary in Python."""
 import subprocess
 import sys
 
@@ -14,7 +14,7 @@ from drover import boundary_figure, boundary_panels, panels, stability_figure, s
 from pictures import overlaps, share_of
 
 COARSE = {"stability.wavenumbers": 32, "stability.angles": 7, "stability.frequencies": 41}  # a map of every 15 degrees
-# abar = 1 - sigma = -0.1: a flock so near its onset that it bands.
+# abar = 1 - sigma = -0.1: a flock close enough to its onset to band.
 BANDING = {"uniform.rod_density": 1.1, "relaxation.rate": 1.0, "relaxation.rate_terms": ["-1 sigma"],
            "relaxation.saturation": 1.0, "current.speed": 1.0, "pressure.rods": 1.0, "elasticity.stiffness": 1.0,
            "elasticity.splay": 0.0, "initial.kind": "uniform"}
@@ -34,7 +34,7 @@ STATES = {  # changes of a scene, its base, the state that is drawn, titles of t
     "a field": ({"orienting_field.x": 0.05}, POLAR, "along the field", ["fastest growth rate", "growth of every mode",
                                                                         "of the order across", "of the order across"]),
 }
-# Aligned rods drag beads, beads turn rods; both coefficients are known to some error on a mesh of densities.
+# Aligned rods drag beads, beads turn rods; both coefficients have errors on a grid of densities.
 TABLE = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.bead_density": 1.0,
          "uniform.rod_density": 0.05, "uniform.bead_area": 0.5, "uniform.rod_area": 2.0, "current.speed": 3.0,
          "current.kind": "density-order", "inertia.bead_mass": 0.7, "drag.coefficient": 30.0, "driving.strength": 10.0,
@@ -102,7 +102,7 @@ def test_the_most_ordered_state_is_drawn_without_overlaps_and_without_empty_pane
         assert axes.lines or axes.collections, axes.get_title(loc="left")
 
 
-def test_a_flock_that_bands_is_drawn_with_its_fastest_wave_and_the_line_where_none_grows(bands):
+def test_a_banding_flock_is_drawn_with_its_fastest_wave_and_the_neutral_line(bands):
     picture = picture_of(bands)
     with package.open_theory(bands) as theory:
         state = stability_figure.state_of(theory, None)
@@ -124,7 +124,7 @@ def test_another_state_can_be_chosen(bands):
 
 def test_a_dynamic_structure_factor_of_growing_waves_is_left_out(tmp_path):
     path = archive(tmp_path, "stability", SMALL, {**BANDING, "stability.sound": 0.05})
-    assert any("omega" in title for title in titles_of(picture_of(path)))  # of the flock: waves across p0 decay
+    assert any("omega" in title for title in titles_of(picture_of(path)))  # of the flock: waves transverse to p0 decay
     assert not any("omega" in title for title in titles_of(picture_of(path, "isotropic")))
 
 
@@ -208,7 +208,7 @@ def test_vertices_agree_with_the_report(plane):
         assert mine.errors.tolist() == [[point["error_x"], point["error_y"]] for point in points]
 
 
-def test_a_plane_without_any_line_is_drawn_with_its_regime_and_says_so(tmp_path):
+def test_a_plane_without_any_line_is_drawn_with_its_regime_and_a_note(tmp_path):
     path = archive(tmp_path, "boundary", NO_LINE)
     picture = picture_of(path)
     assert [text.get_text() for text in picture.axes[0].texts] == ["no line in this plane"]
@@ -219,7 +219,7 @@ def test_a_plane_without_any_line_is_drawn_with_its_regime_and_says_so(tmp_path)
     assert [text.get_text() for text in picture_of(bare).axes[0].texts] == ["no line in this plane"]
 
 
-def test_islands_are_closed_and_errors_stay_on_their_side_of_a_line():
+def test_islands_are_closed_and_errors_stay_on_one_side_of_a_line():
     columns = {"line": [0, 0, 0, 1, 1], "limit": [2, 2, 2, 3, 3], "convention": [0] * 5, "closed": [1, 1, 1, 0, 0],
                "x": [0, 1, 0, 2, 3], "y": [0, 0, 1, 2, 2], "error_x": [0.0] * 5, "error_y": [0, 0, 0, 0.1, 0.1],
                "angle": [0, 0, 0, 30, 40]}
@@ -233,7 +233,7 @@ def test_islands_are_closed_and_errors_stay_on_their_side_of_a_line():
 
 # --- both
 
-def test_the_command_tells_the_kind_of_an_archive_by_itself(bands, plane):
+def test_the_command_detects_the_kind_of_an_archive(bands, plane):
     for path, colour in ((bands, panels.BLUE), (plane, boundary_panels.PALE[3])):
         picture = image.imread(draw_to(path, "figure.png"))
         assert picture.shape[0] > 1000 and picture.shape[1] > 1500
@@ -265,7 +265,7 @@ def spoil(path, change):
     (lambda file: file["ordered"].__delitem__("growth_rate"), "the group ordered holds no growth_rate"),
     (lambda file: [file.__delitem__(name) for name in list(file)], "holds no uniform state"),
 ], ids=["no scene", "no growth", "no state"])
-def test_a_wrong_file_is_refused_with_a_sentence_and_no_picture(tmp_path, change, sentence):
+def test_a_wrong_file_is_rejected_with_an_error_and_no_figure(tmp_path, change, sentence):
     path = archive(tmp_path, "stability", SMALL, BANDING)
     spoil(path, change)
     done = draw(path, status=2)
@@ -277,7 +277,7 @@ def test_a_wrong_file_is_refused_with_a_sentence_and_no_picture(tmp_path, change
     ("bands", ["--state", "smectic"], 'holds no state "smectic"; expected isotropic or ordered'),
     ("bands", ["--frame", "0"], "--frame 0 is asked for, but drover stability wrote this archive"),
     ("plane", ["--state", "ordered"], "--state ordered is asked for, but drover boundary wrote this archive")])
-def test_an_option_of_another_kind_is_refused_with_a_sentence(request, name, arguments, sentence):
+def test_an_option_of_another_kind_is_rejected_with_an_error(request, name, arguments, sentence):
     done = draw(request.getfixturevalue(name), *arguments, "--output", "none.png", status=2)
     assert sentence in done.stderr and done.stderr.count("\n") == 1
 
