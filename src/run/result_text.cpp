@@ -14,7 +14,7 @@ std::string words_of(std::string name) {
 }
 
 std::string number_text(double value, int digits) {
-    return std::isfinite(value) ? text("{:.{}g}", value, digits) : "-";
+    return std::isfinite(value) ? text("{:.{}g}", value + 0.0, digits) : "-";  // + 0.0: -0 becomes 0
 }
 
 std::string value_text(const Entry& entry) {

@@ -78,23 +78,37 @@ Record instability_record(const physics::Instability& found) {
                 {.name = "at_longest",
                  .unit = "1",
                  .meaning = "1: the growth rate is largest at the smallest |q| searched",
-                 .value = found.at_longest},
+                 .value = found.at_longest,
+                 .shown = {.text = false}},
                 {.name = "at_shortest",
                  .unit = "1",
                  .meaning = "1: the growth rate still increases at the largest |q| searched",
-                 .value = found.at_shortest},
+                 .value = found.at_shortest,
+                 .shown = {.text = false}},
             }};
 }
 
 List instability_list(const std::vector<physics::Instability>& found, const physics::Search& search) {
     List list{.name = "instabilities",
-              .heading = "unstable; fastest first, angles from p0, - where growth extends beyond the search",
+              .heading = "unstable (fastest first; angles from p0; -: growth extends beyond the search)",
               .row = "instability",
               .meaning = "instabilities, fastest first",
               .prefix = "instability_",
               .empty = text("stable against all waves from |q| = {:.3g} to {:.3g} /mm", search.min, search.max)};
     for (const physics::Instability& one : found) list.rows.push_back(instability_record(one));
     return list;
+}
+
+std::vector<std::string> instability_notes(const std::vector<physics::Instability>& found) {
+    std::vector<std::string> notes;
+    for (const physics::Instability& one : found) {
+        if (one.at_longest) notes.push_back(one.name + ": the growth rate is largest at the longest wave searched");
+        if (one.at_shortest)
+            notes.push_back(one.name +
+                            ": the growth rate still increases at the shortest wave searched; no term of "
+                            "the model stabilises short waves");
+    }
+    return notes;
 }
 
 /// Four angles; text has one where all directions are equivalent.
@@ -165,7 +179,8 @@ Record state_record(const io::Scene& scene, const physics::Equations& equations,
                      .meaning = "D times the area of the cell; <theta^2> = 2 D t for the direction of the mean order",
                      .value = diffusion,
                      .shown = {.text = diffusion > 0.0}}},
-        .lists = {instability_list(found, search), slow_mode_list(waves, state.point)}};
+        .lists = {instability_list(found, search), slow_mode_list(waves, state.point)},
+        .footer = instability_notes(found)};
     if (diffusion > 0.0)
         record.footer.push_back(text("in this cell the direction of the mean order diffuses with D = {:.4g} rad2 s-1",
                                      diffusion / numerics::area(scene.grid)));
