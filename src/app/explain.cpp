@@ -94,7 +94,7 @@ void print(const io::Scene& scene, const Explanation& e) {
     std::printf("form: %s\n", e.form.c_str());
     std::printf("fields on %d by %d points, %g by %g mm\n", scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
     for (const physics::Component& field : e.fields)
-        std::printf("  %-16s [%s]  %s\n", field.name.c_str(), field.unit.c_str(), field.meaning.c_str());
+        std::printf("  %-16s %-9s %s\n", field.name.c_str(), ("[" + field.unit + "]").c_str(), field.meaning.c_str());
     std::printf("terms\n");
     for (const physics::ActiveTerm& term : e.terms)
         std::printf("  %-21s %s\n", term.name.c_str(), term.equation.c_str());

@@ -41,14 +41,13 @@ int main(int count, char** words) {
     using namespace drover;
     CLI::App program{
         "drover: hydrodynamics of flocks carried by a passive medium.\n"
-        "A scene (input file, TOML) describes a run; drover schema lists its keys."};
+        "A scene (input file, TOML) describes a run; drover schema lists its keys.\n"
+        "drover COMMAND --help lists the options of a command."};
     const Version built = version();
     program.set_version_flag("--version",
                              text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", modified" : ""));
     program.require_subcommand(1);
-    program.footer(
-        "Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.\n"
-        "See drover COMMAND --help for the options of a command.");
+    program.footer("Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
     app::Action action;
     for (const auto add :
          {app::add_run, app::add_restart, app::add_sweep, app::add_calibrate, app::add_stability, app::add_boundary,
