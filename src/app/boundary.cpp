@@ -45,10 +45,10 @@ int print_table_boundary(const Options& options) {
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected the command without them");
-    const io::ArchiveReader archive(options.scene);
+    const files::ArchiveReader archive(options.scene);
     const calibrate::Table table = io::read_calibration(archive, options.scene);
     const calibrate::Onset onset =
-        calibrate::find_onset(table, calibrate::varied_place(table, options.varied, "--varied", file));
+        calibrate::find_onset(table, calibrate::varied_index(table, options.varied, "--varied", file));
     const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), options.scene + " (its scene)");
     run::Result result = run::onset_result(onset, table);
     result.attributes.emplace_back("table", options.scene);
@@ -81,7 +81,7 @@ void add_boundary(CLI::App& program, Action& action) {
     command->add_flag("--json", options->json, "Print the result as JSON, with all vertices");
     command->callback([options, &action] {
         action = [options] {
-            return io::is_hdf5(options->scene) ? print_table_boundary(*options) : print_scene_boundary(*options);
+            return files::is_hdf5(options->scene) ? print_table_boundary(*options) : print_scene_boundary(*options);
         };
     });
 }

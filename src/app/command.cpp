@@ -73,7 +73,7 @@ nlohmann::json report_json(const run::Report& report) {
             {"results", std::move(rows)}};
 }
 
-nlohmann::json attributes_json(const io::ArchiveReader& archive) {
+nlohmann::json attributes_json(const files::ArchiveReader& archive) {
     nlohmann::json result = nlohmann::json::object();
     for (const auto& [name, value] : archive.attributes())
         std::visit([&](const auto& held) { result[name] = held; }, value);
@@ -86,7 +86,7 @@ int print_outcome(const run::RunOutcome& outcome, bool json) {
                         outcome.loop.signal, outcome.loop.step, outcome.checkpoint_time, outcome.archive.string());
         return run::exit_stopped;
     }
-    const run::Report report = run::make_report(io::ArchiveReader(outcome.archive));
+    const run::Report report = run::make_report(files::ArchiveReader(outcome.archive));
     if (json) {
         nlohmann::json result = report_json(report);
         result["archive"] = outcome.archive.string();

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "drover/calibrate/table.hpp"
-#include "drover/io/archive.hpp"
-#include "drover/io/scene.hpp"
+#include "drover/files/archive.hpp"
+#include "drover/io/scene_text.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/report.hpp"
 #include "drover/run/result.hpp"
@@ -61,13 +61,13 @@ struct ResultOutput {
     bool json = false, overwrite = false;
 };
 /// Prints as text or JSON, writes the archive with its provenance, and returns the exit status.  Throws as
-/// io::Archive::create.
+/// files::Archive::create.
 int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads);
 
 /// Numbers that are not finite become null.
 nlohmann::json report_json(const run::Report& report);
 /// The provenance of an archive.
-nlohmann::json attributes_json(const io::ArchiveReader& archive);
+nlohmann::json attributes_json(const files::ArchiveReader& archive);
 
 /// Coefficients by name, each with its points.
 nlohmann::json table_json(const calibrate::Table& table);

@@ -39,11 +39,11 @@ nlohmann::json result_json(const run::Result& result) { return record_json(resul
 
 int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads) {
     if (!output.file.empty()) {
-        std::vector<io::Attribute> attributes = run::provenance(scene, threads, output.what);
-        const std::vector<io::Attribute> more = run::result_attributes(result);
+        std::vector<files::Attribute> attributes = run::provenance(scene, threads, output.what);
+        const std::vector<files::Attribute> more = run::result_attributes(result);
         attributes.insert(attributes.end(), more.begin(), more.end());
-        io::Archive archive = io::Archive::create(output.file, {}, attributes, output.overwrite);
-        for (const io::ResultTable& table : run::result_tables(result)) archive.replace(table);
+        files::Archive archive = files::Archive::create(output.file, {}, attributes, output.overwrite);
+        for (const files::ResultTable& table : run::result_tables(result)) archive.replace(table);
         archive.commit();
     }
     if (output.json) {

@@ -165,7 +165,7 @@ Record axis_record(const physics::PlaneAxis& axis, const std::string& unit) {
             .shown = {.text = false}};
 }
 
-io::ResultTable regime_map(const Described& described, int side, Threads& threads) {
+files::ResultTable regime_map(const Described& described, int side, Threads& threads) {
     const physics::Plane& plane = described.plane;
     std::vector<double> xs, ys, codes, relaxation;
     for (int i = 0; i < side; ++i) {

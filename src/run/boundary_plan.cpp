@@ -56,7 +56,7 @@ physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, cons
     require(from < to, where, "{} has \"{}\"; expected the smaller number first", list, written);
     if (const physics::AreaFraction* fraction = physics::find_area_fraction(key))
         return area_fraction_axis(scene, *fraction, list, written, from, to);
-    const io::ModelNumber number = io::model_number(key, where);
+    const io::ModelNumber number = io::model_number(key, where, scene.model);
     check_not_tabulated(scene.model, list, key, where);
     check_affects_boundaries(list, key, where);
     check_range(list, written, number.range, from, where);
@@ -81,7 +81,7 @@ std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene, const 
             require(!physics::is_same_axis(key, axis->name), where,
                     "{} names {}, which the axis {} of the plane sets exactly; expected another number", list, key,
                     axis->name);
-        const io::ModelNumber number = io::model_number(key, where);
+        const io::ModelNumber number = io::model_number(key, where, scene.model);
         check_not_tabulated(scene.model, list, key, where);
         check_affects_boundaries(list, key, where);
         result.push_back({.name = key, .error = error, .add = [in = number.in](physics::Model& model, double change) {

@@ -107,13 +107,13 @@ void flatten(const List& list, std::vector<const List*> path, std::vector<Column
 }
 
 void add_array(const std::string& name, const Entry& entry, std::vector<std::string> axes, std::vector<double> values,
-               io::ResultTable& table) {
+               files::ResultTable& table) {
     table.quantities.push_back({name, unit_of(entry), meaning_of(entry), std::move(axes)});
     table.values.push_back(std::move(values));
 }
 
 /// Arrays over the index of the row.
-void add_long_table(const Flattened& flat, io::ResultTable& table) {
+void add_long_table(const Flattened& flat, files::ResultTable& table) {
     const List& inner = *flat.path.back();
     std::vector<double> index(flat.rows);
     for (std::size_t i = 0; i < flat.rows; ++i) index[i] = static_cast<double>(i);
@@ -127,7 +127,7 @@ bool is_coordinate(const Column& column, const Flattened& flat) {
 }
 
 /// Arrays over the coordinates of all lists, which must be the same in every row of the list around them.
-void add_grid(const Flattened& flat, io::ResultTable& table) {
+void add_grid(const Flattened& flat, files::ResultTable& table) {
     std::vector<std::size_t> sizes, strides;
     for (std::size_t depth = 0; depth < flat.path.size(); ++depth) sizes.push_back(flat.path[depth]->rows.size());
     strides.assign(sizes.size(), 1);
@@ -150,9 +150,9 @@ void add_grid(const Flattened& flat, io::ResultTable& table) {
     }
 }
 
-using Tables = std::map<std::string, io::ResultTable>;
+using Tables = std::map<std::string, files::ResultTable>;
 
-void append(const io::ResultTable& from, io::ResultTable& to) {
+void append(const files::ResultTable& from, files::ResultTable& to) {
     to.axes.insert(to.axes.end(), from.axes.begin(), from.axes.end());
     to.quantities.insert(to.quantities.end(), from.quantities.begin(), from.quantities.end());
     to.values.insert(to.values.end(), from.values.begin(), from.values.end());
@@ -169,7 +169,7 @@ void add_record(const Record& record, const std::string& around, Tables& tables)
     std::vector<Column> columns;
     add_columns(record, "", 0, columns);
     if (!group.empty()) {
-        io::ResultTable& table = tables[group];
+        files::ResultTable& table = tables[group];
         for (const Column& column : columns) add_array(column.name, column.entry, {}, column.values, table);
         append(record.maps, table);
     }
@@ -193,17 +193,17 @@ void add_list(const List& list, const std::string& group, Tables& tables) {
         const bool is_grid =
             std::all_of(flat.path.begin(), flat.path.end(), [](const List* one) { return !one->coordinate.empty(); });
         const std::string own = flat.path.back()->group;
-        io::ResultTable& table = tables[own.empty() ? group : own];
+        files::ResultTable& table = tables[own.empty() ? group : own];
         if (is_grid) add_grid(flat, table);
         else add_long_table(flat, table);
     }
 }
 }  // namespace
 
-std::vector<io::ResultTable> result_tables(const Result& result) {
+std::vector<files::ResultTable> result_tables(const Result& result) {
     Tables tables;
     add_record(result.root, "", tables);
-    std::vector<io::ResultTable> list;
+    std::vector<files::ResultTable> list;
     for (auto& [group, table] : tables) {
         table.group = group;
         list.push_back(std::move(table));
@@ -212,7 +212,7 @@ std::vector<io::ResultTable> result_tables(const Result& result) {
 }
 
 namespace {
-void add_attributes(const Record& record, const std::string& before, std::vector<io::Attribute>& attributes) {
+void add_attributes(const Record& record, const std::string& before, std::vector<files::Attribute>& attributes) {
     for (const Entry& entry : record.entries) {
         const std::string name = name_in(before, entry.dataset.value_or(entry.name));
         if (const auto* words = std::get_if<std::string>(&entry.value)) {
@@ -226,8 +226,8 @@ void add_attributes(const Record& record, const std::string& before, std::vector
 }
 }  // namespace
 
-std::vector<io::Attribute> result_attributes(const Result& result) {
-    std::vector<io::Attribute> attributes = result.attributes;
+std::vector<files::Attribute> result_attributes(const Result& result) {
+    std::vector<files::Attribute> attributes = result.attributes;
     if (result.root.group.empty()) add_attributes(result.root, "", attributes);
     return attributes;
 }

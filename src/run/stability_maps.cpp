@@ -25,7 +25,7 @@ struct Mapped {
 };
 
 void add(const std::string& name, const std::string& unit, const std::string& meaning, std::vector<std::string> axes,
-         std::vector<double> values, io::ResultTable& table) {
+         std::vector<double> values, files::ResultTable& table) {
     table.quantities.push_back({name, unit, meaning, std::move(axes)});
     table.values.push_back(std::move(values));
 }
@@ -51,7 +51,7 @@ std::vector<double> map_angles(const physics::UniformPoint& point, int per_quart
     return angles;
 }
 
-void add_branches(const Mapped& mapped, io::ResultTable& table) {
+void add_branches(const Mapped& mapped, files::ResultTable& table) {
     const physics::ModeMap map =
         physics::mode_map(mapped.equations, mapped.state, mapped.wavenumbers, mapped.angles, mapped.threads);
     const Eigen::Index branches = map.modes.front().rates.size();
@@ -78,7 +78,7 @@ void add_branches(const Mapped& mapped, io::ResultTable& table) {
     }
 }
 
-void add_slow_modes(const Mapped& mapped, io::ResultTable& table) {
+void add_slow_modes(const Mapped& mapped, files::ResultTable& table) {
     const Eigen::Index count = mapped.waves.right.cols();
     table.axes.push_back(
         {"slow_mode", "1", "slow modes at each angle, by speed", indices(std::max<Eigen::Index>(1, count))});
@@ -102,7 +102,7 @@ bool is_decaying(const Mapped& mapped, const numerics::Wavevector& q) {
     return physics::mode_rates(mapped.equations, mapped.state.point, q).real().maxCoeff() < 0.0;
 }
 
-void add_structure_factors(const Mapped& mapped, io::ResultTable& table) {
+void add_structure_factors(const Mapped& mapped, files::ResultTable& table) {
     const physics::UniformPoint& point = mapped.state.point;
     const std::size_t width = mapped.wavenumbers.size(), size = mapped.angles.size() * width;
     std::vector<physics::Symbol> matrices(size, physics::Symbol::Constant(nan));
@@ -124,7 +124,7 @@ void add_structure_factors(const Mapped& mapped, io::ResultTable& table) {
 }
 
 void add_dynamic_structure(const Mapped& mapped, double q, const std::vector<double>& frequencies,
-                           io::ResultTable& table) {
+                           files::ResultTable& table) {
     const physics::UniformPoint& point = mapped.state.point;
     const std::size_t width = frequencies.size(), size = mapped.angles.size() * width;
     const std::vector<physics::StructurePart> parts =
@@ -151,7 +151,7 @@ void add_dynamic_structure(const Mapped& mapped, double q, const std::vector<dou
 
 double smallest_wavenumber(const numerics::Grid& grid) { return 2.0 * pi / std::max(grid.lx, grid.ly); }
 
-io::ResultTable stability_maps(const io::Scene& scene, const physics::Equations& equations,
+files::ResultTable stability_maps(const io::Scene& scene, const physics::Equations& equations,
                                const physics::StationaryState& state, const physics::LongWaves& waves,
                                const physics::Search& search, Threads& threads) {
     const io::StabilityPlan& plan = scene.stability;
@@ -166,7 +166,7 @@ io::ResultTable stability_maps(const io::Scene& scene, const physics::Equations&
     const double sound = plan.sound > 0.0 ? plan.sound : smallest_wavenumber(scene.grid);
     const std::vector<double> frequencies =
         physics::structure_frequencies(equations, state.point, sound, mapped.angles, plan.frequencies);
-    io::ResultTable table{
+    files::ResultTable table{
         .group = {},
         .axes = {{"angle", "degree",
                   "angle of the wavevector from p0 (without order: from the bead velocity; at rest: from x)", degrees},

@@ -10,6 +10,7 @@
 
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
+#include "drover/io/scene_text.hpp"
 #include "drover/measure/trajectories.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/kind.hpp"
@@ -25,7 +26,7 @@ fs::path archive_of(const fs::path& folder, const SweepRun& run) { return folder
 
 bool is_done(const fs::path& folder, const SweepRun& run) {
     const fs::path path = archive_of(folder, run);
-    return fs::exists(path) && io::ArchiveReader(path).has("/summary/warm_up");
+    return fs::exists(path) && files::ArchiveReader(path).has("/summary/warm_up");
 }
 
 /// The scene of one run; on a ramp it starts from the last frame of the run before.
@@ -70,7 +71,7 @@ void claim_folder(const fs::path& folder, const std::string& scene) {
     std::error_code problem;
     fs::create_directories(folder, problem);
     require(!problem && fs::is_directory(folder), {.file = folder.string()},
-            "cannot create the folder of the sweep: {}", problem.message());
+            "cannot create the folder of the sweep: {}; choose another with --output", problem.message());
     require(fs::is_empty(folder), {.file = folder.string()},
             "the folder is not empty and holds no sweep; name another with --output");
     std::ofstream(file, std::ios::binary) << scene;
@@ -126,7 +127,7 @@ SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
         for (const SweepRun& run : chain) {
             if (!is_done(folder, run)) continue;
             ++seeds[run.point];
-            const Report report = make_report(io::ArchiveReader(archive_of(folder, run)));
+            const Report report = make_report(files::ArchiveReader(archive_of(folder, run)));
             for (const measure::SummaryRow& row : report.summary.rows) {
                 if (!row.axes.empty()) continue;
                 // By name: runs may differ in their observables, such as those of beads.

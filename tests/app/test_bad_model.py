@@ -84,16 +84,16 @@ MODELS = {
     "a tolerance with noise on beads": (BEADS + "[noise]\nbeads = 1\n[time]\ntolerance = 1e-3\n",
                                         ["bad.toml:7:1", "time.tolerance", "noise"]),
     "a tolerance without an estimate": ('[time]\ntolerance = 1e-3\nstepper = "exponential-euler"\n',
-                                        ["bad.toml:2:1", "time.tolerance", "no embedded estimate", "choose etdrk2"]),
+                                        ["bad.toml:2:1", "time.tolerance", "no embedded error estimate", "choose etdrk2"]),
     "a formula for another start": ('[initial]\npolar_order_x = "1"\n',
                                     ["bad.toml:2:1", "initial.polar_order_x", 'expected "formula"']),
     "a formula for a field that is not there": (
         '[initial]\nkind = "formula"\nbead_density = "1"\n',
         ["bad.toml:3:1", "initial.bead_density", "expected one of rod_density"]),
     "a formula that is none": ('[initial]\nkind = "formula"\nrod_density = "1 + (x"\n',
-                               ["bad.toml:3:1", "1 + (x", "expected"]),
+                               ["bad.toml:3: ", "1 + (x", "its end at character 7", "expected"]),
     "a formula of unknown words": ('[initial]\nkind = "formula"\nrod_density = "cosine(x)"\n',
-                                   ["bad.toml:3:1", "cosine", "expected"]),
+                                   ["bad.toml:3: ", "cosine", "expected"]),
 }
 
 

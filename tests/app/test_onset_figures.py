@@ -1,4 +1,4 @@
-"""tests/app/test_onset_figures.py: the figure of the flocking threshold of a table of coefficients."""
+"""tests/app/test_onset_figures.py: the picture of where the coefficients of a table say that flocks begin."""
 import subprocess
 import sys
 
@@ -66,7 +66,7 @@ def test_curves_lines_crossings_and_regions_are_drawn(tmp_path):
     picture = picture_of(write(tmp_path, numbers()))
     left, right = picture.axes
     assert overlaps(picture) == []
-    assert left.get_ylim() == (0.0, pytest.approx(2.5 * 2.55))  # independent of a/lambda
+    assert left.get_ylim() == (0.0, pytest.approx(2.5 * 2.55))  # whatever a/lambda does
     thresholds = lines_of(left, "-", len(BEADS))[0], lines_of(left, "--", len(BEADS))[0]
     for line, part in zip(thresholds, (1.0, 0.5)):
         assert line.get_color() == "black" and numpy.allclose(line.get_ydata(), part / BEADS)
@@ -92,22 +92,22 @@ def test_a_band_has_the_error_on_both_sides_and_none_where_the_line_has_a_hole(t
     assert not any((piece[:, 1] > LINE[4] + 1e-9).any() and (piece[:, 1] < LINE[8] - 1e-9).any() for piece in pieces)
 
 
-def test_missing_crossings_are_reported_in_the_caption(tmp_path):
+def test_holes_are_told_in_the_caption(tmp_path):
     groups = numbers()
     groups["line"]["mean"][:] = numpy.nan
-    groups["line"]["mean"][10] = 0.42  # isolated between missing ones
-    groups["line"]["mean_share"][:] = 0.0  # points that are not drawn are not reported
+    groups["line"]["mean"][10] = 0.42  # alone between holes
+    groups["line"]["mean_share"][:] = 0.0  # of what is not drawn nothing is said
     groups["line"]["mean_share"][10] = 0.4
     picture = picture_of(write(tmp_path, groups))
-    assert "λ\u00a0=\u00a0λs/2: no crossing within the table at 20 of 21 area fractions of rods; nothing is drawn there." in words_of(picture)
-    assert "that cross, at least 40 % of them" in words_of(picture)
+    assert "λ\u00a0=\u00a0λs/2: no crossing in the table at 20 of 21 area fractions of rods." in words_of(picture)
+    assert "that have a crossing, at least 40 % of them" in words_of(picture)
     lone = [line for line in picture.axes[1].lines if line.get_marker() == "o" and len(line.get_xdata()) == 1]
     assert [float(line.get_xdata()[0]) for line in lone] == [0.42]
     assert overlaps(picture) == []
 
 
-@pytest.mark.parametrize("drag, sentence", [(0.1, "no flocks are expected in it"), (9.0, "flocks from the least"), (None, "table")])
-def test_a_table_without_any_crossing_gives_the_reason(tmp_path, drag, sentence):
+@pytest.mark.parametrize("drag, sentence", [(0.1, "no flocks are predicted"), (9.0, "flocks at all"), (None, "table")])
+def test_a_table_without_any_crossing_says_why(tmp_path, drag, sentence):
     groups = numbers()
     groups["curves"]["drag"][:] = [[0.1], [9.0], [9.0]] if drag is None else drag
     for name in ("mean", "single_rod"):
@@ -120,16 +120,16 @@ def test_a_table_without_any_crossing_gives_the_reason(tmp_path, drag, sentence)
 
 
 @pytest.mark.parametrize("threshold", [1e300, -1e300, -2.0, numpy.nan, numpy.inf])
-def test_a_negative_huge_or_missing_threshold_does_not_change_the_axis(tmp_path, threshold):
+def test_a_threshold_that_is_negative_huge_or_missing_leaves_the_axis_alone(tmp_path, threshold):
     groups = numbers()
     groups["curves"]["threshold"][:, 10:20] = groups["curves"]["threshold_error"][:, 10:20] = threshold
     picture = picture_of(write(tmp_path, groups))
     picture.canvas.draw()
     assert picture.axes[0].get_ylim() == (0.0, pytest.approx(2.5 * 2.55))
-    assert ("Where a/λ is not positive it is left out." in words_of(picture)) == (threshold < 0.0)
+    assert ("a/λ is omitted where it is not positive." in words_of(picture)) == (threshold < 0.0)
 
 
-def test_drag_that_is_never_positive_is_drawn_below_zero(tmp_path):
+def test_drag_that_is_nowhere_positive_is_drawn_below_zero(tmp_path):
     groups = numbers()
     groups["curves"]["drag"] *= -1.0
     groups["curves"]["drag_error"] *= -1.0
@@ -153,15 +153,15 @@ def test_the_command_draws_it(tmp_path):
     assert share_of(image.imread(tmp_path / "picture.png"), boundary_panels.PALE[3]) > 0.01
 
 
-def test_damaged_archives_and_wrong_options_are_rejected_with_an_error(tmp_path, monkeypatch):
+def test_what_is_damaged_or_asked_wrongly_is_refused_with_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setattr("drover.stored.COMMIT_SECONDS", 0.0)
     path = write(tmp_path, numbers())
-    with pytest.raises(package.DroverError, match="--frame 0 is asked for, but drover boundary wrote this archive"):
+    with pytest.raises(package.DroverError, match="--frame 0 does not apply, since drover boundary wrote this archive"):
         figure.draw_file(path, frame=0)
-    with pytest.raises(package.DroverError, match="no run but what drover boundary wrote; open it by drover.open_theory"):
+    with pytest.raises(package.DroverError, match="is not a run: drover boundary wrote it; open it with drover.open_theory"):
         package.open_run(path)
-    for name, sentence in (("line/mean_error", "the group line holds no mean_error over line_rod_fraction"),
-                           ("line", "holds no group line; expected curves and line")):
+    for name, sentence in (("line/mean_error", "the group line has no mean_error over line_rod_fraction"),
+                           ("line", "has no group line, which drover boundary TABLE writes")):
         with h5py.File(path, "r+") as file:
             del file[name]
         with pytest.raises(package.DroverError, match=sentence):

@@ -1,4 +1,4 @@
-"""tests/app/test_theory_figures.py: archives of drover stability and drover boundary in Python."""
+"""tests/app/test_theory_figures.py: archives of drover stability and drover boundary as Python users meet them."""
 import subprocess
 import sys
 
@@ -14,7 +14,7 @@ from drover import boundary_figure, boundary_panels, panels, stability_figure, s
 from pictures import overlaps, share_of
 
 COARSE = {"stability.wavenumbers": 32, "stability.angles": 7, "stability.frequencies": 41}  # a map of every 15 degrees
-# abar = 1 - sigma = -0.1: a flock close enough to its onset to band.
+# abar = 1 - sigma = -0.1: a flock so near its onset that it bands.
 BANDING = {"uniform.rod_density": 1.1, "relaxation.rate": 1.0, "relaxation.rate_terms": ["-1 sigma"],
            "relaxation.saturation": 1.0, "current.speed": 1.0, "pressure.rods": 1.0, "elasticity.stiffness": 1.0,
            "elasticity.splay": 0.0, "initial.kind": "uniform"}
@@ -22,19 +22,19 @@ POLAR = {"fields.rod_density": False, "relaxation.rate": -0.5, "relaxation.satur
          "advection.strength": 0.5, "noise.order": 0.01, "grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0}
 STATES = {  # changes of a scene, its base, the state that is drawn, titles of the panels without their letters
     "a flock": ({"relaxation.rate": -0.5, "relaxation.saturation": 1.0, "initial.kind": "uniform"}, SMALL, "ordered",
-                ["fastest growth rate", "growth of every mode", "speeds", "dampings", "of rods", "of rods"]),
+                ["fastest growth rate", "growth rates of all modes", "speeds", "damping", "of rods", "of rods"]),
     "a flock that bands": (BANDING, SMALL, "ordered",
-                           ["fastest growth rate", "growth of every mode", "speeds", "dampings", "of rods", "of rods"]),
+                           ["fastest growth rate", "growth rates of all modes", "speeds", "damping", "of rods", "of rods"]),
     "no noise": ({"noise.order": 0.0, "noise.rods": 0.0, **BANDING}, SMALL, "ordered",
-                 ["fastest growth rate", "growth of every mode", "speeds", "dampings"]),
-    "isotropic": ({}, SMALL, "isotropic", ["growth of every mode", "frequency of every mode", "$S", "$S"]),
-    "no densities": ({}, POLAR, "ordered", ["fastest growth rate", "growth of every mode", "speeds", "dampings",
+                 ["fastest growth rate", "growth rates of all modes", "speeds", "damping"]),
+    "isotropic": ({}, SMALL, "isotropic", ["growth rates of all modes", "frequencies of all modes", "$S", "$S"]),
+    "no densities": ({}, POLAR, "ordered", ["fastest growth rate", "growth rates of all modes", "speeds", "damping",
                                             "of the order across", "of the order across"]),
-    "nothing but decay": ({"relaxation.rate": 0.5, "noise.order": 0.0}, POLAR, "isotropic", ["growth of every mode"]),
-    "a field": ({"orienting_field.x": 0.05}, POLAR, "along the field", ["fastest growth rate", "growth of every mode",
+    "nothing but decay": ({"relaxation.rate": 0.5, "noise.order": 0.0}, POLAR, "isotropic", ["growth rates of all modes"]),
+    "a field": ({"orienting_field.x": 0.05}, POLAR, "along the field", ["fastest growth rate", "growth rates of all modes",
                                                                         "of the order across", "of the order across"]),
 }
-# Aligned rods drag beads, beads turn rods; both coefficients have errors on a grid of densities.
+# Aligned rods drag beads, beads turn rods; both coefficients are known to some error on a mesh of densities.
 TABLE = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.bead_density": 1.0,
          "uniform.rod_density": 0.05, "uniform.bead_area": 0.5, "uniform.rod_area": 2.0, "current.speed": 3.0,
          "current.kind": "density-order", "inertia.bead_mass": 0.7, "drag.coefficient": 30.0, "driving.strength": 10.0,
@@ -102,7 +102,7 @@ def test_the_most_ordered_state_is_drawn_without_overlaps_and_without_empty_pane
         assert axes.lines or axes.collections, axes.get_title(loc="left")
 
 
-def test_a_banding_flock_is_drawn_with_its_fastest_wave_and_the_neutral_line(bands):
+def test_a_flock_that_bands_is_drawn_with_its_fastest_wave_and_the_line_where_none_grows(bands):
     picture = picture_of(bands)
     with package.open_theory(bands) as theory:
         state = stability_figure.state_of(theory, None)
@@ -111,7 +111,7 @@ def test_a_banding_flock_is_drawn_with_its_fastest_wave_and_the_neutral_line(ban
         assert rate == float(most.max()) == float(most.sel(wavenumber=q, angle=angle))
     stars = [line for line in picture.axes[0].lines if line.get_marker() == "*"]
     assert [(line.get_xdata()[0], line.get_ydata()[0]) for line in stars] == [(q, angle)]
-    assert f"grows at {rate:.4g}" in words_of(picture).replace("\u00a0", " ") and "(the star)" in words_of(picture)
+    assert f"grows at {rate:.4g}" in words_of(picture).replace("\u00a0", " ") and "(star)" in words_of(picture)
 
 
 def test_another_state_can_be_chosen(bands):
@@ -124,7 +124,7 @@ def test_another_state_can_be_chosen(bands):
 
 def test_a_dynamic_structure_factor_of_growing_waves_is_left_out(tmp_path):
     path = archive(tmp_path, "stability", SMALL, {**BANDING, "stability.sound": 0.05})
-    assert any("omega" in title for title in titles_of(picture_of(path)))  # of the flock: waves transverse to p0 decay
+    assert any("omega" in title for title in titles_of(picture_of(path)))  # of the flock: waves across p0 decay
     assert not any("omega" in title for title in titles_of(picture_of(path, "isotropic")))
 
 
@@ -208,7 +208,7 @@ def test_vertices_agree_with_the_report(plane):
         assert mine.errors.tolist() == [[point["error_x"], point["error_y"]] for point in points]
 
 
-def test_a_plane_without_any_line_is_drawn_with_its_regime_and_a_note(tmp_path):
+def test_a_plane_without_any_line_is_drawn_with_its_regime_and_says_so(tmp_path):
     path = archive(tmp_path, "boundary", NO_LINE)
     picture = picture_of(path)
     assert [text.get_text() for text in picture.axes[0].texts] == ["no line in this plane"]
@@ -219,7 +219,7 @@ def test_a_plane_without_any_line_is_drawn_with_its_regime_and_a_note(tmp_path):
     assert [text.get_text() for text in picture_of(bare).axes[0].texts] == ["no line in this plane"]
 
 
-def test_islands_are_closed_and_errors_stay_on_one_side_of_a_line():
+def test_islands_are_closed_and_errors_stay_on_their_side_of_a_line():
     columns = {"line": [0, 0, 0, 1, 1], "limit": [2, 2, 2, 3, 3], "convention": [0] * 5, "closed": [1, 1, 1, 0, 0],
                "x": [0, 1, 0, 2, 3], "y": [0, 0, 1, 2, 2], "error_x": [0.0] * 5, "error_y": [0, 0, 0, 0.1, 0.1],
                "angle": [0, 0, 0, 30, 40]}
@@ -233,7 +233,7 @@ def test_islands_are_closed_and_errors_stay_on_one_side_of_a_line():
 
 # --- both
 
-def test_the_command_detects_the_kind_of_an_archive(bands, plane):
+def test_the_command_tells_the_kind_of_an_archive_by_itself(bands, plane):
     for path, colour in ((bands, panels.BLUE), (plane, boundary_panels.PALE[3])):
         picture = image.imread(draw_to(path, "figure.png"))
         assert picture.shape[0] > 1000 and picture.shape[1] > 1500
@@ -261,11 +261,11 @@ def spoil(path, change):
 
 
 @pytest.mark.parametrize("change, sentence", [
-    (lambda file: file.attrs.__delitem__("scene"), "is HDF5 but no archive of drover"),
-    (lambda file: file["ordered"].__delitem__("growth_rate"), "the group ordered holds no growth_rate"),
-    (lambda file: [file.__delitem__(name) for name in list(file)], "holds no uniform state"),
+    (lambda file: file.attrs.__delitem__("scene"), "is HDF5 but not a drover archive"),
+    (lambda file: file["ordered"].__delitem__("growth_rate"), "the group ordered has no growth_rate"),
+    (lambda file: [file.__delitem__(name) for name in list(file)], "contains no uniform state"),
 ], ids=["no scene", "no growth", "no state"])
-def test_a_wrong_file_is_rejected_with_an_error_and_no_figure(tmp_path, change, sentence):
+def test_a_wrong_file_is_refused_with_a_sentence_and_no_picture(tmp_path, change, sentence):
     path = archive(tmp_path, "stability", SMALL, BANDING)
     spoil(path, change)
     done = draw(path, status=2)
@@ -274,21 +274,21 @@ def test_a_wrong_file_is_rejected_with_an_error_and_no_figure(tmp_path, change, 
 
 
 @pytest.mark.parametrize("name, arguments, sentence", [
-    ("bands", ["--state", "smectic"], 'holds no state "smectic"; expected isotropic or ordered'),
-    ("bands", ["--frame", "0"], "--frame 0 is asked for, but drover stability wrote this archive"),
-    ("plane", ["--state", "ordered"], "--state ordered is asked for, but drover boundary wrote this archive")])
-def test_an_option_of_another_kind_is_rejected_with_an_error(request, name, arguments, sentence):
+    ("bands", ["--state", "smectic"], 'has no state "smectic"; expected isotropic or ordered'),
+    ("bands", ["--frame", "0"], "--frame 0 does not apply, since drover stability wrote this archive"),
+    ("plane", ["--state", "ordered"], "--state ordered does not apply, since drover boundary wrote this archive")])
+def test_an_option_of_another_kind_is_refused_with_a_sentence(request, name, arguments, sentence):
     done = draw(request.getfixturevalue(name), *arguments, "--output", "none.png", status=2)
     assert sentence in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_each_opener_names_the_other(bands, plane):
     for path, group in ((bands, "ordered"), (plane, "plane")):
-        with pytest.raises(package.DroverError, match=rf'drover.open_theory, or a group of it by .*group="{group}"'):
+        with pytest.raises(package.DroverError, match=rf'drover.open_theory, or a group of it with .*group="{group}"'):
             package.open_run(path)
     scene = write_scene(bands.parent, {"time.end": 1.0, "output.frame_every": 0.5}, "run.toml")
     drover(bands.parent, "run", scene, "--quiet", "--output", "run.h5")
-    with pytest.raises(package.DroverError, match="is a run; .*open it by drover.open_run"):
+    with pytest.raises(package.DroverError, match="is a run; .*open it with drover.open_run"):
         package.open_theory(bands.with_name("run.h5"))
 
 
@@ -297,6 +297,6 @@ def test_a_growing_sound_is_drawn_beside_the_speeds(bands, tmp_path):
     path.write_bytes(bands.read_bytes())
     spoil(path, lambda file: file["ordered/slow_growth"].__setitem__((slice(0, 3), 1), 0.1))
     axes = next(axes for axes in picture_of(path).axes if "speeds" in axes.get_title(loc="left"))
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["Re $u$", "Im $u$: above 0 it grows"]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["Re $u$", "Im $u$ (growth if positive)"]
     low, high = stability_panels.range_without_spikes(numpy.append(numpy.linspace(1.0, 2.0, 100), 1e6))
     assert low < 0.0 and 2.0 < high < 100.0

@@ -32,11 +32,11 @@ Result lines() {
     return {.root = {.group = "/plane", .entries = {number("width", 4.0)}, .lists = {list}}};
 }
 
-const io::ResultTable& table_of(const std::vector<io::ResultTable>& tables, const std::string& group) {
+const files::ResultTable& table_of(const std::vector<files::ResultTable>& tables, const std::string& group) {
     return *std::find_if(tables.begin(), tables.end(), [&](const auto& table) { return table.group == group; });
 }
 
-std::vector<double> values_of(const io::ResultTable& table, const std::string& name) {
+std::vector<double> values_of(const files::ResultTable& table, const std::string& name) {
     for (std::size_t i = 0; i < table.quantities.size(); ++i)
         if (table.quantities[i].name == name) return table.values[i];
     ADD_FAILURE() << table.group << " has no " << name;
@@ -44,9 +44,9 @@ std::vector<double> values_of(const io::ResultTable& table, const std::string& n
 }
 
 TEST(ResultTables, of_nested_lists_repeat_the_entries_of_the_outer_list) {
-    const std::vector<io::ResultTable> tables = result_tables(lines());
+    const std::vector<files::ResultTable> tables = result_tables(lines());
     ASSERT_EQ(tables.size(), 2u);
-    const io::ResultTable& boundary = table_of(tables, "/boundary");
+    const files::ResultTable& boundary = table_of(tables, "/boundary");
     ASSERT_EQ(boundary.axes.size(), 1u);
     EXPECT_EQ(boundary.axes[0].name, "vertex");
     EXPECT_EQ(values_of(boundary, "line"), (std::vector<double>{0.0, 0.0, 1.0}));
@@ -65,7 +65,7 @@ TEST(ResultTables, of_lists_with_coordinates_are_arrays_over_the_coordinates) {
                               .parts = {{"single-rod", {.entries = {number("square", y * y)}}}},
                               .lists = {inner}});
     }
-    const std::vector<io::ResultTable> tables = result_tables({.root = {.lists = {outer}}});
+    const std::vector<files::ResultTable> tables = result_tables({.root = {.lists = {outer}}});
     ASSERT_EQ(tables.size(), 1u);
     ASSERT_EQ(tables[0].axes.size(), 2u);
     EXPECT_EQ(tables[0].axes[0].values, (std::vector<double>{1.0, 2.0, 3.0}));
@@ -77,7 +77,7 @@ TEST(ResultTables, of_lists_with_coordinates_are_arrays_over_the_coordinates) {
 TEST(ResultAttributes, are_the_entries_of_a_root_without_group) {
     const Result result{.root = {.entries = {number("width", 4.0), number("missing", NAN)},
                                  .parts = {{"cell", {.entries = {number("side", 2.0)}}}}}};
-    const std::vector<io::Attribute> attributes = result_attributes(result);
+    const std::vector<files::Attribute> attributes = result_attributes(result);
     ASSERT_EQ(attributes.size(), 2u);
     EXPECT_EQ(attributes[0].first, "width");
     EXPECT_EQ(attributes[1].first, "cell_side");

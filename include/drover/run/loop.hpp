@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/run/simulation.hpp"
 
 namespace drover::run {
@@ -23,7 +23,7 @@ struct LoopOutcome {
 /// Runs a simulation from step `first`, at which it is, to its end.  Writes the first rows and a checkpoint into an
 /// empty archive, so that a checkpoint always exists.  At the end and on a signal it commits all rows and writes a
 /// checkpoint.  Throws run Errors (divergence, full disk); committed data remain.
-LoopOutcome run_loop(Simulation& simulation, std::int64_t first, io::Archive& archive, const LoopFiles& files,
+LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive& archive, const LoopFiles& files,
                      bool quiet);
 
 }  // namespace drover::run

@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 
 namespace drover::run {
 
@@ -43,7 +43,7 @@ struct Record {
     std::vector<Entry> entries = {};
     std::vector<std::pair<std::string, Record>> parts = {};  ///< named records within
     std::vector<List> lists = {};
-    io::ResultTable maps = {};             ///< arrays over several axes: in archives alone
+    files::ResultTable maps = {};             ///< arrays over several axes: in archives alone
     std::vector<std::string> footer = {};  ///< lines of text alone, after everything else
     Display shown = {};
 };
@@ -69,16 +69,16 @@ struct List {
 
 struct Result {
     Record root;
-    std::vector<io::Attribute> attributes = {};  ///< of the archive, beside its provenance
+    std::vector<files::Attribute> attributes = {};  ///< of the archive, beside its provenance
 };
 
 /// For people.
 std::string result_text(const Result& result);
 
 /// One table for each group.
-std::vector<io::ResultTable> result_tables(const Result& result);
+std::vector<files::ResultTable> result_tables(const Result& result);
 
 /// Root attributes: `attributes`, and the entries of a root without group, with those of its parts.
-std::vector<io::Attribute> result_attributes(const Result& result);
+std::vector<files::Attribute> result_attributes(const Result& result);
 
 }  // namespace drover::run
