@@ -230,7 +230,9 @@ Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncer
         numerics::trace_zero([&](const numerics::PlanePoint& point) { return models.margin(point, limit).value; },
                              {.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to}, options,
                              threads);
-    Boundary result{.sharp = contour.sharp, .evaluations = contour.evaluations, .complete = contour.complete};
+    Boundary result{.singular_points = contour.singular_points,
+                    .evaluations = contour.evaluations,
+                    .complete = contour.complete};
     for (const numerics::ContourLine& traced : contour.lines) {
         BoundaryLine line{.limit = limit, .closed = traced.closed};
         const std::vector<Margin> at = margins_at(models, traced.points, limit, threads);

@@ -20,7 +20,7 @@ namespace drover::run {
 namespace {
 namespace fs = std::filesystem;
 constexpr const char* manifest_name = "calibrate.toml";
-constexpr double grace_period = 5.0;  // for running trials after a signal [s]; the program must end within 10 s
+constexpr double grace_period = 5.0;  // for running trials after a signal [s]; the program then ends within 10 s
 
 fs::path trials_of(const fs::path& folder, const CalibrationUnit& unit) { return folder / (unit.name + ".trials"); }
 
@@ -220,7 +220,7 @@ void run_share(const io::Scene& scene, const CalibrationLayout& layout, const Ca
         log_information("{} measurements{} ({} trials already done), {} trials at a time, in {}", work.units(),
                         options.shares > 1 ? text(", share {} of {}", options.share, options.shares) : "",
                         work.already(), workers, options.folder.string());
-    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .bound = true, .patience = grace_period});
+    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .die_with_parent = true, .grace_period = grace_period});
     outcome.trials = work.ran();
     outcome.stopped = pool.stopped;
 }

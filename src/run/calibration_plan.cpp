@@ -6,7 +6,7 @@
 #include "drover/io/scene_text.hpp"
 #include "drover/io/trial_file.hpp"
 #include "drover/run/calibration.hpp"
-#include "run/written_values.hpp"
+#include "run/number_lists.hpp"
 
 namespace drover::run {
 
@@ -17,7 +17,7 @@ void read_varied(const io::Scene& scene, calibrate::Table& axes) {
     const std::string& written = scene.calibration.vary;
     if (written.empty()) return;
     const SourceLocation where = io::location_of(scene, list);
-    const auto [key, values] = read_written(written, list, example, where);
+    const auto [key, values] = read_assignment(written, list, example, where);
     for (const char* own : {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.",
                             "beads.area_fraction", "beads.count", "rods.area_fraction", "rods.count", "cell.shape"})
         require(!key.starts_with(own), where,

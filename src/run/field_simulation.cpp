@@ -10,7 +10,7 @@
 #include "drover/measure/observables.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/energy.hpp"
-#include "drover/run/field_evolution.hpp"
+#include "drover/physics/field_evolution.hpp"
 
 namespace drover::run {
 
@@ -21,7 +21,7 @@ using numerics::Complex;
 struct World {
     io::Scene scene;
     physics::Form form;
-    FieldEvolution evolution;
+    physics::FieldEvolution evolution;
     numerics::Transform transform;
     numerics::Spectra state, healthy;  // healthy: at the last health check
     numerics::Fields fields;
@@ -90,7 +90,9 @@ numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
 World::World(const io::Scene& the_scene, Threads& threads)
     : scene(the_scene),
       form(physics::form(scene.model)),
-      evolution(scene, threads),
+      evolution(scene.model, scene.grid, scene.dealiasing,
+                {.method = scene.time.stepper, .dt = scene.time.dt, .tolerance = scene.time.tolerance},
+                static_cast<std::uint64_t>(scene.run.seed), threads),
       transform(scene.grid, evolution.system().degree, threads),
       fields(scene.grid, numerics::components(evolution.system().layout)) {
     const numerics::System& system = evolution.system();
@@ -301,15 +303,15 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
 }  // namespace
 
 namespace {
-/// What the stepper chose for itself.
-std::string describe(const StepCount& count, const io::Scene& scene) {
+/// The steps that were taken, and the changes of the reference.
+std::string describe(const physics::FieldEvolution& evolution, const io::Scene& scene) {
     std::string words;
     if (scene.time.tolerance > 0.0)
-        words = text("{} steps taken, {} refused; the last were of {:.4g} s (time.dt/{})", count.accepted,
-                     count.refused, scene.time.dt / count.division, count.division);
-    if (count.references > 0)
-        words += text("{}the reference density followed the beads {} time{}", words.empty() ? "" : "; ",
-                      count.references, count.references == 1 ? "" : "s");
+        words = text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", evolution.count().accepted,
+                     evolution.count().rejected, scene.time.dt / evolution.division(), evolution.division());
+    if (const auto changes = evolution.reference_changes(); changes > 0)
+        words += text("{}the reference density changed {} time{}", words.empty() ? "" : "; ", changes,
+                      changes == 1 ? "" : "s");
     return words;
 }
 }  // namespace
@@ -335,7 +337,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
             if (!is_healthy(value, world->state.size)) report_blow_up(*world, step);
         std::copy(world->state.values.begin(), world->state.values.end(), world->healthy.values.begin());
     };
-    simulation.describe = [world] { return describe(world->evolution.count(), world->scene); };
+    simulation.describe = [world] { return describe(world->evolution, world->scene); };
     simulation.save = [world] {
         std::vector<double> values = world->evolution.save();
         values.push_back(world->time);
@@ -347,11 +349,11 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         return values;
     };
     simulation.restore = [world](std::span<const double> values) {
-        constexpr std::size_t before = FieldEvolution::saved_numbers + 1;
+        constexpr std::size_t before = physics::FieldEvolution::saved_numbers + 1;
         require(values.size() == before + 2 * world->state.values.size(), {},
                 "the checkpoint holds {} numbers; this scene's state has {}", values.size(),
                 before + 2 * world->state.values.size());
-        world->evolution.restore(values.first(FieldEvolution::saved_numbers));
+        world->evolution.restore(values.first(physics::FieldEvolution::saved_numbers));
         world->time = values[before - 1];
         for (std::size_t m = 0; m < world->state.values.size(); ++m)
             world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};

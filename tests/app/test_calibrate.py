@@ -15,7 +15,7 @@ import pytest
 import xarray
 from calibration import (TINY, UNITS, already_done, assert_same_tables, kill_repeatedly, toml_of, trials_in,
                          write_tiny)
-from refusal import refused
+from rejection import rejected
 from support import (DROVER, MODELS, SMALL, attributes, drover, drover_json, end_group, environment, group_is_alive,
                      scene_text, scenes,
                      settings, start, wait_until)
@@ -282,32 +282,32 @@ def test_scenes_that_cannot_be_calibrated_are_rejected_with_a_message(tmp_path):
             ({"calibrate.drag.torque": 1.0}, ["unknown key calibrate.drag.torque", "torques"]),
             ({"calibrate.dragg.time": 1.0}, ["unknown table [calibrate.dragg]", "[calibrate.drag]"]),
             ({"cell.shape": "circle"}, ['expected "periodic"'])):
-        refused(tmp_path, ["calibrate", write_tiny(tmp_path, changes)], says)
+        rejected(tmp_path, ["calibrate", write_tiny(tmp_path, changes)], says)
     (tmp_path / "flock.toml").write_text(scene_text(SMALL))
-    refused(tmp_path, ["calibrate", "flock.toml"], ["scene of fields"])
+    rejected(tmp_path, ["calibrate", "flock.toml"], ["scene of fields"])
     scene = write_tiny(tmp_path)
-    refused(tmp_path, ["check", write_tiny(tmp_path, {"calibrate.rod_area_fractions": []}, name="empty.toml")],
+    rejected(tmp_path, ["check", write_tiny(tmp_path, {"calibrate.rod_area_fractions": []}, name="empty.toml")],
             ["drag depends on it"])
     for share in ("0/2", "3/2", "2", "1/2x", "a/b"):
-        refused(tmp_path, ["calibrate", scene, "--share", share], ["expected I/N"])
-    refused(tmp_path, ["calibrate", scene, "--collect"], ["no such folder"])
-    refused(tmp_path, ["calibrate", scene, "--share", "1/2", "--json"], ["makes no table"])
-    refused(tmp_path, ["calibrate", scene, "-o", "."], ["not empty and holds no calibrate.toml"])
+        rejected(tmp_path, ["calibrate", scene, "--share", share], ["expected I/N"])
+    rejected(tmp_path, ["calibrate", scene, "--collect"], ["no such folder"])
+    rejected(tmp_path, ["calibrate", scene, "--share", "1/2", "--json"], ["makes no table"])
+    rejected(tmp_path, ["calibrate", scene, "-o", "."], ["not empty and holds no calibrate.toml"])
 
 
 def test_folders_and_trials_of_another_scene_are_rejected(tmp_path):
     scene = write_tiny(tmp_path, ONE)
     drover(tmp_path, "calibrate", scene, "--quiet")
-    refused(tmp_path, ["calibrate", scene, "--set", "restitution.bead_bead=0.9"],
+    rejected(tmp_path, ["calibrate", scene, "--set", "restitution.bead_bead=0.9"],
             ["trials of another scene", "restitution.bead_bead = 0.3 there, 0.9 here"])
     folder = tmp_path / "tiny.calibration"
     shutil.copy(folder / "damping-bead-0.3.trials", folder / "damping-bead-0.4.trials")
-    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
+    rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
             ["damping-bead-0.4.trials", "another scene or point"])
-    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.damping.hold=0.03"],
+    rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.damping.hold=0.03"],
             ["damping-bead-0.3.trials", "another scene"])
     (folder / "damping-bead-0.4.trials").write_text("notes of mine")
-    refused(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["is not a file of trials"])
+    rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["is not a file of trials"])
 
 
 def test_a_second_calibration_in_one_folder_is_rejected_and_the_first_continues(tmp_path):
@@ -317,7 +317,7 @@ def test_a_second_calibration_in_one_folder_is_rejected_and_the_first_continues(
         file = tmp_path / "tiny.calibration" / "damping-bead-0.3.trials"
         wait_until(lambda: file.exists() and file.stat().st_size >= 16, "the head of its file",
                    process=process)  # the trial itself takes a minute
-        refused(tmp_path, ["calibrate", scene], ["another drover calibrate is at work"])
+        rejected(tmp_path, ["calibrate", scene], ["another drover calibrate is at work"])
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=10)  # the trial exceeds the grace period and is killed
     finally:
@@ -342,15 +342,15 @@ def test_damaged_tables_are_rejected(whole, tmp_path):
             del group[name]
         return change
 
-    refused(tmp_path, spoiled(put("damping_rate_error", -1.0)),
+    rejected(tmp_path, spoiled(put("damping_rate_error", -1.0)),
             ["damping_rate at bead area fraction 0.2 has the standard error -1"])
-    refused(tmp_path, spoiled(put("damping_rate", math.nan)), ["damping_rate at bead area fraction 0.2 is nan"])
-    refused(tmp_path, spoiled(put("damping_rate_origin", 9)), ["damping_rate_origin holds 9"])
-    refused(tmp_path, spoiled(put("bead_area_fraction", 0.7)), ["expected ascending area fractions between 0 and 1"])
-    refused(tmp_path, spoiled(drop("drag_trials")), ["/calibration/drag_trials is missing"])
-    refused(tmp_path, spoiled(drop("drag")), ["/calibration/drag is listed but missing"])
+    rejected(tmp_path, spoiled(put("damping_rate", math.nan)), ["damping_rate at bead area fraction 0.2 is nan"])
+    rejected(tmp_path, spoiled(put("damping_rate_origin", 9)), ["damping_rate_origin holds 9"])
+    rejected(tmp_path, spoiled(put("bead_area_fraction", 0.7)), ["expected ascending area fractions between 0 and 1"])
+    rejected(tmp_path, spoiled(drop("drag_trials")), ["/calibration/drag_trials is missing"])
+    rejected(tmp_path, spoiled(drop("drag")), ["/calibration/drag is listed but missing"])
     (tmp_path / "table.h5").write_bytes((whole[0] / "table.h5").read_bytes()[:3000])
-    refused(tmp_path, ["info", "table.h5"], ["table.h5"])
+    rejected(tmp_path, ["info", "table.h5"], ["table.h5"])
 
 
 # --- the scenes

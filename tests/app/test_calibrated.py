@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from calibration import write_plausible
-from refusal import make_archive, refused
+from rejection import make_archive, rejected
 from support import SMALL, drover, drover_json, scene_text, settings
 
 SCENE = {
@@ -88,9 +88,9 @@ def test_a_value_of_the_varied_key_can_be_selected_including_zero(folder):
     for kick in (0.0, 0.5):
         assert resolved(folder, "flock.toml",
                         f"calibrated.varied={kick}")["relaxation"]["rate"] == pytest.approx(0.3 + kick, rel=1e-12)
-    refused(folder, ["check", "flock.toml"],
+    rejected(folder, ["check", "flock.toml"],
             ["the table also varies kick.strength; expected calibrated.varied with one of 0, 0.5"])
-    refused(folder, ["check", "flock.toml", "--set", "calibrated.varied=0.1"],
+    rejected(folder, ["check", "flock.toml", "--set", "calibrated.varied=0.1"],
             ["calibrated.varied = 0.1", "expected one of 0, 0.5"])
 
 
@@ -141,7 +141,7 @@ def test_a_resolved_scene_needs_the_table_only_for_another_state(folder):
                                                                               for name in by_hand)
     (folder / "table.h5").unlink()
     assert resolved(folder, "whole.toml") == tomllib.loads((folder / "whole.toml").read_text())
-    refused(folder, ["check", "whole.toml", "--set", elsewhere[0]], ["whole.toml", "table.h5: does not exist"])
+    rejected(folder, ["check", "whole.toml", "--set", elsewhere[0]], ["whole.toml", "table.h5: does not exist"])
 
 
 def test_a_run_stores_the_origins_and_a_sweep_uses_the_table_at_each_point(folder):
@@ -169,7 +169,7 @@ def test_the_boundary_of_a_linear_table_is_its_exact_crossing(folder):
         assert 0.002 < point["mean"]["error"] < 0.03 and point["mean"]["share"] > 0.9
         assert point["single-rod"]["bead_area_fraction"] is None and point["single-rod"]["above_all"]
     text = drover(folder, "boundary", "table.h5", "-o", "onset.h5").stdout
-    assert "from Phi_b = 0.375 +- " in text and "from the least area fraction of beads on" in text
+    assert "Phi_b = 0.375 +- " in text and "below the smallest bead area fraction of the table" in text
     with h5py.File(folder / "onset.h5") as file:
         assert np.allclose(file["line/mean"][()], 0.5 - 2.5 * file["line/line_rod_fraction"][()])
         assert file["curves/drag"].shape == (3, 31) and np.allclose(file["curves/threshold"][()], 3.0)
@@ -193,53 +193,53 @@ def test_the_boundary_of_a_scene_with_local_coefficients_is_that_of_its_table(fo
 # --- errors
 
 def test_invalid_calibrated_scenes_are_rejected(folder):
-    def rejected(says, *changes):
-        refused(folder, ["check", "flock.toml", *settings(changes)], says)
+    def check_rejected(says, *changes):
+        rejected(folder, ["check", "flock.toml", *settings(changes)], says)
 
-    rejected(["missing.h5: does not exist", "expected"], "calibrated.table=missing.h5")
-    rejected(["bead area fraction of 0.8: the table covers 0.2 to 0.7", "measure there"],
+    check_rejected(["missing.h5: does not exist", "expected"], "calibrated.table=missing.h5")
+    check_rejected(["bead area fraction of 0.8: the table covers 0.2 to 0.7", "measure there"],
              "calibrated.bead_area_fraction=0.8")
-    rejected(["rod area fraction of 0.2", "the table covers 0.05 to 0.11"], "calibrated.rod_area_fraction=0.2")
-    rejected(["calibrated.rod_area_fraction is not given"], "calibrated.rod_area_fraction=0.0")
-    rejected(["calibrated.varied = 0.02", "varies no key"], "calibrated.varied=0.02")
-    rejected(["calibrated.outside", "refuse"], "calibrated.outside=extrapolate")
+    check_rejected(["rod area fraction of 0.2", "the table covers 0.05 to 0.11"], "calibrated.rod_area_fraction=0.2")
+    check_rejected(["calibrated.rod_area_fraction is not given"], "calibrated.rod_area_fraction=0.0")
+    check_rejected(["calibrated.varied = 0.02", "varies no key"], "calibrated.varied=0.02")
+    check_rejected(["calibrated.outside", "refuse"], "calibrated.outside=extrapolate")
     assert resolved(folder, "flock.toml", "calibrated.bead_area_fraction=0.8",
                     "calibrated.outside=hold")["relaxation"]["rate"] == pytest.approx(0.3)
     write_plausible(folder / "table.h5", holes=[("drag", 4)])
-    rejected(["no value of drag", "drag at bead area fraction 0.3, rod area fraction 0.08"])
-    refused(folder, ["boundary", "table.h5"], ["no value of drag", "drag at bead area fraction 0.3"])
+    check_rejected(["no value of drag", "drag at bead area fraction 0.3, rod area fraction 0.08"])
+    rejected(folder, ["boundary", "table.h5"], ["no value of drag", "drag at bead area fraction 0.3"])
     write_plausible(folder / "table.h5")
     with h5py.File(folder / "table.h5", "r+") as file:
         file["calibration/viscosity_kinematic"][...] *= -1.0
-    rejected(["viscosity.shear comes out as -3.5 +- 0.07", "expected >= 0: measure more, or give it in the scene"])
+    check_rejected(["viscosity.shear comes out as -3.5 +- 0.07", "expected >= 0: measure more, or give it in the scene"])
     make_archive(folder, "run.h5")
-    rejected(["run.h5", "not a table of coefficients"], "calibrated.table=run.h5")
-    refused(folder, ["boundary", "run.h5"], ["not a table of coefficients"])
+    check_rejected(["run.h5", "not a table of coefficients"], "calibrated.table=run.h5")
+    rejected(folder, ["boundary", "run.h5"], ["not a table of coefficients"])
     (folder / "text.h5").write_text("not a table")
-    rejected(["text.h5"], "calibrated.table=text.h5")
+    check_rejected(["text.h5"], "calibrated.table=text.h5")
 
 
 def test_options_of_the_other_kind_are_rejected(folder):
-    refused(folder, ["boundary", "table.h5", "--x", "relaxation.rate = 0:1"], ["are for scenes"])
-    refused(folder, ["boundary", "table.h5", "--varied", "0.02"], ["varies no key"])
-    refused(folder, ["boundary", "flock.toml", "--varied", "0.02"], ["is for a table"])
+    rejected(folder, ["boundary", "table.h5", "--x", "relaxation.rate = 0:1"], ["are for scenes"])
+    rejected(folder, ["boundary", "table.h5", "--varied", "0.02"], ["varies no key"])
+    rejected(folder, ["boundary", "flock.toml", "--varied", "0.02"], ["is for a table"])
     plane = ["--x", "bead_area_fraction = 0.2:0.7", "--y", "rod_area_fraction = 0.05:0.11"]
-    refused(folder, ["boundary", "flock.toml", *plane, "--convention", "single-rod"],
+    rejected(folder, ["boundary", "flock.toml", *plane, "--convention", "single-rod"],
             ["from a table", "choose by weathercock.convention"])
     (folder / "onset.h5").write_bytes(b"")
-    refused(folder, ["boundary", "table.h5", "-o", "onset.h5"], ["onset.h5"])
+    rejected(folder, ["boundary", "table.h5", "-o", "onset.h5"], ["onset.h5"])
 
 
 def test_a_table_with_negative_errors_is_rejected(folder):
     with h5py.File(folder / "table.h5", "r+") as file:
         file["calibration/drag_error"][1, 1] = -0.1
-    refused(folder, ["check", "flock.toml"],
+    rejected(folder, ["check", "flock.toml"],
             ["drag at bead area fraction 0.3, rod area fraction 0.08 has the standard error -0.1"])
 
 
 def test_particle_scenes_have_no_section_calibrated(folder):
     (folder / "rods.toml").write_text(scene_text({"cell.lx": 10.0, "calibrated.table": "table.h5"}))
-    refused(folder, ["check", "rods.toml"], ["[calibrated]", "of a scene of fields"])
+    rejected(folder, ["check", "rods.toml"], ["[calibrated]", "of a scene of fields"])
 
 
 def test_a_scene_without_a_table_is_unchanged(folder):

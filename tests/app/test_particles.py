@@ -9,7 +9,7 @@ import numpy
 import pytest
 from matplotlib import image
 from pictures import overlaps
-from refusal import refused
+from rejection import rejected
 from support import (contents, drover, drover_json, end_group, environment, scene_text, settings, start, tree, wait_until,
                      write_scene)
 
@@ -124,7 +124,7 @@ def test_a_packing_of_other_bodies_is_refused(ran, tmp_path):
                           ({"packing.file": "none.h5"}, "packing.file: none.h5: does not exist"),
                           ({"packing.file": "tiny.toml"}, "is not an HDF5 file")):
         write_tiny(tmp_path, {**given, **changes})
-        refused(tmp_path, ["run", "tiny.toml"], ["tiny.toml:", says])
+        rejected(tmp_path, ["run", "tiny.toml"], ["tiny.toml:", says])
 
 
 def test_bad_scenes_are_refused_with_their_place(tmp_path):
@@ -144,10 +144,10 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
                           ({"time.end": 0.02001}, "is not a whole number of steps"),
                           ({"cell.shape": "square"}, 'cell.shape = "square"; expected one of')):
         (tmp_path / "bad.toml").write_text(scene_text({**TINY, **changes}))
-        refused(tmp_path, ["check", "bad.toml"], ["bad.toml:", says])
+        rejected(tmp_path, ["check", "bad.toml"], ["bad.toml:", says])
     write_tiny(tmp_path)
     for command in ("stability", "boundary"):
-        refused(tmp_path, [command, "tiny.toml"], ["a scene of particles", f"drover {command} needs a scene of fields"])
+        rejected(tmp_path, [command, "tiny.toml"], ["a scene of particles", f"drover {command} needs a scene of fields"])
 
 
 def test_a_sweep_and_a_ramp_make_tables(tmp_path):
@@ -161,7 +161,7 @@ def test_a_sweep_and_a_ramp_make_tables(tmp_path):
     assert len(archives) == 3
     with h5py.File(archives[0]) as one, h5py.File(archives[1]) as other:
         assert numpy.array_equal(one["bodies/rods/axis/value"][-1], other["bodies/rods/axis/value"][0])
-    refused(tmp_path, ["sweep", "tiny.toml", "--vary", "rods.count = 4, 5", "--ramp", "up", "-o", "other"],
+    rejected(tmp_path, ["sweep", "tiny.toml", "--vary", "rods.count = 4, 5", "--ramp", "up", "-o", "other"],
             ["sweep.ramp", "rods.count", "of the same bodies in one cell"])
 
 
@@ -223,7 +223,7 @@ def test_a_sweep_takes_means_over_seeds_of_single_rods(tmp_path):
 def test_explain_tells_bodies_and_cost(tmp_path):
     write_tiny(tmp_path)
     words = drover(tmp_path, "explain", "tiny.toml").stdout
-    assert "24 beads: area fraction" in words and "6 rods: area fraction" in words and "times gravity" in words
+    assert "24 beads: area fraction" in words and "6 rods: area fraction" in words and "acceleration" in words
     told = drover_json(tmp_path, "explain", "tiny.toml")
     assert told["spheres"] == SPHERES and told["steps"] == 1000 and told["steps_per_period"] == pytest.approx(250.0)
     assert told["disk_bytes"] > 0 and told["memory_bytes"] > 0 and told["seconds_estimate"] > 0.0
@@ -280,7 +280,7 @@ def test_an_export_that_cannot_be_is_refused_and_leaves_nothing(ran, tmp_path):
     for words, says in ((["-o", "kept.xyz"], "exists"), (["-o", "kept.xyz", "--overwrite"], "no XYZ file"),
                         (["-o", "new.xyz", "--frame", "11"], "has no frame 11; expected one of 0 to 10"),
                         (["-o", "no/new.xyz"], "cannot be written"), (["-o", archive, "--overwrite"], "no XYZ file")):
-        refused(tmp_path, ["export", archive, *words], [says])
+        rejected(tmp_path, ["export", archive, *words], [says])
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "0")
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "1", "--overwrite")
 

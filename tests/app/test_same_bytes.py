@@ -219,7 +219,7 @@ def test_a_sweep_stopped_by_a_signal_goes_on_to_the_same_table(tmp_path):
         _, log = process.communicate(timeout=10)
     finally:
         end_group(process)
-    assert process.returncode == 3 and "the same command goes on" in log, log
+    assert process.returncode == 3 and "re-run the same command to resume" in log, log
     assert (tmp_path / "parts" / "table.csv").read_bytes() != (tmp_path / "whole" / "table.csv").read_bytes()
     drover(tmp_path, *words, "--quiet", "-o", "parts")
     assert (tmp_path / "parts" / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()

@@ -65,7 +65,7 @@ struct BoundaryLine {
 
 struct Boundary {
     std::vector<BoundaryLine> lines;
-    std::vector<numerics::PlanePoint> sharp;  ///< cusps and double points that are not resolved further
+    std::vector<numerics::PlanePoint> singular_points;  ///< cusps and double points that are not resolved further
     std::size_t evaluations = 0;
     bool complete = true;
 };

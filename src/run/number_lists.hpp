@@ -1,4 +1,4 @@
-// run/written_values.hpp: "section.key = numbers", as sweeps and boundaries have them.
+// run/number_lists.hpp: "section.key = numbers", the text of sweeps and boundaries.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,16 +7,16 @@
 
 namespace drover::run {
 
-/// A key and what stands behind its equals sign.
-struct Written {
+struct Assignment {
     std::string key, value;
 };
 
-/// Splits "key = value" of the scene's key `list`; `example` says what was expected.  Throws an input Error at `where`.
-Written read_written(const std::string& written, const std::string& list, const std::string& example,
-                     const SourceLocation& where);
+/// Splits "key = value", an element of the scene's key `list`; messages quote `example`.  Throws an input Error at
+/// `where`.
+Assignment read_assignment(const std::string& written, const std::string& list, const std::string& example,
+                           const SourceLocation& where);
 
-/// "1, 2, 3" or "0.5:2" by its separator.
+/// "1, 2, 3" or "0.5:2" by its separator, without spaces.
 std::vector<std::string> split(const std::string& words, char separator);
 
 /// A finite number.  Throws an input Error that names the word.

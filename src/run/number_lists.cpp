@@ -1,5 +1,5 @@
-// run/written_values.cpp: reading keys with numbers.
-#include "run/written_values.hpp"
+// run/number_lists.cpp: reading keys with numbers.
+#include "run/number_lists.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -15,8 +15,8 @@ std::string trimmed(std::string word) {
 }
 }  // namespace
 
-Written read_written(const std::string& written, const std::string& list, const std::string& example,
-                     const SourceLocation& where) {
+Assignment read_assignment(const std::string& written, const std::string& list, const std::string& example,
+                           const SourceLocation& where) {
     const std::size_t equals = written.find('=');
     require(equals != std::string::npos && !trimmed(written.substr(0, equals)).empty(), where,
             "{} has \"{}\"; expected \"section.key = values\", as in {}", list, written, example);

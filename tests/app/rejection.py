@@ -1,4 +1,4 @@
-"""tests/app/refusal.py: how a mistake must be told, and archives to make mistakes with."""
+"""tests/app/rejection.py: the form of an error message, and damaged archives."""
 import os
 import re
 import subprocess
@@ -6,14 +6,14 @@ import subprocess
 import pytest
 from support import DROVER, SMALL, drover, environment, tree, write_scene
 
-# What tells a person how to go on.
+# An error message contains a remedy.
 REMEDY = re.compile(r"expected|did you mean|choose|give |make |name |check |start |see |set it|smaller|--help")
 SHORT = {**SMALL, "time.end": 1.0, "output.frame_every": 0.5, "output.sample_every": 0.5}
 not_as_root = pytest.mark.skipif(os.geteuid() == 0, reason="root may read and write everything")
 
 
-def refused(folder, words, says, max_lines=1, stdin=subprocess.DEVNULL):
-    """Runs a command that must be refused as bad input, with all of `says` in the one sentence it gives."""
+def rejected(folder, words, says, max_lines=1, stdin=subprocess.DEVNULL):
+    """Runs a command that must be rejected as bad input, with a one-line message that contains all of `says`."""
     before = tree(folder)
     ended = subprocess.run([DROVER, *map(str, words)], cwd=folder, capture_output=True, text=True, errors="replace",
                            stdin=stdin, timeout=60, env=environment(), check=False)
@@ -30,7 +30,7 @@ def refused(folder, words, says, max_lines=1, stdin=subprocess.DEVNULL):
 
 
 def make_archive(folder, name, changes=None):
-    """Runs a short scene beside the folder and puts its archive, without checkpoints, into it."""
+    """Runs a short scene beside the folder and copies its archive, without checkpoints, into it."""
     beside = folder.parent / (folder.name + "-made")
     beside.mkdir(exist_ok=True)
     write_scene(beside, changes, base=SHORT)
