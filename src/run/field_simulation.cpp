@@ -7,10 +7,11 @@
 #include <memory>
 #include <optional>
 
-#include "drover/measure/observables.hpp"
+#include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/energy.hpp"
 #include "drover/run/field_evolution.hpp"
+#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
@@ -29,9 +30,7 @@ struct World {
     numerics::Spectra velocity;  // the same as modes, of every form that has one
     std::optional<physics::EnergyMeter> energy;
     double time = 0.0;
-    measure::Setting setting;
-    std::vector<measure::Observable> observables;
-    std::vector<std::vector<double>> measured;
+    measure::FieldSetting setting;
 
     World(const io::Scene& the_scene, Threads& threads);
     void bring_to_grid();
@@ -95,17 +94,14 @@ World::World(const io::Scene& the_scene, Threads& threads)
       fields(scene.grid, numerics::components(evolution.system().layout)) {
     const numerics::System& system = evolution.system();
     if (scene.output.powers) energy.emplace(evolution.equations(), scene.grid, scene.dealiasing, threads);
-    setting =
-        measure::make_setting(scene.grid, form, system.degree, energy ? energy->terms() : std::vector<std::string>{});
-    observables = measure::observables(form, scene.output.powers);
+    setting = measure::make_field_setting(scene.grid, form, system.degree);
+    if (energy) setting.terms = energy->terms();
     state = scene.initial.kind == "file"
                 ? spectra_of_file(scene, *this)
                 : physics::initial_spectra(scene.initial, scene.model, system,
                                            static_cast<std::uint64_t>(scene.run.seed), threads);
     healthy = state;
     evolution.start(state);
-    for (const measure::Observable& observable : observables)
-        measured.emplace_back(measure::size_of(observable, setting));
 }
 
 /// The state on the grid, and the velocity of the beads where the form has one.
@@ -142,27 +138,6 @@ io::Recording frame_recording(const World& world) {
     return recording;
 }
 }  // namespace
-
-std::vector<io::Axis> observable_axes(const measure::Setting& setting) {
-    std::vector<double> directions, sides, short_sides;
-    for (int s = 0; s < setting.sectors.count; ++s) directions.push_back(180.0 / setting.sectors.count * s);
-    const double cell = setting.grid.lx / setting.grid.nx;
-    for (const int cells : setting.boxes) sides.push_back(cell * cells);
-    for (const int cells : setting.long_boxes) short_sides.push_back(cell * cells);
-    std::vector<io::Axis> axes{{"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q},
-                               {"direction", "degree", "angle of q from x, q and -q being one", directions},
-                               {"box_side", "mm", "side of the box along x", sides},
-                               {"long_box_side", "mm",
-                                "shorter side, on cells as wide as along x, of a box four times longer the other way",
-                                short_sides},
-                               {"separation", "mm", "mean distance in the bin", setting.separations}};
-    if (!setting.terms.empty()) {
-        std::vector<double> numbers;
-        for (std::size_t i = 0; i < setting.terms.size(); ++i) numbers.push_back(static_cast<double>(i));
-        axes.push_back({"term", "1", "number of the term: 0, 1, ... for " + joined(setting.terms), numbers});
-    }
-    return axes;
-}
 
 int choose_threads(const io::Scene& scene) {
     if (scene.run.threads > 0) return scene.run.threads;
@@ -274,29 +249,17 @@ ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
-    const io::Scene& scene = world->scene;
-    io::Recording samples{.group = "/observables",
-                          .axes = observable_axes(world->setting),
-                          .quantities = {},
-                          .rows_per_chunk = samples_per_chunk(scene)};
-    for (const measure::Observable& observable : world->observables)
-        samples.quantities.push_back(
-            {observable.name, observable.unit, observable.formula, measure::names_of(observable.axes)});
-    const auto observe = [world] {
+    return sample_recording(world->scene, field_samples_group, measure::field_observables(world->setting), [world] {
         world->bring_to_grid();
-        measure::Moment moment{.setting = world->setting,
-                               .spectra = world->state,
-                               .fields = world->fields,
-                               .velocity = world->velocity.size > 0 ? &world->velocity : nullptr};
-        if (world->energy) moment.energy = world->energy->measure(world->time, world->state);
-        std::vector<std::span<const double>> arrays;
-        for (std::size_t o = 0; o < world->observables.size(); ++o) {
-            world->observables[o].measure(moment, world->measured[o]);
-            arrays.emplace_back(world->measured[o]);
-        }
-        return arrays;
-    };
-    return {std::move(samples), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), observe};
+        std::optional<physics::EnergyBudget> energy;
+        if (world->energy) energy = world->energy->measure(world->time, world->state);
+        return measure::FieldMoment{.setting = world->setting,
+                                    .spectra = world->state,
+                                    .fields = world->fields,
+                                    .velocity = world->velocity.size > 0 ? &world->velocity : nullptr,
+                                    .slaved_velocity = &world->slaved,
+                                    .energy = std::move(energy)};
+    });
 }
 }  // namespace
 

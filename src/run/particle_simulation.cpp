@@ -5,12 +5,12 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
-#include <set>
 
 #include "drover/dem/packing.hpp"
 #include "drover/dem/world.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/measure/particles.hpp"
+#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
@@ -20,9 +20,8 @@ struct Shared {
     io::Scene scene;
     dem::World world;
     measure::ParticleSetting setting;
-    std::vector<measure::ParticleObservable> observables;
     double time = 0.0, energy_start = 0.0;
-    std::vector<std::vector<double>> row, measured;
+    std::vector<std::vector<double>> row;
 };
 
 std::uint64_t seed_of(const io::Scene& scene) { return static_cast<std::uint64_t>(scene.run.seed); }
@@ -143,10 +142,6 @@ void restore(Shared& shared, std::span<const double> saved) {
     shared.world.restore(saved.subspan(before));
 }
 
-std::vector<std::span<const double>> spans(const std::vector<std::vector<double>>& arrays) {
-    return {arrays.begin(), arrays.end()};
-}
-
 std::vector<ScheduledRecording> frames_of(const std::shared_ptr<Shared>& shared) {
     const io::Scene& scene = shared->scene;
     const std::int64_t every = io::whole_steps(scene, "output.frame_every", scene.output.frame_every);
@@ -154,38 +149,20 @@ std::vector<ScheduledRecording> frames_of(const std::shared_ptr<Shared>& shared)
     for (const io::BodyRecording& one : io::trajectory_recordings(scene.particles, shared->world.bodies()))
         result.push_back({one.recording, every, [shared, make_row = one.row] {
                               shared->row = make_row(shared->scene.particles, shared->world.bodies());
-                              return spans(shared->row);
+                              return std::vector<std::span<const double>>(shared->row.begin(), shared->row.end());
                           }});
     return result;
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<Shared>& shared) {
-    const io::Scene& scene = shared->scene;
-    io::Recording samples{.group = io::series_group,
-                          .axes = series_axes(shared->setting, shared->observables),
-                          .quantities = {},
-                          .rows_per_chunk = samples_per_chunk(scene)};
-    for (const measure::ParticleObservable& row : shared->observables) {
-        std::vector<std::string> axes;
-        for (const measure::ParticleAxis axis : row.axes) axes.push_back(measure::axis_of(axis, shared->setting).name);
-        samples.quantities.push_back({row.name, row.unit, row.formula, axes});
-        shared->measured.emplace_back(measure::size_of(row, shared->setting));
-    }
-    const auto observe = [shared] {
-        const dem::Bodies bodies = shared->world.bodies();
-        const dem::EnergyBalance balance = shared->world.balance();
-        const dem::Counts counts = shared->world.counts();
-        const measure::ParticleMoment moment{.setting = shared->setting,
-                                             .bodies = bodies,
-                                             .time = shared->time,
-                                             .balance = balance,
-                                             .counts = counts,
-                                             .energy_kinetic = shared->world.energy_kinetic()};
-        for (std::size_t o = 0; o < shared->observables.size(); ++o)
-            shared->observables[o].measure(moment, shared->measured[o]);
-        return spans(shared->measured);
-    };
-    return {std::move(samples), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), observe};
+    return sample_recording(shared->scene, io::series_group, measure::particle_observables(shared->setting), [shared] {
+        return measure::ParticleMoment{.setting = shared->setting,
+                                       .bodies = shared->world.bodies(),
+                                       .time = shared->time,
+                                       .balance = shared->world.balance(),
+                                       .counts = shared->world.counts(),
+                                       .energy_kinetic = shared->world.energy_kinetic()};
+    });
 }
 
 void check_health(const Shared& shared, std::int64_t step) {
@@ -251,8 +228,8 @@ double particle_disk_bytes(const io::Scene& scene) {
     const dem::Bodies bodies = bodies_of(scene);
     const measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
     double sample = 1.0;
-    for (const measure::ParticleObservable& row : measure::particle_observables(setting))
-        sample += static_cast<double>(measure::size_of(row, setting));
+    for (const auto& row : measure::particle_observables(setting))
+        sample += static_cast<double>(measure::size_of(row.axes));
     const auto frame = static_cast<double>(9 * io::sphere_count(bodies) + saved_of_bodies(bodies) + 20);
     return recorded_bytes(scene, frame, sample);
 }
@@ -299,14 +276,11 @@ Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, st
     const LocationOf place = [&](const std::string& key) { return io::location_of(scene, key); };
     dem::Bodies bodies = start_bodies(scene, saved);
     measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
-    auto observables = recorded_observables(setting);
     const auto shared = std::make_shared<Shared>(
         Shared{.scene = scene,
                .world = dem::World(scene.particles, std::move(bodies), scene.time.dt, seed_of(scene), threads, place),
                .setting = std::move(setting),
-               .observables = std::move(observables),
-               .row = {},
-               .measured = {}});
+               .row = {}});
     shared->energy_start = shared->world.energy_kinetic();
     Simulation simulation{.dt = scene.time.dt,
                           .steps = io::whole_steps(scene, "time.end", scene.time.end),

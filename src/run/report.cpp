@@ -12,11 +12,12 @@
 #include "drover/physics/fluctuations.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
+#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
 namespace {
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Samples that stand on the schedule: the last one may not.
 std::size_t regular_samples(const std::vector<double>& times, double spacing) {
@@ -27,21 +28,17 @@ std::size_t regular_samples(const std::vector<double>& times, double spacing) {
 }
 
 /// The mean order of each sample after the warm-up.
-std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::Observable>& observables,
-                                         const std::vector<std::vector<double>>& series, std::size_t warm_up) {
-    std::array<const std::vector<double>*, 2> parts{};
-    for (std::size_t o = 0; o < observables.size(); ++o) {
-        if (observables[o].name == "polar_order_mean_x") parts[0] = &series[o];
-        if (observables[o].name == "polar_order_mean_y") parts[1] = &series[o];
-    }
+std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::RecordedSeries>& series, std::size_t warm_up) {
+    const std::vector<double>&x = measure::find_row(series, "polar_order_mean_x")->values,
+          &y = measure::find_row(series, "polar_order_mean_y")->values;
     std::vector<Eigen::Vector2d> result;
-    for (std::size_t i = warm_up; i < parts[0]->size(); ++i) result.emplace_back((*parts[0])[i], (*parts[1])[i]);
+    for (std::size_t i = warm_up; i < x.size(); ++i) result.emplace_back(x[i], y[i]);
     return result;
 }
 
 /// Number fluctuations in boxes that follow from the structure factor of each mode.
 void predict_boxes(const std::string& what, std::span<const double> structure_factor, Report& report) {
-    const measure::Setting& setting = report.setting;
+    const measure::FieldSetting& setting = report.setting;
     std::vector<double> power(structure_factor.begin(), structure_factor.end());
     for (double& value : power) value /= numerics::area(setting.grid);
     for (const measure::BoxFamily& family : measure::box_families()) {
@@ -56,7 +53,7 @@ void predict_boxes(const std::string& what, std::span<const double> structure_fa
             exponent.values.push_back(b + 1 < sides.size()
                                           ? 0.5 * std::log(variance.values[b + 1] / variance.values[b]) /
                                                 (2.0 * std::log(static_cast<double>(sides[b + 1]) / sides[b]))
-                                          : not_a_number);
+                                          : nan);
         }
         report.predictions.insert(report.predictions.end(), {variance, deviation, exponent});
     }
@@ -217,40 +214,38 @@ Report make_report(const io::ArchiveReader& archive) {
     return kind_of(scene).report(archive, scene);
 }
 
-Report make_field_report(const io::ArchiveReader& archive, const io::Scene& scene) {
+Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded) {
+    recorded.spacing = sampling.spacing;
+    recorded.warm_up = sampling.warm_up;
     Report report;
     report.scene = scene;
-    const physics::Form form = physics::form(scene.model);
+    report.time = sampling.end;
+    report.summary = measure::summarise(recorded);
+    return report;
+}
+
+Report make_field_report(const io::ArchiveReader& archive, const io::Scene& scene) {
     const physics::Equations equations(scene.model);
-    const int degree = physics::kept_degree(equations, scene.dealiasing);
-    std::vector<std::string> terms;
+    measure::FieldSetting setting = measure::make_field_setting(scene.grid, physics::form(scene.model),
+                                                                physics::kept_degree(equations, scene.dealiasing));
     if (scene.output.powers) {
         Threads one(1);
-        terms = physics::EnergyMeter(equations, scene.grid, scene.dealiasing, one).terms();
+        setting.terms = physics::EnergyMeter(equations, scene.grid, scene.dealiasing, one).terms();
     }
-    report.setting = measure::make_setting(scene.grid, form, degree, terms);
-    const std::vector<measure::Observable> observables = measure::observables(form, scene.output.powers);
-    report.axes = observable_axes(report.setting);
-    const Sampling sampling = sampling_of(archive, scene, "/observables");
-    report.time = sampling.end;
-    std::vector<std::vector<double>> series;
-    for (const measure::Observable& observable : observables) {
-        series.push_back(archive.read("/observables/" + observable.name).values);
-        series.back().resize(sampling.samples * measure::size_of(observable, report.setting));
-    }
-    measure::Recorded recorded{.setting = report.setting,
-                               .observables = observables,
-                               .series = series,
-                               .spacing = sampling.spacing,
-                               .warm_up = sampling.warm_up};
-    // What is conserved, from the run itself: a start from a file may have another mean than the scene's uniform state.
-    for (std::size_t o = 0; o < observables.size(); ++o)
-        for (const auto& [name, total] :
-             {std::pair{"rods_total", &recorded.rods}, std::pair{"beads_total", &recorded.beads}})
-            if (observables[o].name == name && !series[o].empty()) *total = series[o].front();
-    report.summary = measure::summarise(recorded);
-    predict(equations, mean_orders(observables, series, report.summary.warm_up), report);
+    const Sampling sampling = sampling_of(archive, scene, field_samples_group);
+    measure::Recorded recorded =
+        measure::field_recording(setting, read_series(archive, field_samples_group, measure::field_observables(setting),
+                                                      sampling.samples));
+    Report report = summary_report(scene, sampling, recorded);
+    report.setting = std::move(setting);
+    predict(equations, mean_orders(recorded.series, report.summary.warm_up), report);
     return report;
+}
+
+std::vector<io::Axis> file_axes(const std::vector<measure::Axis>& axes) {
+    std::vector<io::Axis> result;
+    for (const measure::Axis& axis : axes) result.push_back({axis.name, axis.unit, axis.meaning, axis.values});
+    return result;
 }
 
 const Prediction* find_prediction(const Report& report, const std::string& name) {
@@ -260,21 +255,24 @@ const Prediction* find_prediction(const Report& report, const std::string& name)
 }
 
 io::ResultTable result_table(const Report& report) {
-    io::ResultTable table{.group = "/summary", .axes = report.axes, .quantities = {}, .values = {}};
+    io::ResultTable table{.group = "/summary",
+                          .axes = file_axes(measure::axes_of(report.summary.rows)),
+                          .quantities = {},
+                          .values = {}};
     for (const measure::SummaryRow& row : report.summary.rows) {
         std::vector<double> means, errors, times;
         for (const measure::Estimate& estimate : row.estimates) {
             means.push_back(estimate.mean);
-            errors.push_back(estimate.error.value_or(not_a_number));
+            errors.push_back(estimate.error.value_or(nan));
             times.push_back(estimate.autocorrelation_time);
         }
         const auto add = [&](const std::string& ending, const std::string& unit, const std::string& meaning,
                              std::vector<double> values) {
-            table.quantities.push_back({row.name + ending, unit, meaning, row.axes});
+            table.quantities.push_back({row.name + ending, unit, meaning, measure::names_of(row.axes)});
             table.values.push_back(std::move(values));
         };
         add("", row.unit, row.formula, std::move(means));
-        add("_error", row.unit, "standard error of " + row.name + "; not-a-number where it was refused",
+        add("_error", row.unit, "standard error of " + row.name + "; NaN where there is no error estimate",
             std::move(errors));
         add("_autocorrelation_time", "s", "integrated autocorrelation time of " + row.name, std::move(times));
         if (const Prediction* prediction = find_prediction(report, row.name))

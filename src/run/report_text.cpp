@@ -62,7 +62,7 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
                 family.along_x == family.along_y ? "side [mm]" : "short side", "N", "DN", "error", "linear", "sigmas",
                 "exponent", "error", "linear");
     for (std::size_t b = 0; b < number->estimates.size(); ++b) {
-        const double side = report.setting.grid.lx / report.setting.grid.nx * (report.setting.*family.sides)[b];
+        const double side = number->axes.front().values[b];
         const double predicted = linear ? linear->values[b] : NAN;
         out += text("{} {} {} {} {} {}", cell(side), cell(number->estimates[b].mean),
                     cell(deviation->estimates[b].mean), error_cell(deviation->estimates[b]), cell(predicted),
@@ -74,7 +74,7 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
     }
 }
 
-std::vector<std::size_t> spread(std::size_t count, std::size_t most) {
+std::vector<std::size_t> log_spaced(std::size_t count, std::size_t most) {
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < std::min(count, most); ++i) {
         // Even on a logarithmic scale, each place once.
@@ -90,7 +90,7 @@ std::vector<std::size_t> spread(std::size_t count, std::size_t most) {
 namespace {
 /// What a run of fields has beside its scalars.
 void add_field_arrays(const Report& report, std::string& out) {
-    const std::vector<std::size_t> shells = spread(report.setting.shells.q.size(), 12);
+    const std::vector<std::size_t> shells = log_spaced(report.setting.shells.q.size(), 12);
     for (const char* name :
          {"structure_factor_rods", "structure_factor_beads", "structure_factor_order_along",
           "structure_factor_order_across", "structure_factor_velocity_along", "structure_factor_velocity_across"})
@@ -105,15 +105,14 @@ void add_field_arrays(const Report& report, std::string& out) {
 
 /// Every array over one axis, at some places of it.
 void add_particle_arrays(const Report& report, std::string& out) {
-    for (const measure::SummaryRow& row : report.summary.rows)
-        for (const io::Axis& axis : report.axes) {
-            if (row.axes.size() != 1 || row.axes.front() != axis.name) continue;
-            out += text("\n{} [{}]\n{:>20} {:>11} {:>9}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]",
-                        "mean", "error");
-            for (const std::size_t i : spread(axis.values.size(), 12))
-                out += text("{:>20.5g} {} {}\n", axis.values[i], cell(row.estimates[i].mean),
-                            error_cell(row.estimates[i]));
-        }
+    for (const measure::SummaryRow& row : report.summary.rows) {
+        if (row.axes.size() != 1) continue;
+        const measure::Axis& axis = row.axes.front();
+        out += text("\n{} [{}]\n{:>20} {:>11} {:>9}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]", "mean",
+                    "error");
+        for (const std::size_t i : log_spaced(axis.values.size(), 12))
+            out += text("{:>20.5g} {} {}\n", axis.values[i], cell(row.estimates[i].mean), error_cell(row.estimates[i]));
+    }
 }
 }  // namespace
 

@@ -17,7 +17,7 @@ TEST(ParticleOrder, of_a_perfect_flock_is_one_and_points_its_way) {
     ParticleScene scene;
     for (int i = 0; i < 100; ++i) scene.add_rod(0.3 * i, 0.0, 2.0, 3.0);
     EXPECT_NEAR(scene("polar_order"), 1.0, rounding);
-    EXPECT_NEAR(scene("polar_order_x"), std::cos(2.0), rounding);
+    EXPECT_NEAR(scene("rod_direction_mean_x"), std::cos(2.0), rounding);
     EXPECT_NEAR(scene("polar_order_direction"), 2.0, rounding);
     EXPECT_NEAR(scene("nematic_order"), 1.0, rounding);
     EXPECT_NEAR(scene("rod_velocity_along"), 3.0, 3.0 * rounding);
@@ -62,18 +62,19 @@ TEST(ParticleOrder, in_a_round_cell_is_that_of_the_local_frame) {
 TEST(ParticleMotion, of_rigid_rotation_is_azimuthal) {
     ParticleScene scene("circle");
     const double turning = -0.7;  // [rad/s], clockwise
-    double mean_r = 0.0;
+    double mean_r = 0.0, mean_square = 0.0;
     for (int i = 0; i < 60; ++i) {
         const double r = 1.0 + 0.3 * i, place = 2.0 * pi * (i % 6) / 6.0, x = r * std::cos(place),
                      y = r * std::sin(place);
         scene.add_bead(x, y, -turning * y, turning * x);
         scene.add_rod(x, y, place, 2.0);
         mean_r += r / 60.0;
+        mean_square += r * r / 60.0;
     }
     EXPECT_NEAR(scene("bead_velocity_azimuthal"), turning * mean_r, 10.0 * rounding);
     EXPECT_NEAR(scene("bead_velocity_radial"), 0.0, 10.0 * rounding);
     EXPECT_NEAR(scene("bead_direction_order_local"), 1.0, rounding);
-    EXPECT_NEAR(scene("bead_speed"), -turning * mean_r, 10.0 * rounding);
+    EXPECT_NEAR(scene("bead_speed"), -turning * std::sqrt(mean_square), 10.0 * rounding);
     EXPECT_NEAR(scene("rod_velocity_radial"), 2.0, 10.0 * rounding);
     EXPECT_NEAR(scene("rod_velocity_azimuthal"), 0.0, 10.0 * rounding);
 }
@@ -87,6 +88,14 @@ TEST(ParticleMotion, of_beads_that_move_alike_is_all_order) {
     EXPECT_NEAR(scene("bead_direction_order"), 1.0, rounding);
     EXPECT_NEAR(scene("bead_velocity_along_order"), 4.0, 10.0 * rounding);
     EXPECT_NEAR(scene("bead_temperature_horizontal"), 0.0, rounding);
+}
+
+TEST(ParticleMotion, of_beads_with_unequal_speeds_has_the_order_of_the_root_mean_square) {
+    ParticleScene scene;
+    scene.add_bead(0.0, 0.0, 1.0, 0.0);
+    scene.add_bead(2.0, 0.0, 7.0, 0.0);  // |<v>| = <|v|> = 4, sqrt(<v^2>) = 5
+    EXPECT_NEAR(scene("bead_speed"), 5.0, 10.0 * rounding);
+    EXPECT_NEAR(scene("bead_velocity_order"), 0.8, rounding);
 }
 
 TEST(ParticleMotion, of_bodies_at_rest_is_zero_and_not_a_division_by_it) {
@@ -134,12 +143,12 @@ ParticleScene turned(const ParticleScene& scene) {
 }
 
 TEST(ParticleObservables, of_a_turned_scene_are_turned) {
-    const std::set<std::string> not_scalars{"polar_order_x",  "polar_order_y",  "polar_order_direction",
-                                            "rod_velocity_x", "rod_velocity_y", "bead_velocity_x",
-                                            "bead_velocity_y"};
+    const std::set<std::string> not_scalars{"rod_direction_mean_x", "rod_direction_mean_y", "polar_order_direction",
+                                            "rod_velocity_mean_x",  "rod_velocity_mean_y",  "bead_velocity_mean_x",
+                                            "bead_velocity_mean_y"};
     for (const char* shape : {"periodic", "rectangle", "circle"}) {
         const ParticleScene scene = random_particles(5, 600, 40, shape, 45.0, 30.0), other = turned(scene);
-        for (const ParticleObservable& row : particle_observables(scene.setting())) {
+        for (const auto& row : particle_observables(scene.setting())) {
             if (not_scalars.contains(row.name)) continue;
             const std::vector<double> here = scene.all(row.name), there = other.all(row.name);
             ASSERT_EQ(here.size(), there.size()) << row.name;
@@ -147,8 +156,8 @@ TEST(ParticleObservables, of_a_turned_scene_are_turned) {
                 EXPECT_NEAR(here[k], there[k], 1e-11 * (1.0 + std::abs(here[k])))
                     << shape << " " << row.name << " " << k;
         }
-        EXPECT_NEAR(other("polar_order_y"), scene("polar_order_x"), rounding);
-        EXPECT_NEAR(other("bead_velocity_x"), -scene("bead_velocity_y"), rounding);
+        EXPECT_NEAR(other("rod_direction_mean_y"), scene("rod_direction_mean_x"), rounding);
+        EXPECT_NEAR(other("bead_velocity_mean_x"), -scene("bead_velocity_mean_y"), rounding);
         EXPECT_NEAR(std::remainder(other("polar_order_direction") - scene("polar_order_direction") - pi / 2.0,
                                    2.0 * pi),
                     0.0, rounding);
@@ -162,7 +171,7 @@ TEST(ParticleObservables, in_a_periodic_cell_do_not_depend_on_which_image_of_a_b
         moved.bodies.beads[i].position.x += 45.0 * (static_cast<double>(i % 7) - 3.0);
     for (std::size_t i = 0; i < moved.bodies.rods.size(); ++i)
         moved.bodies.rods[i].position.y += 30.0 * (static_cast<double>(i % 5) - 2.0);
-    for (const ParticleObservable& row : particle_observables(scene.setting())) {
+    for (const auto& row : particle_observables(scene.setting())) {
         const std::vector<double> here = scene.all(row.name), there = moved.all(row.name);
         for (std::size_t k = 0; k < here.size(); ++k)  // places lose some digits when they go round
             EXPECT_NEAR(here[k], there[k], 1e-9 * (1.0 + std::abs(here[k]))) << row.name << " " << k;
@@ -185,12 +194,12 @@ TEST(ParticleObservables, are_those_that_mean_something_and_each_has_its_own_nam
     EXPECT_TRUE(particle_observables(ParticleScene().setting()).empty());
     for (const ParticleScene* scene : {&beads_alone, &rods_alone, &round}) {
         std::set<std::string> names;
-        for (const ParticleObservable& row : particle_observables(scene->setting())) {
+        for (const auto& row : particle_observables(scene->setting())) {
             EXPECT_TRUE(names.insert(row.name).second) << row.name;
             EXPECT_FALSE(row.unit.empty() || row.formula.empty()) << row.name;
             for (const double value : scene->all(row.name)) EXPECT_TRUE(std::isfinite(value)) << row.name;
         }
-        for (const ParticleQuotient& row : particle_quotients(scene->setting()))
+        for (const Quotient& row : particle_recording(scene->setting(), {}).quotients)
             EXPECT_TRUE(names.contains(row.sum) && names.contains(row.weight) && names.insert(row.name).second)
                 << row.name;
     }
@@ -211,7 +220,7 @@ TEST(ParticleBalance, is_the_kinetic_energy_less_all_work) {
     EXPECT_EQ(scene("impacts_bead_bead"), 6.0);  // each has two beads in it
     EXPECT_EQ(scene("impacts_rod_bead"), 2.5);
     EXPECT_EQ(scene("impacts_rod_rod"), 7.0);
-    for (const ParticleObservable& row : particle_observables(scene.setting()))
+    for (const auto& row : particle_observables(scene.setting()))
         EXPECT_EQ(row.accumulates, row.name.starts_with("impacts_") || row.name.starts_with("work_")) << row.name;
 }
 

@@ -177,7 +177,7 @@ TEST(NumberFluctuations, of_bodies_at_random_are_binomial) {
         ASSERT_GE(sum.size(), 5u);
         for (std::size_t b = 0; b < sum.size(); ++b) {
             const double mean = sum[b] / scenes, error = std::sqrt((squares[b] / scenes - mean * mean) / (scenes - 1));
-            const double expected = 150.0 * setting.part[b] * (1.0 - setting.part[b]);
+            const double expected = 150.0 * setting.fractions[b] * (1.0 - setting.fractions[b]);
             EXPECT_NEAR(mean, expected, 3.5 * error) << ly << " " << b;  // a dozen boxes: 3.5 deviations once in 200
             EXPECT_LT(error, 0.05 * expected);                           // and the test says something
         }
@@ -188,8 +188,7 @@ TEST(NumberFluctuations, of_a_lattice_of_rods_are_none_where_a_box_fits_it) {
     ParticleScene scene("periodic", 48.0, 48.0);
     for (int i = 0; i < 576; ++i) scene.add_rod(2.0 * (i % 24) + 0.5, 2.0 * (i / 24) + 0.5, 0.0);
     const ParticleSetting setting = scene.setting();
-    const std::vector<double> variance = scene.all("rod_number_variance"),
-                              sides = axis_of(ParticleAxis::box, setting).values;
+    const std::vector<double> variance = scene.all("rod_number_variance"), sides = scene.axis("rod_number_variance");
     for (std::size_t b = 0; b < variance.size(); ++b)
         if (setting.boxes[b] % 2 == 0)
             EXPECT_NEAR(variance[b], 0.0, 1e-20) << sides[b];  // exact: a whole number of spacings
@@ -212,10 +211,8 @@ TEST(RodFlow, of_a_known_field_is_found_in_the_frame_of_each_rod) {
             const auto [along, across] = field(c * dx + s * dy, c * dy - s * dx);
             scene.add_bead(x, y, c * along - s * across, s * along + c * across);
         }
-    const ParticleSetting setting = scene.setting();
     const std::vector<double> density = scene.all("flow_density"), flux_along = scene.all("flow_flux_along"),
-                              flux_across = scene.all("flow_flux_across"),
-                              places = axis_of(ParticleAxis::along, setting).values;
+                              flux_across = scene.all("flow_flux_across"), places = scene.axis("flow_density");
     ASSERT_EQ(places.size(), 21u);
     EXPECT_EQ(places[10], 0.0);
     double total = 0.0;

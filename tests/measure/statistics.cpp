@@ -186,7 +186,7 @@ TEST(Estimate, the_error_is_that_of_independent_means_of_blocks) {
     EXPECT_GE(static_cast<double>(length), autocorrelation_times_per_block * tau);
 }
 
-TEST(Estimate, the_error_is_refused_with_the_run_length_that_would_do) {
+TEST(Estimate, a_run_that_is_too_short_has_no_error_and_reports_the_run_length_needed) {
     // The spacing is chosen such that the autocorrelation time as measured is 4 s: 80 of them are 320 s.
     const std::vector<double> values = autoregression(0.9, 100, 77);
     const double tau = autocorrelation_time(values), spacing = 4.0 / tau;
@@ -197,19 +197,18 @@ TEST(Estimate, the_error_is_refused_with_the_run_length_that_would_do) {
     const double times = 100.0 / tau;
     EXPECT_EQ(
         estimate.refusal,
-        text(
-            "error refused: the run has {:.3g} autocorrelation times ({:.3g} s) after warm-up; blocks need 10 each and "
-            "there must be at least 8: run for 320 s",
-            times, times * 4.0));
+        text("no error estimate: the run has {:.3g} autocorrelation times ({:.3g} s) after warm-up; expected blocks of "
+             "10 each, at least 8 of them: run for 320 s",
+             times, times * 4.0));
 }
 
-TEST(Estimate, a_run_of_the_length_that_was_asked_for_is_long_enough) {
+TEST(Estimate, a_run_of_the_reported_length_is_long_enough) {
     const std::vector<double> all = autoregression(0.9, 4000, 21);
-    const Estimate refused = estimate_mean({.series = {{all.begin(), all.begin() + 540}}, .skip = 40}, 0);
-    ASSERT_FALSE(refused.error);
-    const auto asked = static_cast<std::ptrdiff_t>(40.0 + 80.0 * refused.autocorrelation_time);
-    EXPECT_THAT(refused.refusal, HasSubstr("run for "));
-    EXPECT_NEAR(std::stod(refused.refusal.substr(refused.refusal.rfind("for ") + 4)), static_cast<double>(asked), 10.0);
+    const Estimate brief = estimate_mean({.series = {{all.begin(), all.begin() + 540}}, .skip = 40}, 0);
+    ASSERT_FALSE(brief.error);
+    const auto asked = static_cast<std::ptrdiff_t>(40.0 + 80.0 * brief.autocorrelation_time);
+    EXPECT_THAT(brief.refusal, HasSubstr("run for "));
+    EXPECT_NEAR(std::stod(brief.refusal.substr(brief.refusal.rfind("for ") + 4)), static_cast<double>(asked), 10.0);
     // The time is measured better in the longer run, and may come out longer by its own error, 0.45 tau; twice that is
     // safe.
     EXPECT_TRUE(estimate_mean({.series = {{all.begin(), all.begin() + 2 * asked}}, .skip = 40}, 0).error);
@@ -226,34 +225,40 @@ TEST(Estimate, a_constant_series_has_no_error_and_one_known_to_rounding_none_eit
     EXPECT_EQ(estimate_mean({.series = {total}}, 0).error, 0.0);
 }
 
-TEST(Estimate, short_and_damaged_series_are_refused_in_plain_words) {
+TEST(Estimate, short_and_nonfinite_series_have_no_error_and_report_why) {
     const auto refusal = [](std::vector<double> values, std::size_t skip = 0) {
         const Estimate estimate = estimate_mean({.series = {std::move(values)}, .spacing = 0.5, .skip = skip}, 0);
         EXPECT_FALSE(estimate.error);
         return estimate.refusal;
     };
-    EXPECT_EQ(refusal({}), "error refused: 0 samples after warm-up; at least 40 are needed: run for 20 s");
-    EXPECT_EQ(refusal({1.0}), "error refused: one sample after warm-up; at least 40 are needed: run for 20 s");
-    EXPECT_EQ(refusal({1.0, 2.0}), "error refused: 2 samples after warm-up; at least 40 are needed: run for 20 s");
-    EXPECT_EQ(refusal({1.0, 2.0}, 9), "error refused: 0 samples after warm-up; at least 40 are needed: run for 21 s");
+    EXPECT_EQ(refusal({}), "no error estimate: 0 samples after warm-up; at least 40 are needed: run for 20 s");
+    EXPECT_EQ(refusal({1.0}), "no error estimate: one sample after warm-up; at least 40 are needed: run for 20 s");
+    EXPECT_EQ(refusal({1.0, 2.0}), "no error estimate: 2 samples after warm-up; at least 40 are needed: run for 20 s");
+    EXPECT_EQ(refusal({1.0, 2.0}, 9),
+              "no error estimate: 0 samples after warm-up; at least 40 are needed: run for 21 s");
     std::vector<double> damaged(100, 1.0);
     damaged[16] = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(refusal(damaged),
-              "error refused: sample 17 of 100 is nan; expected finite numbers: see where the run left them");
-    EXPECT_EQ(refusal(damaged, 10),
-              "error refused: sample 17 of 100 is nan; expected finite numbers: see where the run left them");
+    EXPECT_EQ(
+        refusal(damaged),
+        "no mean: the value is not finite in 1 of 100 samples after warm-up; the first is sample 17, nan: choose a "
+        "longer warm-up, or see the formula for when it is undefined");
+    EXPECT_EQ(
+        refusal(damaged, 10),
+        "no mean: the value is not finite in 1 of 90 samples after warm-up; the first is sample 17, nan: choose a "
+        "longer warm-up, or see the formula for when it is undefined");
+    EXPECT_EQ(refusal(std::vector(3, std::nan(""))), "no mean: the value is undefined (NaN) in every sample");
     EXPECT_TRUE(std::isnan(estimate_mean({.series = {damaged}}, 0).mean));
     EXPECT_EQ(estimate_mean({.series = {damaged}, .skip = 17}, 0).error, 0.0);  // the damage lies in the warm-up
 }
 
-TEST(Estimate, series_of_different_lengths_and_times_that_do_not_pass_are_refused) {
+TEST(Estimate, series_of_different_lengths_and_a_spacing_of_zero_are_rejected) {
     const auto first = [](std::span<const double> means) { return means[0]; };
     EXPECT_THROW(estimate_function({.series = {{1.0, 2.0}, {1.0}}}, first), Error);
     EXPECT_THROW(estimate_function({.series = {{1.0, 2.0}}, .spacing = 0.0}, first), Error);
     EXPECT_THROW(estimate_function({.series = {}}, first), Error);
 }
 
-TEST(Estimate, the_warm_up_is_left_out_and_told) {
+TEST(Estimate, the_warm_up_is_left_out_and_reported) {
     std::vector<double> values = autoregression(0.0, 1064, 9);
     for (std::size_t i = 0; i < 100; ++i) values[i] = 1e6;
     const Estimate estimate = estimate_mean({.series = {values}, .spacing = 0.5, .skip = 100}, 0);
@@ -264,7 +269,7 @@ TEST(Estimate, the_warm_up_is_left_out_and_told) {
     EXPECT_GE(estimate.samples, 964u - 63u);
 }
 
-TEST(EstimateFunction, the_jackknife_takes_the_bias_of_a_square_out) {
+TEST(EstimateFunction, the_jackknife_corrects_the_bias_of_a_square) {
     // The square of a sample mean is too large by the variance of the mean; without that the mean over runs is 0.
     const std::size_t runs = 400, size = 640;
     double corrected = 0.0, plain = 0.0;
@@ -286,11 +291,11 @@ TEST(EstimateFunction, a_slow_series_sets_the_blocks_for_all) {
     }
 }
 
-TEST(EstimateFunction, what_is_no_number_is_refused) {
+TEST(EstimateFunction, a_nonfinite_function_has_no_error) {
     const Estimate estimate =
         estimate_local_exponent({.series = {std::vector(100, 0.0), std::vector(100, 0.0)}}, 0, 1, 4.0);
     EXPECT_FALSE(estimate.error);
-    EXPECT_THAT(estimate.refusal, HasSubstr("not a finite number"));
+    EXPECT_THAT(estimate.refusal, HasSubstr("is not finite"));
 }
 
 /// |P| of a two-component Gaussian of unit variance each, independent samples.

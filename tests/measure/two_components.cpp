@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "drover/measure/observables.hpp"
+#include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/initial_state.hpp"
 
@@ -32,25 +32,24 @@ public:
           fields_(grid, spectra_.count()),
           velocity_(grid, 2),
           energy_(equations_, grid, {}, threads_),
-          setting_(make_setting(grid, equations_.form, system_.degree, energy_.terms())) {
+          setting_(make_field_setting(grid, equations_.form, system_.degree, energy_.terms())) {
         numerics::Transform(grid, system_.degree, threads_).backward(spectra_, fields_);
         for (int axis = 0; axis < 2; ++axis)
             std::copy(spectra_[equations_.form.bead_velocity + axis].begin(),
                       spectra_[equations_.form.bead_velocity + axis].end(), velocity_[axis].begin());
     }
     std::vector<double> operator()(const std::string& name) const {
-        Moment moment{.setting = setting_, .spectra = spectra_, .fields = fields_, .velocity = &velocity_};
-        moment.energy = energy_.measure(0.0, spectra_);
-        for (const Observable& row : observables(equations_.form, true))
-            if (row.name == name) {
-                std::vector<double> out(size_of(row, setting_));
-                row.measure(moment, out);
-                return out;
-            }
+        const FieldMoment moment{.setting = setting_,
+                                 .spectra = spectra_,
+                                 .fields = fields_,
+                                 .velocity = &velocity_,
+                                 .energy = energy_.measure(0.0, spectra_)};
+        const auto rows = field_observables(setting_);
+        if (const auto* row = find_row(rows, name)) return measure_one(*row, moment);
         ADD_FAILURE() << name << " is not measured";
         return {};
     }
-    const Setting& setting() const { return setting_; }
+    const FieldSetting& setting() const { return setting_; }
 
 private:
     Threads threads_;
@@ -60,7 +59,7 @@ private:
     numerics::Fields fields_;
     numerics::Spectra velocity_;
     physics::EnergyMeter energy_;
-    Setting setting_;
+    FieldSetting setting_;
 };
 
 constexpr double rounding = 1e-13;  // of sums over 768 cells of numbers of order one
@@ -114,7 +113,7 @@ TEST(OrderCorrelation, of_a_wave_is_its_average_over_directions) {
     EXPECT_NEAR(found[0], c * c + 0.5 * d * d, rounding) << "at no distance: the mean square";
 }
 
-TEST(SpectralTail, is_the_share_of_variance_beyond_two_thirds_of_the_cut) {
+TEST(SpectralTail, is_the_fraction_of_variance_beyond_two_thirds_of_the_cut) {
     // Degree 3: modes |k| < 32/4 = 8 along x and 24/4 = 6 along y; two thirds: 5.33 and 4.
     const Fixture scene({.kind = "formula",
                          .bead_density = "3 + 0.3 * cos(2*pi*2*x/8) + 0.4 * cos(2*pi*6*x/8)",
@@ -126,14 +125,14 @@ TEST(SpectralTail, is_the_share_of_variance_beyond_two_thirds_of_the_cut) {
 TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_are_those_of_the_formulas) {
     const Fixture scene({.kind = "formula", .bead_velocity_x = "0.6", .polar_order_x = "0.9", .polar_order_y = "-0.2"});
     const double area = 48.0, square = 0.81 + 0.04;
-    EXPECT_NEAR(scene("energy_kinetic")[0], 0.5 * 0.5 * 3.0 * 0.36 * area, 1e-12);
+    EXPECT_NEAR(scene("energy_flow")[0], 0.5 * 0.5 * 3.0 * 0.36 * area, 1e-12);
     EXPECT_NEAR(scene("energy_order")[0], 0.5 * square * area, 1e-12);
-    const auto& terms = scene.setting().terms;
+    const auto& terms = *scene.setting().terms;
     const auto power = [&](const std::string& observable, const std::string& term) {
         return scene(observable)[static_cast<std::size_t>(std::find(terms.begin(), terms.end(), term) - terms.begin())];
     };
-    EXPECT_NEAR(power("power_kinetic", "drag"), -2.0 * 0.36 * area, 1e-12);
-    EXPECT_NEAR(power("power_kinetic", "driving"), 0.7 * 0.9 * 0.6 * area, 1e-12);
+    EXPECT_NEAR(power("power_flow", "drag"), -2.0 * 0.36 * area, 1e-12);
+    EXPECT_NEAR(power("power_flow", "driving"), 0.7 * 0.9 * 0.6 * area, 1e-12);
     EXPECT_NEAR(power("power_order", "relaxation"), -(0.3 + 0.2 * square) * square * area, 1e-12);
 }
 

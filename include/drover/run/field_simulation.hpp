@@ -2,7 +2,6 @@
 #pragma once
 #include "drover/base/threads.hpp"
 #include "drover/io/scene.hpp"
-#include "drover/measure/observables.hpp"
 #include "drover/run/kind.hpp"
 
 namespace drover::run {
@@ -17,7 +16,7 @@ TimedScene timed_fields(const io::Scene& scene);
 /// Throws an input Error for an initial file that is not of this grid and form.
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
 
-/// The axes of observables, as files have them.
-std::vector<io::Axis> observable_axes(const measure::Setting& setting);
+/// The group of an archive that holds the observables of fields.
+inline constexpr const char* field_samples_group = "/observables";
 
 }  // namespace drover::run

@@ -1,6 +1,5 @@
 // run/particle_simulation.hpp: a scene of particles as a Simulation.
 #pragma once
-#include "drover/measure/particles.hpp"
 #include "drover/run/kind.hpp"
 
 namespace drover::run {
@@ -17,10 +16,5 @@ Report make_particle_report(const io::ArchiveReader& archive, const io::Scene& s
 
 /// Throws an input Error for a packing that is not of these bodies, and a run Error where none was found.
 Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
-
-/// The observables that have numbers in a setting, and the axes of them all, as files have them.
-std::vector<measure::ParticleObservable> recorded_observables(const measure::ParticleSetting& setting);
-std::vector<io::Axis> series_axes(const measure::ParticleSetting& setting,
-                                  std::span<const measure::ParticleObservable> observables);
 
 }  // namespace drover::run

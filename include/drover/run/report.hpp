@@ -6,7 +6,7 @@
 
 #include "drover/io/archive.hpp"
 #include "drover/io/scene.hpp"
-#include "drover/measure/summary.hpp"
+#include "drover/measure/fields.hpp"
 
 namespace drover::run {
 
@@ -18,8 +18,7 @@ struct Prediction {
 
 struct Report {
     io::Scene scene;
-    std::vector<io::Axis> axes;  ///< of the results
-    measure::Setting setting;    ///< of a run of fields
+    measure::FieldSetting setting;  ///< of a run of fields
     measure::Summary summary;
     std::vector<Prediction> predictions;
     std::string no_prediction;  ///< why there is none: "" when there is
@@ -40,6 +39,9 @@ struct Sampling {
     std::optional<std::size_t> warm_up;  ///< samples, where the scene says
 };
 Sampling sampling_of(const io::ArchiveReader& archive, const io::Scene& scene, const std::string& group);
+
+/// A report with the summary of what was recorded, whose sampling it sets.
+Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded);
 
 /// The prediction of a name; nullptr when there is none.
 const Prediction* find_prediction(const Report& report, const std::string& name);
