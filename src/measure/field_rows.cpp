@@ -98,49 +98,38 @@ auto by_direction(std::vector<Powers> components) {
     };
 }
 
+std::vector<double> box_variances(const BoxFamily& family, Powers powers, const FieldMoment& moment) {
+    std::vector<double> variances;
+    for (const int side : moment.setting.*family.sides)
+        variances.push_back(numerics::box_variance(moment.setting.grid, moment.powers.*powers, family.along_x * side,
+                                                   family.along_y * side));
+    return variances;
+}
+
 /// Total, extremes, structure factors and number fluctuations of one of the densities.
-Rows density_rows(const FieldSetting& setting, const std::string& what, const std::string& symbol, int component,
-                  Powers powers) {
+void add_density(const FieldSetting& setting, const std::string& what, const std::string& symbol, int component,
+                 Powers powers, Rows& rows) {
     const std::string density = what + " density " + symbol;
-    Rows rows{{what + "s_total",
-               "1",
-               {},
-               "number of " + what + "s: integral of the " + density + " over the cell",
-               [component](const FieldMoment& moment) {
-                   return numerics::area(moment.setting.grid) * mean_of_component(moment, component);
-               }},
-              {"min_" + what + "_density",
-               "mm-2",
-               {},
-               "smallest " + density + " on the grid",
-               [component](const FieldMoment& moment) { return std::ranges::min(moment.fields[component]); }},
-              {"max_" + what + "_density",
-               "mm-2",
-               {},
-               "largest " + density + " on the grid",
-               [component](const FieldMoment& moment) { return std::ranges::max(moment.fields[component]); }},
-              {"structure_factor_" + what + "s",
-               "mm-2",
-               {shell_axis(setting)},
-               "structure factor of the " + what + " density: area |" + symbol + "_q|^2, mean over a shell of |q|",
-               by_shell(powers)},
-              {"structure_factor_" + what + "s_direction",
-               "mm-2",
-               {sector_axis(setting), shell_axis(setting)},
-               "structure factor of the " + what + " density by direction of q from x: area |" + symbol +
-                   "_q|^2, mean over a sector of a shell; NaN where the sector contains no mode",
-               by_direction({powers})}};
+    add(rows, what + "s_total", "1", "number of " + what + "s: integral of the " + density + " over the cell",
+        [component](const FieldMoment& moment) {
+            return numerics::area(moment.setting.grid) * mean_of_component(moment, component);
+        });
+    add(rows, "min_" + what + "_density", "mm-2", "smallest " + density + " on the grid",
+        [component](const FieldMoment& moment) { return std::ranges::min(moment.fields[component]); });
+    add(rows, "max_" + what + "_density", "mm-2", "largest " + density + " on the grid",
+        [component](const FieldMoment& moment) { return std::ranges::max(moment.fields[component]); });
+    add(rows, "structure_factor_" + what + "s", "mm-2", {shell_axis(setting)},
+        "structure factor of the " + what + " density: area |" + symbol + "_q|^2, mean over a shell of |q|",
+        by_shell(powers));
+    add(rows, "structure_factor_" + what + "s_direction", "mm-2", {sector_axis(setting), shell_axis(setting)},
+        "structure factor of the " + what + " density by direction of q from x: area |" + symbol +
+            "_q|^2, mean over a sector of a shell; NaN where the sector contains no mode",
+        by_direction({powers}));
     for (const BoxFamily& family : box_families())
-        rows.push_back(number_variance_row<FieldMoment>(what, family.ending, family.shape, family_axis(family, setting),
-                                                        [powers, &family](const FieldMoment& moment) {
-                                                            std::vector<double> variances;
-                                                            for (const int side : moment.setting.*family.sides)
-                                                                variances.push_back(numerics::box_variance(
-                                                                    moment.setting.grid, moment.powers.*powers,
-                                                                    family.along_x * side, family.along_y * side));
-                                                            return variances;
-                                                        }));
-    return rows;
+        add_number_variance(rows, what, family.ending, family.shape, family_axis(family, setting),
+                            [powers, &family](const FieldMoment& moment) {
+                                return box_variances(family, powers, moment);
+                            });
 }
 
 /// <p(r0).p(r0 + r)>, by the transform of |p_q|^2, averaged over all r0 and over the directions of r.
@@ -163,68 +152,48 @@ std::vector<double> order_correlation(const FieldMoment& moment) {
     return sums;
 }
 
-Rows rods_and_order_rows(const FieldSetting& setting) {
-    return {{"structure_factor_cross",
-             "mm-2",
-             {shell_axis(setting)},
-             "cross structure factor of rods and order along q: area Re(sigma_q^* i q.p_q)/|q|, mean over a shell of "
-             "|q|; its mean over time is zero when a conserved sigma is stationary",
-             by_shell(&ModePowers::cross)}};
+void add_rods_and_order(const FieldSetting& setting, Rows& rows) {
+    add(rows, "structure_factor_cross", "mm-2", {shell_axis(setting)},
+        "cross structure factor of rods and order along q: area Re(sigma_q^* i q.p_q)/|q|, mean over a shell of "
+        "|q|; its mean over time is zero when a conserved sigma is stationary",
+        by_shell(&ModePowers::cross));
 }
 
-Rows field_order_rows(const FieldSetting& setting) {
+void add_field_order(const FieldSetting& setting, Rows& rows) {
     const bool density = setting.form.order_is_density;
     const std::string unit = density ? "mm-2" : "1", factor = density ? "mm-2" : "mm2",
                       order = density ? "polar order density" : "polar order";
     const int p = setting.form.polar_order;
     const Axis shells = shell_axis(setting);
-    return {{"polar_order_mean_x",
-             unit,
-             {},
-             "mean over the area of the " + order + " along x, <p_x>",
-             [p](const FieldMoment& moment) { return mean_of_component(moment, p); }},
-            {"polar_order_mean_y",
-             unit,
-             {},
-             "mean over the area of the " + order + " along y, <p_y>",
-             [p](const FieldMoment& moment) { return mean_of_component(moment, p + 1); }},
-            {"polar_order_largest", unit, {}, "largest |p| on the grid", largest_order},
-            {"structure_factor_order_along",
-             factor,
-             {shells},
-             "structure factor of the polar order along q (splay): area |q.p_q|^2/q^2, mean over a shell of |q|",
-             by_shell(&ModePowers::order_along)},
-            {"structure_factor_order_across",
-             factor,
-             {shells},
-             "structure factor of the polar order across q (bend): area |q x p_q|^2/q^2, mean over a shell of |q|",
-             by_shell(&ModePowers::order_across)},
-            {"structure_factor_order_direction",
-             factor,
-             {sector_axis(setting), shells},
-             "structure factor of the polar order by direction of q from x: area |p_q|^2, mean over a sector of a "
-             "shell; NaN where the sector contains no mode",
-             by_direction({&ModePowers::order_along, &ModePowers::order_across})},
-            {"polar_order_correlation",
-             density ? "mm-4" : "1",
-             {separation_axis(setting)},
-             "pair correlation of the order, G(r) = <p(r0).p(r0 + r)>, averaged over r0 and over the directions of r; "
-             "includes the square of the mean order",
-             order_correlation}};
+    add(rows, "polar_order_mean_x", unit, "mean over the area of the " + order + " along x, <p_x>",
+        [p](const FieldMoment& moment) { return mean_of_component(moment, p); });
+    add(rows, "polar_order_mean_y", unit, "mean over the area of the " + order + " along y, <p_y>",
+        [p](const FieldMoment& moment) { return mean_of_component(moment, p + 1); });
+    add(rows, "polar_order_largest", unit, "largest |p| on the grid", largest_order);
+    add(rows, "structure_factor_order_along", factor, {shells},
+        "structure factor of the polar order along q (splay): area |q.p_q|^2/q^2, mean over a shell of |q|",
+        by_shell(&ModePowers::order_along));
+    add(rows, "structure_factor_order_across", factor, {shells},
+        "structure factor of the polar order across q (bend): area |q x p_q|^2/q^2, mean over a shell of |q|",
+        by_shell(&ModePowers::order_across));
+    add(rows, "structure_factor_order_direction", factor, {sector_axis(setting), shells},
+        "structure factor of the polar order by direction of q from x: area |p_q|^2, mean over a sector of a "
+        "shell; NaN where the sector contains no mode",
+        by_direction({&ModePowers::order_along, &ModePowers::order_across}));
+    add(rows, "polar_order_correlation", density ? "mm-4" : "1", {separation_axis(setting)},
+        "pair correlation of the order, G(r) = <p(r0).p(r0 + r)>, averaged over r0 and over the directions of r; "
+        "includes the square of the mean order",
+        order_correlation);
 }
 
-Rows velocity_spectrum_rows(const FieldSetting& setting) {
+void add_velocity_spectrum(const FieldSetting& setting, Rows& rows) {
     const Axis shells = shell_axis(setting);
-    return {{"structure_factor_velocity_along",
-             "mm4 s-2",
-             {shells},
-             "structure factor of the bead velocity along q (sound): area |q.v_q|^2/q^2, mean over a shell of |q|",
-             by_shell(&ModePowers::velocity_along)},
-            {"structure_factor_velocity_across",
-             "mm4 s-2",
-             {shells},
-             "structure factor of the bead velocity across q (shear): area |q x v_q|^2/q^2, mean over a shell of |q|",
-             by_shell(&ModePowers::velocity_across)}};
+    add(rows, "structure_factor_velocity_along", "mm4 s-2", {shells},
+        "structure factor of the bead velocity along q (sound): area |q.v_q|^2/q^2, mean over a shell of |q|",
+        by_shell(&ModePowers::velocity_along));
+    add(rows, "structure_factor_velocity_across", "mm4 s-2", {shells},
+        "structure factor of the bead velocity across q (shear): area |q x v_q|^2/q^2, mean over a shell of |q|",
+        by_shell(&ModePowers::velocity_across));
 }
 
 /// Fraction of the variance of components `first` to `first + count - 1` in the outer third of their kept modes.
@@ -245,50 +214,32 @@ double spectral_tail(const FieldMoment& moment, int first, int count) {
 }
 
 /// How much of each field a finer grid would still change.
-Rows tail_rows(const physics::Form& form) {
-    Rows rows;
-    const auto add = [&](const std::string& name, int first, int count) {
+void add_tails(const physics::Form& form, Rows& rows) {
+    const auto add_one = [&](const std::string& name, int first, int count) {
         if (first < 0) return;
-        rows.push_back(
-            {"spectral_tail_" + name,
-             "1",
-             {},
-             "fraction of the variance of the " + name +
-                 " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
-             [first, count](const FieldMoment& moment) { return spectral_tail(moment, first, count); }});
+        add(rows, "spectral_tail_" + name, "1",
+            "fraction of the variance of the " + name +
+                " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
+            [first, count](const FieldMoment& moment) { return spectral_tail(moment, first, count); });
     };
-    add("bead_density", form.bead_density, 1);
-    add("rod_density", form.rod_density, 1);
-    add("bead_velocity", form.bead_velocity, 2);
-    add("polar_order", form.polar_order, 2);
-    return rows;
+    add_one("bead_density", form.bead_density, 1);
+    add_one("rod_density", form.rod_density, 1);
+    add_one("bead_velocity", form.bead_velocity, 2);
+    add_one("polar_order", form.polar_order, 2);
 }
 
-Rows energy_rows(const FieldSetting& setting) {
+void add_energy(const FieldSetting& setting, Rows& rows) {
     const std::string order = setting.form.order_is_density ? "mm-2" : "mm2";
-    Rows rows{{"energy_order",
-               order,
-               {},
-               "energy of the order: integral of |p|^2/2",
-               [](const FieldMoment& moment) { return moment.energy->order; }},
-              {"power_order",
-               order + " s-1",
-               {term_axis(setting)},
-               "power of each term on the energy of the order",
-               [](const FieldMoment& moment) { return moment.energy->order_powers; }}};
-    if (setting.form.bead_velocity < 0) return rows;
-    append<FieldMoment>({{"energy_flow",
-                          "mg mm2 s-2",
-                          {},
-                          "kinetic energy of the bead flow: integral of m rho v^2/2",
-                          [](const FieldMoment& moment) { return moment.energy->kinetic; }},
-                         {"power_flow",
-                          "mg mm2 s-3",
-                          {term_axis(setting)},
-                          "power of each term on the kinetic energy of the bead flow",
-                          [](const FieldMoment& moment) { return moment.energy->kinetic_powers; }}},
-                        rows);
-    return rows;
+    add(rows, "energy_order", order, "energy of the order: integral of |p|^2/2",
+        [](const FieldMoment& moment) { return moment.energy->order; });
+    add(rows, "power_order", order + " s-1", {term_axis(setting)}, "power of each term on the energy of the order",
+        [](const FieldMoment& moment) { return moment.energy->order_powers; });
+    if (setting.form.bead_velocity < 0) return;
+    add(rows, "energy_flow", "mg mm2 s-2", "kinetic energy of the bead flow: integral of m rho v^2/2",
+        [](const FieldMoment& moment) { return moment.energy->kinetic; });
+    add(rows, "power_flow", "mg mm2 s-3", {term_axis(setting)},
+        "power of each term on the kinetic energy of the bead flow",
+        [](const FieldMoment& moment) { return moment.energy->kinetic_powers; });
 }
 
 }  // namespace
@@ -298,21 +249,18 @@ Observables<FieldMoment> field_observables(const FieldSetting& setting) {
     const bool has_rods = form.rod_density >= 0, has_beads = form.bead_density >= 0, has_order = form.polar_order >= 0,
                has_velocity = form.velocity != physics::Velocity::absent;
     Rows rows;
-    if (has_order) append(order_rows<FieldMoment>(), rows);
-    if (has_rods && has_order) append(rods_and_order_rows(setting), rows);
-    if (has_order) append(field_order_rows(setting), rows);
-    if (has_velocity) append(flow_rows<FieldMoment>(), rows);
-    if (has_velocity) append(velocity_spectrum_rows(setting), rows);
-    if (has_rods) append(density_rows(setting, "rod", "sigma", form.rod_density, &ModePowers::rods), rows);
-    if (has_beads) append(density_rows(setting, "bead", "rho", form.bead_density, &ModePowers::beads), rows);
+    add_shared(has_order, has_velocity, rows);
+    if (has_rods && has_order) add_rods_and_order(setting, rows);
+    if (has_order) add_field_order(setting, rows);
+    if (has_velocity) add_velocity_spectrum(setting, rows);
+    if (has_rods) add_density(setting, "rod", "sigma", form.rod_density, &ModePowers::rods, rows);
+    if (has_beads) add_density(setting, "bead", "rho", form.bead_density, &ModePowers::beads, rows);
     if (has_rods && has_beads)
-        rows.push_back({"structure_factor_beads_rods",
-                        "mm-2",
-                        {shell_axis(setting)},
-                        "cross structure factor of beads and rods: area Re(rho_q^* sigma_q), mean over a shell of |q|",
-                        by_shell(&ModePowers::beads_rods)});
-    append(tail_rows(form), rows);
-    if (setting.terms) append(energy_rows(setting), rows);
+        add(rows, "structure_factor_beads_rods", "mm-2", {shell_axis(setting)},
+            "cross structure factor of beads and rods: area Re(rho_q^* sigma_q), mean over a shell of |q|",
+            by_shell(&ModePowers::beads_rods));
+    add_tails(form, rows);
+    if (setting.terms) add_energy(setting, rows);
     std::erase_if(rows, [](const auto& row) { return size_of(row.axes) == 0; });  // a grid too small for any shell
     return rows;
 }

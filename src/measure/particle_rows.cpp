@@ -36,91 +36,51 @@ auto work(double dem::EnergyBalance::*entry) {
     return [entry](const ParticleMoment& moment) { return moment.balance.*entry; };
 }
 
-Rows rod_order_rows(const ParticleSetting& setting) {
-    Rows rows{{"rod_direction_mean_x", "1", {}, "mean over the rods of n_x", rods(&RodMeans::order_x)},
-              {"rod_direction_mean_y", "1", {}, "mean over the rods of n_y", rods(&RodMeans::order_y)},
-              {"polar_order_direction",
-               "rad",
-               {},
-               "direction of <n> from x, -pi to pi",
-               [](const ParticleMoment& moment) { return std::atan2(moment.rods.order_y, moment.rods.order_x); }},
-              {"nematic_order",
-               "1",
-               {},
-               "|<exp(2 i theta)>|, theta the direction of n of each rod",
-               rods(&RodMeans::order_nematic)}};
-    if (!setting.round) return rows;
-    append<ParticleMoment>(
-        {{"polar_order_local",
-          "1",
-          {},
-          "polar order in the polar frame about the origin, |(<n_radial>, <n_azimuthal>)|",
-          [](const ParticleMoment& moment) {
-              return std::hypot(moment.rods.order_radial, moment.rods.order_azimuthal);
-          }},
-         {"polar_order_radial",
-          "1",
-          {},
-          "mean over the rods of the component of n away from the origin",
-          rods(&RodMeans::order_radial)},
-         {"polar_order_azimuthal",
-          "1",
-          {},
-          "mean over the rods of the component of n around the origin, counter-clockwise > 0: minus the n x r of the "
-          "seed paper",
-          rods(&RodMeans::order_azimuthal)}},
-        rows);
-    return rows;
+void add_rod_order(const ParticleSetting& setting, Rows& rows) {
+    add(rows, "rod_direction_mean_x", "1", "mean over the rods of n_x", rods(&RodMeans::order_x));
+    add(rows, "rod_direction_mean_y", "1", "mean over the rods of n_y", rods(&RodMeans::order_y));
+    add(rows, "polar_order_direction", "rad", "direction of <n> from x, -pi to pi",
+        [](const ParticleMoment& moment) { return std::atan2(moment.rods.order_y, moment.rods.order_x); });
+    add(rows, "nematic_order", "1", "|<exp(2 i theta)>|, theta the direction of n of each rod",
+        rods(&RodMeans::order_nematic));
+    if (!setting.round) return;
+    add(rows, "polar_order_local", "1",
+        "polar order in the polar frame about the origin, |(<n_radial>, <n_azimuthal>)|",
+        [](const ParticleMoment& moment) { return std::hypot(moment.rods.order_radial, moment.rods.order_azimuthal); });
+    add(rows, "polar_order_radial", "1", "mean over the rods of the component of n away from the origin",
+        rods(&RodMeans::order_radial));
+    add(rows, "polar_order_azimuthal", "1",
+        "mean over the rods of the component of n around the origin, counter-clockwise > 0: minus the n x r of the "
+        "seed paper",
+        rods(&RodMeans::order_azimuthal));
 }
 
-Rows rod_motion_rows(const ParticleSetting& setting) {
-    Rows rows{{"rod_velocity_along",
-               "mm s-1",
-               {},
-               "mean over the rods of the velocity of each along its n, in the plane" + at_one_phase,
-               rods(&RodMeans::velocity_along)},
-              {"rod_velocity_along_deviation",
-               "mm s-1",
-               {},
-               "standard deviation among the rods of the velocity of each along its n" + at_one_phase,
-               rods(&RodMeans::velocity_along_deviation)},
-              {"rod_velocity_mean_x", "mm s-1", {}, "mean velocity of the rods along x", rods(&RodMeans::velocity_x)},
-              {"rod_velocity_mean_y", "mm s-1", {}, "mean velocity of the rods along y", rods(&RodMeans::velocity_y)},
-              {"rod_temperature_horizontal",
-               "mg mm2 s-2",
-               {},
-               "granular temperature of the rods in the plane: mean of m |v - <v>|^2/2; includes their self-propulsion "
-               "along n",
-               rods(&RodMeans::temperature_horizontal)},
-              {"rod_temperature_vertical",
-               "mg mm2 s-2",
-               {},
-               "mean over the rods of m (v_z - <v_z>)^2" + at_one_phase,
-               rods(&RodMeans::temperature_vertical)},
-              {"rod_temperature_turning",
-               "mg mm2 s-2",
-               {},
-               "mean of I omega_z^2 of the rods, I about an axis perpendicular to n" + at_one_phase,
-               rods(&RodMeans::temperature_turning)},
-              {"rod_height",
-               "mm",
-               {},
-               "mean height of the centres of mass of the rods" + at_one_phase,
-               rods(&RodMeans::height)},
-              {"rod_tilt", "1", {}, "root mean square of n_z over the rods" + at_one_phase, rods(&RodMeans::tilt)}};
-    if (!setting.round) return rows;
-    append<ParticleMoment>({{"rod_velocity_azimuthal",
-                             "mm s-1",
-                             {},
-                             "mean velocity of the rods around the origin, counter-clockwise > 0",
-                             rods(&RodMeans::velocity_azimuthal)},
-                            {"rod_velocity_radial",
-                             "mm s-1",
-                             {},
-                             "mean velocity of the rods away from the origin",
-                             rods(&RodMeans::velocity_radial)}},
-                           rows);
-    return rows;
+void add_rod_motion(const ParticleSetting& setting, Rows& rows) {
+    add(rows, "rod_velocity_along", "mm s-1",
+        "mean over the rods of the velocity of each along its n, in the plane" + at_one_phase,
+        rods(&RodMeans::velocity_along));
+    add(rows, "rod_velocity_along_deviation", "mm s-1",
+        "standard deviation among the rods of the velocity of each along its n" + at_one_phase,
+        rods(&RodMeans::velocity_along_deviation));
+    add(rows, "rod_velocity_mean_x", "mm s-1", "mean velocity of the rods along x", rods(&RodMeans::velocity_x));
+    add(rows, "rod_velocity_mean_y", "mm s-1", "mean velocity of the rods along y", rods(&RodMeans::velocity_y));
+    add(rows, "rod_temperature_horizontal", "mg mm2 s-2",
+        "granular temperature of the rods in the plane: mean of m |v - <v>|^2/2; includes their self-propulsion "
+        "along n",
+        rods(&RodMeans::temperature_horizontal));
+    add(rows, "rod_temperature_vertical", "mg mm2 s-2", "mean over the rods of m (v_z - <v_z>)^2" + at_one_phase,
+        rods(&RodMeans::temperature_vertical));
+    add(rows, "rod_temperature_turning", "mg mm2 s-2",
+        "mean of I omega_z^2 of the rods, I about an axis perpendicular to n" + at_one_phase,
+        rods(&RodMeans::temperature_turning));
+    add(rows, "rod_height", "mm", "mean height of the centres of mass of the rods" + at_one_phase,
+        rods(&RodMeans::height));
+    add(rows, "rod_tilt", "1", "root mean square of n_z over the rods" + at_one_phase, rods(&RodMeans::tilt));
+    if (!setting.round) return;
+    add(rows, "rod_velocity_azimuthal", "mm s-1", "mean velocity of the rods around the origin, counter-clockwise > 0",
+        rods(&RodMeans::velocity_azimuthal));
+    add(rows, "rod_velocity_radial", "mm s-1", "mean velocity of the rods away from the origin",
+        rods(&RodMeans::velocity_radial));
 }
 
 /// Component of the mean velocity of the beads along the mean direction of the rods; 0 when that is zero.
@@ -130,221 +90,136 @@ double velocity_along_order(const ParticleMoment& moment) {
     return size > 0.0 ? (v.velocity_x * moment.rods.order_x + v.velocity_y * moment.rods.order_y) / size : 0.0;
 }
 
-Rows bead_motion_rows(const ParticleSetting& setting) {
-    Rows rows = flow_rows<ParticleMoment>();
-    append<ParticleMoment>(
-        {{"bead_velocity_size",
-          "mm s-1",
-          {},
-          "magnitude of the mean velocity of the beads in the plane, |<v>|",
-          [](const ParticleMoment& moment) { return std::hypot(moment.beads.velocity_x, moment.beads.velocity_y); }},
-         {"bead_direction_order",
-          "1",
-          {},
-          "|<v/|v|>|: order of the directions of the bead velocities in the plane",
-          [](const ParticleMoment& moment) { return std::hypot(moment.beads.direction_x, moment.beads.direction_y); }}},
-        rows);
+void add_bead_motion(const ParticleSetting& setting, Rows& rows) {
+    add(rows, "bead_velocity_size", "mm s-1", "magnitude of the mean velocity of the beads in the plane, |<v>|",
+        [](const ParticleMoment& moment) { return std::hypot(moment.beads.velocity_x, moment.beads.velocity_y); });
+    add(rows, "bead_direction_order", "1", "|<v/|v|>|: order of the directions of the bead velocities in the plane",
+        [](const ParticleMoment& moment) { return std::hypot(moment.beads.direction_x, moment.beads.direction_y); });
     if (setting.rods > 0)
-        rows.push_back({"bead_velocity_along_order",
-                        "mm s-1",
-                        {},
-                        "mean velocity of the beads along the mean n of the rods; 0 when the mean n is zero",
-                        velocity_along_order});
-    if (!setting.round) return rows;
-    append<ParticleMoment>(
-        {{"bead_velocity_azimuthal",
-          "mm s-1",
-          {},
-          "mean velocity of the beads around the origin, counter-clockwise > 0",
-          beads(&BeadMeans::velocity_azimuthal)},
-         {"bead_velocity_radial",
-          "mm s-1",
-          {},
-          "mean velocity of the beads away from the origin",
-          beads(&BeadMeans::velocity_radial)},
-         {"bead_direction_order_local",
-          "1",
-          {},
-          "the bead velocity order of the seed paper: |<u>|, u = v/|v| in the polar frame about the origin",
-          [](const ParticleMoment& moment) {
-              return std::hypot(moment.beads.direction_radial, moment.beads.direction_azimuthal);
-          }}},
-        rows);
-    return rows;
+        add(rows, "bead_velocity_along_order", "mm s-1",
+            "mean velocity of the beads along the mean n of the rods; 0 when the mean n is zero", velocity_along_order);
+    if (!setting.round) return;
+    add(rows, "bead_velocity_azimuthal", "mm s-1",
+        "mean velocity of the beads around the origin, counter-clockwise > 0", beads(&BeadMeans::velocity_azimuthal));
+    add(rows, "bead_velocity_radial", "mm s-1", "mean velocity of the beads away from the origin",
+        beads(&BeadMeans::velocity_radial));
+    add(rows, "bead_direction_order_local", "1",
+        "the bead velocity order of the seed paper: |<u>|, u = v/|v| in the polar frame about the origin",
+        [](const ParticleMoment& moment) {
+            return std::hypot(moment.beads.direction_radial, moment.beads.direction_azimuthal);
+        });
 }
 
-Rows bead_state_rows(const ParticleSetting& setting) {
-    Rows rows{
-        {"bead_temperature_horizontal",
-         "mg mm2 s-2",
-         {},
-         "granular temperature of the beads in the plane, mean of m |v - <v>|^2/2, <v> over the whole cell",
-         beads(&BeadMeans::temperature_horizontal)},
-        {"bead_temperature_vertical",
-         "mg mm2 s-2",
-         {},
-         "mean over the beads of m (v_z - <v_z>)^2" + at_one_phase,
-         beads(&BeadMeans::temperature_vertical)},
-        {"bead_height", "mm", {}, "mean height of the centres of the beads" + at_one_phase, beads(&BeadMeans::height)},
-        {"hexatic_order",
-         "1",
-         {},
-         "|<psi6>| over the beads, psi6 = <exp(6 i angle)> over the neighbours of a bead, 0 without any: beads "
-         "nearer than 1.4 mean diameters in the plane",
-         pairs(&PairSums::hexatic)},
-        {"hexatic_order_local", "1", {}, "<|psi6|> over the beads", pairs(&PairSums::hexatic_local)},
-        {"bead_neighbours",
-         "1",
-         {},
-         "mean number of beads nearer than 1.4 mean diameters in the plane",
-         pairs(&PairSums::neighbours)}};
+void add_bead_state(const ParticleSetting& setting, Rows& rows) {
+    add(rows, "bead_temperature_horizontal", "mg mm2 s-2",
+        "granular temperature of the beads in the plane, mean of m |v - <v>|^2/2, <v> over the whole cell",
+        beads(&BeadMeans::temperature_horizontal));
+    add(rows, "bead_temperature_vertical", "mg mm2 s-2", "mean over the beads of m (v_z - <v_z>)^2" + at_one_phase,
+        beads(&BeadMeans::temperature_vertical));
+    add(rows, "bead_height", "mm", "mean height of the centres of the beads" + at_one_phase, beads(&BeadMeans::height));
+    add(rows, "hexatic_order", "1",
+        "|<psi6>| over the beads, psi6 = <exp(6 i angle)> over the neighbours of a bead, 0 without any: beads "
+        "nearer than 1.4 mean diameters in the plane",
+        pairs(&PairSums::hexatic));
+    add(rows, "hexatic_order_local", "1", "<|psi6|> over the beads", pairs(&PairSums::hexatic_local));
+    add(rows, "bead_neighbours", "1", "mean number of beads nearer than 1.4 mean diameters in the plane",
+        pairs(&PairSums::neighbours));
     if (setting.periodic && setting.bead_separations.count > 0)
-        rows.push_back(
-            {"pair_correlation_beads",
-             "1",
-             {bead_separation_axis(setting)},
-             "pair correlation g(r) of the beads in the plane, relative to a uniform gas; around 8192 of them "
-             "when there are more",
-             pairs(&PairSums::bead_correlation)});
-    return rows;
+        add(rows, "pair_correlation_beads", "1", {bead_separation_axis(setting)},
+            "pair correlation g(r) of the beads in the plane, relative to a uniform gas; around 8192 of them "
+            "when there are more",
+            pairs(&PairSums::bead_correlation));
 }
 
-Rows rod_pair_rows(const ParticleSetting& setting) {
-    Rows rows;
-    if (setting.rod_separations.count == 0) return rows;
+void add_rod_pairs(const ParticleSetting& setting, Rows& rows) {
+    if (setting.rod_separations.count == 0) return;
     const std::string n = setting.round ? "(n_radial, n_azimuthal)" : "n";
     const Axis separations = rod_separation_axis(setting);
     if (setting.periodic)
-        rows.push_back(
-            {"pair_correlation_rods",
-             "1",
-             {separations},
-             "pair correlation g(r) of the centres of mass of the rods in the plane, relative to a uniform gas",
-             pairs(&PairSums::rod_correlation)});
-    append<ParticleMoment>(
-        {{"rod_pairs",
-          "1",
-          {separations},
-          "mean number of other rods at that separation from a rod; around 1024 of them when there are more",
-          pairs(&PairSums::rod_pairs)},
-         {"rod_pairs_order",
-          "1",
-          {separations},
-          "sum over these pairs of p_i.p_j, p = " + n + " in the plane, per rod",
-          pairs(&PairSums::rod_pairs_order)},
-         {"rod_pairs_excess",
-          "1",
-          {separations},
-          "sum over these pairs of p_i.p_j - |<p>|^2, <p> of the same moment, per rod",
-          pairs(&PairSums::rod_pairs_excess)}},
-        rows);
-    return rows;
+        add(rows, "pair_correlation_rods", "1", {separations},
+            "pair correlation g(r) of the centres of mass of the rods in the plane, relative to a uniform gas",
+            pairs(&PairSums::rod_correlation));
+    add(rows, "rod_pairs", "1", {separations},
+        "mean number of other rods at that separation from a rod; around 1024 of them when there are more",
+        pairs(&PairSums::rod_pairs));
+    add(rows, "rod_pairs_order", "1", {separations},
+        "sum over these pairs of p_i.p_j, p = " + n + " in the plane, per rod", pairs(&PairSums::rod_pairs_order));
+    add(rows, "rod_pairs_excess", "1", {separations},
+        "sum over these pairs of p_i.p_j - |<p>|^2, <p> of the same moment, per rod",
+        pairs(&PairSums::rod_pairs_excess));
 }
 
-Rows rod_flow_rows(const ParticleSetting& setting) {
-    if (setting.mesh == 0) return {};
+void add_rod_flow(const ParticleSetting& setting, Rows& rows) {
+    if (setting.mesh == 0) return;
     const std::vector<Axis> axes{along_axis(setting), across_axis(setting)};
     const std::string frame = " in the frame of a rod, mean over the rods, 256 of them when there are more";
-    return {{"flow_density", "mm-2", axes, "number density of beads" + frame, pairs(&PairSums::flow_density)},
-            {"flow_flux_along", "mm-1 s-1", axes,
-             "density times velocity of the beads, relative to the plates, along n" + frame,
-             pairs(&PairSums::flow_along)},
-            {"flow_flux_across", "mm-1 s-1", axes,
-             "density times velocity of the beads, relative to the plates, along n turned by +90 degrees" + frame,
-             pairs(&PairSums::flow_across)}};
+    add(rows, "flow_density", "mm-2", axes, "number density of beads" + frame, pairs(&PairSums::flow_density));
+    add(rows, "flow_flux_along", "mm-1 s-1", axes,
+        "density times velocity of the beads, relative to the plates, along n" + frame, pairs(&PairSums::flow_along));
+    add(rows, "flow_flux_across", "mm-1 s-1", axes,
+        "density times velocity of the beads, relative to the plates, along n turned by +90 degrees" + frame,
+        pairs(&PairSums::flow_across));
 }
 
-Rows number_rows(const ParticleSetting& setting) {
-    Rows rows;
-    if (setting.boxes.empty()) return rows;
-    if (setting.rods > 0)
-        rows.push_back(number_variance_row<ParticleMoment>("rod", "", "square box", box_axis(setting),
-                                                           [](const ParticleMoment& moment) {
-                                                               return box_variances(moment.setting, moment.bodies.rods);
-                                                           }));
+void add_numbers(const ParticleSetting& setting, Rows& rows) {
+    if (setting.boxes.empty()) return;
+    const auto of = [](auto dem::Bodies::*bodies) {
+        return [bodies](const ParticleMoment& moment) { return box_variances(moment.setting, moment.bodies.*bodies); };
+    };
+    if (setting.rods > 0) add_number_variance(rows, "rod", "", "square box", box_axis(setting), of(&dem::Bodies::rods));
     if (setting.beads > 0)
-        rows.push_back(number_variance_row<ParticleMoment>("bead", "", "square box", box_axis(setting),
-                                                           [](const ParticleMoment& moment) {
-                                                               return box_variances(moment.setting,
-                                                                                    moment.bodies.beads);
-                                                           }));
-    return rows;
+        add_number_variance(rows, "bead", "", "square box", box_axis(setting), of(&dem::Bodies::beads));
 }
 
-Rows energy_rows() {
+void add_energy(Rows& rows) {
     const std::string unit = "mg mm2 s-2";
-    return {{"energy_kinetic",
-             unit,
-             {},
-             "kinetic energy of all bodies",
-             [](const ParticleMoment& moment) { return moment.energy_kinetic; }},
-            {"energy_balance",
-             unit,
-             {},
-             "kinetic energy less all work since the start: equals the kinetic energy at the start when the balance is "
-             "complete",
-             [](const ParticleMoment& moment) { return moment.energy_kinetic - dem::sum(moment.balance); }},
-            {"work_gravity", unit, {}, "work of gravity since the start", work(&dem::EnergyBalance::gravity), true},
-            {"work_plates", unit, {}, "work of base and lid since the start", work(&dem::EnergyBalance::plates), true},
-            {"work_forces",
-             unit,
-             {},
-             "work of the other forces on bodies since the start",
-             work(&dem::EnergyBalance::forces),
-             true},
-            {"work_kicks", unit, {}, "work of the kicks since the start", work(&dem::EnergyBalance::kicks), true},
-            {"work_impact",
-             unit,
-             {},
-             "work of impacts along the normals since the start, <= 0",
-             work(&dem::EnergyBalance::impact),
-             true},
-            {"work_friction",
-             unit,
-             {},
-             "work of friction since the start, <= 0",
-             work(&dem::EnergyBalance::friction),
-             true}};
+    add(rows, "energy_kinetic", unit, "kinetic energy of all bodies",
+        [](const ParticleMoment& moment) { return moment.energy_kinetic; });
+    add(rows, "energy_balance", unit,
+        "kinetic energy less all work since the start: equals the kinetic energy at the start when the balance is "
+        "complete",
+        [](const ParticleMoment& moment) { return moment.energy_kinetic - dem::sum(moment.balance); });
+    add(rows, "work_gravity", unit, "work of gravity since the start", work(&dem::EnergyBalance::gravity), true);
+    add(rows, "work_plates", unit, "work of base and lid since the start", work(&dem::EnergyBalance::plates), true);
+    add(rows, "work_forces", unit, "work of the other forces on bodies since the start",
+        work(&dem::EnergyBalance::forces), true);
+    add(rows, "work_kicks", unit, "work of the kicks since the start", work(&dem::EnergyBalance::kicks), true);
+    add(rows, "work_impact", unit, "work of impacts along the normals since the start, <= 0",
+        work(&dem::EnergyBalance::impact), true);
+    add(rows, "work_friction", unit, "work of friction since the start, <= 0", work(&dem::EnergyBalance::friction),
+        true);
 }
 
 /// Impacts since the start and the largest overlap.
-Rows impact_rows(const ParticleSetting& setting) {
-    Rows rows;
+void add_impact_counts(const ParticleSetting& setting, Rows& rows) {
     const std::size_t beads = setting.beads, rods = setting.rods;
-    const auto add = [&](const std::string& name, const std::string& of, std::size_t bodies, double bodies_per_impact,
-                         std::int64_t dem::Counts::*count) {
+    const auto add_impacts = [&](const std::string& name, const std::string& of, std::size_t bodies,
+                                 double bodies_per_impact, std::int64_t dem::Counts::*count) {
         if (bodies == 0) return;
         const double per_body = bodies_per_impact / static_cast<double>(bodies);
-        rows.push_back({"impacts_" + name,
-                        "1",
-                        {},
-                        "impacts since the start of a " + of + ", mean; their rate is the collision rate",
-                        [per_body, count](const ParticleMoment& moment) {
-                            return per_body * static_cast<double>(moment.counts.*count);
-                        },
-                        true});
+        add(
+            rows, "impacts_" + name, "1",
+            "impacts since the start of a " + of + ", mean; their rate is the collision rate",
+            [per_body, count](const ParticleMoment& moment) {
+                return per_body * static_cast<double>(moment.counts.*count);
+            },
+            true);
     };
-    add("bead_bead", "bead with beads", beads, 2.0, &dem::Counts::bead_bead);
-    if (beads > 0) add("rod_bead", "rod with beads", rods, 1.0, &dem::Counts::rod_bead);
-    add("rod_rod", "rod with rods", rods, 2.0, &dem::Counts::rod_rod);
-    add("bead_plate", "bead with base or lid", beads, 1.0, &dem::Counts::bead_plate);
-    add("rod_plate", "rod with base or lid", rods, 1.0, &dem::Counts::rod_plate);
+    add_impacts("bead_bead", "bead with beads", beads, 2.0, &dem::Counts::bead_bead);
+    if (beads > 0) add_impacts("rod_bead", "rod with beads", rods, 1.0, &dem::Counts::rod_bead);
+    add_impacts("rod_rod", "rod with rods", rods, 2.0, &dem::Counts::rod_rod);
+    add_impacts("bead_plate", "bead with base or lid", beads, 1.0, &dem::Counts::bead_plate);
+    add_impacts("rod_plate", "rod with base or lid", rods, 1.0, &dem::Counts::rod_plate);
     if (!setting.periodic) {
-        add("bead_wall", "bead with the side wall", beads, 1.0, &dem::Counts::bead_wall);
-        add("rod_wall", "rod with the side wall", rods, 1.0, &dem::Counts::rod_wall);
+        add_impacts("bead_wall", "bead with the side wall", beads, 1.0, &dem::Counts::bead_wall);
+        add_impacts("rod_wall", "rod with the side wall", rods, 1.0, &dem::Counts::rod_wall);
     }
-    rows.push_back({"impacts_unresolved",
-                    "1",
-                    {},
-                    "groups of contacts left with an approach velocity above the tolerance since the start",
-                    [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.unresolved); },
-                    true});
-    rows.push_back({"overlap_largest",
-                    "1",
-                    {},
-                    "largest overlap of two bodies since the start, over the smaller radius",
-                    [](const ParticleMoment& moment) { return moment.counts.overlap; }});
-    return rows;
+    add(
+        rows, "impacts_unresolved", "1",
+        "groups of contacts left with an approach velocity above the tolerance since the start",
+        [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.unresolved); }, true);
+    add(rows, "overlap_largest", "1", "largest overlap of two bodies since the start, over the smaller radius",
+        [](const ParticleMoment& moment) { return moment.counts.overlap; });
 }
 
 std::vector<Quotient> quotients(const ParticleSetting& setting) {
@@ -372,21 +247,21 @@ std::vector<Quotient> quotients(const ParticleSetting& setting) {
 
 Observables<ParticleMoment> particle_observables(const ParticleSetting& setting) {
     Rows rows;
+    add_shared(setting.rods > 0, setting.beads > 0, rows);
     if (setting.rods > 0) {
-        append(order_rows<ParticleMoment>(), rows);
-        append(rod_order_rows(setting), rows);
-        append(rod_motion_rows(setting), rows);
+        add_rod_order(setting, rows);
+        add_rod_motion(setting, rows);
     }
     if (setting.beads > 0) {
-        append(bead_motion_rows(setting), rows);
-        append(bead_state_rows(setting), rows);
+        add_bead_motion(setting, rows);
+        add_bead_state(setting, rows);
     }
-    append(rod_pair_rows(setting), rows);
-    append(rod_flow_rows(setting), rows);
-    append(number_rows(setting), rows);
+    add_rod_pairs(setting, rows);
+    add_rod_flow(setting, rows);
+    add_numbers(setting, rows);
     if (setting.beads + setting.rods > 0) {
-        append(energy_rows(), rows);
-        append(impact_rows(setting), rows);
+        add_energy(rows);
+        add_impact_counts(setting, rows);
     }
     std::erase_if(rows, [](const auto& row) { return size_of(row.axes) == 0; });
     return rows;

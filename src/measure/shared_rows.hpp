@@ -20,64 +20,41 @@ inline double size_of(const MeanVector& mean) { return std::hypot(mean.x, mean.y
 //   MeanVector mean_velocity(moment);       <v>, over the beads [mm/s]
 //   double mean_square_velocity(moment);    <v^2>, over the beads [mm^2/s^2]
 
-/// 1 when all beads move alike, 0 when all are at rest.
+/// 1 when all beads have the same velocity, 0 when all are at rest.
 template <class Moment>
 double bead_velocity_order(const Moment& moment) {
     const double square = mean_square_velocity(moment);
     return square > 0.0 ? size_of(mean_velocity(moment)) / std::sqrt(square) : 0.0;
 }
 
+/// The rows of a cell with rods (has_order), with moving beads (has_flow), or with both.
 template <class Moment>
-Observables<Moment> order_rows() {
-    return {{"polar_order",
-             "1",
-             {},
-             "polar order P = |<n>|, mean over the rods of n, their direction in the plane from tail to head",
-             [](const Moment& moment) { return size_of(mean_direction(moment)); }}};
-}
-
-template <class Moment>
-Observables<Moment> flow_rows() {
-    return {{"bead_velocity_mean_x",
-             "mm s-1",
-             {},
-             "mean over the beads of their velocity along x, <v_x>",
-             [](const Moment& moment) {
-                 const MeanVector v = mean_velocity(moment);
-                 return v.x / v.weight;
-             }},
-            {"bead_velocity_mean_y",
-             "mm s-1",
-             {},
-             "mean over the beads of their velocity along y, <v_y>",
-             [](const Moment& moment) {
-                 const MeanVector v = mean_velocity(moment);
-                 return v.y / v.weight;
-             }},
-            {"bead_speed",
-             "mm s-1",
-             {},
-             "root mean square over the beads of their velocity in the plane, sqrt(<v^2>)",
-             [](const Moment& moment) { return std::sqrt(mean_square_velocity(moment)); }},
-            {"bead_velocity_order",
-             "1",
-             {},
-             "order of the bead velocity in the plane, |<v>|/sqrt(<v^2>), means over the beads; 0 when all are at rest",
-             [](const Moment& moment) { return bead_velocity_order(moment); }}};
+void add_shared(bool has_order, bool has_flow, Observables<Moment>& rows) {
+    if (has_order)
+        add(rows, "polar_order", "1",
+            "polar order P = |<n>|, mean over the rods of n, their direction in the plane from tail to head",
+            [](const Moment& moment) { return size_of(mean_direction(moment)); });
+    if (!has_flow) return;
+    add(rows, "bead_velocity_mean_x", "mm s-1", "mean over the beads of their velocity along x, <v_x>",
+        [](const Moment& moment) { return mean_velocity(moment).x / mean_velocity(moment).weight; });
+    add(rows, "bead_velocity_mean_y", "mm s-1", "mean over the beads of their velocity along y, <v_y>",
+        [](const Moment& moment) { return mean_velocity(moment).y / mean_velocity(moment).weight; });
+    add(rows, "bead_speed", "mm s-1", "root mean square over the beads of their velocity in the plane, sqrt(<v^2>)",
+        [](const Moment& moment) { return std::sqrt(mean_square_velocity(moment)); });
+    add(rows, "bead_velocity_order", "1",
+        "order of the bead velocity in the plane, |<v>|/sqrt(<v^2>), means over the beads; 0 when all are at rest",
+        bead_velocity_order<Moment>);
 }
 
 /// The variance of the number of bodies in boxes.
-template <class Moment, class Function>
-Observable<Moment> number_variance_row(const std::string& what, const std::string& ending, const std::string& shape,
-                                       Axis axis, Function function) {
-    return {
-        what + "_number_variance" + ending,
-        "1",
-        {std::move(axis)},
+template <class Moment>
+void add_number_variance(Observables<Moment>& rows, const std::string& what, const std::string& ending,
+                         const std::string& shape, Axis axis, std::type_identity_t<MeasureFunction<Moment>> function) {
+    add(rows, what + "_number_variance" + ending, "1", {std::move(axis)},
         "variance of the number of " + what + "s in a " + shape +
             ", DN^2: over all positions of the box on a periodic mesh at one time; N (1 - f) for bodies at random, f "
             "the area of the box over that of the cell",
-        std::move(function)};
+        std::move(function));
 }
 
 /// The axis of boxes of n by n cells of a mesh.

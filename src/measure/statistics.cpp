@@ -174,7 +174,7 @@ void add_jackknife(Series series, double tau, double spacing, const Function& fu
     result.blocks = blocks;
 }
 
-/// Which samples are not finite numbers.
+/// Reports which samples are not finite.
 std::string undefined_samples(std::span<const double> values, std::size_t skipped) {
     const auto is_bad = [](double value) { return !std::isfinite(value); };
     const auto bad = std::count_if(values.begin(), values.end(), is_bad);

@@ -1,4 +1,4 @@
-// run/field_simulation.cpp: fields, their stepper and their observables behind the loop's functions.
+// run/field_simulation.cpp: a simulation of fields: state, stepper and recordings.
 #include "drover/run/field_simulation.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace drover::run {
 namespace {
 using numerics::Complex;
 
-/// All that the functions of one simulation share.
+/// The state shared by the functions of one simulation.
 struct World {
     io::Scene scene;
     physics::Form form;
@@ -33,17 +33,17 @@ struct World {
     measure::FieldSetting setting;
 
     World(const io::Scene& the_scene, Threads& threads);
-    void bring_to_grid();
+    void transform_to_grid();
 };
 
-/// Where the values of a field stand along an axis.
+/// Coordinates of the points of a field along an axis.
 std::vector<double> cell_corners(int count, double side) {
     std::vector<double> result;
     for (int i = 0; i < count; ++i) result.push_back(side / count * i);
     return result;
 }
 
-/// A frame of an archive as the state; fields, points and sides of the cell must be the scene's.
+/// A frame of an archive as the state; its fields, grid and cell must be those of the scene.
 numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& scene, const physics::Form& form) {
     const SourceLocation here = io::location_of(scene, "initial.file");
     const std::vector<physics::Component> names = physics::component_names(form);
@@ -57,7 +57,7 @@ numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& sce
                     shape[2] == static_cast<std::size_t>(scene.grid.nx) &&
                     archive.read("/x").values == cell_corners(scene.grid.nx, scene.grid.lx) &&
                     archive.read("/y").values == cell_corners(scene.grid.ny, scene.grid.ly),
-                here, "initial.file = \"{}\" is of another grid or cell; expected {} by {} points on {} by {} mm",
+                here, "initial.file = \"{}\" has another grid or cell; expected {} by {} points on {} by {} mm",
                 scene.initial.file, scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
         const auto frames = static_cast<int>(shape[0]);
         require(scene.initial.frame < frames && frames >= 1, io::location_of(scene, "initial.frame"),
@@ -67,7 +67,8 @@ numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& sce
         const io::Array row = archive.read_row(dataset, static_cast<std::size_t>(number));
         require(std::all_of(row.values.begin(), row.values.end(), [](double value) { return std::isfinite(value); }),
                 here,
-                "initial.file = \"{}\" has a {} that is not finite in frame {}; expected numbers: choose another frame",
+                "initial.file = \"{}\" has a {} that is not finite in frame {}; expected finite values: choose another "
+                "frame",
                 scene.initial.file, names[c].name, number);
         std::copy(row.values.begin(), row.values.end(), frame[static_cast<int>(c)].begin());
     }
@@ -104,8 +105,8 @@ World::World(const io::Scene& the_scene, Threads& threads)
     evolution.start(state);
 }
 
-/// The state on the grid, and the velocity of the beads where the form has one.
-void World::bring_to_grid() {
+/// Computes the state on the grid, and the velocity of the beads where the form has one.
+void World::transform_to_grid() {
     transform.backward(state, fields);
     if (form.velocity == physics::Velocity::absent) return;
     if (velocity.size == 0) velocity = numerics::Spectra(scene.grid, 2);
@@ -141,7 +142,7 @@ io::Recording frame_recording(const World& world) {
 
 int choose_threads(const io::Scene& scene) {
     if (scene.run.threads > 0) return scene.run.threads;
-    // Below this much work a thread costs more to wake than it saves.
+    // With less work per thread, waking a thread costs more than it saves.
     constexpr std::size_t points_per_thread = 16384;
     const auto useful = static_cast<int>(std::min<std::size_t>(numerics::points(scene.grid) / points_per_thread, 64));
     return std::clamp(useful, 1, usable_cores());
@@ -180,32 +181,33 @@ double field_simulation_bytes(const io::Scene& scene) {
     const double spectra = static_cast<double>(numerics::modes(scene.grid)) * sizeof(Complex);
     const double reals = static_cast<double>(numerics::points(scene.grid)) * sizeof(double);
     const int count = numerics::components(system.layout);
-    // state, the healthy one, a checkpoint's copy and its file; fields; the transform's scratch; shells, sectors and powers.
-    const double rungs = scene.time.tolerance > 0.0 ? 4.0 : 1.0;
-    return rungs * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
-                    physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
+    // The state, the last finite one, a copy for the checkpoint and its file; fields; scratch; shells, sectors and
+    // powers.
+    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 1.0;
+    return steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
+                       physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
            (4.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
 
 namespace {
-/// Finite, and so far from the largest number that a sum over all modes is finite too.  False for not-a-number.
+/// Finite, and small enough that a sum over all modes is finite too.  False for NaN.
 bool is_healthy(Complex value, std::size_t modes) {
-    const double most = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
-    return std::abs(value.real()) < most && std::abs(value.imag()) < most;
+    const double max = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
+    return std::abs(value.real()) < max && std::abs(value.imag()) < max;
 }
 
-/// The non-finite mode of least wavenumber, and where the field was largest when it was last finite.
+/// Reports the non-finite mode with the smallest wavenumber, and where the field was largest when last finite.
 [[noreturn]] void report_blow_up(World& world, std::int64_t step) {
     const std::vector<physics::Component> names = physics::component_names(world.form);
     const std::size_t width = numerics::columns(world.scene.grid);
     std::size_t component = 0, mode = 0;
-    double least = INFINITY;
+    double min_q = INFINITY;
     for (std::size_t c = 0; c < names.size(); ++c)
         for (std::size_t m = 0; m < world.state.size; ++m) {
             const Complex value = world.state[static_cast<int>(c)][m];
             const numerics::Wavevector q = numerics::wavevector(world.scene.grid, m % width, m / width);
-            if (is_healthy(value, world.state.size) || std::hypot(q.x, q.y) >= least) continue;
-            least = std::hypot(q.x, q.y);
+            if (is_healthy(value, world.state.size) || std::hypot(q.x, q.y) >= min_q) continue;
+            min_q = std::hypot(q.x, q.y);
             component = c;
             mode = m;
         }
@@ -217,7 +219,8 @@ bool is_healthy(Complex value, std::size_t modes) {
                nx = static_cast<std::size_t>(world.scene.grid.nx);
     const physics::FastestGrowth growth = physics::fastest_growth(world.evolution.system());
     fail_run(
-        "the run left the finite numbers at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its largest "
+        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its "
+        "largest "
         "value was {:.3g} "
         "in cell ({}, {}) when last finite; likely cause: {}; the last checkpoint is good to restart from",
         step, static_cast<double>(step) * world.scene.time.dt, names[component].name, mode % width,
@@ -239,7 +242,7 @@ namespace {
 ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
     const io::Scene& scene = world->scene;
     const auto observe = [world] {
-        world->bring_to_grid();
+        world->transform_to_grid();
         std::vector<std::span<const double>> arrays;
         for (const numerics::Fields* fields : {&std::as_const(world->fields), &std::as_const(world->slaved)})
             for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
@@ -250,7 +253,7 @@ ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
 
 ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
     return sample_recording(world->scene, field_samples_group, measure::field_observables(world->setting), [world] {
-        world->bring_to_grid();
+        world->transform_to_grid();
         std::optional<physics::EnergyBudget> energy;
         if (world->energy) energy = world->energy->measure(world->time, world->state);
         return measure::FieldMoment{.setting = world->setting,
@@ -264,11 +267,11 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
 }  // namespace
 
 namespace {
-/// What the stepper chose for itself.
+/// The choices of the adaptive stepper.
 std::string describe(const StepCount& count, const io::Scene& scene) {
     std::string words;
     if (scene.time.tolerance > 0.0)
-        words = text("{} steps taken, {} refused; the last were of {:.4g} s (time.dt/{})", count.accepted,
+        words = text("{} steps taken, {} rejected; the last were of {:.4g} s (time.dt/{})", count.accepted,
                      count.refused, scene.time.dt / count.division, count.division);
     if (count.references > 0)
         words += text("{}the reference density followed the beads {} time{}", words.empty() ? "" : "; ",

@@ -23,7 +23,8 @@ FrameRange frames_on_schedule(const std::vector<double>& times, double spacing, 
     return range;
 }
 
-/// Results from the paths after the warm-up, read frame by frame; none where only the first and the last frame are kept.
+/// Results from the paths after the warm-up, read frame by frame; none where only the first and the last frame are
+/// kept.
 std::vector<measure::SummaryRow> path_rows(const io::ArchiveReader& archive, const io::Scene& scene,
                                            const dem::Bodies& bodies, double warm_up) {
     const double spacing = scene.output.frame_every;

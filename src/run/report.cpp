@@ -1,4 +1,4 @@
-// run/report.cpp: from an archive to results and their predictions.
+// run/report.cpp: results of an archive and their predictions by linear theory.
 #include "drover/run/report.hpp"
 
 #include <Eigen/Geometry>
@@ -19,7 +19,7 @@ namespace drover::run {
 namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// Samples that stand on the schedule: the last one may not.
+/// Number of samples on the schedule: the last one may be off it.
 std::size_t regular_samples(const std::vector<double>& times, double spacing) {
     std::size_t count = 0;
     while (count < times.size() && std::abs(times[count] - spacing * static_cast<double>(count)) < 1e-6 * spacing)
@@ -36,7 +36,7 @@ std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::RecordedSeri
     return result;
 }
 
-/// Number fluctuations in boxes that follow from the structure factor of each mode.
+/// Number fluctuations in boxes from the structure factor of each mode.
 void predict_boxes(const std::string& what, std::span<const double> structure_factor, Report& report) {
     const measure::FieldSetting& setting = report.setting;
     std::vector<double> power(structure_factor.begin(), structure_factor.end());
@@ -59,9 +59,10 @@ void predict_boxes(const std::string& what, std::span<const double> structure_fa
     }
 }
 
-/// Directions that the mean order of a run has taken, by their share of its samples: p and -p are one, for S(q) is that of both.
+/// Directions of the mean order of a run, with their fraction of its samples.  p and -p are equivalent: S(q) is the
+/// same.
 struct Direction {
-    double angle = 0.0, share = 0.0;
+    double angle = 0.0, fraction = 0.0;
 };
 std::vector<Direction> directions(const std::vector<Eigen::Vector2d>& orders) {
     constexpr int bins = 16;  // of 11 degrees, each about its own mean
@@ -80,11 +81,12 @@ std::vector<Direction> directions(const std::vector<Eigen::Vector2d>& orders) {
     for (std::size_t bin = 0; bin < bins; ++bin)
         if (counts[bin] > 0)
             result.push_back({.angle = std::atan2(sums[bin].y(), sums[bin].x()),
-                              .share = counts[bin] / static_cast<double>(orders.size())});
+                              .fraction = counts[bin] / static_cast<double>(orders.size())});
     return result;
 }
 
-/// The stationary state that a run is in: by its mean order as a vector where a field holds the direction, else by the size of the order.
+/// The stationary state nearest to that of a run: by the mean order as a vector where a field sets its direction, else
+/// by its magnitude.
 const physics::StationaryState* nearest_state(const physics::StationaryStates& found,
                                               const std::vector<Eigen::Vector2d>& orders) {
     double size = 0.0;
@@ -93,18 +95,18 @@ const physics::StationaryState* nearest_state(const physics::StationaryStates& f
         size += one.norm() / static_cast<double>(orders.size());
         mean += one / static_cast<double>(orders.size());
     }
-    const bool held = std::none_of(found.states.begin(), found.states.end(),
-                                   [](const auto& state) { return state.point.order.norm() == 0.0; });
-    const auto miss = [&](const physics::StationaryState& state) {
-        return held ? (state.point.order - mean).norm() : std::abs(state.point.order.norm() - size);
+    const bool is_oriented = std::none_of(found.states.begin(), found.states.end(),
+                                          [](const auto& state) { return state.point.order.norm() == 0.0; });
+    const auto distance = [&](const physics::StationaryState& state) {
+        return is_oriented ? (state.point.order - mean).norm() : std::abs(state.point.order.norm() - size);
     };
     const physics::StationaryState* nearest = nullptr;
     for (const physics::StationaryState& state : found.states)
-        if (!nearest || miss(state) < miss(*nearest)) nearest = &state;
+        if (!nearest || distance(state) < distance(*nearest)) nearest = &state;
     return nearest;
 }
 
-/// Structure factors about a flock, over the directions that it has taken, or about a state that something from outside holds.
+/// Structure factors about a flock, averaged over its directions, or about a state whose direction is imposed.
 std::vector<physics::StructureFactor> flock_modes(const physics::Equations& equations,
                                                   const physics::StationaryState& flock, const Report& report,
                                                   const std::vector<Eigen::Vector2d>& orders) {
@@ -121,13 +123,13 @@ std::vector<physics::StructureFactor> flock_modes(const physics::Equations& equa
     if (!flock.free_direction) return about(0.0);
     std::vector<physics::StructureFactor> sum(numerics::modes(report.setting.grid));
     for (const Direction& direction : directions(orders)) {
-        const std::vector<physics::StructureFactor> part = about(direction.angle);
-        for (std::size_t m = 0; m < sum.size(); ++m) add_scaled(part[m], direction.share, sum[m]);
+        const std::vector<physics::StructureFactor> modes = about(direction.angle);
+        for (std::size_t m = 0; m < sum.size(); ++m) add_scaled(modes[m], direction.fraction, sum[m]);
     }
     return sum;
 }
 
-/// Structure factors of the modes of the grid about the state that the run is in; empty, with the reason, when there are none.
+/// Structure factors of the modes of the grid about the state of the run; empty, with the reason, when there are none.
 std::vector<physics::StructureFactor> predicted_modes(const physics::Equations& equations, Report& report,
                                                       const std::vector<Eigen::Vector2d>& orders) {
     const numerics::System system =
@@ -180,7 +182,7 @@ void predict(const physics::Equations& equations, const std::vector<Eigen::Vecto
     using Part = physics::StructureFactor;
     const physics::Form& form = report.setting.form;
     const bool beads = form.bead_density >= 0, rods = form.rod_density >= 0;
-    const bool velocity = form.bead_velocity >= 0;  // a slaved velocity is no field of the linear theory
+    const bool velocity = form.bead_velocity >= 0;  // a slaved velocity is not a field of the linear theory
     for (const auto& [name, part, has] :
          {std::tuple{"rods", &Part::rods, rods}, std::tuple{"beads", &Part::beads, beads},
           std::tuple{"beads_rods", &Part::beads_rods, beads && rods},

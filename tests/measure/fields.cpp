@@ -103,7 +103,7 @@ TEST(FieldObservables, have_as_many_values_as_their_axes) {
         EXPECT_EQ(row.measure(moment).size(), size_of(row.axes)) << row.name;
 }
 
-TEST(FieldObservables, of_a_uniform_flock_are_its_density_and_its_order) {
+TEST(FieldObservables, of_a_uniform_flock_are_its_density_and_order) {
     Scene scene(oblong);
     std::fill(scene.fields[0].begin(), scene.fields[0].end(), 5.0);
     std::fill(scene.fields[1].begin(), scene.fields[1].end(), 3.0);
@@ -134,7 +134,7 @@ TEST(FieldObservables, extremes_are_those_of_the_grid) {
     EXPECT_NEAR(scene("polar_order_largest")[0], std::hypot(2.9, 0.95), 1e-15);  // rounding
 }
 
-TEST(StructureFactor, of_one_wave_of_rods_lies_in_its_shell_and_sector_alone) {
+TEST(StructureFactor, of_one_wave_of_rods_is_nonzero_only_in_its_shell_and_sector) {
     for (const auto& [kx, ky] : {std::pair{3, 0}, {0, 3}, {4, -2}, {1, 5}}) {
         Scene scene(oblong);
         std::fill(scene.fields[0].begin(), scene.fields[0].end(), 2.0);
@@ -190,7 +190,7 @@ TEST(StructureFactor, resolves_waves_of_order_along_and_across_q) {
     }
 }
 
-TEST(StructureFactor, cross_of_rods_and_order_has_the_sign_of_the_growth_of_a_wave_of_rods) {
+TEST(StructureFactor, cross_is_negative_where_a_wave_of_rods_grows) {
     // d_t sigma = -div p: with sigma = cos(q.r), p = -q/|q| sin(q.r), so that -div p = |q| cos(q.r), sigma grows, and
     // d_t |sigma_q|^2/2 = -|q| Re(sigma_q^* i p_along): the cross structure factor is negative.
     Scene scene(oblong);
@@ -268,7 +268,7 @@ TEST(StructureFactor, of_independent_rods_is_their_density) {
     }
 }
 
-TEST(FieldObservables, a_form_without_a_field_measures_the_rest) {
+TEST(FieldObservables, of_a_form_without_a_field_are_those_of_the_others) {
     const physics::Form order_alone{.polar_order = 0};
     const FieldSetting setting = make_field_setting(oblong, order_alone, 3);
     const Spectra spectra(oblong, 2);

@@ -14,9 +14,9 @@ namespace {
 
 const numerics::Grid grid{.nx = 48, .ny = 48, .lx = 48.0, .ly = 48.0};  // the mesh on which bodies are counted
 
-/// Bodies at the centres of the cells of the grid.  Their numbers are waves with a period of 4 cells, which the modes of
-/// the grid represent exactly; directions and velocities depend on the numbers, so that means over bodies differ from
-/// means over the area.
+/// Bodies at the centres of the cells of the grid.  Their numbers are waves with a period of 4 cells, which the modes
+/// of the grid represent exactly; directions and velocities depend on the numbers, so that means over bodies differ
+/// from means over the area.
 struct Snapshot {
     double spread = 0.0;  ///< of the directions
     int rods(int i) const { return i % 4 == 0 ? 3 : i % 4 == 2 ? 1 : 2; }

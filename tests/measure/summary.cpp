@@ -78,7 +78,7 @@ TEST(Summary, every_value_of_every_observable_has_its_own_mean_and_error) {
     }
 }
 
-TEST(Summary, giant_number_fluctuations_are_found_with_their_exponent) {
+TEST(Summary, finds_the_exponent_of_giant_number_fluctuations) {
     const Recording recording(4000, [](const std::string& name, std::size_t k) {
         if (name == "rod_number_variance") return std::pow(box_rods(k), 1.6);
         return name == "rod_number_variance_long_y" ? std::pow(4.0 * setting.long_boxes[k] * setting.long_boxes[k], 1.4)
@@ -121,7 +121,7 @@ TEST(Summary, susceptibility_and_binder_cumulant_are_those_of_the_polar_order) {
     EXPECT_LT(*binder.error, 0.01);  // 2/3/sqrt(20000) = 0.005
 }
 
-TEST(Summary, the_longest_warm_up_of_order_and_powers_is_left_out_of_all) {
+TEST(Summary, leaves_the_longest_warm_up_of_order_and_powers_out_of_all_means) {
     for (const std::string slow : {"polar_order", "structure_factor_rods", "structure_factor_order_across"}) {
         Recording recording(4000, [](const std::string&, std::size_t) { return 1.0; });
         std::vector<double>& series = recording[slow];
@@ -171,7 +171,7 @@ TEST(Summary, directions_without_modes_are_reported_as_undefined) {
     EXPECT_GT(empty, 0);
 }
 
-TEST(Summary, of_a_run_that_recorded_nothing_or_little_has_means_without_errors) {
+TEST(Summary, of_few_or_no_samples_has_means_without_errors) {
     for (const std::size_t samples : {0u, 1u, 3u}) {
         const Recording recording(samples, [](const std::string&, std::size_t) { return 1.0; });
         const Summary summary = recording.summary(std::nullopt);

@@ -9,8 +9,8 @@
 namespace drover::measure {
 namespace {
 
-/// Rods with one speed along n whose angle diffuses: exact for the angle; `substeps` midpoint steps between snapshots for
-/// the position.
+/// Rods with one speed along n whose angle diffuses: exact for the angle; `substeps` midpoint steps between snapshots
+/// for the position.
 struct Walkers {
     std::vector<std::vector<double>> angles;
     std::vector<Path> paths;
@@ -112,7 +112,8 @@ TEST(RotationalDiffusion, excludes_the_initial_loss_by_jitter) {
 }
 
 TEST(RotationalDiffusion, is_that_of_long_times_for_a_rod_with_correlated_angular_velocity) {
-    // Angular velocity of memory 0.03 s, seen every 5 ms: <dtheta^2> = 2 D (t - memory (1 - exp(-t/memory))), so 2 D t less a constant.
+    // Angular velocity of memory 0.03 s, seen every 5 ms: <dtheta^2> = 2 D (t - memory (1 - exp(-t/memory))), so 2 D t
+    // less a constant.
     const double diffusion = 0.4, memory = 0.03, dt = 0.005, keep = std::exp(-dt / memory);
     std::vector<std::vector<double>> angles(40);
     for (std::size_t r = 0; r < 40; ++r) {

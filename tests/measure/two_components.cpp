@@ -1,4 +1,5 @@
-// tests/measure/two_components.cpp: observables of beads, of their velocity and of pairs, on fields whose values are known.
+// tests/measure/two_components.cpp: observables of beads, of their velocity and of pairs, on fields whose values are
+// known.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -64,7 +65,7 @@ private:
 
 constexpr double rounding = 1e-13;  // of sums over 768 cells of numbers of order one
 
-TEST(BeadVelocity, of_a_stream_with_a_ripple_has_the_order_of_the_stream) {
+TEST(BeadVelocity, of_a_uniform_flow_with_a_wave_has_the_order_of_the_flow) {
     // v_x = 0.8 + 0.6 sqrt(2) cos: <v^2> = 0.64 + 0.36 = 1.
     const Fixture scene({.kind = "formula", .bead_velocity_x = "0.8 + 0.6 * sqrt(2) * cos(2*pi*y/6)"});
     EXPECT_NEAR(scene("bead_velocity_mean_x")[0], 0.8, rounding);
@@ -72,7 +73,7 @@ TEST(BeadVelocity, of_a_stream_with_a_ripple_has_the_order_of_the_stream) {
     EXPECT_NEAR(scene("bead_velocity_order")[0], 0.8, rounding);
 }
 
-TEST(BeadVelocity, across_its_wave_is_shear_and_along_it_is_sound) {
+TEST(BeadVelocity, across_the_wavevector_is_shear_and_along_it_is_sound) {
     const Fixture shear({.kind = "formula", .bead_velocity_x = "cos(4*pi*y/6)"}),
         sound({.kind = "formula", .bead_velocity_y = "cos(4*pi*y/6)"});
     const auto sum = [](const std::vector<double>& values) {
@@ -86,7 +87,7 @@ TEST(BeadVelocity, across_its_wave_is_shear_and_along_it_is_sound) {
     EXPECT_NEAR(sum(sound("structure_factor_velocity_across")), 0.0, rounding);
 }
 
-TEST(CrossStructureFactor, of_beads_that_rods_push_out_is_minus_the_root_of_both) {
+TEST(CrossStructureFactor, of_anticorrelated_densities_is_minus_the_geometric_mean) {
     const Fixture scene({.kind = "formula",
                          .bead_density = "3 - 0.2 * cos(2*pi*(2*x/8 + y/6))",
                          .rod_density = "2 + 0.5 * cos(2*pi*(2*x/8 + y/6))"});
@@ -122,7 +123,7 @@ TEST(SpectralTail, is_the_fraction_of_variance_beyond_two_thirds_of_the_cut) {
     EXPECT_NEAR(scene("spectral_tail_rod_density")[0], 1.0, rounding);
 }
 
-TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_are_those_of_the_formulas) {
+TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_follow_the_formulas) {
     const Fixture scene({.kind = "formula", .bead_velocity_x = "0.6", .polar_order_x = "0.9", .polar_order_y = "-0.2"});
     const double area = 48.0, square = 0.81 + 0.04;
     EXPECT_NEAR(scene("energy_flow")[0], 0.5 * 0.5 * 3.0 * 0.36 * area, 1e-12);

@@ -29,8 +29,8 @@ struct FieldSetting {
 FieldSetting make_field_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
                                 std::optional<std::vector<std::string>> power_terms = {});
 
-/// |a_q|^2 of each stored mode [mm-4].  Along: the part of p along q; across: the part along q turned by +90 degrees;
-/// at q = 0 along is x, across is y.  Empty for fields that the form does not have.
+/// |a_q|^2 of each stored mode [mm-4].  Along: the component of p along q; across: the component along q rotated by +90
+/// degrees; at q = 0 along is x, across is y.  Empty for fields that the form does not have.
 struct ModePowers {
     std::vector<double> rods, beads, order_along, order_across, velocity_along, velocity_across;
     std::vector<double> cross;       ///< Re(sigma_q^* i p_along,q): even in q, zero on average where sigma is conserved
@@ -63,8 +63,8 @@ std::span<const BoxFamily> box_families();
 /// The observables of a form; those of the energy budget when the setting has terms.
 Observables<FieldMoment> field_observables(const FieldSetting& setting);
 
-/// The recorded series with what their summary needs.  The numbers of rods and beads are those of the first sample: they
-/// are conserved, and a start from a file may have other means than the uniform state of the scene.
+/// The recorded series with what their summary needs.  The numbers of rods and beads are those of the first sample:
+/// they are conserved, and a start from a file may have other means than the uniform state of the scene.
 Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries> series);
 
 }  // namespace drover::measure

@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -63,9 +64,18 @@ struct Observable {
 template <class Moment>
 using Observables = std::vector<Observable<Moment>>;
 
+/// Adds the row of an observable that is one number.
 template <class Moment>
-void append(Observables<Moment> more, Observables<Moment>& rows) {
-    rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+void add(Observables<Moment>& rows, std::string name, std::string unit, std::string formula,
+         std::type_identity_t<MeasureFunction<Moment>> function, bool accumulates = false) {
+    rows.push_back({std::move(name), std::move(unit), {}, std::move(formula), std::move(function), accumulates});
+}
+
+/// Adds the row of an observable that is an array.
+template <class Moment>
+void add(Observables<Moment>& rows, std::string name, std::string unit, std::vector<Axis> axes, std::string formula,
+         std::type_identity_t<MeasureFunction<Moment>> function) {
+    rows.push_back({std::move(name), std::move(unit), std::move(axes), std::move(formula), std::move(function)});
 }
 
 /// All axes of the rows, each once.  Rows are observables, recorded series or summary rows.

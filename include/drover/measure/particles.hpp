@@ -80,8 +80,8 @@ struct ParticleMoment {
 
 /// The observables that are defined for these bodies and this cell.
 ///
-/// Trap: bodies vibrate with the plates.  Velocities, heights and temperatures sampled at multiples of the plates' period
-/// are those of one phase of it.  Speeds come from displacements: see measure/trajectories.hpp.
+/// Trap: bodies vibrate with the plates.  Velocities, heights and temperatures sampled at multiples of the plates'
+/// period are those of one phase of it.  Speeds come from displacements: see measure/trajectories.hpp.
 Observables<ParticleMoment> particle_observables(const ParticleSetting& setting);
 
 /// The recorded series with what their summary needs.

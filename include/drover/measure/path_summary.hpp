@@ -1,4 +1,5 @@
-// measure/path_summary.hpp: results from the paths of rods and beads: speed along n, rotational diffusion, bead diffusion.
+// measure/path_summary.hpp: results from the paths of rods and beads: speed along n, rotational diffusion, bead
+// diffusion.
 #pragma once
 #include <span>
 #include <vector>
@@ -11,7 +12,8 @@ namespace drover::measure {
 /// At most this many of the beads are followed, chosen evenly from their list.
 inline constexpr std::size_t max_beads_followed = 2000;
 
-/// Paths of all rods; of the beads, which are many, only squared displacements from frame to frame, summed as frames come.
+/// Paths of all rods; of the beads, which are many, only squared displacements from frame to frame, summed as frames
+/// come.
 struct Paths {
     double spacing = 0.0;                           ///< between frames: the frame time [s]
     std::size_t frames = 0, added = 0;              ///< expected, and added so far

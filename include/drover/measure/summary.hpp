@@ -23,7 +23,7 @@ RecordedSeries recorded_series(const Observable<Moment>& row, std::vector<double
     return {row.name, row.unit, row.formula, row.axes, row.accumulates, std::move(values)};
 }
 
-/// A mean whose weight changes from sample to sample or may be zero (no pair in a bin, no bead beside a rod): the time
+/// A mean whose weight changes from sample to sample or may be zero (no pair in a bin, no bead near a rod): the time
 /// mean of one observable divided by that of another with the same axes.
 struct Quotient {
     std::string name, unit, formula;

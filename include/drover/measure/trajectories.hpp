@@ -13,11 +13,11 @@ struct Path {
     std::vector<double> x, y;
 };
 
-/// Errors here come from groups of values that are taken as independent: bodies when there are min_groups or more of them,
-/// else segments of time of each body, at least min_groups in all.  In a flock rods are not independent: such errors are
-/// too small there; use runs with different seeds.  Each estimate is the jackknife over groups; `blocks` is their number:
-/// (mean - truth)/error is Student's t with blocks - 1 degrees of freedom.  With fewer than two groups there is no error,
-/// and `refusal` gives the reason.
+/// Errors here come from groups of values that are taken as independent: bodies when there are min_groups or more of
+/// them, else segments of time of each body, at least min_groups in all.  In a flock rods are not independent: such
+/// errors are too small there; use runs with different seeds.  Each estimate is the jackknife over groups; `blocks` is
+/// their number: (mean - truth)/error is Student's t with blocks - 1 degrees of freedom.  With fewer than two groups
+/// there is no error, and `refusal` gives the reason.
 inline constexpr std::size_t min_groups = 16;
 
 /// C(t) = <cos(theta(t0 + t) - theta(t0))> over all rods and all origins t0.
@@ -28,8 +28,8 @@ struct RotationalCorrelation {
     double segment_time = 0.0;                      ///< of origins in the shortest group [s]
     bool by_time = false;                           ///< groups are segments of time
 };
-/// Angles of each rod [rod][time], wrapped or not, of any lengths (one rod started many times counts as many rods); lags 0
-/// to max_lags, or to the longest available.
+/// Angles of each rod [rod][time], wrapped or not, of any lengths (one rod started many times counts as many rods);
+/// lags 0 to max_lags, or to the longest available.
 RotationalCorrelation rotational_correlation(std::span<const std::vector<double>> angles, double spacing,
                                              std::size_t max_lags);
 
@@ -51,11 +51,11 @@ struct RotationalDiffusion {
 };
 /// 1/D_r with its error; infinite and without an error where D_r <= 0.
 Estimate relaxation_time_of(const Estimate& diffusion);
-/// Straight line through -ln C(t) by least squares, weights 1/t^2.  An angle diffuses at times longer than the memory of
-/// the angular velocity, and the error of C(t) grows with t: few segments of that length are independent, so values at
-/// long times follow those at short ones.  Hence the fit to the early decay of C, weighted to its start, with an intercept
-/// for the initial loss.  The error is that of the slope under the jackknife over groups; there is none when groups are
-/// segments of time shorter than 3/D_r.
+/// Straight line through -ln C(t) by least squares, weights 1/t^2.  An angle diffuses at times longer than the memory
+/// of the angular velocity, and the error of C(t) grows with t: few segments of that length are independent, so values
+/// at long times follow those at short ones.  Hence the fit to the early decay of C, weighted to its start, with an
+/// intercept for the initial loss.  The error is that of the slope under the jackknife over groups; there is none when
+/// groups are segments of time shorter than 3/D_r.
 RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlation, const RotationFit& fit = {});
 
 /// Speeds of rods along themselves, d.n(t0)/T, d the displacement from t0 over a frame of length T.
@@ -63,8 +63,8 @@ struct Speeds {
     Estimate mean;                ///< over rods and frames [mm/s]
     std::vector<double> of_rods;  ///< mean of each rod [mm/s]
 };
-/// Of consecutive frames.  The frame of the experiment is 1/40 s.  A rod with speed v and rotational diffusion D_r has the
-/// mean v (1 - exp(-D_r T))/(D_r T).
+/// Of consecutive frames.  The frame of the experiment is 1/40 s.  A rod with speed v and rotational diffusion D_r has
+/// the mean v (1 - exp(-D_r T))/(D_r T).
 Speeds speeds_along(std::span<const Path> rods, std::span<const std::vector<double>> angles, double spacing);
 
 }  // namespace drover::measure

@@ -6,14 +6,14 @@
 
 namespace drover::run {
 
-// A scene of fields, for run/kind.hpp: what each is stands there.
+// The functions of fields for run/kind.hpp, which documents them.
 int choose_threads(const io::Scene& scene);
 double field_simulation_bytes(const io::Scene& scene);
 double field_disk_bytes(const io::Scene& scene);
 std::string field_size(const io::Scene& scene);
 TimedScene timed_fields(const io::Scene& scene);
 
-/// Throws an input Error for an initial file that is not of this grid and form.
+/// Throws an input Error for an initial file with another grid or other fields.
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
 
 /// The group of an archive that holds the observables of fields.

@@ -4,17 +4,17 @@
 
 namespace drover::run {
 
-// A scene of particles, for run/kind.hpp: what each is stands there.
+// The functions of particles for run/kind.hpp, which documents them.
 int particle_threads(const io::Scene& scene);
 double particle_simulation_bytes(const io::Scene& scene);
 double particle_disk_bytes(const io::Scene& scene);
 std::string particle_size(const io::Scene& scene);
 TimedScene timed_particles(const io::Scene& scene);
-/// Says so when the steps of a scene lie outside what tests/bench/particles measured.
+/// Warns when the time step of a scene is outside the range studied in tests/bench/particles.
 std::string particle_advice(const io::Scene& scene);
 Report make_particle_report(const io::ArchiveReader& archive, const io::Scene& scene);
 
-/// Throws an input Error for a packing that is not of these bodies, and a run Error where none was found.
+/// Throws an input Error for a packing of other bodies, and a run Error where none was found.
 Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
 
 }  // namespace drover::run

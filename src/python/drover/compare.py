@@ -26,7 +26,7 @@ PARTICLE_SERIES = {"order": "polar_order", "size": "bead_velocity_size", "along"
 
 @dataclass(frozen=True)
 class Side:
-    """One run as it is compared.  Errors are not-a-number where they were refused."""
+    """One run as it is compared.  Errors are NaN where the run is too short for an estimate."""
 
     run: Run | ParticleRun
     times: numpy.ndarray
@@ -157,7 +157,9 @@ def ends_early(times):
 
 
 def number_text(value, error):
-    return f"{value:.4g}" if error == 0.0 else f"{value:.4g} +- " + ("refused" if math.isnan(error) else f"{error:.2g}")
+    if math.isnan(error):
+        return f"{value:.4g} (run too short for an error estimate)"
+    return f"{value:.4g}" if error == 0.0 else f"{value:.4g} +- {error:.2g}"
 
 
 def table_text(comparison):
@@ -182,8 +184,6 @@ def remark(side):
     words = f"{side.name}: cell {side.sides[0]:g} x {side.sides[1]:g} mm, {side.times[-1]:g} s, means after {side.warm_up:.3g} s"
     if side.run.summary is None:
         words += " (it has not reached its end)"
-    if any(math.isnan(error) for _, error in side.numbers.values()):
-        words += "; an error is refused where the run is too short for it"
     return words
 
 
