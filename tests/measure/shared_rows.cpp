@@ -18,12 +18,14 @@ const numerics::Grid grid{.nx = 48, .ny = 48, .lx = 48.0, .ly = 48.0};  // the m
 /// of the grid represent exactly; directions and velocities depend on the numbers, so that means over bodies differ
 /// from means over the area.
 struct Snapshot {
-    double spread = 0.0;  ///< of the directions
-    int rods(int i) const { return i % 4 == 0 ? 3 : i % 4 == 2 ? 1 : 2; }
-    int beads(int j) const { return j % 4 == 0 ? 4 : j % 4 == 2 ? 2 : 3; }
-    double angle(int i, int j) const { return spread * (rods(i) + std::sin(2.0 * pi * j / 48.0)); }
-    double velocity_x(int i, int j) const { return 0.5 * beads(j) + 0.3 * std::cos(2.0 * pi * i / 48.0); }
-    double velocity_y(int i, int j) const { return 0.2 * rods(i) - 0.1 * beads(j); }
+    double spread = 0.0;                                                       ///< of the directions
+    static int wave_4(int i) { return i % 4 == 0 ? 1 : i % 4 == 2 ? -1 : 0; }  // cos(2 pi i/4)
+    static int wave_6(int i) { return i % 6 == 0 ? 2 : i % 6 == 3 ? -2 : i % 6 == 1 || i % 6 == 5 ? 1 : -1; }
+    int rods(int i, int j) const { return 4 + wave_6(i) + wave_4(j); }
+    int beads(int i, int j) const { return 4 + wave_4(i) + wave_6(j); }
+    double angle(int i, int j) const { return spread * (rods(i, j) + std::sin(2.0 * pi * j / 48.0)); }
+    double velocity_x(int i, int j) const { return 0.5 * beads(i, j) + 0.3 * std::cos(2.0 * pi * i / 48.0); }
+    double velocity_y(int i, int j) const { return 0.2 * rods(i, j) - 0.1 * beads(i, j); }
 };
 
 ParticleScene particles_of(const Snapshot& snapshot) {
@@ -31,8 +33,8 @@ ParticleScene particles_of(const Snapshot& snapshot) {
     for (int j = 0; j < grid.ny; ++j)
         for (int i = 0; i < grid.nx; ++i) {
             const double x = i + 0.5, y = j + 0.5;
-            for (int k = 0; k < snapshot.rods(i); ++k) scene.add_rod(x, y, snapshot.angle(i, j));
-            for (int k = 0; k < snapshot.beads(j); ++k)
+            for (int k = 0; k < snapshot.rods(i, j); ++k) scene.add_rod(x, y, snapshot.angle(i, j));
+            for (int k = 0; k < snapshot.beads(i, j); ++k)
                 scene.add_bead(x, y, snapshot.velocity_x(i, j), snapshot.velocity_y(i, j));
         }
     return scene;
@@ -51,9 +53,9 @@ public:
         std::size_t point = 0;
         for (int j = 0; j < grid.ny; ++j)
             for (int i = 0; i < grid.nx; ++i, ++point) {
-                const double weight = form.order_is_density ? snapshot.rods(i) : 1.0;
-                fields_[form.bead_density][point] = snapshot.beads(j);
-                fields_[form.rod_density][point] = snapshot.rods(i);
+                const double weight = form.order_is_density ? snapshot.rods(i, j) : 1.0;
+                fields_[form.bead_density][point] = snapshot.beads(i, j);
+                fields_[form.rod_density][point] = snapshot.rods(i, j);
                 fields_[form.polar_order][point] = weight * std::cos(snapshot.angle(i, j));
                 fields_[form.polar_order + 1][point] = weight * std::sin(snapshot.angle(i, j));
                 velocity_[0][point] = snapshot.velocity_x(i, j);
@@ -175,6 +177,13 @@ TEST(SharedRows, of_both_summaries_agree_on_the_same_snapshots) {
         std::vector<double> a, b;
         for (const Estimate& estimate : row.estimates) a.push_back(estimate.mean);
         for (const Estimate& estimate : other->estimates) b.push_back(estimate.mean);
+        if (row.name.ends_with("_exponent")) {  // undefined where numbers do not fluctuate: boxes of whole periods
+            const auto& deviation =
+                find_row(of_particles, row.name.substr(0, row.name.find('_')) + "_number_deviation")->estimates;
+            for (std::size_t k = 0; k + 1 < a.size(); ++k)
+                if (deviation[k].mean < 1e-6 || deviation[k + 1].mean < 1e-6) a[k] = b[k] = 0.0;
+            EXPECT_NE(a[0], 0.0);
+        }
         expect_near(a, b, row.name);
     }
     EXPECT_THAT(shared, testing::IsSupersetOf({"polar_order_susceptibility", "polar_order_binder", "rod_number",
@@ -189,9 +198,9 @@ TEST(SharedRows, are_means_over_bodies_and_not_over_the_area) {
         for (int i = 0; i < 48; ++i) {
             const double x = snapshot.velocity_x(i, j), y = snapshot.velocity_y(i, j);
             over_area += x / 2304.0;
-            square += snapshot.beads(j) * (x * x + y * y) / (3.0 * 2304.0);
-            order_x += snapshot.rods(i) * std::cos(snapshot.angle(i, j)) / (2.0 * 2304.0);
-            order_y += snapshot.rods(i) * std::sin(snapshot.angle(i, j)) / (2.0 * 2304.0);
+            square += snapshot.beads(i, j) * (x * x + y * y) / (4.0 * 2304.0);
+            order_x += snapshot.rods(i, j) * std::cos(snapshot.angle(i, j)) / (4.0 * 2304.0);
+            order_y += snapshot.rods(i, j) * std::sin(snapshot.angle(i, j)) / (4.0 * 2304.0);
         }
     for (const physics::Form& form : forms()) {
         const FieldScene scene(snapshot, form);
