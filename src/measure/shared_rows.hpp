@@ -27,6 +27,13 @@ double bead_velocity_order(const Moment& moment) {
     return square > 0.0 ? size_of(mean_velocity(moment)) / std::sqrt(square) : 0.0;
 }
 
+/// Cosine of the angle between <v> of the beads and <n> of the rods; NaN when either is zero.
+template <class Moment>
+double flow_alignment(const Moment& moment) {
+    const MeanVector v = mean_velocity(moment), n = mean_direction(moment);
+    return (v.x * n.x + v.y * n.y) / (std::hypot(v.x, v.y) * std::hypot(n.x, n.y));
+}
+
 /// The rows of a cell with rods (has_order), with moving beads (has_flow), or with both.
 template <class Moment>
 void add_shared(bool has_order, bool has_flow, Observables<Moment>& rows) {
@@ -44,6 +51,11 @@ void add_shared(bool has_order, bool has_flow, Observables<Moment>& rows) {
     add(rows, "bead_velocity_order", "1",
         "order of the bead velocity in the plane, |<v>|/sqrt(<v^2>), means over the beads; 0 when all are at rest",
         bead_velocity_order<Moment>);
+    if (has_order)
+        add(rows, "flow_alignment", "1",
+            "cosine of the angle between the mean velocity of the beads and the mean direction of the rods, "
+            "<v>.<n>/(|<v>| |<n>|); NaN when either mean is zero",
+            flow_alignment<Moment>);
 }
 
 /// The variance of the number of bodies in boxes.

@@ -14,12 +14,13 @@ namespace {
 
 const numerics::Grid grid{.nx = 48, .ny = 48, .lx = 48.0, .ly = 48.0};  // the mesh on which bodies are counted
 
-/// Bodies at the centres of the cells of the grid.  Their numbers are waves with a period of 4 cells, which the modes
-/// of the grid represent exactly; directions and velocities depend on the numbers, so that means over bodies differ
-/// from means over the area.
+/// Bodies at the centres of the cells of the grid.  Their numbers are waves with periods of 4 and 6 cells, which the
+/// modes of the grid represent exactly; directions and velocities depend on the numbers, so that means over bodies
+/// differ from means over the area.
 struct Snapshot {
     double spread = 0.0;                                                       ///< of the directions
     static int wave_4(int i) { return i % 4 == 0 ? 1 : i % 4 == 2 ? -1 : 0; }  // cos(2 pi i/4)
+    // 2 cos(2 pi i/6)
     static int wave_6(int i) { return i % 6 == 0 ? 2 : i % 6 == 3 ? -2 : i % 6 == 1 || i % 6 == 5 ? 1 : -1; }
     int rods(int i, int j) const { return 4 + wave_6(i) + wave_4(j); }
     int beads(int i, int j) const { return 4 + wave_4(i) + wave_6(j); }
@@ -159,8 +160,8 @@ TEST(SharedRows, of_fields_and_particles_agree_on_the_same_snapshots) {
             expect_near(of_fields.values, of_particles->values, of_fields.name);
         }
         EXPECT_THAT(shared, testing::ElementsAre("bead_number_variance", "bead_speed", "bead_velocity_mean_x",
-                                                 "bead_velocity_mean_y", "bead_velocity_order", "polar_order",
-                                                 "rod_number_variance"));
+                                                 "bead_velocity_mean_y", "bead_velocity_order", "flow_alignment",
+                                                 "polar_order", "rod_number_variance"));
     }
 }
 
@@ -211,6 +212,53 @@ TEST(SharedRows, are_means_over_bodies_and_not_over_the_area) {
         EXPECT_NEAR(value("polar_order"), std::hypot(order_x, order_y), 1e-12);
         EXPECT_GT(value("bead_velocity_mean_x"), over_area + 0.05);  // more beads where they are faster
     }
+}
+
+TEST(FlowAlignment, is_the_cosine_between_flow_and_order_and_nan_without_either) {
+    ParticleScene particles = particles_of({.spread = 0.0});
+    for (dem::Bead& bead : particles.bodies.beads) bead.velocity = {-3.0, 4.0, 0.0};
+    EXPECT_NEAR(particles("flow_alignment"), -0.6, 1e-12);  // all rods along x; rounding
+    for (dem::Bead& bead : particles.bodies.beads) bead.velocity = {};
+    EXPECT_TRUE(std::isnan(particles("flow_alignment")));
+    for (const physics::Form& form : forms()) {
+        const FieldSetting setting = make_field_setting(grid, form, 1);
+        numerics::Fields fields(grid, numerics::components(physics::layout(form))), velocity(grid, 2);
+        numerics::Spectra spectra(grid, fields.count()), velocity_spectra(grid, 2);
+        Threads threads(1);
+        const numerics::Transform transform(grid, 1, threads);
+        const auto alignment = [&](double vx, double vy, double px) {
+            const auto fill = [](std::span<double> values, double value) {
+                std::fill(values.begin(), values.end(), value);
+            };
+            for (const int density : {form.bead_density, form.rod_density}) fill(fields[density], 2.0);
+            for (const auto& [axis, v] : {std::pair{0, vx}, {1, vy}}) {
+                fill(velocity[axis], v);
+                if (form.bead_velocity >= 0) fill(fields[form.bead_velocity + axis], v);
+            }
+            fill(fields[form.polar_order], px);
+            transform.forward(fields, spectra);
+            transform.forward(velocity, velocity_spectra);
+            const auto rows = field_observables(setting);
+            const FieldMoment moment{.setting = setting,
+                                     .spectra = spectra,
+                                     .fields = fields,
+                                     .velocity = &velocity_spectra,
+                                     .slaved_velocity = &velocity};
+            return measure_one(*find_row(rows, "flow_alignment"), moment).front();
+        };
+        EXPECT_NEAR(alignment(-3.0, 4.0, 0.5), -0.6, 1e-12);
+        EXPECT_TRUE(std::isnan(alignment(0.0, 0.0, 0.5)));
+        EXPECT_TRUE(std::isnan(alignment(1.0, 0.0, 0.0)));
+    }
+}
+
+TEST(FlowAlignment, that_is_undefined_in_a_sample_has_no_mean_and_the_summary_reports_it) {
+    RecordedSeries series{.name = "flow_alignment", .values = std::vector<double>(100, 0.5)};
+    series.values[3] = std::nan("");
+    const SummaryRow row = summarise({.series = {series}, .warm_up = 0}).rows.front();
+    EXPECT_TRUE(std::isnan(row.estimates.front().mean));
+    EXPECT_THAT(row.estimates.front().refusal, testing::HasSubstr("not finite in 1 of 100 samples"));
+    EXPECT_EQ(summarise({.series = {series}, .warm_up = 4}).rows.front().estimates.front().mean, 0.5);
 }
 
 TEST(SharedRows, leave_no_name_of_a_field_to_an_observable) {
