@@ -8,6 +8,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/calibrate/assay.hpp"
+#include "drover/numerics/line_fit.hpp"
 
 namespace drover::calibrate {
 
@@ -57,24 +58,8 @@ inline std::vector<double> means_over(std::span<const Trial> trials) {
     return means;
 }
 
-/// The line y = at_zero + slope x, by weighted least squares.
-struct Line {
-    double at_zero = 0.0, slope = 0.0;
-};
-inline Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights) {
-    double weight = 0.0, mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        weight += weights[i];
-        mean_x += weights[i] * x[i];
-        mean_y += weights[i] * y[i];
-    }
-    mean_x /= weight, mean_y /= weight;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        xx += weights[i] * (x[i] - mean_x) * (x[i] - mean_x);
-        xy += weights[i] * (x[i] - mean_x) * (y[i] - mean_y);
-    }
-    return {mean_y - xy / xx * mean_x, xy / xx};
-}
+using numerics::fit_line;
+using numerics::Line;
 
 /// Coefficients of these columns in the least-squares fit to y; NaN if the columns are linearly dependent.
 std::vector<double> least_squares(const std::vector<std::vector<double>>& columns, const std::vector<double>& y);

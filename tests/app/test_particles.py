@@ -180,7 +180,7 @@ def test_a_run_tells_what_its_paths_say(tmp_path):
     speeds = speeds_along(tmp_path, 2)  # the frame at 0.002 s belongs to the warm-up
     assert results["rod_speed"]["mean"] == pytest.approx(speeds.mean(), rel=1e-9)
     assert "0.002 s" in results["rod_speed"]["formula"] and results["rod_speed"]["error"] > 0.0
-    assert results["rod_speed_ahead_share"]["mean"] == pytest.approx((speeds > 0).mean(), rel=1e-9)
+    assert results["rod_head_first_fraction"]["mean"] == pytest.approx((speeds > 0).mean(), rel=1e-9)
     assert abs(results["rod_speed_deviation"]["mean"] - speeds.std(ddof=1)) < results["rod_speed_deviation"]["error"]
     with h5py.File(tmp_path / "tiny.h5") as file:
         steps = numpy.diff(file["bodies/beads/position/value"][2:, :, :2], axis=0)
@@ -188,7 +188,7 @@ def test_a_run_tells_what_its_paths_say(tmp_path):
         for name in ("rod_speed", "rotational_diffusion", "relaxation_time", "bead_displacement_squared"):
             assert file[f"summary/{name}"][()] == pytest.approx(results[name]["mean"], rel=1e-12)
         assert file["summary/rotational_diffusion"].attrs["units"] == b"rad2 s-1"
-    assert "rod_speed_ahead_share" in drover(tmp_path, "info", "tiny.h5").stdout
+    assert "rod_head_first_fraction" in drover(tmp_path, "info", "tiny.h5").stdout
 
 
 def test_a_run_without_frames_to_follow_leaves_paths_out(tmp_path):
@@ -206,11 +206,11 @@ def test_a_sweep_takes_means_over_seeds_of_single_rods(tmp_path):
                                    "--workers", "1", "--quiet").stdout)
     archives = sorted((tmp_path / "tiny.sweep").glob("point-0000-*.h5"))
     runs = [drover_json(tmp_path, "info", archive)["results"] for archive in archives]
-    for name in ("rod_speed", "rod_speed_ahead_share", "rotational_diffusion"):
+    for name in ("rod_speed", "rod_head_first_fraction", "rotational_diffusion"):
         means = numpy.array([run[name]["mean"] for run in runs])
         assert row[name]["mean"] == pytest.approx(means.mean(), rel=1e-9, abs=1e-12)
         assert row[name]["error"] == pytest.approx(means.std(ddof=1) / 8**0.5, rel=1e-6, abs=1e-12)  # beside rounding
-    assert all(run["rod_speed_ahead_share"]["error"] is None for run in runs)
+    assert all(run["rod_head_first_fraction"]["error"] is None for run in runs)
     if row["rotational_diffusion"]["mean"] > 0.0:
         assert row["relaxation_time"]["mean"] == pytest.approx(1.0 / row["rotational_diffusion"]["mean"])
     # What the runs of one point have alone stands in a column of its own.

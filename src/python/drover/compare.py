@@ -30,7 +30,7 @@ PARTICLE_SERIES = {"order": "polar_order", "size": "bead_velocity_size", "along"
 
 @dataclass(frozen=True)
 class Side:
-    """One run of the comparison.  Errors are NaN where they are not available."""
+    """One run as it is compared.  Errors are NaN where the run is too short for an estimate."""
 
     run: Run | ParticleRun
     times: numpy.ndarray
@@ -167,8 +167,9 @@ def ends_early(times):
 
 
 def number_text(value, error):
-    return f"{value:.4g}" if error == 0.0 else f"{value:.4g} +- " + ("not available" if math.isnan(error)
-                                                                     else f"{error:.2g}")
+    if math.isnan(error):
+        return f"{value:.4g} (run too short for an error estimate)"
+    return f"{value:.4g}" if error == 0.0 else f"{value:.4g} +- {error:.2g}"
 
 
 def table_text(comparison):
@@ -194,8 +195,6 @@ def remark(side):
              f"means after {side.warm_up:.3g} s")
     if side.run.summary is None:
         words += " (the run is not finished)"
-    if any(math.isnan(error) for _, error in side.numbers.values()):
-        words += "; errors are not available where the run is too short"
     return words
 
 

@@ -44,10 +44,10 @@ def number_fluctuations(run):
     if run.summary is not None:
         return summarised(run, f"{what}_number_deviation", loaded(run.summary[f"{what}_number"], run.path).values)
     variance = loaded(run.observables[f"{what}_number_variance"], run.path).mean("time").values
-    x, side = run.frames["x"].values, run.observables["box_side"].values
-    cells = numpy.rint(side / (x[1] - x[0]))  # as many along y
+    side = run.observables["box_side"].values  # of a square with the area of the box
+    area = numpy.prod([len(values) * (values[1] - values[0]) for values in (run.frames[axis].values for axis in "xy")])
     total = loaded(run.observables[f"{what}s_total"], run.path).mean().item()
-    return bare(total * cells**2 / (run.frames.sizes["x"] * run.frames.sizes["y"]), numpy.sqrt(variance))
+    return bare(total * side**2 / area, numpy.sqrt(variance))
 
 
 def number_exponents(run, numbers):

@@ -189,7 +189,7 @@ def bed_run(program, case, seed, folder):
             {**fixed, **start, "packing.file": str(folder / "held.h5"), "packing.frame": frame, "time.end": case.release,
              "output.frame_every": 0.0}, folder / "release.h5")
         with h5py.File(folder / "release.h5") as file:
-            releases.append(file["series/bead_velocity_x"][:])
+            releases.append(file["series/bead_velocity_mean_x"][:])
             times = file["series/time"][:]
     return {"results": free, "times": times, "releases": numpy.array(releases)}
 

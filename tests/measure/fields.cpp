@@ -1,5 +1,5 @@
-// tests/measure/observables.cpp: what is measured on single waves, turned fields and random fields of known statistics.
-#include "drover/measure/observables.hpp"
+// tests/measure/fields.cpp: observables of single waves, rotated fields and random fields with known statistics.
+#include "drover/measure/fields.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,12 +23,12 @@ const Grid oblong{.nx = 24, .ny = 16, .lx = 9.0, .ly = 10.0};  // cells neither 
 
 /// A run's moment that owns its fields; both forms of the fields hold the kept modes alone.
 struct Scene {
-    Setting setting;
+    FieldSetting setting;
     Fields fields;
     Spectra spectra;
 
     explicit Scene(const Grid& grid)
-        : setting(make_setting(grid, physics::rods_only, 1)), fields(grid, 3), spectra(grid, 3) {}
+        : setting(make_field_setting(grid, physics::rods_only, 1)), fields(grid, 3), spectra(grid, 3) {}
 
     void to_spectra() {
         Threads threads(1);
@@ -39,13 +39,9 @@ struct Scene {
 
     /// What the observable of that name gives.
     std::vector<double> operator()(const std::string& name) const {
-        const Moment moment{setting, spectra, fields};
-        for (const Observable& row : observables(setting.form))
-            if (row.name == name) {
-                std::vector<double> out(size_of(row, setting), -1.0);
-                row.measure(moment, out);
-                return out;
-            }
+        const FieldMoment moment{setting, spectra, fields};
+        const auto rows = field_observables(setting);
+        if (const auto* row = find_row(rows, name)) return measure_one(*row, moment);
         ADD_FAILURE() << name << " is not measured";
         return {};
     }
@@ -83,7 +79,7 @@ void expect_only(const std::vector<double>& found, std::size_t place, double exp
 }
 
 /// Modes of the whole plane in the same shell and sector as this one.
-double modes_beside(const Setting& setting, std::size_t mode) {
+double modes_beside(const FieldSetting& setting, std::size_t mode) {
     double count = 0.0;
     for (std::size_t m = 0; m < setting.shells.of_mode.size(); ++m)
         if (setting.shells.of_mode[m] == setting.shells.of_mode[mode] &&
@@ -92,26 +88,22 @@ double modes_beside(const Setting& setting, std::size_t mode) {
     return count;
 }
 
-TEST(Observables, every_row_has_a_name_of_its_own_a_unit_and_a_formula) {
+TEST(FieldObservables, every_row_has_a_unique_name_a_unit_and_a_formula) {
     std::set<std::string> names;
-    for (const Observable& row : observables(physics::rods_only)) {
+    for (const auto& row : field_observables(make_field_setting(oblong, physics::rods_only, 1))) {
         EXPECT_TRUE(names.insert(row.name).second) << row.name;
         EXPECT_FALSE(row.unit.empty() || row.formula.empty()) << row.name;
     }
 }
 
-TEST(Observables, write_as_many_numbers_as_their_axes_say_and_no_more) {
+TEST(FieldObservables, have_as_many_values_as_their_axes) {
     const Scene scene = random_scene(oblong, 1);
-    const Moment moment{scene.setting, scene.spectra, scene.fields};
-    for (const Observable& row : observables(physics::rods_only)) {
-        const std::size_t size = size_of(row, scene.setting);
-        std::vector<double> out(size + 1, 1e300);
-        row.measure(moment, std::span(out).first(size));
-        EXPECT_EQ(std::count(out.begin(), out.end(), 1e300), 1) << row.name;
-    }
+    const FieldMoment moment{scene.setting, scene.spectra, scene.fields};
+    for (const auto& row : field_observables(scene.setting))
+        EXPECT_EQ(row.measure(moment).size(), size_of(row.axes)) << row.name;
 }
 
-TEST(Observables, of_a_uniform_flock_are_its_density_and_its_order) {
+TEST(FieldObservables, of_a_uniform_flock_are_its_density_and_order) {
     Scene scene(oblong);
     std::fill(scene.fields[0].begin(), scene.fields[0].end(), 5.0);
     std::fill(scene.fields[1].begin(), scene.fields[1].end(), 3.0);
@@ -129,7 +121,7 @@ TEST(Observables, of_a_uniform_flock_are_its_density_and_its_order) {
         for (const double value : scene(name)) EXPECT_NEAR(value, 0.0, rounding) << name;
 }
 
-TEST(Observables, extremes_are_those_of_the_grid) {
+TEST(FieldObservables, extremes_are_those_of_the_grid) {
     Scene scene(oblong);
     std::fill(scene.fields[0].begin(), scene.fields[0].end(), 1.0);
     scene.fields[0][37] = -2.0;
@@ -142,13 +134,13 @@ TEST(Observables, extremes_are_those_of_the_grid) {
     EXPECT_NEAR(scene("polar_order_largest")[0], std::hypot(2.9, 0.95), 1e-15);  // rounding
 }
 
-TEST(StructureFactor, of_one_wave_of_rods_lies_in_its_shell_and_sector_alone) {
+TEST(StructureFactor, of_one_wave_of_rods_is_nonzero_only_in_its_shell_and_sector) {
     for (const auto& [kx, ky] : {std::pair{3, 0}, {0, 3}, {4, -2}, {1, 5}}) {
         Scene scene(oblong);
         std::fill(scene.fields[0].begin(), scene.fields[0].end(), 2.0);
         add_wave(scene, 0, kx, ky, 0.5, 0.3);
         scene.to_spectra();
-        const Setting& setting = scene.setting;
+        const FieldSetting& setting = scene.setting;
         const std::size_t mode = stored_mode(oblong, kx, ky);
         ASSERT_GE(setting.shells.of_mode[mode], 0);
         const auto shell = static_cast<std::size_t>(setting.shells.of_mode[mode]);
@@ -177,11 +169,11 @@ TEST(StructureFactor, of_one_wave_of_rods_lies_in_its_shell_and_sector_alone) {
     }
 }
 
-TEST(StructureFactor, waves_of_order_along_and_across_q_are_told_apart) {
+TEST(StructureFactor, resolves_waves_of_order_along_and_across_q) {
     for (const auto& [kx, ky] : {std::pair{2, 0}, {0, 4}, {3, 2}, {2, -3}}) {
         const double qx = tau * kx / oblong.lx, qy = tau * ky / oblong.ly, q = std::hypot(qx, qy);
         const auto shell = static_cast<std::size_t>(
-            make_setting(oblong, physics::rods_only, 1).shells.of_mode[stored_mode(oblong, kx, ky)]);
+            make_field_setting(oblong, physics::rods_only, 1).shells.of_mode[stored_mode(oblong, kx, ky)]);
         for (const bool is_along : {true, false}) {
             Scene scene(oblong);
             add_wave(scene, 1, kx, ky, is_along ? qx / q : -qy / q);
@@ -190,7 +182,7 @@ TEST(StructureFactor, waves_of_order_along_and_across_q_are_told_apart) {
             const double expected = 90.0 * 2.0 * 0.25 / scene.setting.shells.weight[shell];
             expect_only(scene("structure_factor_order_along"), shell, is_along ? expected : 0.0);
             expect_only(scene("structure_factor_order_across"), shell, is_along ? 0.0 : expected);
-            double both = 0.0;  // the sum over directions does not tell them apart
+            double both = 0.0;  // the sum over directions does not distinguish them
             for (const double value : scene("structure_factor_order_direction"))
                 both += std::isnan(value) ? 0.0 : value;
             EXPECT_NEAR(both, 45.0 / modes_beside(scene.setting, stored_mode(oblong, kx, ky)), 1e-12);  // rounding
@@ -198,7 +190,7 @@ TEST(StructureFactor, waves_of_order_along_and_across_q_are_told_apart) {
     }
 }
 
-TEST(StructureFactor, cross_of_rods_and_order_has_the_sign_of_the_growth_of_a_wave_of_rods) {
+TEST(StructureFactor, cross_is_negative_where_a_wave_of_rods_grows) {
     // d_t sigma = -div p: with sigma = cos(q.r), p = -q/|q| sin(q.r), so that -div p = |q| cos(q.r), sigma grows, and
     // d_t |sigma_q|^2/2 = -|q| Re(sigma_q^* i p_along): the cross structure factor is negative.
     Scene scene(oblong);
@@ -211,7 +203,7 @@ TEST(StructureFactor, cross_of_rods_and_order_has_the_sign_of_the_growth_of_a_wa
     expect_only(scene("structure_factor_cross"), shell, -90.0 * 2.0 * 0.25 / scene.setting.shells.weight[shell]);
 }
 
-TEST(StructureFactor, a_field_turned_by_a_right_angle_has_its_sectors_turned) {
+TEST(StructureFactor, of_a_field_rotated_by_90_degrees_has_its_sectors_rotated) {
     const Grid grid{.nx = 16, .ny = 16, .lx = 7.0, .ly = 7.0};
     const Scene scene = random_scene(grid, 4);
     Scene turned(grid);
@@ -276,17 +268,15 @@ TEST(StructureFactor, of_independent_rods_is_their_density) {
     }
 }
 
-TEST(Observables, a_form_without_a_field_measures_the_rest) {
+TEST(FieldObservables, of_a_form_without_a_field_are_those_of_the_others) {
     const physics::Form order_alone{.polar_order = 0};
-    const Setting setting = make_setting(oblong, order_alone, 3);
+    const FieldSetting setting = make_field_setting(oblong, order_alone, 3);
     const Spectra spectra(oblong, 2);
     const Fields fields(oblong, 2);
-    const Moment moment{setting, spectra, fields};
-    EXPECT_FALSE(observables(order_alone).empty());
-    for (const Observable& row : observables(order_alone)) {
-        std::vector<double> out(size_of(row, setting), 1.0);
-        row.measure(moment, out);
-        for (const double value : out) EXPECT_TRUE(value == 0.0 || std::isnan(value)) << row.name;
+    const FieldMoment moment{setting, spectra, fields};
+    EXPECT_FALSE(field_observables(setting).empty());
+    for (const auto& row : field_observables(setting)) {
+        for (const double value : measure_one(row, moment)) EXPECT_TRUE(value == 0.0 || std::isnan(value)) << row.name;
     }
 }
 

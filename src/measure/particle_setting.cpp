@@ -1,56 +1,52 @@
-// measure/particles_setting.cpp: bins, boxes and meshes of what is measured on particles.
+// measure/particle_setting.cpp: bins, boxes, meshes and axes of the observables of particles.
 #include <algorithm>
 #include <cmath>
 
 #include "drover/measure/particles.hpp"
+#include "measure/particle_axes.hpp"
+#include "measure/shared_rows.hpp"
 
 namespace drover::measure {
 
 namespace {
 
-constexpr double bead_bins_per_diameter = 20.0, bead_diameters = 5.0;  ///< of g(r) of beads: its shells, some five
+constexpr double bead_bins_per_diameter = 20.0, bead_diameters = 5.0;  ///< of g(r) of beads: about five shells
 constexpr double rod_bins_per_length = 8.0;                            ///< finer than a rod is wide
 constexpr std::size_t max_rod_bins = 512;
 constexpr int min_fine = 48;        ///< cells along the shorter side in which bodies are counted
 constexpr double flow_reach = 2.5;  ///< half side of the mesh around a rod, in rod lengths
-constexpr int flow_mesh = 21;       ///< odd: one cell is about the centre of mass
+constexpr int flow_mesh = 21;       ///< odd: one cell is centred on the centre of mass
 
 double shorter_side(const dem::Cell& cell) { return std::min(cell.lx, cell.ly); }
 
-Bins bins_up_to(double most, double width) {
-    return {.width = width, .count = static_cast<std::size_t>(std::max(most / width * (1.0 + 1e-12), 0.0))};
+Bins bins_up_to(double max, double width) {
+    return {.width = width, .count = static_cast<std::size_t>(std::max(max / width * (1.0 + 1e-12), 0.0))};
 }
 
-/// Boxes that hold a body or more on average, up to half of the cell along each side.
+/// Boxes with at least one body on average and sides up to half of the cell.
 void add_boxes(ParticleSetting& setting) {
     const double fine = shorter_side(setting.cell) / min_fine;
     setting.fine_x = static_cast<int>(std::lround(setting.cell.lx / fine));
     setting.fine_y = static_cast<int>(std::lround(setting.cell.ly / fine));
     const auto bodies = static_cast<double>(setting.rods > 0 ? setting.rods : setting.beads);
     for (const int side : {1, 2, 3, 4, 6, 8, 12, 16, 24}) {
-        const double part = static_cast<double>(side) * side / (static_cast<double>(setting.fine_x) * setting.fine_y);
-        if (bodies * part < 1.0) continue;
+        const double fraction =
+            static_cast<double>(side) * side / (static_cast<double>(setting.fine_x) * setting.fine_y);
+        if (bodies * fraction < 1.0) continue;
         setting.boxes.push_back(side);
-        setting.part.push_back(part);
+        setting.fractions.push_back(fraction);
     }
 }
 
-std::vector<double> middles(const Bins& bins) {
+std::vector<double> bin_centres(const Bins& bins) {
     std::vector<double> values(bins.count);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = (static_cast<double>(i) + 0.5) * bins.width;
     return values;
 }
 
-std::vector<double> mesh_places(const ParticleSetting& setting) {
+std::vector<double> mesh_centres(const ParticleSetting& setting) {
     std::vector<double> values;
     for (int i = 0; i < setting.mesh; ++i) values.push_back((i - 0.5 * (setting.mesh - 1)) * setting.mesh_width);
-    return values;
-}
-
-/// Side of a square of the area of each box.
-std::vector<double> box_sides(const ParticleSetting& setting) {
-    std::vector<double> values;
-    for (const double part : setting.part) values.push_back(std::sqrt(part * setting.cell.lx * setting.cell.ly));
     return values;
 }
 
@@ -78,40 +74,35 @@ ParticleSetting make_particle_setting(const dem::Setup& setup, const dem::Bodies
     }
     if (setting.periodic && setting.beads + setting.rods > 0) add_boxes(setting);
     if (setting.rods > 0 && setting.beads > 0) {
-        // The corners of the mesh stay within half of the cell, where an image of a bead is one bead.
+        // The corners of the mesh stay within half of the cell, so that each bead has one image on it.
         setting.mesh = flow_mesh;
         setting.mesh_width = 2.0 * std::min(flow_reach * setting.rod_length, half / std::sqrt(2.0)) / flow_mesh;
     }
     return setting;
 }
 
-AxisValues axis_of(ParticleAxis axis, const ParticleSetting& setting) {
-    switch (axis) {
-        case ParticleAxis::bead_separation:
-            return {"bead_separation", "mm", "distance of two beads in the plane, middle of the bin",
-                    middles(setting.bead_separations)};
-        case ParticleAxis::rod_separation:
-            return {"rod_separation", "mm",
-                    "distance of the centres of mass of two rods in the plane, middle of the bin",
-                    middles(setting.rod_separations)};
-        case ParticleAxis::box:
-            return {"box_side", "mm", "side of a square of the area of the box", box_sides(setting)};
-        case ParticleAxis::along:
-            return {"along_rod", "mm", "place from the centre of mass of a rod along its n, tail to head",
-                    mesh_places(setting)};
-        case ParticleAxis::across:
-            return {"across_rod", "mm", "place from the centre of mass of a rod along its n turned by +90 degrees",
-                    mesh_places(setting)};
-    }
-    return {};
+Axis bead_separation_axis(const ParticleSetting& setting) {
+    return {"bead_separation", "mm", "distance of two beads in the plane, middle of the bin",
+            bin_centres(setting.bead_separations)};
 }
 
-std::size_t size_of(ParticleAxis axis, const ParticleSetting& setting) { return axis_of(axis, setting).values.size(); }
+Axis rod_separation_axis(const ParticleSetting& setting) {
+    return {"rod_separation", "mm", "distance of the centres of mass of two rods in the plane, middle of the bin",
+            bin_centres(setting.rod_separations)};
+}
 
-std::size_t size_of(const ParticleObservable& observable, const ParticleSetting& setting) {
-    std::size_t size = 1;
-    for (const ParticleAxis axis : observable.axes) size *= size_of(axis, setting);
-    return size;
+Axis box_axis(const ParticleSetting& setting) {
+    return box_axis(setting.boxes, setting.cell.lx / setting.fine_x * (setting.cell.ly / setting.fine_y));
+}
+
+Axis along_axis(const ParticleSetting& setting) {
+    return {"along_rod", "mm", "position relative to the centre of mass of a rod along its n, tail to head",
+            mesh_centres(setting)};
+}
+
+Axis across_axis(const ParticleSetting& setting) {
+    return {"across_rod", "mm", "position relative to the centre of mass of a rod along its n turned by +90 degrees",
+            mesh_centres(setting)};
 }
 
 }  // namespace drover::measure
