@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "impact_increment.hpp"
-#include "lane.hpp"
+#include "vec4d.hpp"
 
 namespace drover::dem {
 
 namespace {
 using Memory = std::pmr::memory_resource;
-using Lanes = std::pmr::vector<Lane>;  // of each contact, along its normal and its tangents
+using Vec4dList = std::pmr::vector<Vec4d>;  // of each contact, along its normal and its tangents
 
 /// One body of a contact: what the contact's frame does there.
 struct Side {
@@ -30,25 +30,25 @@ std::array<Side, 2> sides_of(const Contact& contact, const Frame& frame) {
 /// The velocities at contact `at` that unit impulses of another along its normal and tangents make.
 struct Coupling {
     std::size_t at = 0;
-    std::array<Lane, 3> change{};
+    std::array<Vec4d, 3> change{};
 };
 
 /// For each contact, all those that it shares a body with, itself among them.
 class Couplings {
 public:
-    Couplings(std::span<const Mover> movers, std::span<const Contact> contacts, std::span<const Frame> frames,
+    Couplings(std::span<const ImpactBody> bodies, std::span<const Contact> contacts, std::span<const Frame> frames,
               Memory* memory)
         : start_(memory), all_(memory) {
         start_.reserve(contacts.size() + 1);
         all_.reserve(3 * contacts.size());
         for (std::size_t by = 0; by < contacts.size(); ++by) {
             start_.push_back(all_.size());
-            for (std::size_t at = 0; at < contacts.size(); ++at) add(movers, contacts, frames, by, at);
+            for (std::size_t at = 0; at < contacts.size(); ++at) add(bodies, contacts, frames, by, at);
         }
         start_.push_back(all_.size());
     }
     /// Changes the velocities at all contacts by an impulse at one.
-    void push(std::size_t by, double n, double x, double y, Lanes& slips) const {
+    void push(std::size_t by, double n, double x, double y, Vec4dList& slips) const {
         for (std::size_t k = start_[by]; k < start_[by + 1]; ++k) {
             const Coupling& to = all_[k];
             slips[to.at] += n * to.change[0] + x * to.change[1] + y * to.change[2];
@@ -56,7 +56,7 @@ public:
     }
 
 private:
-    void add(std::span<const Mover> movers, std::span<const Contact> contacts, std::span<const Frame> frames,
+    void add(std::span<const ImpactBody> bodies, std::span<const Contact> contacts, std::span<const Frame> frames,
              std::size_t by, std::size_t at) {
         Coupling coupling{.at = at};
         bool shared = false;
@@ -65,7 +65,7 @@ private:
                 if (here.body < 0 || here.body != there.body) continue;
                 shared = true;
                 const double sign = here.sign * there.sign,
-                             inverse = movers[static_cast<std::size_t>(here.body)].mass_inverse;
+                             inverse = bodies[static_cast<std::size_t>(here.body)].mass_inverse;
                 for (std::size_t j = 0; j < 3; ++j)
                     for (std::size_t i = 0; i < 3; ++i)
                         coupling.change[j][i] += sign * (inverse * dot(frames[at].axes[i], frames[by].axes[j]) +
@@ -83,27 +83,27 @@ struct Springs {
     std::span<const Contact> contacts;
     std::span<const Frame> frames;
     const Couplings& couplings;
-    const Lanes& before;  ///< velocities
-    double slow = 0.0;    ///< approaches below this times 1 - e end without rebound
+    const Vec4dList& before;           ///< velocities
+    double inelastic_threshold = 0.0;  ///< approaches below this times 1 - e end without rebound
 };
 
 /// One way through the impact.
 struct Passage {
-    Lanes slips, impulses;
+    Vec4dList slips, impulses;
     std::pmr::vector<double> stored;  ///< work in each spring
     double normal_work = 0.0, friction_work = 0.0;
     int sweeps = 0;
 
     Passage(const Springs& springs, Memory* memory)
         : slips(springs.before, memory),
-          impulses(springs.contacts.size(), Lane{}, memory),
+          impulses(springs.contacts.size(), Vec4d{}, memory),
           stored(springs.contacts.size(), 0.0, memory) {}
 };
 
 /// Changes all velocities by what one contact gave.
 void take(const Springs& springs, std::size_t c, const Bounce& bounce, Passage& passage) {
     springs.couplings.push(c, bounce.n, bounce.x, bounce.y, passage.slips);
-    passage.impulses[c] += Lane{bounce.n, bounce.x, bounce.y, 0.0};
+    passage.impulses[c] += Vec4d{bounce.n, bounce.x, bounce.y, 0.0};
     passage.normal_work += bounce.normal_work;
     passage.friction_work += bounce.friction_work;
 }
@@ -120,12 +120,13 @@ void stop(const Springs& springs, std::size_t c, Slip slip, Passage& passage) {
 /// One contact over a time h of the springs' own clock: pressed until it turns, then giving back.
 void press(const Springs& springs, std::size_t c, double h, double enough, Passage& passage) {
     double& stored = passage.stored[c];
-    const Lane& now = passage.slips[c];
+    const Vec4d& now = passage.slips[c];
     Slip slip{now[0], now[1], now[2]};
     if (std::abs(slip.n) < enough) slip.n = 0.0;  // turned, but for rounding
     if (slip.n >= 0.0 && stored == 0.0) return;
     const Contact& contact = springs.contacts[c];
-    if (stored == 0.0 && -slip.n < (1.0 - contact.restitution) * springs.slow) return stop(springs, c, slip, passage);
+    if (stored == 0.0 && -slip.n < (1.0 - contact.restitution) * springs.inelastic_threshold)
+        return stop(springs, c, slip, passage);
     const double mu = contact.friction, e2 = contact.restitution * contact.restitution;
     const Response& w = springs.frames[c].response;
     Bounce bounce;
@@ -181,7 +182,7 @@ Passage press_all(const Springs& springs, const ImpactLaw& law, double approach,
 void take_mean(Passage& one, const Passage& other) {
     double apart = 0.0;
     for (std::size_t c = 0; c < one.slips.size(); ++c) {
-        const Lane d = 0.25 * (one.impulses[c] - other.impulses[c]) * (one.slips[c] - other.slips[c]);
+        const Vec4d d = 0.25 * (one.impulses[c] - other.impulses[c]) * (one.slips[c] - other.slips[c]);
         apart += 0.5 * (d[0] + d[1] + d[2]);
         one.impulses[c] = 0.5 * (one.impulses[c] + other.impulses[c]);
     }
@@ -208,24 +209,24 @@ void give_back(const Springs& springs, Passage& passage) {
         second += 0.5 * impulse * (passage.slips[c][0] - before);
     }
     const double stretch = second > 0.0 ? -first / second : 1.0;
-    for (Lane& impulse : passage.impulses) impulse *= stretch;
+    for (Vec4d& impulse : passage.impulses) impulse *= stretch;
     passage.normal_work = stretch * first + stretch * stretch * second;
 }
 }  // namespace
 
-void resolve_together(std::span<Mover> movers, std::span<Contact> contacts, std::span<const Frame> frames,
-                      const ImpactLaw& law, ImpactOutcome& outcome) {
+void resolve_simultaneously(std::span<ImpactBody> bodies, std::span<Contact> contacts, std::span<const Frame> frames,
+                            const ImpactLaw& law, ImpactOutcome& outcome) {
     alignas(32) std::array<std::byte, 8192> few;  // what up to half a dozen contacts need
     std::pmr::monotonic_buffer_resource memory(few.data(), few.size());
-    const Couplings couplings(movers, contacts, frames, &memory);
-    Lanes before(contacts.size(), Lane{}, &memory);
+    const Couplings couplings(bodies, contacts, frames, &memory);
+    Vec4dList before(contacts.size(), Vec4d{}, &memory);
     for (std::size_t c = 0; c < contacts.size(); ++c)
-        for (std::size_t i = 0; i < 3; ++i) before[c][i] = velocity_along(contacts[c], frames[c], i, movers);
+        for (std::size_t i = 0; i < 3; ++i) before[c][i] = velocity_along(contacts[c], frames[c], i, bodies);
     const Springs springs{.contacts = contacts,
                           .frames = frames,
                           .couplings = couplings,
                           .before = before,
-                          .slow = law.slow * outcome.approach};
+                          .inelastic_threshold = law.inelastic_threshold * outcome.approach};
     Passage mean = press_all(springs, law, outcome.approach, true, &memory);
     take_mean(mean, press_all(springs, law, outcome.approach, false, &memory));
     if (is_elastic(contacts)) give_back(springs, mean);
@@ -233,8 +234,8 @@ void resolve_together(std::span<Mover> movers, std::span<Contact> contacts, std:
     outcome.friction = mean.friction_work;
     outcome.sweeps = mean.sweeps;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
-        const Lane& p = mean.impulses[c];
-        contacts[c].impulse = apply(contacts[c], frames[c], p[0], p[1], p[2], movers);
+        const Vec4d& p = mean.impulses[c];
+        contacts[c].impulse = apply(contacts[c], frames[c], p[0], p[1], p[2], bodies);
         if (contacts[c].second < 0) outcome.walls += dot(contacts[c].impulse, contacts[c].wall_velocity);
     }
 }

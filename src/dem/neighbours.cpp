@@ -41,7 +41,7 @@ Mesh mesh_of(const Cell& cell, double reach, std::size_t spheres) {
 
 double largest_radius(const Spheres& spheres) {
     double largest = 0.0;
-    for (const Lane& place : spheres.place) largest = std::max(largest, place[3]);
+    for (const Vec4d& place : spheres.position) largest = std::max(largest, place[3]);
     return largest;
 }
 
@@ -52,7 +52,7 @@ void wrap(double& x, std::int32_t& image, double side) {
     image += static_cast<std::int32_t>(cells);
 }
 
-void check_finite(const Lane& place, const char* kind, std::size_t number) {
+void check_finite(const Vec4d& place, const char* kind, std::size_t number) {
     const double sum = place[0] + place[1] + place[2];
     if (!std::isfinite(sum) || std::abs(place[0]) > 1e9 || std::abs(place[1]) > 1e9)
         fail_run(
@@ -64,21 +64,21 @@ void check_finite(const Lane& place, const char* kind, std::size_t number) {
 
 void wrap_bodies(const Cell& cell, Spheres& spheres) {
     for (std::size_t s = 0; s < spheres.beads.size(); ++s) {
-        check_finite(spheres.place[s], "bead", spheres.beads.number[s]);
+        check_finite(spheres.position[s], "bead", spheres.beads.number[s]);
         if (!is_periodic(cell)) continue;
-        double x = spheres.place[s][0], y = spheres.place[s][1];
+        double x = spheres.position[s][0], y = spheres.position[s][1];
         wrap(x, spheres.beads.image[s][0], cell.lx);
         wrap(y, spheres.beads.image[s][1], cell.ly);
-        spheres.place[s][0] = x;
-        spheres.place[s][1] = y;
+        spheres.position[s][0] = x;
+        spheres.position[s][1] = y;
     }
     for (std::size_t r = 0; r < spheres.rods.size(); ++r) {
-        check_finite(spheres.place[spheres.rods.first[r]], "rod", r);
+        check_finite(spheres.position[spheres.rods.first[r]], "rod", r);
         if (is_periodic(cell)) {
             wrap(spheres.rods.rod[r].position.x, spheres.rods.image[r][0], cell.lx);
             wrap(spheres.rods.rod[r].position.y, spheres.rods.image[r][1], cell.ly);
         }
-        place_spheres(spheres, r);
+        set_rod_spheres(spheres, r);
     }
 }
 
@@ -96,19 +96,19 @@ void sort_beads(const Mesh& mesh, Spheres& spheres) {
     std::vector<std::uint32_t> start(static_cast<std::size_t>(mesh.nx) * static_cast<std::size_t>(mesh.ny) + 1, 0),
         order(count);
     std::vector<std::uint32_t> cells(count);
-    const auto cell_of = [&](std::size_t s) { return mesh.cell({spheres.place[s][0], spheres.place[s][1]}); };
+    const auto cell_of = [&](std::size_t s) { return mesh.cell({spheres.position[s][0], spheres.position[s][1]}); };
     for (std::size_t s = 0; s < count; ++s) {
         cells[s] = static_cast<std::uint32_t>(cell_of(s));
         ++start[cells[s] + 1];
     }
     std::partial_sum(start.begin(), start.end(), start.begin());
     for (std::size_t s = 0; s < count; ++s) order[start[cells[s]]++] = static_cast<std::uint32_t>(s);
-    std::vector<Lane> lanes;
+    std::vector<Vec4d> vectors;
     std::vector<std::uint32_t> words;
     std::vector<std::array<std::int32_t, 2>> images;
-    reorder(order, spheres.place, lanes);
-    reorder(order, beads.velocity, lanes);
-    reorder(order, beads.spin, lanes);
+    reorder(order, spheres.position, vectors);
+    reorder(order, beads.velocity, vectors);
+    reorder(order, beads.spin, vectors);
     reorder(order, beads.number, words);
     reorder(order, beads.shape, words);
     reorder(order, beads.image, images);
@@ -161,7 +161,7 @@ public:
     void consider(std::uint32_t a, std::uint32_t b, double x, double y, Neighbours& to) const {
         const double dx = wrapped_.places[b][0] + x - wrapped_.places[a][0],
                      dy = wrapped_.places[b][1] + y - wrapped_.places[a][1];
-        const double reach = spheres_.place[a][3] + spheres_.place[b][3] + skin_;
+        const double reach = spheres_.position[a][3] + spheres_.position[b][3] + skin_;
         if (dx * dx + dy * dy >= reach * reach) return;
         x += wrapped_.moved[b][0] - wrapped_.moved[a][0];
         y += wrapped_.moved[b][1] - wrapped_.moved[a][1];
@@ -229,7 +229,7 @@ public:
         WallPoint found[4];
         for (std::uint32_t s = 0; s < spheres_.size(); ++s)
             if (const Place& at = spheres_.listed_wide[s];
-                walls.near(at[0], at[1], spheres_.place[s][3] + skin_, found) > 0)
+                walls.near(at[0], at[1], spheres_.position[s][3] + skin_, found) > 0)
                 to.near_wall.push_back(s);
     }
 
@@ -266,7 +266,7 @@ void list_near(double skin, const Spheres& spheres, Neighbours& neighbours, Thre
             for (std::size_t p = from; p < to; ++p) {
                 const Place &a = spheres.listed[pairs[p].first], &b = spheres.listed[pairs[p].second];
                 const double dx = a[0] - b[0], dy = a[1] - b[1];
-                const double reach = spheres.place[pairs[p].first][3] + spheres.place[pairs[p].second][3] + skin;
+                const double reach = spheres.position[pairs[p].first][3] + spheres.position[pairs[p].second][3] + skin;
                 near[count] = pairs[p];
                 count += dx * dx + dy * dy < reach * reach ? 1 : 0;  // without a jump, which would be guessed wrong
             }
@@ -277,7 +277,7 @@ void list_near(double skin, const Spheres& spheres, Neighbours& neighbours, Thre
 
 std::vector<Place> places_of(const Spheres& spheres) {
     std::vector<Place> places(spheres.size());
-    for (std::size_t s = 0; s < spheres.size(); ++s) places[s] = {spheres.place[s][0], spheres.place[s][1]};
+    for (std::size_t s = 0; s < spheres.size(); ++s) places[s] = {spheres.position[s][0], spheres.position[s][1]};
     return places;
 }
 }  // namespace
@@ -298,7 +298,7 @@ bool renew_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbour
     // The wide list holds all pairs within the near skin as long as none has gone half of what is left of it.
     const double left = skin - near_skin(skin), square = 0.25 * left * left;
     for (std::size_t s = 0; s < spheres.size(); ++s)
-        if (is_astray(spheres.place[s], spheres.listed_wide[s], square)) {
+        if (has_left_skin(spheres.position[s], spheres.listed_wide[s], square)) {
             make_neighbours(cell, skin, spheres, neighbours, threads);
             return true;
         }

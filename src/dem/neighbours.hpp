@@ -1,4 +1,4 @@
-// dem/neighbours.hpp: which spheres may touch before any has moved half a skin.
+// dem/neighbours.hpp: which spheres may overlap before any has moved half a skin.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -16,13 +16,13 @@ struct ImagePair {
     double x = 0.0, y = 0.0;  ///< added to the place of `second` [mm]
 };
 
-/// Pairs whose distance in the plane is less than their radii and a skin: heights never matter, since beads hop much faster than they go astray.
+/// Pairs whose distance in the plane is less than their radii and a skin: heights never matter, since beads hop much faster than they go left_skin.
 /// Of this wide list, a near one holds those within a part of the skin: it is gone through in every step, and renewed often.
 struct Neighbours {
     std::vector<SpherePair> pairs;
     std::vector<std::vector<SpherePair>> near;  ///< those of one chunk of `pairs` after another
     std::vector<ImagePair> images;              ///< pairs over an edge of a periodic cell
-    std::vector<std::uint32_t> near_wall;       ///< spheres that may touch a side wall
+    std::vector<std::uint32_t> near_wall;       ///< spheres that may overlap a side wall
 };
 
 /// Of the near list; a sphere that has gone half of it makes it void [mm].

@@ -70,12 +70,13 @@ Asked asked(const Supply& supply, const std::string& name, double area_cell, dou
 
 Asked check_beads(const BeadSupply& beads, double area_cell, const LocationOf& place) {
     require(!beads.diameters.empty(), place("beads.diameters"), "beads.diameters is empty; expected at least one");
-    require(beads.parts.size() == beads.diameters.size(), first_given(place, {"beads.parts", "beads.diameters"}),
-            "beads.parts has {} numbers beside {} of beads.diameters; expected one for each diameter",
-            beads.parts.size(), beads.diameters.size());
-    const double parts = std::accumulate(beads.parts.begin(), beads.parts.end(), 0.0);
-    require(parts > 0.0 && std::isfinite(parts), place("beads.parts"),
-            "beads.parts sum to {}; expected at least one number above 0", parts);
+    require(beads.proportions.size() == beads.diameters.size(),
+            first_given(place, {"beads.proportions", "beads.diameters"}),
+            "beads.proportions has {} numbers beside {} of beads.diameters; expected one for each diameter",
+            beads.proportions.size(), beads.diameters.size());
+    const double parts = std::accumulate(beads.proportions.begin(), beads.proportions.end(), 0.0);
+    require(parts > 0.0 && std::isfinite(parts), place("beads.proportions"),
+            "beads.proportions sum to {}; expected at least one number above 0", parts);
     Asked result = asked(beads, "beads", area_cell, mean_area(beads), place);
     result.length = result.thickest;
     return result;
@@ -111,7 +112,7 @@ void check_room(const Setup& setup, double thickest, double longest, const Locat
         if (is_periodic(cell) && thickest > 0.0) {
             require(side > reach, place(key),
                     "{} = {} mm; expected more than {} mm, twice the largest diameter and contacts.skin together, or a "
-                    "body could touch another on both sides of the periodic cell",
+                    "body could overlap another on both sides of the periodic cell",
                     key, side, reach);
             require(side >= longest, place(key),
                     "{} = {} mm; expected at least {} mm, the length of a body, or it would lie on itself", key, side,
@@ -141,9 +142,9 @@ void check_forces(const Setup& setup, double beads, const LocationOf& place) {
 }
 
 void check_contacts(const Setup& setup, double thinnest, const LocationOf& place) {
-    require(thinnest == 0.0 || setup.contacts.together < 0.5 * thinnest, place("contacts.together"),
-            "contacts.together = {} mm with spheres of radius {} mm; expected much less", setup.contacts.together,
-            0.5 * thinnest);
+    require(thinnest == 0.0 || setup.contacts.simultaneity_gap < 0.5 * thinnest, place("contacts.simultaneity_gap"),
+            "contacts.simultaneity_gap = {} mm with spheres of radius {} mm; expected much less",
+            setup.contacts.simultaneity_gap, 0.5 * thinnest);
     constexpr double periods = 0.05;
     require(
         setup.contacts.substep * setup.plates.frequency <= periods,

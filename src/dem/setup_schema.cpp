@@ -1,4 +1,5 @@
 // dem/setup_schema.cpp: what a scene may say of each section of a particle world.
+#include "drover/dem/contact_law.hpp"
 #include "drover/dem/setup.hpp"
 
 namespace drover {
@@ -90,8 +91,8 @@ const std::vector<Row<BeadSupply>>& schema<BeadSupply>() {
          .unit = "mm",
          .range = positive,
          .doc = "of the beads of a mixture; a list of one, as [0.8]: all beads alike"},
-        {.name = "parts",
-         .member = &BeadSupply::parts,
+        {.name = "proportions",
+         .member = &BeadSupply::proportions,
          .range = not_negative,
          .doc = "proportions, by number, of the diameters; only their ratios count"},
         {.name = "density",
@@ -227,6 +228,10 @@ const std::vector<Row<BodyForces>>& schema<BodyForces>() {
 template <>
 const std::vector<Row<ContactControl>>& schema<ContactControl>() {
     static const std::vector<Row<ContactControl>> rows{
+        {.name = "model",
+         .member = &ContactControl::model,
+         .choices = contact_models(),
+         .doc = "contact law: impulse: bodies are rigid and impacts take no time"},
         {.name = "law",
          .member = &ContactControl::law,
          .choices = {"simultaneous", "approaching-first", "first-to-last", "last-to-first"},
@@ -244,8 +249,8 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
          .member = &ContactControl::increments,
          .range = {.min = 1, .max = 100000},
          .doc = "into how many parts an impact whose slip turns is cut"},
-        {.name = "slow",
-         .member = &ContactControl::slow,
+        {.name = "inelastic_threshold",
+         .member = &ContactControl::inelastic_threshold,
          .range = {.min = 0.0, .max = 1.0},
          .doc = "approaches in a group of contacts slower than this times 1 - e of its fastest end without "
                 "rebound; 0: none do"},
@@ -254,8 +259,8 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
          .unit = "s",
          .range = positive,
          .doc = "least time between two impacts of a rod on the plates; shorter ones are taken together"},
-        {.name = "together",
-         .member = &ContactControl::together,
+        {.name = "simultaneity_gap",
+         .member = &ContactControl::simultaneity_gap,
          .unit = "mm",
          .range = not_negative,
          .doc = "contacts of a body whose gaps are below this act in one impact"},

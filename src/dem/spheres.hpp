@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "drover/dem/bodies.hpp"
-#include "lane.hpp"
 #include "rod_flight.hpp"
+#include "vec4d.hpp"
 
 namespace drover::dem {
 
 /// Beads, sorted by place whenever a neighbour list is made.  Slot s holds bead number[s] of the caller's list.
 struct BeadArrays {
-    std::vector<Lane> velocity;  ///< x, y, z and 1/mass
-    std::vector<Lane> spin;      ///< x, y, z and 1/inertia
+    std::vector<Vec4d> velocity;  ///< x, y, z and 1/mass
+    std::vector<Vec4d> spin;      ///< x, y, z and 1/inertia
     std::vector<std::uint32_t> number, shape;
     std::vector<std::array<std::int32_t, 2>> image;  ///< cells that it has been moved back by
 
@@ -34,13 +34,13 @@ struct RodArrays {
 
 /// All spheres: those of beads first, then those of rods, rod after rod.
 struct Spheres {
-    std::vector<Lane> place;                         ///< x, y, z and radius
+    std::vector<Vec4d> position;                     ///< x, y, z and radius
     std::vector<std::array<double, 2>> listed;       ///< x, y when the near list of neighbours was made
     std::vector<std::array<double, 2>> listed_wide;  ///< when the wide one was
     BeadArrays beads;
     RodArrays rods;
 
-    std::size_t size() const { return place.size(); }
+    std::size_t size() const { return position.size(); }
     bool is_bead(std::uint32_t sphere) const { return sphere < beads.size(); }
     /// The rod of a sphere that is not a bead.
     std::uint32_t rod(std::uint32_t sphere) const { return rods.owner[sphere - beads.size()]; }
@@ -52,18 +52,18 @@ struct Spheres {
 };
 
 /// Whether a sphere has gone as far from where it was listed as `square` says, or no_location at all.
-inline bool is_astray(const Lane& place, const std::array<double, 2>& listed, double square) {
+inline bool has_left_skin(const Vec4d& place, const std::array<double, 2>& listed, double square) {
     const double x = place[0] - listed[0], y = place[1] - listed[1];
     return !(x * x + y * y < square);
 }
 
 /// Puts the spheres of a rod where the rod is.
-inline void place_spheres(Spheres& spheres, std::size_t r) {
+inline void set_rod_spheres(Spheres& spheres, std::size_t r) {
     const Rod& rod = spheres.rods.rod[r];
     const Shape& shape = spheres.shape_of_rod(r);
     for (std::size_t k = 0; k < shape.at.size(); ++k) {
-        Lane& place = spheres.place[spheres.rods.first[r] + k];
-        set_vector(place, rod.position + shape.at[k] * rod.axis);
+        Vec4d& position = spheres.position[spheres.rods.first[r] + k];
+        set_vector(position, rod.position + shape.at[k] * rod.axis);
     }
 }
 

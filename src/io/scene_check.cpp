@@ -1,6 +1,8 @@
 // io/scene_check.cpp: the rows of the scene's own structs, and what its keys ask of each other.
 #include <cmath>
 
+#include "drover/dem/bodies.hpp"
+#include "drover/dem/contact_law.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/numerics/stepper_table.hpp"
 
@@ -57,6 +59,7 @@ void check_calibration(const Scene& scene, const LocationOf& place) {
 
 void check_particles(const Scene& scene, const LocationOf& place) {
     dem::check(scene.particles, place);
+    dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, place), scene.time.dt, place);
     check_calibration(scene, place);
     // The plates' path within a step is a series in its part of a period.
     constexpr double least = 20.0;

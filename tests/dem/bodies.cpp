@@ -25,7 +25,7 @@ TEST(Bodies, of_a_mixture_are_dealt_out_in_its_parts_as_exactly_as_whole_numbers
     auto setup = mixture(45.0, 0.0, 0.0);
     setup.beads.count = 10;
     setup.beads.diameters = {0.6, 0.8, 1.0, 0.8};
-    setup.beads.parts = {1.0, 1.0, 1.0, 0.0};
+    setup.beads.proportions = {1.0, 1.0, 1.0, 0.0};
     const Bodies bodies = make_bodies(setup, 1);
     ASSERT_EQ(bodies.shapes.size(), 3U);
     std::vector<int> counts(3);
@@ -37,7 +37,7 @@ TEST(Bodies, of_a_mixture_are_dealt_out_in_its_parts_as_exactly_as_whole_numbers
 TEST(Bodies, alike_in_diameter_share_a_shape) {
     auto setup = mixture(45.0, 0.1, 0.0);
     setup.beads.diameters = {0.8, 0.6, 0.8};
-    setup.beads.parts = {1.0, 2.0, 3.0};
+    setup.beads.proportions = {1.0, 2.0, 3.0};
     EXPECT_EQ(make_bodies(setup, 1).shapes.size(), 2U);
 }
 

@@ -70,7 +70,7 @@ TEST(Packing, fills_circle_flower_and_rectangle) {
 TEST(Packing, holds_mixtures_of_beads_and_rods_that_differ) {
     auto setup = mixture(40.0, 0.65, 0.08);
     setup.beads.diameters = {0.6, 0.7, 0.8, 0.9, 1.0};
-    setup.beads.parts = {1.0, 1.0, 1.0, 1.0, 1.0};
+    setup.beads.proportions = {1.0, 1.0, 1.0, 1.0, 1.0};
     setup.rods.size_tolerance = 0.02;
     const Bodies bodies = packed(setup);
     EXPECT_EQ(bodies.shapes.size(), 5 + bodies.rods.size());
@@ -79,7 +79,7 @@ TEST(Packing, holds_mixtures_of_beads_and_rods_that_differ) {
 TEST(Packing, holds_beads_ten_times_smaller_than_others) {
     auto setup = mixture(12.0, 0.6, 0.0);
     setup.beads.diameters = {0.1, 1.0};
-    setup.beads.parts = {50.0, 1.0};
+    setup.beads.proportions = {50.0, 1.0};
     EXPECT_GT(packed(setup).beads.size(), 1000U);
 }
 

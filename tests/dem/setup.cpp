@@ -88,9 +88,10 @@ TEST(Setup, whose_numbers_of_bodies_disagree_is_refused) {
 }
 
 TEST(Setup, whose_lists_differ_in_length_is_refused) {
-    EXPECT_REFUSAL(s.beads.parts = {}, "at beads.parts: beads.parts has 0 numbers beside 1 of beads.diameters");
+    EXPECT_REFUSAL(s.beads.proportions = {},
+                   "at beads.proportions: beads.proportions has 0 numbers beside 1 of beads.diameters");
     EXPECT_REFUSAL(s.beads.diameters = {}, "at beads.diameters: beads.diameters is empty");
-    EXPECT_REFUSAL(s.beads.parts = {0.0}, "at beads.parts: beads.parts sum to 0; expected");
+    EXPECT_REFUSAL(s.beads.proportions = {0.0}, "at beads.proportions: beads.proportions sum to 0; expected");
     EXPECT_REFUSAL(s.rods.diameters = {}, "at rods.diameters: rods.diameters is empty");
     EXPECT_REFUSAL((s.rods.densities = {8.7, 1.0}),
                    "at rods.densities: rods.densities has 2 numbers beside 13 of rods.diameters");
@@ -127,7 +128,7 @@ TEST(Setup, has_a_row_for_each_of_its_members) {
     expect_rows<Friction>(7);
     expect_rows<Kick>(1);
     expect_rows<BodyForces>(12);
-    expect_rows<ContactControl>(9);
+    expect_rows<ContactControl>(10);
     expect_rows<Packing>(3);
 }
 

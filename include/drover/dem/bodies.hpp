@@ -36,6 +36,9 @@ struct Bodies {
 /// out in their parts as exactly as whole numbers allow; the sizes of rods are drawn from the seed.  Throws an input Error when a shape cannot be.
 Bodies make_bodies(const Setup& setup, std::uint64_t seed, const LocationOf& place = no_location);
 
+/// The shapes of these bodies, rods at their mean size.
+std::vector<Shape> shapes_of(const Setup& setup, const LocationOf& place = no_location);
+
 /// Area of the cell in the plane [mm^2].
 double area(const Cell& cell);
 

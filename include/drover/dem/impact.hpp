@@ -7,8 +7,10 @@
 
 namespace drover::dem {
 
+struct ContactControl;
+
 /// A body of revolution as an impact sees it.
-struct Mover {
+struct ImpactBody {
     Vector velocity;              ///< of its centre of mass [mm/s]
     Vector spin;                  ///< angular velocity [rad/s]
     Vector axis;                  ///< of length 1; any for a sphere
@@ -19,7 +21,7 @@ struct Mover {
 
 /// A contact of two bodies, or of one with a wall that moves as it is told.
 struct Contact {
-    int first = 0, second = -1;    ///< movers; second = -1: a wall
+    int first = 0, second = -1;    ///< bodies; second = -1: a wall
     Vector normal;                 ///< of length 1, towards `first`
     Vector arm_first, arm_second;  ///< from the centres of mass to the place of contact [mm]
     Vector wall_velocity;          ///< at that place [mm/s]
@@ -44,16 +46,20 @@ enum class RestitutionKind {
 };
 
 struct ImpactLaw {
+    static constexpr const char* name = "impulse";  ///< of contacts.model
+    static ImpactLaw from(const ContactControl& control);
+
     GroupLaw group = GroupLaw::simultaneous;
     RestitutionKind restitution =
         RestitutionKind::energetic;  ///< of the laws that take one contact after another, and of single contacts
     bool track_slip = true;          ///< friction opposes the slip of each moment of the impact; false: that before it
     int increments = 8;              ///< of an impact during which the slip turns
-    double slow = 0.03;  ///< approaches below this times 1 - e, beside the largest before, end without rebound; 0: none
+    double inelastic_threshold =
+        0.03;  ///< approaches below this times 1 - e, beside the largest before, end without rebound; 0: none
     double tolerance = 1e-2;  ///< speed of approach that may be left, beside the largest before
 };
 
-/// What a group of impacts did, as energies [mg mm^2/s^2]: the kinetic energy of the movers changed by walls + normal + friction.
+/// What a group of impacts did, as energies [mg mm^2/s^2]: the kinetic energy of the bodies changed by walls + normal + friction.
 struct ImpactOutcome {
     double walls = 0.0;  ///< work of the walls' own motion
     double normal =
@@ -65,12 +71,12 @@ struct ImpactOutcome {
 };
 
 /// Velocity of `first` past `second` at the place of contact [mm/s].
-Vector relative_velocity(const Contact& contact, std::span<const Mover> movers);
+Vector relative_velocity(const Contact& contact, std::span<const ImpactBody> bodies);
 
-/// Kinetic energy of a mover [mg mm^2/s^2].
-double energy_kinetic(const Mover& mover);
+/// Kinetic energy of a impact_body [mg mm^2/s^2].
+double energy_kinetic(const ImpactBody& impact_body);
 
-/// Finds the impulses of contacts that share bodies, some of which approach, and changes the velocities of the movers.
+/// Finds the impulses of contacts that share bodies, some of which approach, and changes the velocities of the bodies.
 ///
 /// A single contact: the impact is followed in small increments of the normal impulse (Darboux and Keller), in each of which friction takes
 /// the most energy that a tangential impulse of mu times the normal one can; it sticks, turns and reverses as the slip does.
@@ -82,6 +88,6 @@ double energy_kinetic(const Mover& mover);
 /// Every impulse does its work on the mean of the velocities before and after it, so that energies add up to rounding, and with energetic
 /// restitution and tracked slip no contact gives more than it took: no group gains energy from anything but moving walls.
 /// Sources: Stronge, Impact Mechanics (2000), ch. 3 to 5; Keller, J. Appl. Mech. 53, 1 (1986).
-ImpactOutcome resolve(std::span<Mover> movers, std::span<Contact> contacts, const ImpactLaw& law);
+ImpactOutcome resolve(std::span<ImpactBody> bodies, std::span<Contact> contacts, const ImpactLaw& law);
 
 }  // namespace drover::dem

@@ -32,11 +32,11 @@ struct Gravity {
 
 /// Beads: single spheres.
 struct BeadSupply {
-    double area_fraction = 0.0;          ///< projected area of beads over that of the cell, when count is 0
-    int count = 0;                       ///< 0: from area_fraction
-    std::vector<double> diameters{0.8};  ///< [mm]
-    std::vector<double> parts{1.0};      ///< of each diameter, by number
-    double density = 2.7;                ///< [mg/mm^3]
+    double area_fraction = 0.0;            ///< projected area of beads over that of the cell, when count is 0
+    int count = 0;                         ///< 0: from area_fraction
+    std::vector<double> diameters{0.8};    ///< [mm]
+    std::vector<double> proportions{1.0};  ///< of the diameters, by number
+    double density = 2.7;                  ///< [mg/mm^3]
 };
 
 /// Rods: solids of equally spaced spheres on a line, tail to head; n points to the head.
@@ -83,16 +83,18 @@ struct BodyForces {
 
 /// How contacts are resolved.
 struct ContactControl {
+    std::string model = "impulse";          ///< the contact law, see dem/contact_law.hpp
     std::string law = "simultaneous";       ///< see dem/impact.hpp
     std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
     bool track_slip = true;  ///< friction follows the slip through the impact; false: it keeps the direction before
     int increments = 8;      ///< of an impact whose slip turns
-    double slow = 0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
+    double inelastic_threshold =
+        0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
     double substep =
         2e-5;  ///< least time between two impacts of a rod on the plates [s]; shorter ones are taken together
-    double together = 1e-5;     ///< gaps below this act in one impact [mm]
-    double skin = 0.25;         ///< of the neighbour list [mm]
-    double max_overlap = 0.02;  ///< of a radius; beyond it the run stops
+    double simultaneity_gap = 1e-5;  ///< gaps below this act in one impact [mm]
+    double skin = 0.25;              ///< of the neighbour list [mm]
+    double max_overlap = 0.02;       ///< of a radius; beyond it the run stops
 };
 
 /// The bodies at the start.

@@ -20,10 +20,12 @@ struct EnergyBalance {
     double kicks = 0.0;     ///< work of the kicks
     double impact = 0.0;    ///< lost in the direction of the normals, <= 0
     double friction = 0.0;  ///< lost to friction, <= 0
+    double elastic = 0.0;   ///< stored in soft contacts at this moment, counted as a loss: <= 0
 };
 inline constexpr double EnergyBalance::*balance_parts[] = {&EnergyBalance::gravity, &EnergyBalance::plates,
                                                            &EnergyBalance::forces,  &EnergyBalance::kicks,
-                                                           &EnergyBalance::impact,  &EnergyBalance::friction};
+                                                           &EnergyBalance::impact,  &EnergyBalance::friction,
+                                                           &EnergyBalance::elastic};
 double sum(const EnergyBalance& balance);
 
 /// Impacts that approach slower than this are not counted [mm/s]: bodies that stay together hop at the rate of the steps.
@@ -44,14 +46,14 @@ struct Counts {
 
 /// A body, or the sphere of a rod, by its number.
 struct Name {
-    enum class Kind { bead, rod, wall } kind = Kind::wall;
+    enum class Kind { bead, rod, wall, base, lid } kind = Kind::wall;
     std::int64_t number = 0;
     std::int64_t sphere = 0;  ///< of a rod, from the tail
 };
 std::string name_text(const Name& name);  ///< "bead 12", "rod 3 (sphere 6)", "the side wall"
 
 /// The largest overlap ever, of two bodies or of one with a wall.
-struct Overlap {
+struct OverlapRecord {
     double depth = 0.0, of_radius = 0.0;  ///< [mm]; beside the smaller radius
     Name first, second;
     double time = 0.0;  ///< [s]
@@ -79,7 +81,7 @@ public:
     double energy_kinetic() const;  ///< [mg mm^2/s^2]
     EnergyBalance balance() const;
     Counts counts() const;
-    Overlap worst_overlap() const;
+    OverlapRecord worst_overlap() const;
 
     std::vector<double> save() const;
     /// Throws an input Error if it is not of this world.

@@ -52,14 +52,14 @@ def matched_step(seeds, factor):
 
 LAWS = ("simultaneous", "approaching-first", "first-to-last", "last-to-first")
 GAPS = tuple(round(1.18 + 0.01 * i, 2) for i in range(9))
-CHOSEN = {"law": "simultaneous", "restitution": "energetic", "track_slip": True, "increments": 8, "together": 1e-5, "substep": 2e-5}
+CHOSEN = {"law": "simultaneous", "restitution": "energetic", "track_slip": True, "increments": 8, "simultaneity_gap": 1e-5, "substep": 2e-5}
 
 
 def contact_laws():
     """Every law with every restitution; and numbers of the program, one at a time, about those chosen."""
     laws = [{**CHOSEN, "law": law, "restitution": restitution, "track_slip": track_slip}
             for law in LAWS for restitution in ("energetic", "kinetic", "kinematic") for track_slip in (True, False)]
-    for key, values in (("increments", (4, 16, 32, 64)), ("together", (1e-7, 1e-6, 1e-4)), ("substep", (1e-5, 5e-6, 2e-6))):
+    for key, values in (("increments", (4, 16, 32, 64)), ("simultaneity_gap", (1e-7, 1e-6, 1e-4)), ("substep", (1e-5, 5e-6, 2e-6))):
         laws += [{**CHOSEN, key: value} for value in values]
     return laws
 
@@ -105,10 +105,10 @@ def bed_step(seeds, factor):
 
 
 def bed_groups(seeds, factor):
-    return [make({"increments": increments, "slow": slow}, "bead-gas.toml",
-                 {"contacts.increments": increments, "contacts.slow": slow, "cell.lx": 20.0, "cell.ly": 20.0, "beads.area_fraction": 0.7},
+    return [make({"increments": increments, "inelastic_threshold": threshold}, "bead-gas.toml",
+                 {"contacts.increments": increments, "contacts.inelastic_threshold": threshold, "cell.lx": 20.0, "cell.ly": 20.0, "beads.area_fraction": 0.7},
                  seeds or 4, whole(5.0 * factor, 0.5), measure="bed", release=whole(1.0 * factor, 0.005))
-            for increments, slow in ((64, 0.0), (16, 0.0), (8, 0.0), (8, 0.03), (8, 0.1), (4, 0.03))]
+            for increments, threshold in ((64, 0.0), (16, 0.0), (8, 0.0), (8, 0.03), (8, 0.1), (4, 0.03))]
 
 
 def rod_in_bed(seeds, factor):

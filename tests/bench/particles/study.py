@@ -21,8 +21,8 @@ phase of them.  Drover's own packing does not tilt rods: its starts differ in he
 would start the same from both ends.  A rod in a bed starts as it is packed, and so does its fellow without.
 
 Columns: `speed` is the displacement over a frame along the direction at its start, mm/s; of one start, its mean after a warm-up.  A
-start goes ahead when that is > 0; ahead_share is how many do, from ahead_low to ahead_high by Wilson's interval of one standard error.
-ahead_time_share counts times, in windows of half a second, instead: a rod may change its gait.  rotational_diffusion, rad2/s, is fitted
+start moves head-first when that is > 0; head_first_share is how many do, from head_first_low to head_first_high by Wilson's interval of one standard error.
+head_first_time_share counts times, in windows of half a second, instead: a rod may change its gait.  rotational_diffusion, rad2/s, is fitted
 to the correlation of directions of all starts, as measure/trajectories.hpp has it, with the jackknife over starts.  failed counts the
 starts whose run ended with an error, of which note has the last.
 """
@@ -148,13 +148,13 @@ def mean_and_error(values):
 def rod_row(_, runs):
     """The starts of a case in one row."""
     speeds = numpy.array([one["speed"] for one in runs])
-    ahead, row = speeds > 0.0, {}
+    head_first, row = speeds > 0.0, {}
     row["speed"], row["speed_error"] = mean_and_error(speeds)
     row["speed_deviation"] = speeds.std(ddof=1) if len(speeds) > 1 else math.nan
-    row["ahead_share"] = ahead.mean()
-    row["ahead_low"], row["ahead_high"] = wilson(ahead.sum(), len(speeds))
-    row["speed_ahead"], row["speed_ahead_error"] = mean_and_error(speeds[ahead])
-    row["speed_astern"], row["speed_astern_error"] = mean_and_error(speeds[~ahead])
+    row["head_first_share"] = head_first.mean()
+    row["head_first_low"], row["head_first_high"] = wilson(head_first.sum(), len(speeds))
+    row["speed_head_first"], row["speed_head_first_error"] = mean_and_error(speeds[head_first])
+    row["speed_tail_first"], row["speed_tail_first_error"] = mean_and_error(speeds[~head_first])
     spacing = runs[0]["spacing"]
     window = max(1, round(0.5 / spacing))
     shares = []
@@ -162,7 +162,7 @@ def rod_row(_, runs):
         frames = len(one["along"]) // window * window
         if frames:
             shares.append((one["along"][:frames].reshape(-1, window).mean(axis=1) > 0.0).mean())
-    row["ahead_time_share"], row["ahead_time_share_error"] = mean_and_error(shares)
+    row["head_first_time_share"], row["head_first_time_share_error"] = mean_and_error(shares)
     diffusion, error = rotational_diffusion([one["angles"] for one in runs], spacing)
     row["rotational_diffusion"], row["rotational_diffusion_error"] = diffusion, error
     turns = diffusion > 1e-9
@@ -277,8 +277,8 @@ class Table:
 
 def columns_of(cases):
     """Those of the key, of failures, and of what is measured."""
-    fixed = {"rod": ["speed", "speed_error", "speed_deviation", "ahead_share", "ahead_low", "ahead_high", "speed_ahead",
-                     "speed_ahead_error", "speed_astern", "speed_astern_error", "ahead_time_share", "ahead_time_share_error",
+    fixed = {"rod": ["speed", "speed_error", "speed_deviation", "head_first_share", "head_first_low", "head_first_high", "speed_head_first",
+                     "speed_head_first_error", "speed_tail_first", "speed_tail_first_error", "head_first_time_share", "head_first_time_share_error",
                      "rotational_diffusion", "rotational_diffusion_error", "relaxation_time", "relaxation_time_error"],
              "bed": ["bead_temperature_horizontal", "bead_temperature_horizontal_error", "impacts_bead_bead_rate",
                      "impacts_bead_bead_rate_error", "releases", "decay_rate", "decay_rate_error", "decay_rate_early",

@@ -1,4 +1,4 @@
-// dem/crowd.hpp: bodies as soft spheres that push each other apart, for packings.
+// dem/overlap_relaxation.hpp: bodies as soft spheres that push each other apart, for packings.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -9,7 +9,7 @@
 namespace drover::dem {
 
 /// Bodies between two levels.  Their places and axes are what a packing looks for; masses are those of the search, not of the bodies.
-struct Crowd {
+struct OverlapRelaxation {
     Cell cell;
     double floor = 0.0, ceiling = 0.0;  ///< the heights between which all spheres stay [mm]
     bool turns = true;                  ///< whether rods may turn
@@ -17,7 +17,7 @@ struct Crowd {
     double size = 1.0;                  ///< of rods beside what they are to become
 
     /// Of the bodies: beads, then rods.
-    std::vector<Vector> place, velocity, force;
+    std::vector<Vector> position, velocity, force;
     std::vector<double> mass;
     /// Of the rods.
     std::vector<Vector> axis, turning, torque;
@@ -31,18 +31,18 @@ struct Crowd {
 };
 
 /// Bodies with their spheres, at the origin.
-Crowd make_crowd(const Setup& setup, const Bodies& bodies, double margin);
+OverlapRelaxation make_relaxation(const Setup& setup, const Bodies& bodies, double margin);
 
-void set_margin(Crowd& crowd, double margin);
+void set_margin(OverlapRelaxation& relaxation, double margin);
 
 /// Sets the spheres by the places and axes of their bodies.
-void set_spheres(Crowd& crowd);
+void set_spheres(OverlapRelaxation& relaxation);
 
 /// Moves bodies apart, down the energy of their overlaps, until none is deeper than a part `deepest` of the pair's distance, or for `steps`.
 /// Returns the deepest overlap left, as such a part.  FIRE: Bitzek et al., PRL 97, 170201 (2006).
-double push_apart(Crowd& crowd, double deepest, int steps);
+double relax_overlaps(OverlapRelaxation& relaxation, double deepest, int steps);
 
-/// Largest overlap of spheres as they are, of two bodies or with a plate or wall, beside the smaller radius; < 0 where none touch, -1 at least.
-double largest_overlap(const Crowd& crowd);
+/// Largest overlap of spheres as they are, of two bodies or with a plate or wall, beside the smaller radius; < 0 where none overlap, -1 at least.
+double largest_overlap(const OverlapRelaxation& relaxation);
 
 }  // namespace drover::dem
