@@ -231,7 +231,9 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
         {.name = "model",
          .member = &ContactControl::model,
          .choices = contact_models(),
-         .doc = "contact law: impulse: bodies are rigid and impacts take no time"},
+         .doc = "contact law: impulse: bodies are rigid and impacts take no time; spring-dashpot: bodies are soft, "
+                "and contacts are linear springs with damping and friction (an independent check, with far smaller "
+                "time steps)"},
         {.name = "law",
          .member = &ContactControl::law,
          .choices = {"simultaneous", "approaching-first", "first-to-last", "last-to-first"},
@@ -264,6 +266,16 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
          .unit = "mm",
          .range = not_negative,
          .doc = "contacts of a body whose gaps are below this act in one impact"},
+        {.name = "stiffness",
+         .member = &ContactControl::stiffness,
+         .unit = "mg/s^2",
+         .range = positive,
+         .doc = "spring-dashpot: normal stiffness of all contacts; a larger one needs a smaller time.dt"},
+        {.name = "tangential_stiffness_ratio",
+         .member = &ContactControl::tangential_stiffness_ratio,
+         .range = positive,
+         .doc = "spring-dashpot: tangential over normal stiffness; 2/7 gives both the same period in contacts of solid "
+                "spheres"},
         {.name = "skin",
          .member = &ContactControl::skin,
          .unit = "mm",

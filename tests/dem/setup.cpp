@@ -128,7 +128,7 @@ TEST(Setup, has_a_row_for_each_of_its_members) {
     expect_rows<Friction>(7);
     expect_rows<Kick>(1);
     expect_rows<BodyForces>(12);
-    expect_rows<ContactControl>(10);
+    expect_rows<ContactControl>(12);
     expect_rows<Packing>(3);
 }
 

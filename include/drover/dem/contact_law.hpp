@@ -1,7 +1,9 @@
 // dem/contact_law.hpp: the contact laws.  A law is a parameter struct; a soft law is also a pure function from the state of a contact to its
 // force.  To add a soft law: its keys in [contacts] (setup.hpp, setup_schema.cpp), and here its struct and one alternative of ContactLaw.
 #pragma once
+#include <cmath>
 #include <concepts>
+#include <numbers>
 #include <string>
 #include <variant>
 #include <vector>
@@ -42,7 +44,41 @@ concept SoftLaw = requires(const Law& law, const SoftContact& contact, const Con
     { law(contact) } -> std::same_as<SoftForce>;
 };
 
-using ContactLaw = std::variant<ImpactLaw>;
+/// The linear spring-dashpot of Cundall & Strack, Geotechnique 29, 47 (1979).
+///
+/// Normal force k delta - gamma u_n, with gamma = -2 ln e sqrt(m k/(pi^2 + ln^2 e)): a binary collision has the restitution e at any speed.
+/// The dashpot may pull before the contact ends, which this formula assumes (Schwager & Poeschel, Granul. Matter 9, 465 (2007)).
+/// Tangential force -k_t s of a spring s that slips where it would exceed mu k delta.  The limit is the elastic part of the normal force,
+/// whose impulse over a collision is that of the whole: sliding changes the slip by mu (1 + e) m u_n, as in the impulse law.
+struct SpringDashpot {
+    static constexpr const char* name = "spring-dashpot";
+    double stiffness = 0.0;             ///< k [mg/s^2]
+    double tangential_stiffness = 0.0;  ///< k_t [mg/s^2]
+
+    static SpringDashpot from(const ContactControl& control) {
+        return {.stiffness = control.stiffness,
+                .tangential_stiffness = control.tangential_stiffness_ratio * control.stiffness};
+    }
+    double contact_time(double mass) const { return std::numbers::pi * std::sqrt(mass / stiffness); }
+
+    SoftForce operator()(const SoftContact& contact) const {
+        const double ln_e = std::log(contact.restitution);
+        const double gamma =
+            -2.0 * ln_e * std::sqrt(contact.mass * stiffness / (std::numbers::pi * std::numbers::pi + ln_e * ln_e));
+        const double elastic = stiffness * contact.overlap;
+        const Vector trial = contact.stretch + contact.slip;
+        const double size = length(trial), limit = contact.friction * elastic / tangential_stiffness;
+        const Vector stretch = size > limit ? limit / size * trial : trial;
+        return {.elastic = elastic,
+                .damping = -gamma * contact.opening_speed * contact.edge_weight,
+                .tangential = -tangential_stiffness * stretch,
+                .stretch = stretch,
+                .stored = 0.5 * (elastic * contact.overlap + tangential_stiffness * dot(stretch, stretch)),
+                .slipped = 0.5 * tangential_stiffness * dot(contact.stretch + stretch, trial - stretch)};
+    }
+};
+
+using ContactLaw = std::variant<ImpactLaw, SpringDashpot>;
 
 /// The values of contacts.model.
 std::vector<std::string> contact_models();

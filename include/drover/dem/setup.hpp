@@ -92,9 +92,11 @@ struct ContactControl {
         0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
     double substep =
         2e-5;  ///< least time between two impacts of a rod on the plates [s]; shorter ones are taken together
-    double simultaneity_gap = 1e-5;  ///< gaps below this act in one impact [mm]
-    double skin = 0.25;              ///< of the neighbour list [mm]
-    double max_overlap = 0.02;       ///< of a radius; beyond it the run stops
+    double simultaneity_gap = 1e-5;                 ///< gaps below this act in one impact [mm]
+    double stiffness = 1e10;                        ///< of spring-dashpot contacts [mg/s^2]
+    double tangential_stiffness_ratio = 2.0 / 7.0;  ///< of spring-dashpot contacts, to the normal one
+    double skin = 0.25;                             ///< of the neighbour list [mm]
+    double max_overlap = 0.02;                      ///< of a radius; beyond it the run stops
 };
 
 /// The bodies at the start.
