@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "drover/physics/term.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::physics {
 

@@ -5,7 +5,7 @@
 
 #include "drover/numerics/linear_operator.hpp"
 #include "drover/physics/right_hand_side.hpp"
-#include "drover/physics/term.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::physics {
 

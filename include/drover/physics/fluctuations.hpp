@@ -4,7 +4,7 @@
 
 #include "drover/base/threads.hpp"
 #include "drover/physics/linear_theory.hpp"
-#include "drover/physics/term.hpp"
+#include "drover/physics/equations.hpp"
 #include "drover/physics/uniform_states.hpp"
 
 namespace drover::physics {

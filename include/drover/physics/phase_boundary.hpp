@@ -6,7 +6,7 @@
 
 #include "drover/numerics/contour.hpp"
 #include "drover/physics/long_waves.hpp"
-#include "drover/physics/model.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::physics {
 

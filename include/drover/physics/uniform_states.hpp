@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/physics/model.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::physics {
 
