@@ -10,7 +10,8 @@
 
 namespace drover::dem {
 
-/// Numbered places, each in its square; squares are at least `reach` wide, so that all within reach are in nine of them.
+/// Numbered places, each in its square; squares are at least `reach` wide, so that all within reach are in nine of
+/// them.
 class Bins {
 public:
     Bins(const Cell& cell, double reach) : periodic_(is_periodic(cell)) {

@@ -13,7 +13,8 @@
 namespace drover::dem {
 
 namespace {
-/// Friction along the slip before the impact, at most what stops it without the normal impulse: the plain law.
+/// Friction keeps the direction of the slip before the impact, and is at most what stops the slip without the normal
+/// impulse.
 Bounce bounce_plain(const Response& w, const Contact& contact, Slip slip) {
     const double normal = -(1.0 + contact.restitution) * slip.n / w.nn,
                  size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
@@ -49,17 +50,17 @@ Bounce bounce_sphere(const Response& w, const Contact& contact, const Slip& slip
     return bounce;
 }
 
-/// Increments that follow the turning of the slip: none needed where it keeps its direction.
-int increments_needed(const Response& w, const Contact& contact, const Slip& slip, int most) {
+/// Number of increments needed to follow the turning of the slip: one where it keeps its direction.
+int increments_needed(const Response& w, const Contact& contact, const Slip& slip, int max_increments) {
     if (contact.friction == 0.0) return 1;
     const double impulse = -(1.0 + contact.restitution) * slip.n / w.nn;
     const double change = impulse * (std::sqrt(w.nx * w.nx + w.ny * w.ny) + contact.friction * std::max(w.xx, w.yy));
     const double size = std::sqrt(slip.x * slip.x + slip.y * slip.y),
-                 wanted = std::ceil(2.0 * most * change / std::max(size, 1e-300));
-    return wanted >= most ? most : std::max(1, static_cast<int>(wanted));
+                 wanted = std::ceil(2.0 * max_increments * change / std::max(size, 1e-300));
+    return wanted >= max_increments ? max_increments : std::max(1, static_cast<int>(wanted));
 }
 
-/// The impact of one contact that approaches.
+/// The impact of one approaching contact.
 Bounce bounce_of(const Response& w, const Contact& contact, Slip slip, const ImpactLaw& law) {
     if (!law.track_slip) return bounce_plain(w, contact, slip);
     if (is_sphere_like(w)) return bounce_sphere(w, contact, slip);
@@ -90,7 +91,7 @@ Bounce bounce_of(const Response& w, const Contact& contact, Slip slip, const Imp
     return bounce;
 }
 
-/// A group with all that its contacts need.
+/// A group of contacts.
 struct Group {
     std::span<ImpactBody> bodies;
     std::span<Contact> contacts;

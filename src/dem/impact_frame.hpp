@@ -1,4 +1,4 @@
-// dem/impact_frame.hpp: a contact in its own frame: how velocities there answer impulses there.
+// dem/impact_frame.hpp: the frame of a contact, and the response of its relative velocity to impulses.
 #pragma once
 #include <array>
 #include <cmath>
@@ -15,7 +15,7 @@ struct Response {
     double ixx = 0.0, ixy = 0.0, iyy = 0.0;  ///< the inverse of its tangential part [mg]
 };
 
-/// What one body of a contact does along n, x and y.
+/// One body of a contact: its motion along the normal and the tangents.
 struct Lever {
     std::array<Vector, 3> turn;  ///< arm x direction: velocity there per angular velocity
     std::array<Vector, 3> spin;  ///< angular velocity per impulse
@@ -27,13 +27,13 @@ struct Frame {
     Response response;
 };
 
-/// Normal and slip do not feel each other, and no direction of slip differs from another.
+/// Normal impulses do not change the slip, and all directions of slip are alike.
 inline bool is_sphere_like(const Response& w) {
     const double small = 1e-12 * w.nn;
     return std::abs(w.nx) < small && std::abs(w.ny) < small && std::abs(w.xy) < small && std::abs(w.xx - w.yy) < small;
 }
 
-/// A tangent that turns with the scene, so that a turned scene gives turned results: along the slip, else along the arm.
+/// A tangent along the slip, or else along the arm, so that a rotated scene gives rotated results.
 inline Vector tangent(const Contact& contact, std::span<const ImpactBody> bodies) {
     const Vector& n = contact.normal;
     for (const Vector& v : {relative_velocity(contact, bodies), contact.arm_first}) {
@@ -60,7 +60,8 @@ inline Lever lever_of(const ImpactBody& body, const Vector& arm, const std::arra
 
 inline Response response_of(const Contact& contact, const Frame& frame, std::span<const ImpactBody> bodies) {
     const ImpactBody& first = bodies[static_cast<std::size_t>(contact.first)];
-    const bool image = contact.second == contact.first;  // a body and its own image: it cannot push itself, but turn
+    const bool image =
+        contact.second == contact.first;  // a body and its own image: the impulses turn it and cannot move it
     double mass_inverse = image ? 0.0 : first.mass_inverse;
     if (contact.second >= 0 && !image) mass_inverse += bodies[static_cast<std::size_t>(contact.second)].mass_inverse;
     const auto entry = [&](std::size_t i, std::size_t j) {
@@ -105,7 +106,7 @@ inline double velocity_along(const Contact& contact, const Frame& frame, std::si
     return dot(frame.axes[i], first.velocity - second.velocity) + at_first - dot(frame.second.turn[i], second.spin);
 }
 
-/// Gives both bodies an impulse of components n, x, y; returns it as a vector.
+/// Applies an impulse of components n, x, y to both bodies; returns it as a vector.
 inline Vector apply(const Contact& contact, const Frame& frame, double n, double x, double y,
                     std::span<ImpactBody> bodies) {
     const Vector impulse = n * frame.axes[0] + x * frame.axes[1] + y * frame.axes[2];

@@ -8,7 +8,8 @@
 
 namespace drover::dem {
 
-/// Bodies between two levels.  Their places and axes are what a packing looks for; masses are those of the search, not of the bodies.
+/// Bodies between two levels.  Their places and axes are what a packing looks for; masses are those of the search, not
+/// of the bodies.
 struct OverlapRelaxation {
     Cell cell;
     double floor = 0.0, ceiling = 0.0;  ///< the heights between which all spheres stay [mm]
@@ -38,11 +39,13 @@ void set_margin(OverlapRelaxation& relaxation, double margin);
 /// Sets the spheres by the places and axes of their bodies.
 void set_spheres(OverlapRelaxation& relaxation);
 
-/// Moves bodies apart, down the energy of their overlaps, until none is deeper than a part `deepest` of the pair's distance, or for `steps`.
-/// Returns the deepest overlap left, as such a part.  FIRE: Bitzek et al., PRL 97, 170201 (2006).
+/// Moves bodies apart, down the energy of their overlaps, until none is deeper than a part `deepest` of the pair's
+/// distance, or for `steps`. Returns the deepest overlap left, as such a part.  FIRE: Bitzek et al., PRL 97, 170201
+/// (2006).
 double relax_overlaps(OverlapRelaxation& relaxation, double deepest, int steps);
 
-/// Largest overlap of spheres as they are, of two bodies or with a plate or wall, beside the smaller radius; < 0 where none overlap, -1 at least.
+/// Largest overlap of spheres as they are, of two bodies or with a plate or wall, beside the smaller radius; < 0 where
+/// none overlap, -1 at least.
 double largest_overlap(const OverlapRelaxation& relaxation);
 
 }  // namespace drover::dem

@@ -34,7 +34,8 @@ double relative_depth(const Overlap& overlap, const Spheres& spheres);
 /// Reuses its memory from step to step.
 class OverlapSearch {
 public:
-    /// All overlaps of spheres with each other and with the side walls.  Their order does not depend on the number of threads.
+    /// All overlaps of spheres with each other and with the side walls.  Their order does not depend on the number of
+    /// threads.
     std::vector<Overlap>& find(const Walls& walls, const Spheres& spheres, const Neighbours& neighbours,
                                Threads& threads);
 

@@ -103,8 +103,9 @@ void move_rod(OverlapRelaxation& relaxation, std::size_t rod, const Span& sphere
         relaxation.centre[s] = to + relaxation.size * relaxation.at[s] * relaxation.axis[rod];
 }
 
-/// A free place for a rod.  Its direction is drawn once and only places are tried again: what is hard to place then has no say in
-/// the directions.  A further direction is for cells where the first has no place at all, such as across a narrow one.
+/// A free place for a rod.  Its direction is drawn once and only places are tried again: what is hard to place then has
+/// no say in the directions.  A further direction is for cells where the first has no place at all, such as across a
+/// narrow one.
 bool place_rod(OverlapRelaxation& relaxation, std::size_t rod, const Span& spheres, const Placed& placed,
                Draws& draws) {
     constexpr int directions = 50, places = 2000;
@@ -211,8 +212,8 @@ double margin_of(const Setup& setup, double thickest, double most) {
 
 constexpr int steps_of_round = 500;
 
-/// Pushes bodies apart in rounds until none overlap; the overlap after each.  Ends early when the rounds are used up, about a minute at the
-/// paper's size, or bring no more.
+/// Pushes bodies apart in rounds until none overlap; the overlap after each.  Ends early when the rounds are used up,
+/// about a minute at the paper's size, or bring no more.
 std::vector<double> resolve(OverlapRelaxation& relaxation) {
     constexpr double sphere_steps = 8e8;
     constexpr std::size_t back = 4, least = 6, most = 40;
@@ -228,8 +229,8 @@ std::vector<double> resolve(OverlapRelaxation& relaxation) {
     return overlaps;
 }
 
-/// Spreads bodies that do not overlap as far from each other as a larger margin brings them: from a start in which all nearly overlap, the first
-/// stroke of the plates would be one impact of hundreds.
+/// Spreads bodies that do not overlap as far from each other as a larger margin brings them: from a start in which all
+/// nearly overlap, the first stroke of the plates would be one impact of hundreds.
 void loosen(OverlapRelaxation& relaxation, double margin) {
     if (margin <= relaxation.margin) return;
     const OverlapRelaxation before = relaxation;

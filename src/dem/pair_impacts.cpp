@@ -121,7 +121,8 @@ public:
         if (outcome.approach <= 0.0) return;
         record(outcome, report);
         for (std::size_t b = 0; b < bodies_.size(); ++b) store(bodies_[b], spheres_, indices_[b]);
-        // One time for the whole group: its bodies move as if they had had their new velocities since then, so none moves into another.
+        // One time for the whole group: its bodies move as if they had had their new velocities since then, so none
+        // moves into another.
         double since = 0.0;
         for (const Overlap* overlap : overlaps) since = std::max(since, overlap->since);
         for (std::size_t c = 0; c < pairs; ++c) {

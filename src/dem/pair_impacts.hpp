@@ -27,8 +27,9 @@ struct PairRules {
 /// Reuses its memory from step to step.
 class PairImpacts {
 public:
-    /// Finds all overlaps, resolves each group in which a contact approaches, and corrects positions for the time since first contact.
-    /// Returns the contributions of this step to the energy balance and the counts, and its deepest overlap.
+    /// Finds all overlaps, resolves each group in which a contact approaches, and corrects positions for the time since
+    /// first contact. Returns the contributions of this step to the energy balance and the counts, and its deepest
+    /// overlap.
     ContactReport step(const Walls& walls, Spheres& spheres, const Neighbours& neighbours, const PairRules& rules,
                        Threads& threads);
 

@@ -45,7 +45,8 @@ double sign_of_kick(PlateMemory& memory, std::uint64_t number, std::uint64_t see
     return up ? 1.0 : -1.0;
 }
 
-/// Removes overlaps of the rod with the plates.  The rod moves and turns as impulses at the contacts would move it; its kinetic energy stays.
+/// Removes overlaps of the rod with the plates.  The rod moves and turns as impulses at the contacts would move it; its
+/// kinetic energy stays.
 void remove_plate_overlaps(Rod& rod, const RodKind& kind, const PlateMotion& plates, const PlateState& base) {
     const Shape& shape = kind.shape;
     const double middle = base.height + 0.5 * plates.gap(), half = 0.5 * plates.gap();

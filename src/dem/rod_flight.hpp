@@ -47,7 +47,8 @@ struct FlightSpace {
     std::vector<double> approach;
 };
 
-/// Moves a rod by dt under a uniform acceleration, with all its impacts on base and lid.  `plates` are at the start of the step.
+/// Moves a rod by dt under a uniform acceleration, with all its impacts on base and lid.  `plates` are at the start of
+/// the step.
 void fly_rod(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
              const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
              Counts& counts);

@@ -12,7 +12,8 @@
 namespace drover::dem {
 
 namespace {
-/// The ranges and words of a section's own rows: a scene was held against them when it was read, a setup made by hand was not.
+/// The ranges and words of a section's own rows: a scene was held against them when it was read, a setup made by hand
+/// was not.
 template <class Struct>
 void check_rows(const Struct& section, const std::string& name, const LocationOf& place) {
     const std::vector<std::pair<std::string, Value>> values = values_of(section);

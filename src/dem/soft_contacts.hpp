@@ -1,4 +1,5 @@
-// dem/soft_contacts.hpp: contacts of soft bodies: forces that grow with the overlap, and springs that last as long as a contact.
+// dem/soft_contacts.hpp: contacts of soft bodies: forces that grow with the overlap, and springs that last as long as a
+// contact.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -18,7 +19,8 @@ struct SoftRules {
     std::uint64_t seed = 0;
 };
 
-/// One contact.  Its spheres are identified for good: beads by their number in the caller's list, rod spheres by their index.
+/// One contact.  Its spheres are identified for good: beads by their number in the caller's list, rod spheres by their
+/// index.
 struct SoftRecord {
     std::uint32_t first = 0, second = 0;  ///< first < second; `second` may be a surface of Overlap
     double overlap = 0.0;                 ///< [mm]
@@ -33,9 +35,10 @@ struct SoftRecord {
 
 /// All contacts of a world.
 ///
-/// A step is kick(dt/2), free motion for dt, find(), apply(law), kick(dt/2): velocity Verlet.  Damping uses velocities that are advanced to
-/// the end of the step with the forces at its start.  Where a contact begins or ends within a step, forces that jump there are weighted by
-/// the time in contact.  Momentum is conserved to rounding; the energy balance closes to O(dt^2).
+/// A step is kick(dt/2), free motion for dt, find(), apply(law), kick(dt/2): velocity Verlet.  Damping uses velocities
+/// that are advanced to the end of the step with the forces at its start.  Where a contact begins or ends within a
+/// step, forces that jump there are weighted by the time in contact.  Momentum is conserved to rounding; the energy
+/// balance closes to O(dt^2).
 class SoftContacts {
 public:
     /// Changes velocities by the forces over half a step.  at_start: the half before the motion.

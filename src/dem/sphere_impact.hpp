@@ -15,9 +15,10 @@ struct SphereImpact {
     double friction_work = 0.0;             ///< <= 0 [mg mm^2/s^2]
 };
 
-/// Restitution e and Coulomb friction mu.  A sphere's normal impulse does not change its slip, and friction does not turn the slip, so the
-/// impact has a closed form: P_n = (1 + e) m |u_n|, P_t = min(mu P_n, |u_t|/w_t).
-/// opening_speed: u_n < 0.  slip: |u_t| >= 0 at the point of contact.  slip_response: w_t, change of slip per tangential impulse [1/mg].
+/// Restitution e and Coulomb friction mu.  A sphere's normal impulse does not change its slip, and friction does not
+/// turn the slip, so the impact has a closed form: P_n = (1 + e) m |u_n|, P_t = min(mu P_n, |u_t|/w_t). opening_speed:
+/// u_n < 0.  slip: |u_t| >= 0 at the point of contact.  slip_response: w_t, change of slip per tangential impulse
+/// [1/mg].
 inline SphereImpact sphere_impact(double opening_speed, double slip, const ReducedMass& mass, double slip_response,
                                   double restitution, double friction) {
     const double normal = -(1.0 + restitution) * opening_speed * mass.numerator / mass.denominator;

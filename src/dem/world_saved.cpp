@@ -51,7 +51,8 @@ void for_numbers(Vec4d& v, Visit visit) {
     }
 }
 
-/// Beads keep the order of the last neighbour list and the positions at which it was made, so that the same list is made again.
+/// Beads keep the order of the last neighbour list and the positions at which it was made, so that the same list is
+/// made again.
 template <class Visit>
 void for_numbers(Spheres& spheres, Visit visit) {
     for (std::size_t s = 0; s < spheres.beads.size(); ++s) {

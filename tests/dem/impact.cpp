@@ -47,7 +47,8 @@ Contact on_plate(const ImpactBody& m, std::size_t k, double e, double mu) {
 }
 
 TEST(Impact, of_a_sphere_and_a_wall_has_the_restitution_and_friction_asked_for_at_every_angle) {
-    // Rigid sphere: J = (1 + e) m v_n; friction mu J along the slip, or m slip/(1 + m R^2/I) = 2/7 m slip when that is less.
+    // Rigid sphere: J = (1 + e) m v_n; friction mu J along the slip, or m slip/(1 + m R^2/I) = 2/7 m slip when that is
+    // less.
     constexpr double e = 0.3, radius = 0.4;
     for (const double mu : {0.0, 0.05, 0.3, 10.0})
         for (double angle = 0.0; angle < 1.55; angle += 0.05) {
@@ -67,8 +68,9 @@ TEST(Impact, of_a_sphere_and_a_wall_has_the_restitution_and_friction_asked_for_a
         }
 }
 
-/// The planar impact of Stronge in closed form: velocities are linear in the normal impulse while the slip keeps its direction, the work is
-/// quadratic.  w: response; u, v: slip and normal velocity before.  Returns slip and normal velocity after.
+/// The planar impact of Stronge in closed form: velocities are linear in the normal impulse while the slip keeps its
+/// direction, the work is quadratic.  w: response; u, v: slip and normal velocity before.  Returns slip and normal
+/// velocity after.
 std::array<double, 2> planar_impact(double nn, double nx, double xx, double u, double v, double e, double mu) {
     double work = 0.0, taken = 0.0;
     bool pressing = true;
@@ -104,7 +106,8 @@ std::array<double, 2> planar_impact(double nn, double nx, double xx, double u, d
 }
 
 TEST(Impact, of_the_end_of_a_rod_and_a_plate_is_stronges_planar_impact_through_sticking_and_slip_reversal) {
-    // Frictional impulses are turned at the end of an increment: second order, and first where the slip passes zero within one.
+    // Frictional impulses are turned at the end of an increment: second order, and first where the slip passes zero
+    // within one.
     const double a = the_rod.at[0], r = the_rod.radius[0], m = the_rod.mass, i = the_rod.inertia_across;
     int reversed = 0, stuck = 0;
     for (const double mu : {0.01, 0.03, 0.1, 0.3, 1.0})
@@ -113,7 +116,8 @@ TEST(Impact, of_the_end_of_a_rod_and_a_plate_is_stronges_planar_impact_through_s
                 ImpactBody rod = impact_body(the_rod);
                 rod.velocity = {slip, 0.0, -20.0};
                 Contact contact = on_plate(rod, 0, e, mu);
-                // Arm (a, 0, -r): a unit normal impulse turns the rod by -a/I about y, which moves the place of contact along x by a r/I.
+                // Arm (a, 0, -r): a unit normal impulse turns the rod by -a/I about y, which moves the place of contact
+                // along x by a r/I.
                 const auto [u, v] =
                     planar_impact(1.0 / m + a * a / i, a * r / i, 1.0 / m + r * r / i, slip, -20.0, e, mu);
                 resolve({&rod, 1}, {&contact, 1}, {.increments = 400});
@@ -206,6 +210,28 @@ TEST(ImpactGroup, no_group_gains_energy_but_from_moving_walls_with_mixed_restitu
               40);  // arms and normals drawn at random with mu = 10 jam now and then, and the outcome says so
 }
 
+TEST(ImpactGroup, without_restitution_and_with_strong_friction_stays_finite_and_gains_no_energy) {
+    // Friction can press a contact that has just turned: with e = 0 there is no work to give back, and none is divided
+    // by e^2.
+    Drawn drawn(12);
+    for (int trial = 0; trial < 2000; ++trial) {
+        Heap h = heap(drawn, 1 + static_cast<std::size_t>(trial % 5), 2 + static_cast<std::size_t>(trial % 7), true);
+        for (Contact& contact : h.contacts) {
+            contact.restitution = 0.0;
+            contact.friction = 0.5 + 0.5 * static_cast<double>(trial % 4);
+        }
+        double before = 0.0, after = 0.0;
+        for (const ImpactBody& body : h.bodies) before += energy_kinetic(body);
+        const ImpactOutcome outcome = resolve(h.bodies, h.contacts, {});
+        for (const ImpactBody& body : h.bodies) after += energy_kinetic(body);
+        ASSERT_TRUE(std::isfinite(after)) << trial;
+        const double scale = before + std::abs(outcome.walls);
+        EXPECT_LE(outcome.normal, 1e-12 * scale) << trial;
+        EXPECT_LE(outcome.friction, 1e-12 * scale) << trial;
+        EXPECT_NEAR(after - before, outcome.walls + outcome.normal + outcome.friction, 1e-11 * scale) << trial;
+    }
+}
+
 TEST(ImpactGroup, keeps_momentum_and_angular_momentum) {
     // Places of contact that both bodies share: momentum about the origin is kept too.
     Drawn drawn(2);
@@ -282,7 +308,8 @@ TEST(ImpactGroup, of_frictionless_balls_in_a_row_moves_as_springs_of_equal_stiff
 }
 
 TEST(ImpactGroup, does_not_depend_on_the_order_of_the_contacts) {
-    // A rod on its tail and its middle, and a bead on it: all orders against the first, within the second order of an increment.
+    // A rod on its tail and its middle, and a bead on it: all orders against the first, within the second order of an
+    // increment.
     Drawn drawn(3);
     double worst = 0.0;
     for (int trial = 0; trial < 50; ++trial) {
@@ -314,8 +341,9 @@ TEST(ImpactGroup, does_not_depend_on_the_order_of_the_contacts) {
 }
 
 TEST(ImpactGroup, as_it_is_taken_by_default_stays_near_the_springs_followed_finely) {
-    // A rod on a plate between two beads, one of which comes.  Energies of the difference and of what the impact changed, over many: eight
-    // increments and the end of slow approaches cost a few percent of a velocity; another law costs tens.
+    // A rod on a plate between two beads, one of which comes.  Energies of the difference and of what the impact
+    // changed, over many: eight increments and the end of slow approaches cost a few percent of a velocity; another law
+    // costs tens.
     Drawn drawn(5);
     const auto apart = [&](const ImpactLaw& law) {
         double difference = 0.0, change = 0.0;

@@ -194,7 +194,8 @@ TEST(PackingStatistics, directions_of_rods_are_those_of_independent_ones) {
 }
 
 TEST(PackingStatistics, places_fill_the_cell_evenly) {
-    // Rods at (.60, .11), 24 a packing: counts of a quarter of the cell, their mean 6 over 200 seeds within 4 of 2.1/sqrt(200).
+    // Rods at (.60, .11), 24 a packing: counts of a quarter of the cell, their mean 6 over 200 seeds within 4 of
+    // 2.1/sqrt(200).
     double quarters[4] = {};
     for (std::uint64_t seed = 0; seed < 200; ++seed)
         for (const Rod& rod : pack(mixture(30.0, 0.6, 0.11), seed).bodies.rods)

@@ -1,4 +1,5 @@
-// tests/dem/shape.cpp: mass, centre and inertia of unions of spheres against closed forms, published numbers and sampling.
+// tests/dem/shape.cpp: mass, centre and inertia of unions of spheres against closed forms, published numbers and
+// sampling.
 #include "drover/dem/shape.hpp"
 
 #include <gtest/gtest.h>
@@ -36,7 +37,8 @@ TEST(Shape, of_the_tapered_rod_has_its_published_mass_centre_and_inertia) {
 }
 
 TEST(Shape, is_what_a_fine_sum_over_slices_says) {
-    // Overlapping, nested and separate spheres of several densities.  Slices 1.7e-5 wide: a jump of density is that far off.
+    // Overlapping, nested and separate spheres of several densities.  Slices 1.7e-5 wide: a jump of density is that far
+    // off.
     const std::vector<AxisSphere> spheres{{.at = 0.0, .radius = 0.5, .density = 2.0},
                                           {.at = 0.3, .radius = 0.6, .density = 1.0},
                                           {.at = 0.35, .radius = 0.2, .density = 9.0},  // inside another

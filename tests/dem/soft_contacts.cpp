@@ -113,8 +113,8 @@ TEST(SpringDashpot, gross_sliding_changes_the_slip_as_the_impulse_law_does) {
 }
 
 TEST(SpringDashpot, a_sticking_contact_turns_the_slip_by_the_phase_of_its_tangential_spring) {
-    // Foerster et al., Phys. Fluids 6, 1108 (1994), for the linear spring: u_t' = u_t cos(sqrt(k_t w_t) t_c), w_t = 1/m + R^2/I.
-    // At the end the limit mu k delta falls below the force of the spring unless mu is large: hence mu = 1e6.
+    // Foerster et al., Phys. Fluids 6, 1108 (1994), for the linear spring: u_t' = u_t cos(sqrt(k_t w_t) t_c), w_t = 1/m
+    // + R^2/I. At the end the limit mu k delta falls below the force of the spring unless mu is large: hence mu = 1e6.
     for (const double e : {0.5, 1.0})
         for (const double ratio : {0.1, 2.0 / 7.0, 0.6}) {
             dem::Setup setup = soft(base_only(e, 1e6), 1e12);
@@ -147,7 +147,8 @@ double velocity_from_impulse_law(const dem::Setup& setup, const Bodies& bodies, 
 }
 
 TEST(SpringDashpot, a_dropped_bead_approaches_the_impulse_law_as_the_inverse_root_of_the_stiffness) {
-    // It slides throughout: a contact that sticks would give back the slip of its spring, which the impulse law does not.
+    // It slides throughout: a contact that sticks would give back the slip of its spring, which the impulse law does
+    // not.
     dem::Setup setup = base_only(0.3, 0.05);
     setup.gravity.z = -9810.0;
     const Bodies bodies = bead_over_base({60.0, 0.0, 0.0}, 0.2);
@@ -168,7 +169,8 @@ TEST(SpringDashpot, two_rods_that_meet_approach_the_impulse_law_as_the_inverse_r
                  at_11 = velocity_from_impulse_law(setup, bodies, 1e11, 0.03);
     EXPECT_LT(at_9, 0.03 * 28.0);
     EXPECT_NEAR(at_9 / at_11, 10.0, 1.0);
-    // With friction the slip turns during the impact, and the order of normal and tangential impulses makes a small difference in the limit.
+    // With friction the slip turns during the impact, and the order of normal and tangential impulses makes a small
+    // difference in the limit.
     setup.friction.rod_rod = 0.05;
     EXPECT_LT(velocity_from_impulse_law(setup, bodies, 1e11, 0.03), 0.01 * 28.0);
 }
@@ -258,7 +260,8 @@ TEST(SpringDashpot, is_the_same_bytes_for_any_number_of_threads_and_over_a_resta
 }
 
 TEST(SpringDashpot, mean_work_of_the_kicks_is_that_of_the_impulse_law) {
-    // Kicks are per impact: epsilon v at the start of a contact.  Sixteen rods, 0.3 s; mean squares of some 16 x 60 kicks.
+    // Kicks are per impact: epsilon v at the start of a contact.  Sixteen rods, 0.3 s; mean squares of some 16 x 60
+    // kicks.
     Threads threads(2);
     const auto kicks = [&](dem::Setup setup, double dt) {
         setup.kick.strength = 0.05;

@@ -20,7 +20,8 @@ struct Point {
     double x = 0.0, y = 0.0;
 };
 
-/// The outline of a flower, anticlockwise, built from its corners alone: each arc by its centre on the bisector of a chord.
+/// The outline of a flower, anticlockwise, built from its corners alone: each arc by its centre on the bisector of a
+/// chord.
 std::vector<Point> outline(const Cell& cell, int each) {
     std::vector<Point> points;
     for (int k = 0; k < cell.petals; ++k) {
@@ -91,7 +92,8 @@ std::vector<Point> random_places(const Cell& cell, std::size_t count) {
 }
 
 TEST(Wall, of_a_flower_is_as_far_as_its_outline_inside_and_outside) {
-    // Points 0.002 mm apart at most: the nearest of them is off by (0.001)^2/(2 distance) from the arc, 0.001 at a corner.
+    // Points 0.002 mm apart at most: the nearest of them is off by (0.001)^2/(2 distance) from the arc, 0.001 at a
+    // corner.
     for (const Cell& cell : flowers) {
         const int each = 80000 / cell.petals;
         const std::vector<Point> points = outline(cell, each);

@@ -1,4 +1,5 @@
-// tests/dem/world.cpp: the whole step against exact motion, conservation laws, symmetry, and the traps of event-free simulation.
+// tests/dem/world.cpp: the whole step against exact motion, conservation laws, symmetry, and the traps of event-free
+// simulation.
 #include "drover/dem/world.hpp"
 
 #include <gtest/gtest.h>
@@ -36,8 +37,8 @@ Vector momentum(const Bodies& bodies) {
 }
 
 TEST(World, an_elastic_bead_between_still_plates_bounces_as_it_does_exactly) {
-    // Free way gap - d = 0.4 mm at 30 mm/s and no gravity: the height is a triangle wave, however long the step.  (Impulses before contact
-    // would make the way shorter, and converge in dt nonetheless.)
+    // Free way gap - d = 0.4 mm at 30 mm/s and no gravity: the height is a triangle wave, however long the step.
+    // (Impulses before contact would make the way shorter, and converge in dt nonetheless.)
     Threads threads;
     const dem::Setup setup = elastic(10.0);
     for (const double dt : {1e-5, 1e-4, 1e-3}) {
@@ -56,8 +57,9 @@ TEST(World, an_elastic_bead_between_still_plates_bounces_as_it_does_exactly) {
 }
 
 TEST(World, a_bead_is_thrown_by_the_plate_at_the_time_and_with_the_speed_of_the_crossing) {
-    // One flight, dropped from rest on a moving base, e = 1: the crossing is found by bisection here.  The flight to it is a parabola and the plate
-    // a cosine; the step replaces it by a parabola of its own about each moment: dt^3 A omega^3/6 = 1e-8 mm.
+    // One flight, dropped from rest on a moving base, e = 1: the crossing is found by bisection here.  The flight to it
+    // is a parabola and the plate a cosine; the step replaces it by a parabola of its own about each moment: dt^3 A
+    // omega^3/6 = 1e-8 mm.
     Threads threads;
     dem::Setup setup = square(10.0);
     setup.plates.lid = false;
@@ -271,7 +273,8 @@ TEST(World, a_state_of_another_world_is_refused) {
     EXPECT_THROW(world.restore(std::vector<double>(10)), Error);
 }
 
-/// Position and direction of a single rod after some time, from a start turned by quarters of a circle and mirrored at the x axis.
+/// Position and direction of a single rod after some time, from a start turned by quarters of a circle and mirrored at
+/// the x axis.
 Rod flown(int quarters, bool mirrored, double time) {
     Threads threads;
     dem::Setup setup = square(20.0);
@@ -292,7 +295,8 @@ Rod flown(int quarters, bool mirrored, double time) {
 }
 
 TEST(World, mirrored_and_turned_scenes_have_mirrored_and_turned_histories) {
-    // The arithmetic is the same but for the order of some sums: rounding, multiplied by some ten impacts that hardly spread it.
+    // The arithmetic is the same but for the order of some sums: rounding, multiplied by some ten impacts that hardly
+    // spread it.
     const Rod plain = flown(0, false, 0.05);
     const Rod quarter = flown(1, false, 0.05), half = flown(2, false, 0.05), mirror = flown(0, true, 0.05);
     EXPECT_LT(length(quarter.position - Vector{-plain.position.y, plain.position.x, plain.position.z}), 1e-8);
@@ -303,8 +307,8 @@ TEST(World, mirrored_and_turned_scenes_have_mirrored_and_turned_histories) {
 }
 
 TEST(World, a_rod_that_is_alike_at_both_ends_does_not_drift) {
-    // Without kicks, and lying flat, nothing tells its ends apart: both strike together, and the impact must not know which is named first.
-    // With kicks and starts of any tilt the drift is zero on average: 12 rods for 3 s.
+    // Without kicks, and lying flat, nothing tells its ends apart: both strike together, and the impact must not know
+    // which is named first. With kicks and starts of any tilt the drift is zero on average: 12 rods for 3 s.
     Threads threads(2);
     dem::Setup setup = square(200.0);
     setup.kick.strength = 0.0;
@@ -355,7 +359,8 @@ TEST(World, single_spheres_alone_and_nothing_at_all_can_be_run) {
 }
 
 TEST(World, a_rod_in_a_cell_of_its_own_length_meets_its_own_image) {
-    // Cell of 4.6 by 3 mm: turning, the rod becomes parallel to its image 3 mm above at a distance of 3 cos(angle) mm, and meets it at 68 degrees.
+    // Cell of 4.6 by 3 mm: turning, the rod becomes parallel to its image 3 mm above at a distance of 3 cos(angle) mm,
+    // and meets it at 68 degrees.
     Threads threads(2);
     dem::Setup setup = square(4.6);
     setup.cell.ly = 3.0;
@@ -427,8 +432,9 @@ TEST(World, a_step_too_long_is_stopped_with_the_pair_named) {
 }
 
 TEST(World, kicks_turn_a_rod_by_the_sum_of_the_squares_of_its_approaches_whatever_the_step) {
-    // <omega_z^2> gains eps^2 v^2 at each hit: the variance is a property of the impacts, not of the steps.  Sixteen rods, 1 s; the turn of
-    // omega by friction is common to all.  Mean squares of 16 x 16 kicks spread by sqrt(2/16) = 0.35 each.
+    // <omega_z^2> gains eps^2 v^2 at each hit: the variance is a property of the impacts, not of the steps.  Sixteen
+    // rods, 1 s; the turn of omega by friction is common to all.  Mean squares of 16 x 16 kicks spread by sqrt(2/16) =
+    // 0.35 each.
     Threads threads(2);
     const auto work_of_kicks = [&](double dt) {
         dem::Setup setup = square(40.0);

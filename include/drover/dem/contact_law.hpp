@@ -1,5 +1,6 @@
-// dem/contact_law.hpp: the contact laws.  A law is a parameter struct; a soft law is also a pure function from the state of a contact to its
-// force.  To add a soft law: its keys in [contacts] (setup.hpp, setup_schema.cpp), and here its struct and one alternative of ContactLaw.
+// dem/contact_law.hpp: the contact laws.  A law is a parameter struct; a soft law is also a pure function from the
+// state of a contact to its force.  To add a soft law: its keys in [contacts] (setup.hpp, setup_schema.cpp), and here
+// its struct and one alternative of ContactLaw.
 #pragma once
 #include <cmath>
 #include <concepts>
@@ -22,7 +23,8 @@ struct SoftContact {
     double restitution = 0.0, friction = 0.0;
     Vector stretch;  ///< of the tangential spring before this step, in the tangent plane [mm]
     Vector slip;     ///< tangential displacement of first past second in this step [mm]
-    /// Quadrature weight of a force that does not vanish where the contact begins or ends; 1 except in the first and last step.
+    /// Quadrature weight of a force that does not vanish where the contact begins or ends; 1 except in the first and
+    /// last step.
     double edge_weight = 1.0;
 };
 
@@ -46,10 +48,11 @@ concept SoftLaw = requires(const Law& law, const SoftContact& contact, const Con
 
 /// The linear spring-dashpot of Cundall & Strack, Geotechnique 29, 47 (1979).
 ///
-/// Normal force k delta - gamma u_n, with gamma = -2 ln e sqrt(m k/(pi^2 + ln^2 e)): a binary collision has the restitution e at any speed.
-/// The dashpot may pull before the contact ends, which this formula assumes (Schwager & Poeschel, Granul. Matter 9, 465 (2007)).
-/// Tangential force -k_t s of a spring s that slips where it would exceed mu k delta.  The limit is the elastic part of the normal force,
-/// whose impulse over a collision is that of the whole: sliding changes the slip by mu (1 + e) m u_n, as in the impulse law.
+/// Normal force k delta - gamma u_n, with gamma = -2 ln e sqrt(m k/(pi^2 + ln^2 e)): a binary collision has the
+/// restitution e at any speed. The dashpot may pull before the contact ends, which this formula assumes (Schwager &
+/// Poeschel, Granul. Matter 9, 465 (2007)). Tangential force -k_t s of a spring s that slips where it would exceed mu k
+/// delta.  The limit is the elastic part of the normal force, whose impulse over a collision is that of the whole:
+/// sliding changes the slip by mu (1 + e) m u_n, as in the impulse law.
 struct SpringDashpot {
     static constexpr const char* name = "spring-dashpot";
     double stiffness = 0.0;             ///< k [mg/s^2]
@@ -86,8 +89,8 @@ std::vector<std::string> contact_models();
 /// The law that contacts.model names, with its parameters.
 ContactLaw contact_law(const ContactControl& control);
 
-/// Of a soft law, throws an input Error unless all coefficients of restitution are above 0 and dt resolves the shortest contact of two of
-/// these shapes.
+/// Of a soft law, throws an input Error unless all coefficients of restitution are above 0 and dt resolves the shortest
+/// contact of two of these shapes.
 void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const LocationOf& place);
 
 }  // namespace drover::dem

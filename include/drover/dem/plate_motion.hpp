@@ -24,8 +24,8 @@ public:
         cosine_ = std::cos(phase);
         sine_ = std::sin(phase);
     }
-    /// For tau within one step.  The series of sine and cosine are enough: for A = 1 mm, f = 200 1/s and tau = 1e-4 s the error is below
-    /// 1e-10 mm.
+    /// For tau within one step.  The series of sine and cosine are enough: for A = 1 mm, f = 200 1/s and tau = 1e-4 s
+    /// the error is below 1e-10 mm.
     PlateState base(double tau = 0.0) const {
         const double angle = rate_ * tau, square = angle * angle;
         const double c = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square / 720.0));
