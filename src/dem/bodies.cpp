@@ -32,12 +32,12 @@ Shape rod_shape(const RodSupply& rods, double scale, const LocationOf& place) {
 }
 
 double mean_area(const BeadSupply& beads) {
-    double areas = 0.0, parts = 0.0;
+    double areas = 0.0, weights = 0.0;
     for (std::size_t i = 0; i < beads.diameters.size(); ++i) {
         areas += beads.proportions[i] * pi / 4.0 * beads.diameters[i] * beads.diameters[i];
-        parts += beads.proportions[i];
+        weights += beads.proportions[i];
     }
-    return areas / parts;
+    return areas / weights;
 }
 
 std::int64_t count_of(int count, double area_fraction, double area_cell, double area_body) {
@@ -45,12 +45,12 @@ std::int64_t count_of(int count, double area_fraction, double area_cell, double 
     return static_cast<std::int64_t>(std::round(area_fraction * area_cell / area_body));
 }
 
-std::vector<std::int64_t> dealt(std::int64_t count, const std::vector<double>& parts) {
-    const double sum = std::accumulate(parts.begin(), parts.end(), 0.0);
+std::vector<std::int64_t> apportioned(std::int64_t count, const std::vector<double>& proportions) {
+    const double sum = std::accumulate(proportions.begin(), proportions.end(), 0.0);
     std::vector<std::int64_t> result;
     std::vector<double> remainder;
     std::int64_t left = count;
-    for (const double part : parts) {
+    for (const double part : proportions) {
         const double share = static_cast<double>(count) * part / sum;
         result.push_back(static_cast<std::int64_t>(std::floor(share)));
         remainder.push_back(share - std::floor(share));
@@ -67,7 +67,7 @@ std::vector<std::int64_t> dealt(std::int64_t count, const std::vector<double>& p
 namespace {
 void add_beads(const BeadSupply& supply, double area_cell, const LocationOf& place, Bodies& bodies) {
     const std::int64_t count = count_of(supply.count, supply.area_fraction, area_cell, mean_area(supply));
-    const std::vector<std::int64_t> counts = dealt(count, supply.proportions);
+    const std::vector<std::int64_t> counts = apportioned(count, supply.proportions);
     std::vector<double> known;
     for (std::size_t i = 0; i < counts.size(); ++i) {
         if (counts[i] == 0) continue;

@@ -23,7 +23,7 @@ OverlapRelaxation make_relaxation(const Setup& setup, const Bodies& bodies, doub
             relaxation.at.push_back(shape.at[i]);
             relaxation.radius.push_back(shape.radius[i]);
         }
-        // As stiff beside its mass as a bead, which overlaps about one of its spheres at a time.
+        // Gives a rod about the ratio of stiffness to mass of a bead.
         const double mass = 0.5 + 0.5 * static_cast<double>(shape.at.size()), length = shape.head - shape.tail;
         relaxation.mass.push_back(mass);
         relaxation.inertia.push_back(mass * length * length / 12.0);
@@ -53,14 +53,14 @@ void set_spheres(OverlapRelaxation& relaxation) {
 }
 
 namespace {
-/// Pairs of spheres that can overlap before one of them has moved by half the skin.
+/// Pairs of spheres that can come to overlap before one of them has moved by half the skin.
 struct Neighbours {
     double skin = 0.0;
     std::vector<std::uint32_t> first, second;
     std::vector<Vector> centre;  ///< of the spheres when the list was made
 };
 
-/// Spheres of one rod are a pair only over the edge of the cell.
+/// Spheres of one rod can meet only over the edge of the cell.
 bool can_meet(const OverlapRelaxation& relaxation, std::size_t a, std::size_t b, const Vector& apart) {
     if (relaxation.body[a] != relaxation.body[b]) return true;
     const Vector straight = relaxation.centre[b] - relaxation.centre[a];
@@ -102,7 +102,7 @@ bool is_stale(const OverlapRelaxation& relaxation, const Neighbours& neighbours)
     return false;
 }
 
-/// Pushes of pairs; returns the deepest overlap beside the distance at which the two overlap.
+/// Adds the forces of pairs; returns the deepest overlap relative to the sum of the radii.
 double push_pairs(OverlapRelaxation& relaxation, const Neighbours& neighbours) {
     const NearestImage apart(relaxation.cell);
     double deepest = 0.0;
@@ -120,7 +120,7 @@ double push_pairs(OverlapRelaxation& relaxation, const Neighbours& neighbours) {
     return deepest;
 }
 
-/// Pushes of plates and walls.
+/// Adds the forces of plates and walls; returns the deepest overlap relative to the radius.
 double push_inside(OverlapRelaxation& relaxation) {
     double deepest = 0.0;
     const Walls walls(relaxation.cell);
@@ -160,11 +160,11 @@ double find_forces(OverlapRelaxation& relaxation, Neighbours& neighbours) {
     return deepest;
 }
 
-/// State of the minimisation; its numbers are those of Bitzek et al.
+/// State of the minimisation, with the constants of Bitzek et al.
 struct Descent {
     static constexpr double max_dt = 0.3, mixing_start = 0.1;
     double dt = 0.1, mixing = mixing_start;
-    int downhill = 0;  ///< steps since it last went uphill
+    int downhill = 0;  ///< steps since the power was last negative
 };
 
 void stop(OverlapRelaxation& relaxation) {
@@ -195,7 +195,7 @@ void descend(OverlapRelaxation& relaxation, Descent& descent) {
     Sums sums;
     add(relaxation.velocity, relaxation.force, relaxation.mass, sums);
     add(relaxation.turning, relaxation.torque, relaxation.inertia, sums);
-    double turned = 0.0;  // towards the forces
+    double turned = 0.0;  // mixing of the velocity towards the force
     if (sums.power > 0.0) {
         turned = descent.mixing * std::sqrt(sums.velocity / sums.acceleration);
         if (++descent.downhill > 5) {
@@ -221,7 +221,7 @@ void descend(OverlapRelaxation& relaxation, Descent& descent) {
 }
 }  // namespace
 
-double relax_overlaps(OverlapRelaxation& relaxation, double deepest, int steps) {
+double relax_overlaps(OverlapRelaxation& relaxation, double max_overlap, int steps) {
     set_spheres(relaxation);
     double mean = 0.0;
     for (const double reach : relaxation.reach) mean += reach / static_cast<double>(relaxation.reach.size());
@@ -230,7 +230,7 @@ double relax_overlaps(OverlapRelaxation& relaxation, double deepest, int steps) 
     stop(relaxation);
     Descent descent;
     double left = find_forces(relaxation, neighbours);
-    for (int n = 0; n < steps && left > deepest; ++n) {
+    for (int n = 0; n < steps && left > max_overlap; ++n) {
         descend(relaxation, descent);
         left = find_forces(relaxation, neighbours);
     }

@@ -1,4 +1,4 @@
-// dem/packing.cpp: random places without overlaps: rods side by side, beads anywhere, and then pushed apart.
+// dem/packing.cpp: random initial positions: rods without overlaps, beads outside rods, then relaxation of overlaps.
 #include "drover/dem/packing.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace drover::dem {
 namespace {
 using std::numbers::pi;
 
-/// Uniform numbers in (0, 1), one after the other.
+/// A sequence of uniform random numbers in (0, 1).
 class Draws {
 public:
     Draws(std::uint64_t seed, std::uint32_t substep)
@@ -39,15 +39,15 @@ private:
 };
 enum : std::uint32_t { draws_of_rods = 1, draws_of_beads = 2 };  // 0: the sizes of rods
 
-/// The spheres of a body in the lists of a relaxation.
+/// The range of the spheres of a body.
 struct Span {
     std::size_t first = 0, last = 0;
 };
 
-/// Rods that have their places, for those that come next.
+/// The rods placed so far.
 struct Placed {
     Bins bins;
-    std::vector<std::uint32_t> sphere;  ///< of each number of the bins
+    std::vector<std::uint32_t> sphere;  ///< by number in the bins
 };
 
 Placed no_rods(const OverlapRelaxation& relaxation) {
@@ -70,7 +70,7 @@ bool is_inside(const OverlapRelaxation& relaxation, const Span& spheres) {
     return true;
 }
 
-/// Whether a rod as it lies meets its own images.
+/// Whether a rod overlaps its own images.
 bool meets_itself(const OverlapRelaxation& relaxation, const Span& spheres) {
     const NearestImage apart(relaxation.cell);
     for (std::size_t a = spheres.first; a < spheres.last; ++a)
@@ -103,9 +103,9 @@ void move_rod(OverlapRelaxation& relaxation, std::size_t rod, const Span& sphere
         relaxation.centre[s] = to + relaxation.size * relaxation.at[s] * relaxation.axis[rod];
 }
 
-/// A free place for a rod.  Its direction is drawn once and only places are tried again: what is hard to place then has
-/// no say in the directions.  A further direction is for cells where the first has no place at all, such as across a
-/// narrow one.
+/// Finds a free position for a rod.  The direction is drawn first and only positions are drawn again, so that crowding
+/// does not bias directions.  Further directions are tried only if the first fits nowhere, such as across a narrow
+/// cell.
 bool place_rod(OverlapRelaxation& relaxation, std::size_t rod, const Span& spheres, const Placed& placed,
                Draws& draws) {
     constexpr int directions = 50, places = 2000;
@@ -124,7 +124,7 @@ bool place_rod(OverlapRelaxation& relaxation, std::size_t rod, const Span& spher
     return false;
 }
 
-/// All rods, at the size that relaxation.size says; false when one found no place.
+/// Places all rods, scaled by relaxation.size; false if one fits nowhere.
 bool place_rods(OverlapRelaxation& relaxation, Draws& draws, Placed& placed) {
     const std::size_t beads = relaxation.position.size() - relaxation.axis.size();
     set_spheres(relaxation);
@@ -142,7 +142,7 @@ bool place_rods(OverlapRelaxation& relaxation, Draws& draws, Placed& placed) {
     return true;
 }
 
-/// Beads overlap each other here, but no centre lies in a rod: from there the way out could be through its other side.
+/// Beads may overlap each other, but no centre lies inside a rod, from where it could leave through the other side.
 void place_beads(OverlapRelaxation& relaxation, const Placed& placed, Draws& draws, const LocationOf& place) {
     constexpr int places = 10000;
     const NearestImage apart(relaxation.cell);
@@ -159,9 +159,10 @@ void place_beads(OverlapRelaxation& relaxation, const Placed& placed, Draws& dra
                 free = free && dot(d, d) > reach * reach;
             });
         }
-        require(inside > 0, place("beads.diameters"),
-                "beads.diameters holds {} mm, and no place of the cell is wide enough for such a bead; expected less",
-                2.0 * relaxation.radius[bead]);
+        require(
+            inside > 0, place("beads.diameters"),
+            "beads.diameters holds {} mm, and the cell is nowhere wide enough for such a bead; expected a smaller one",
+            2.0 * relaxation.radius[bead]);
     }
 }
 
@@ -171,7 +172,7 @@ double area_of_rods(const Bodies& bodies) {
     return sum;
 }
 
-/// Places for all.  Where rods lie too densely to be dropped one after the other they begin smaller.
+/// Places all bodies.  Rods too dense for random sequential placement start smaller.
 void place_all(const Setup& setup, const Bodies& bodies, std::uint64_t seed, OverlapRelaxation& relaxation,
                const LocationOf& place) {
     constexpr double easy = 0.2, least = 0.05;  // area fraction of rods, and size
@@ -180,14 +181,13 @@ void place_all(const Setup& setup, const Bodies& bodies, std::uint64_t seed, Ove
     Placed placed = no_rods(relaxation);
     for (; !place_rods(relaxation, draws, placed); relaxation.size *= 0.9) {
         require(relaxation.size > least, place("rods.length"),
-                "rods.length = {} mm, and the cell has no room for such rods; expected shorter or fewer ones",
-                setup.rods.length);
+                "rods.length = {} mm, which do not fit the cell; expected shorter or fewer rods", setup.rods.length);
         placed = no_rods(relaxation);
     }
     place_beads(relaxation, placed, draws_beads, place);
 }
 
-/// Grows rods to their size in steps that leave no overlap to speak of.
+/// Grows rods to their full size in small steps.
 void grow(OverlapRelaxation& relaxation) {
     constexpr double by = 1.03, shallow = 0.02;
     constexpr int steps = 300;
@@ -197,23 +197,23 @@ void grow(OverlapRelaxation& relaxation) {
     }
 }
 
-/// Between which heights the spheres have to be at t = 0.
+/// Sets the range of heights at t = 0.
 void set_heights(const Setup& setup, double thickest, OverlapRelaxation& relaxation) {
     relaxation.floor = 2.0 * setup.plates.amplitude;
-    // Without a lid a little more room than one layer needs; what lies high falls.
+    // Without a lid: somewhat more than one layer; high bodies fall.
     relaxation.ceiling =
         relaxation.floor + (setup.plates.lid ? setup.plates.gap : std::max(setup.plates.gap, 1.5 * thickest));
 }
 
-/// No larger than what the gap leaves to the thickest.
+/// At most a quarter of the play of the thickest body in the gap.
 double margin_of(const Setup& setup, double thickest, double most) {
     return setup.plates.lid && thickest > 0.0 ? std::min(most, 0.25 * (setup.plates.gap / thickest - 1.0)) : most;
 }
 
 constexpr int steps_of_round = 500;
 
-/// Pushes bodies apart in rounds until none overlap; the overlap after each.  Ends early when the rounds are used up,
-/// about a minute at the paper's size, or bring no more.
+/// Relaxes overlaps in rounds; returns the largest overlap after each.  Stops when none is left, when it no longer
+/// decreases, or after a number of rounds that takes about a minute at 70,000 beads.
 std::vector<double> resolve(OverlapRelaxation& relaxation) {
     constexpr double sphere_steps = 8e8;
     constexpr std::size_t back = 4, least = 6, most = 40;
@@ -229,8 +229,8 @@ std::vector<double> resolve(OverlapRelaxation& relaxation) {
     return overlaps;
 }
 
-/// Spreads bodies that do not overlap as far from each other as a larger margin brings them: from a start in which all
-/// nearly overlap, the first stroke of the plates would be one impact of hundreds.
+/// Spreads bodies apart by a larger margin.  If all nearly touch, the first stroke of the plates makes one impact of
+/// hundreds of contacts.
 void loosen(OverlapRelaxation& relaxation, double margin) {
     if (margin <= relaxation.margin) return;
     const OverlapRelaxation before = relaxation;
@@ -252,7 +252,7 @@ void write_back(const OverlapRelaxation& relaxation, Bodies& bodies) {
 Packed pack(const Setup& setup, std::uint64_t seed, const LocationOf& place) {
     check(setup, place);
     require(setup.packing.kind != "file", place("packing.kind"),
-            "packing.kind = \"file\" asks for bodies of a file, which are read where the run begins; expected "
+            "packing.kind = \"file\": a packing cannot be made from a file; expected "
             "\"random\" or \"aligned\" here");
     Packed packed{.bodies = make_bodies(setup, seed, place)};
     if (packed.bodies.beads.empty() && packed.bodies.rods.empty()) return packed;

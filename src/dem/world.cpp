@@ -1,4 +1,4 @@
-// dem/world.cpp: the world and its step.
+// dem/world.cpp: the time step of a world.
 #include "drover/dem/world.hpp"
 
 #include <algorithm>
@@ -205,7 +205,7 @@ ContactReport World::State::step_with(const Law& soft_law) {
     return report;
 }
 
-/// The torque n x h of the orienting field over the step.
+/// Applies the torque n x h of the orienting field over the step.
 void World::State::turn_rods() {
     if (setup.forces.torque == 0.0) return;
     const Vector field{std::cos(setup.forces.angle), std::sin(setup.forces.angle), 0.0};
@@ -222,8 +222,8 @@ void World::State::turn_rods() {
 }
 
 namespace {
-/// Adds a change of velocity in the plane; returns the work it takes.
-double give(Vec4d& velocity, const Vec4d& change) {
+/// Adds a change of velocity in the plane; returns its work.
+double add_velocity(Vec4d& velocity, const Vec4d& change) {
     const double mass = 1.0 / velocity[3];
     const double work =
         mass * (change[0] * (velocity[0] + 0.5 * change[0]) + change[1] * (velocity[1] + 0.5 * change[1]));
@@ -249,19 +249,19 @@ void World::State::hold_beads() {
     }
     if (shares == 0.0) return;
     mean /= shares;
-    const Vec4d lack{forces.bead_velocity_x - mean[0], forces.bead_velocity_y - mean[1], 0.0, 0.0};
+    const Vec4d missing{forces.bead_velocity_x - mean[0], forces.bead_velocity_y - mean[1], 0.0, 0.0};
     for (std::size_t b = 0; b < spheres.beads.size(); ++b)
-        balance.forces += give(spheres.beads.velocity[b], share(b) * lack);
+        balance.forces += add_velocity(spheres.beads.velocity[b], share(b) * missing);
 }
 
-/// The force wave over the step.
+/// Applies the force wave over the step.
 void World::State::push_beads() {
     if (setup.forces.push == 0.0) return;
     const double along = 2.0 * std::numbers::pi * setup.forces.push_waves / setup.cell.lx;
     for (std::size_t b = 0; b < spheres.beads.size(); ++b) {
         Vec4d& velocity = spheres.beads.velocity[b];
         const double force = setup.forces.push * std::sin(along * spheres.position[b][0]);
-        balance.forces += give(velocity, Vec4d{force * dt * velocity[3], 0.0, 0.0, 0.0});
+        balance.forces += add_velocity(velocity, Vec4d{force * dt * velocity[3], 0.0, 0.0, 0.0});
     }
 }
 
