@@ -46,7 +46,7 @@ Contact on_plate(const ImpactBody& m, std::size_t k, double e, double mu) {
             .impulse = {}};
 }
 
-TEST(Impact, of_a_sphere_and_a_wall_has_the_restitution_and_friction_asked_for_at_every_angle) {
+TEST(Impact, of_a_sphere_and_a_wall_has_the_given_restitution_and_friction_at_every_angle) {
     // Rigid sphere: J = (1 + e) m v_n; friction mu J along the slip, or m slip/(1 + m R^2/I) = 2/7 m slip when that is
     // less.
     constexpr double e = 0.3, radius = 0.4;
@@ -105,7 +105,7 @@ std::array<double, 2> planar_impact(double nn, double nx, double xx, double u, d
     return {u, v};
 }
 
-TEST(Impact, of_the_end_of_a_rod_and_a_plate_is_stronges_planar_impact_through_sticking_and_slip_reversal) {
+TEST(Impact, of_a_rod_end_and_a_plate_is_stronges_planar_impact_with_sticking_and_slip_reversal) {
     // Frictional impulses are turned at the end of an increment: second order, and first where the slip passes zero
     // within one.
     const double a = the_rod.at[0], r = the_rod.radius[0], m = the_rod.mass, i = the_rod.inertia_across;
@@ -132,7 +132,7 @@ TEST(Impact, of_the_end_of_a_rod_and_a_plate_is_stronges_planar_impact_through_s
     EXPECT_GT(stuck, 20);
 }
 
-TEST(Impact, frictionless_gives_back_e_for_every_kind_of_restitution) {
+TEST(Impact, without_friction_has_restitution_e_for_every_kind_of_restitution) {
     for (const RestitutionKind kind :
          {RestitutionKind::energetic, RestitutionKind::kinetic, RestitutionKind::kinematic})
         for (const double e : {0.0, 0.1, 0.3, 1.0}) {
@@ -161,7 +161,7 @@ TEST(Impact, kinds_of_restitution_differ_once_the_slip_turns) {
     EXPECT_GT(std::abs(after(RestitutionKind::energetic, 4.0) - after(RestitutionKind::kinematic, 4.0)), 0.05);
 }
 
-/// A random heap: bodies and contacts between them, mixed e and mu, some with moving walls.
+/// Random bodies and contacts between them, with mixed e and mu, some with moving walls.
 struct Heap {
     std::vector<ImpactBody> bodies;
     std::vector<Contact> contacts;
@@ -191,7 +191,7 @@ Heap heap(Drawn& drawn, std::size_t bodies, std::size_t contacts, bool walls) {
     return result;
 }
 
-TEST(ImpactGroup, no_group_gains_energy_but_from_moving_walls_with_mixed_restitution_and_friction) {
+TEST(ImpactGroup, gains_energy_only_from_moving_walls_with_mixed_restitution_and_friction) {
     Drawn drawn(1);
     int unresolved = 0;
     for (int trial = 0; trial < 2000; ++trial) {
@@ -207,7 +207,7 @@ TEST(ImpactGroup, no_group_gains_energy_but_from_moving_walls_with_mixed_restitu
         unresolved += outcome.residual > 1e-3 * outcome.approach ? 1 : 0;
     }
     EXPECT_LE(unresolved,
-              40);  // arms and normals drawn at random with mu = 10 jam now and then, and the outcome says so
+              40);  // random arms and normals with mu = 10 sometimes jam, and the outcome reports it
 }
 
 TEST(ImpactGroup, without_restitution_and_with_strong_friction_stays_finite_and_gains_no_energy) {
@@ -232,7 +232,7 @@ TEST(ImpactGroup, without_restitution_and_with_strong_friction_stays_finite_and_
     }
 }
 
-TEST(ImpactGroup, keeps_momentum_and_angular_momentum) {
+TEST(ImpactGroup, conserves_momentum_and_angular_momentum) {
     // Places of contact that both bodies share: momentum about the origin is kept too.
     Drawn drawn(2);
     for (int trial = 0; trial < 200; ++trial) {
@@ -285,7 +285,7 @@ void springs(std::vector<ImpactBody>& bodies, const std::vector<Contact>& contac
     FAIL() << "the springs did not come to rest";
 }
 
-TEST(ImpactGroup, of_frictionless_balls_in_a_row_moves_as_springs_of_equal_stiffness_do) {
+TEST(ImpactGroup, of_frictionless_balls_in_a_row_agrees_with_springs_of_equal_stiffness) {
     for (const double e : {1.0, 0.5, 0.2}) {
         std::vector<ImpactBody> bodies(5, impact_body(the_bead));
         bodies[0].velocity = {-40.0, 0.0, 0.0};
@@ -340,7 +340,7 @@ TEST(ImpactGroup, does_not_depend_on_the_order_of_the_contacts) {
     EXPECT_LT(worst, 0.02 * 50.0);  // 2 % of the largest approach; one contact after another differs by tens of percent
 }
 
-TEST(ImpactGroup, as_it_is_taken_by_default_stays_near_the_springs_followed_finely) {
+TEST(ImpactGroup, with_default_increments_stays_close_to_many_increments) {
     // A rod on a plate between two beads, one of which comes.  Energies of the difference and of what the impact
     // changed, over many: eight increments and the end of slow approaches cost a few percent of a velocity; another law
     // costs tens.
@@ -401,7 +401,7 @@ TEST(ImpactGroup, of_two_contacts_is_the_same_in_either_order) {
     }
 }
 
-TEST(ImpactGroup, mirrored_and_turned_impacts_are_mirrored_and_turned) {
+TEST(ImpactGroup, mirrored_and_rotated_impacts_have_mirrored_and_rotated_results) {
     const auto turned = [](const Vector& v) { return Vector{-v.y, v.x, v.z}; };
     const auto mirrored = [](const Vector& v) { return Vector{v.x, -v.y, v.z}; };
     const auto mirrored_axial = [](const Vector& v) { return Vector{-v.x, v.y, -v.z}; };
@@ -433,7 +433,7 @@ TEST(ImpactGroup, mirrored_and_turned_impacts_are_mirrored_and_turned) {
     }
 }
 
-TEST(Impact, that_does_not_approach_does_nothing) {
+TEST(Impact, without_approach_changes_nothing) {
     ImpactBody rod = impact_body(the_rod);
     rod.velocity = {3.0, 0.0, 1.0};
     Contact contact = on_plate(rod, 0, 0.3, 0.3);

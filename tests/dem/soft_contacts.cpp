@@ -48,7 +48,7 @@ Bead collided(const dem::Setup& setup, const Vector& velocity, double steps, dou
     return world.bodies().beads.front();
 }
 
-TEST(SpringDashpot, a_binary_collision_has_the_restitution_asked_for_to_second_order_in_the_step) {
+TEST(SpringDashpot, a_binary_collision_has_the_given_restitution_to_second_order_in_the_step) {
     for (const double e : {0.1, 0.3, 0.9, 1.0}) {
         const dem::Setup setup = soft(base_only(e, 0.0), 1e9);
         const auto error = [&](double steps) {
@@ -230,7 +230,7 @@ bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
            });
 }
 
-TEST(SpringDashpot, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_in_mid_contact) {
+TEST(SpringDashpot, is_bitwise_equal_for_any_number_of_threads_and_after_a_restart_in_mid_contact) {
     for (const char* shape : {"periodic", "rectangle"}) {
         dem::Setup setup = soft(square(12.0), 1e8);
         setup.cell.shape = shape;
