@@ -74,7 +74,7 @@ int print_scene_boundary(const Options& options) {
 }
 
 int print_boundary(const Options& options) {
-    if (!io::is_hdf5(options.scene)) return print_scene_boundary(options);
+    if (!files::is_hdf5(options.scene)) return print_scene_boundary(options);
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(),
             {.file = options.scene},
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "

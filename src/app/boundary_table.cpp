@@ -42,11 +42,11 @@ nlohmann::json onset_json(const calibrate::Onset& onset) {
 }  // namespace
 
 int print_table_boundary(const TableBoundaryOptions& options) {
-    const io::ArchiveReader archive(options.file);
+    const files::ArchiveReader archive(options.file);
     const calibrate::Table table = io::read_calibration(archive, options.file);
     const calibrate::Onset onset =
         calibrate::find_onset(table,
-                              calibrate::varied_place(table, options.varied, "--varied", {.file = options.file}));
+                              calibrate::varied_index(table, options.varied, "--varied", {.file = options.file}));
     if (!options.output.empty()) {
         const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), options.file + " (its scene)");
         write_results(options.output, "onset", scene, 1, run::onset_tables(onset), {{"table", options.file}},

@@ -63,19 +63,18 @@ int tell(const Options& options, const run::CalibrationOutcome& outcome) {
         std::printf("\n%s: all coefficients, with errors, trials and origins; table.toml beside it\n",
                     outcome.file.c_str());
     }
-    if (outcome.shortfalls > 0)
-        log_warning("{} of {} measurements have a larger error than was asked; they are marked, and kept",
-                    outcome.shortfalls, outcome.units);
+    if (outcome.unmet_targets > 0)
+        log_warning("{} of {} measurements have a larger error than requested; they are kept and marked",
+                    outcome.unmet_targets, outcome.units);
     if (outcome.stopped) {
-        log_information("stopped by a signal; the same command goes on");
+        log_information("stopped by a signal; re-run the same command to resume");
         return run::exit_stopped;
     }
-    if (outcome.refused > 0)
-        log_warning("{} of {} measurements were refused, see above", outcome.refused, outcome.units);
+    if (outcome.failed > 0) log_warning("{} of {} measurements failed, see above", outcome.failed, outcome.units);
     if (outcome.unfinished > 0)
-        log_warning("{} of {} measurements are not finished; the same command without --collect goes on",
+        log_warning("{} of {} measurements are not finished; re-run the same command without --collect to resume",
                     outcome.unfinished, outcome.units);
-    return outcome.refused + outcome.unfinished > 0 ? run::exit_run_failed : run::exit_done;
+    return outcome.failed + outcome.unfinished > 0 ? run::exit_run_failed : run::exit_done;
 }
 
 int calibrate_scene(const Options& options) {
@@ -104,8 +103,8 @@ nlohmann::json table_json(const calibrate::Table& table) {
     for (const calibrate::TableRow& row : table.rows) {
         nlohmann::json points = nlohmann::json::array();
         const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1, beads = table.bead_fractions.size();
-        for (std::size_t place = 0; place < row.known.size(); ++place) {
-            const calibrate::TableEntry& known = row.known[place];
+        for (std::size_t place = 0; place < row.entries.size(); ++place) {
+            const calibrate::TableEntry& known = row.entries[place];
             nlohmann::json point{{"bead_area_fraction", table.bead_fractions[place / rods % beads]},
                                  {"value", number_json(known.value)},
                                  {"error", number_json(known.error)},
@@ -125,7 +124,7 @@ void add_calibrate(CLI::App& program, Action& action) {
     const auto options = std::make_shared<Options>();
     CLI::App* command = program.add_subcommand("calibrate",
                                                "measure coefficients on particles over area fractions, into one table "
-                                               "with errors; given again, it goes on");
+                                               "with errors; re-run the same command to resume");
     add_scene_options(*command, *options);
     command->add_option("-o,--output", options->output,
                         "folder of the trials and the table; by default the scene's name with .calibration");

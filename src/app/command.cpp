@@ -36,11 +36,12 @@ nlohmann::json number_json(double value) {
 }
 
 void write_results(const std::string& file, const std::string& what, const io::Scene& scene, int threads,
-                   const std::vector<io::ResultTable>& tables, const std::vector<io::Attribute>& more, bool overwrite) {
-    std::vector<io::Attribute> attributes = run::provenance(scene, threads, what);
+                   const std::vector<files::ResultTable>& tables, const std::vector<files::Attribute>& more,
+                   bool overwrite) {
+    std::vector<files::Attribute> attributes = run::provenance(scene, threads, what);
     attributes.insert(attributes.end(), more.begin(), more.end());
-    io::Archive archive = io::Archive::create(file, {}, attributes, overwrite);
-    for (const io::ResultTable& table : tables) archive.replace(table);
+    files::Archive archive = files::Archive::create(file, {}, attributes, overwrite);
+    for (const files::ResultTable& table : tables) archive.replace(table);
     archive.commit();
 }
 
@@ -79,7 +80,7 @@ nlohmann::json report_json(const run::Report& report) {
             {"results", std::move(rows)}};
 }
 
-nlohmann::json attributes_json(const io::ArchiveReader& archive) {
+nlohmann::json attributes_json(const files::ArchiveReader& archive) {
     nlohmann::json result = nlohmann::json::object();
     for (const auto& [name, value] : archive.attributes())
         std::visit([&](const auto& held) { result[name] = held; }, value);
@@ -92,7 +93,7 @@ int print_outcome(const run::RunOutcome& outcome, bool json) {
                         outcome.loop.signal, outcome.loop.step, outcome.checkpoint_time, outcome.archive.string());
         return run::exit_stopped;
     }
-    const run::Report report = run::make_report(io::ArchiveReader(outcome.archive));
+    const run::Report report = run::make_report(files::ArchiveReader(outcome.archive));
     if (json) {
         nlohmann::json result = report_json(report);
         result["archive"] = outcome.archive.string();

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "drover/calibrate/table.hpp"
-#include "drover/io/archive.hpp"
-#include "drover/io/scene.hpp"
+#include "drover/files/archive.hpp"
+#include "drover/io/scene_text.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/report.hpp"
 #include "drover/run/run_scene.hpp"
@@ -50,14 +50,15 @@ void explain_particles(const io::Scene& scene, bool json);
 /// A number, or null when it is not finite.
 nlohmann::json number_json(double value);
 
-/// Writes groups of results, with where they came from, as an archive of their own.  Throws as io::Archive::create.
+/// Writes groups of results, with where they came from, as an archive of their own.  Throws as files::Archive::create.
 void write_results(const std::string& file, const std::string& what, const io::Scene& scene, int threads,
-                   const std::vector<io::ResultTable>& tables, const std::vector<io::Attribute>& more, bool overwrite);
+                   const std::vector<files::ResultTable>& tables, const std::vector<files::Attribute>& more,
+                   bool overwrite);
 
 /// The results, for programs; numbers that are not finite become null.
 nlohmann::json report_json(const run::Report& report);
 /// The provenance of an archive.
-nlohmann::json attributes_json(const io::ArchiveReader& archive);
+nlohmann::json attributes_json(const files::ArchiveReader& archive);
 
 /// Coefficients by name, each with its points.
 nlohmann::json table_json(const calibrate::Table& table);

@@ -64,9 +64,9 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
                           {"fields", fields},
                           {"terms", terms},
                           {"transforms_per_right_hand_side",
-                           {{"back", e.transforms.back}, {"forth", e.transforms.forth}}},
+                           {{"inverse", e.transforms.inverse}, {"forward", e.transforms.forward}}},
                           {"right_hand_sides_per_step", e.stages},
-                          {"transforms_per_step", e.stages * (e.transforms.back + e.transforms.forth)},
+                          {"transforms_per_step", e.stages * (e.transforms.inverse + e.transforms.forward)},
                           {"degree", e.degree},
                           {"largest_mode_kept", {{"x", e.kept_x}, {"y", e.kept_y}}},
                           {"fastest_rate", e.fastest_rate},
@@ -81,9 +81,9 @@ void print_transforms(const Explanation& e) {
     if (e.stages == 0) {
         std::printf("  no transforms: every term is linear and acts exactly on the Fourier coefficients\n");
     } else {
-        const int each = e.transforms.back + e.transforms.forth;
+        const int each = e.transforms.inverse + e.transforms.forward;
         std::printf("  %d real transforms per right-hand side (%d to the grid, %d back from it), %d per step\n", each,
-                    e.transforms.back, e.transforms.forth, each * e.stages);
+                    e.transforms.inverse, e.transforms.forward, each * e.stages);
     }
     std::printf("  products of degree %d: modes up to %d along x and %d along y are kept\n", e.degree, e.kept_x,
                 e.kept_y);

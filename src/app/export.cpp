@@ -27,7 +27,7 @@ void add_export(CLI::App& program, Action& action) {
     command->add_flag("--overwrite", options->overwrite, "replace a file that exists");
     command->callback([options, &action] {
         action = [options] {
-            const io::ArchiveReader archive(options->archive);
+            const files::ArchiveReader archive(options->archive);
             const std::size_t frames =
                 io::write_xyz(archive, options->archive, options->plan, options->output, options->overwrite);
             std::printf("%s: %zu frame%s of %s\n", options->output.c_str(), frames, frames == 1 ? "" : "s",

@@ -23,7 +23,7 @@ constexpr const char* frames_path = "/time";
 std::string times_text(double first, double last) { return text("t = {:.6g} to {:.6g} s", first, last); }
 
 /// What an archive of particles has besides results.
-void print_trajectory(const io::ArchiveReader& archive, const io::Scene& scene) {
+void print_trajectory(const files::ArchiveReader& archive, const io::Scene& scene) {
     const std::string spheres = io::spheres_group;
     const std::vector<double> times = archive.read(spheres + "/position/time").values;
     const io::Box box = io::box_of(scene.particles);
@@ -38,7 +38,7 @@ void print_trajectory(const io::ArchiveReader& archive, const io::Scene& scene) 
     std::printf("%-20s %s (H5MD), /bodies, %s\n", "groups", io::spheres_group, io::series_group);
 }
 
-void print(const io::ArchiveReader& archive, const run::Report& report, bool scene) {
+void print(const files::ArchiveReader& archive, const run::Report& report, bool scene) {
     for (const auto& [name, value] : archive.attributes()) {
         if (name == "scene") continue;
         const std::string written = std::visit([](const auto& held) { return text("{}", held); }, value);
@@ -57,7 +57,7 @@ void print(const io::ArchiveReader& archive, const run::Report& report, bool sce
 }
 
 /// A table of coefficients: where it came from, and what it holds.
-void print_calibration(const io::ArchiveReader& archive, const Options& options) {
+void print_calibration(const files::ArchiveReader& archive, const Options& options) {
     const calibrate::Table table = io::read_calibration(archive, options.archive);
     if (options.json) {
         const nlohmann::json result{{"attributes", attributes_json(archive)}, {"coefficients", table_json(table)}};
@@ -70,7 +70,7 @@ void print_calibration(const io::ArchiveReader& archive, const Options& options)
                         std::visit([](const auto& held) { return text("{}", held); }, value).c_str());
     std::array<std::size_t, calibrate::origin_count> origins{};
     for (const calibrate::TableRow& row : table.rows)
-        for (const calibrate::TableEntry& known : row.known) ++origins[static_cast<std::size_t>(known.origin)];
+        for (const calibrate::TableEntry& known : row.entries) ++origins[static_cast<std::size_t>(known.origin)];
     std::printf("%-20s %zu:", "coefficients", table.rows.size());
     for (std::size_t i = 0; i < origins.size(); ++i)
         std::printf("%s %zu %s", i == 0 ? "" : ",", origins[i],
@@ -118,7 +118,7 @@ void add_info(CLI::App& program, Action& action) {
                 print_xyz(options->archive, options->json);
                 return run::exit_done;
             }
-            const io::ArchiveReader archive(options->archive);
+            const files::ArchiveReader archive(options->archive);
             if (io::is_calibration(archive)) {
                 print_calibration(archive, *options);
                 return run::exit_done;

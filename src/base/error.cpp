@@ -1,4 +1,4 @@
-// base/error.cpp: places and the exception that carries them.
+// base/error.cpp: locations as text, and the messages of errors.
 #include "drover/base/error.hpp"
 
 namespace drover {
@@ -10,13 +10,13 @@ std::string location_text(const SourceLocation& where) {
 }
 
 namespace {
-std::string with_place(const SourceLocation& where, const std::string& sentence) {
-    const std::string place = location_text(where);
-    return place.empty() ? sentence : place + ": " + sentence;
+std::string with_location(const SourceLocation& where, const std::string& message) {
+    const std::string location = location_text(where);
+    return location.empty() ? message : location + ": " + message;
 }
 }  // namespace
 
-Error::Error(Fault fault, const SourceLocation& where, const std::string& sentence)
-    : std::runtime_error(with_place(where, sentence)), fault_(fault) {}
+Error::Error(Fault fault, const SourceLocation& where, const std::string& message)
+    : std::runtime_error(with_location(where, message)), fault_(fault) {}
 
 }  // namespace drover

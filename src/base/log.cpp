@@ -1,4 +1,4 @@
-// base/log.cpp: the log on standard error, by spdlog.
+// base/log.cpp: logging to standard error by spdlog.
 #include "drover/base/log.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -11,14 +11,14 @@ namespace drover {
 namespace {
 spdlog::logger& logger() {
     static const std::shared_ptr<spdlog::logger> shared = [] {
-        const char* no_color = std::getenv("NO_COLOR");  // set and not empty, as no-color.org says
+        const char* no_color = std::getenv("NO_COLOR");  // set and not empty: see no-color.org
         const bool plain = no_color != nullptr && *no_color != '\0';
         auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>(plain ? spdlog::color_mode::never
                                                                                 : spdlog::color_mode::automatic);
-        auto made = std::make_shared<spdlog::logger>("drover", std::move(sink));
-        made->set_pattern("drover: %^%v%$");
-        made->flush_on(spdlog::level::trace);
-        return made;
+        auto result = std::make_shared<spdlog::logger>("drover", std::move(sink));
+        result->set_pattern("drover: %^%v%$");
+        result->flush_on(spdlog::level::trace);
+        return result;
     }();
     return *shared;
 }

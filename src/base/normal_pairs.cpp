@@ -1,5 +1,6 @@
-// base/normal_pairs.cpp: a kernel of its own file because it alone is compiled with -ffast-math: that lets the compiler take the
-// vector logarithm, sine and cosine of the C library (4 units in the last place), four times as fast as the scalar ones.
+// base/normal_pairs.cpp: the Box-Muller kernel.  Only this file is compiled with -ffast-math: it lets the compiler use
+// the C library's vector logarithm, sine and cosine (error 4 ulp), which are four times as fast as the scalar
+// functions.
 #include "normal_pairs.hpp"
 
 #include <cmath>
@@ -8,7 +9,7 @@
 namespace drover {
 
 void make_normal_pairs(PairBlock& first, PairBlock& second) {
-    // Aligned and of a fixed length: no element is peeled off into scalar code.
+    // Alignment and a fixed length avoid scalar remainder loops.
     alignas(64) PairBlock radius, angle, cosine, sine;
     for (std::size_t i = 0; i < pair_block; ++i) radius[i] = std::sqrt(-2.0 * std::log(first[i]));
     for (std::size_t i = 0; i < pair_block; ++i) angle[i] = 2.0 * std::numbers::pi * second[i];

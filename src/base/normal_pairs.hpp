@@ -1,4 +1,4 @@
-// base/normal_pairs.hpp: the transform of Box and Muller on many pairs at once.
+// base/normal_pairs.hpp: the Box-Muller transform of many pairs.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -8,8 +8,8 @@ namespace drover {
 inline constexpr std::size_t pair_block = 64;
 using PairBlock = std::array<double, pair_block>;
 
-/// Pairs of uniform numbers in (0, 1) to pairs of standard normal ones, in place.  Every pair takes the same path through the same
-/// instructions wherever it stands in the block, so that a number depends on its own pair alone.
+/// Pairs of uniform numbers in (0, 1) to pairs of standard normal numbers, in place.  Every pair passes through the
+/// same instructions at any position in the block, so that each result depends on its own pair only.
 void make_normal_pairs(PairBlock& first, PairBlock& second);
 
 }  // namespace drover

@@ -1,4 +1,4 @@
-// base/schema.cpp: values of a scene: their text, and how one is held against its description.
+// base/schema.cpp: values of a scene: as text, and checked against their descriptions.
 #include "drover/base/schema.hpp"
 
 #include <algorithm>
@@ -44,9 +44,9 @@ std::string expected_text(const Description& row) {
         return list_text(row.choices, quoted)
             .insert(0, row.default_value.index() == Value(std::string()).index() ? "one of " : "words of ");
     std::string result = type_text(row.default_value);
-    const bool least = std::isfinite(row.range.min), most = std::isfinite(row.range.max);
-    if (least) result += text(" {} {}", row.range.min_open ? ">" : ">=", row.range.min);
-    if (most) result += text("{} <= {}", least ? " and" : "", row.range.max);
+    const bool has_min = std::isfinite(row.range.min), has_max = std::isfinite(row.range.max);
+    if (has_min) result += text(" {} {}", row.range.min_open ? ">" : ">=", row.range.min);
+    if (has_max) result += text("{} <= {}", has_min ? " and" : "", row.range.max);
     if (!row.unit.empty()) result += text(" [{}]", row.unit);
     return result;
 }
@@ -55,13 +55,13 @@ bool in_range(const Range& range, double value) {
     return std::isfinite(value) && (range.min_open ? value > range.min : value >= range.min) && value <= range.max;
 }
 
-/// The value in the type of the default, where that loses nothing.
-Value converted(const Value& value, const Value& standard) {
-    if (std::holds_alternative<double>(standard))
+/// The value converted to the type of the default, if that is lossless.
+Value converted(const Value& value, const Value& default_value) {
+    if (std::holds_alternative<double>(default_value))
         if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
-    // An empty list has no type of its own.
+    // An empty list has no item type.
     if (const auto* list = std::get_if<std::vector<double>>(&value); list && list->empty())
-        if (std::holds_alternative<std::vector<std::string>>(standard)) return std::vector<std::string>{};
+        if (std::holds_alternative<std::vector<std::string>>(default_value)) return std::vector<std::string>{};
     return value;
 }
 }  // namespace
@@ -87,17 +87,17 @@ std::string toml_text(const Value& value) {
 Value checked_value(const Description& row, const std::string& section, const LocatedValue& found) {
     const std::string key = section + "." + row.name;
     const Value value = converted(found.value, row.default_value);
-    const auto refuse = [&] {
+    const auto reject = [&] {
         fail_input(found.where, "{} = {}; expected {}: {}", key, toml_text(found.value), expected_text(row), row.doc);
     };
-    if (value.index() != row.default_value.index()) refuse();
-    if (const auto* number = std::get_if<double>(&value); number && !in_range(row.range, *number)) refuse();
+    if (value.index() != row.default_value.index()) reject();
+    if (const auto* number = std::get_if<double>(&value); number && !in_range(row.range, *number)) reject();
     if (const auto* whole = std::get_if<std::int64_t>(&value);
         whole && !in_range(row.range, static_cast<double>(*whole)))
-        refuse();
+        reject();
     if (const auto* list = std::get_if<std::vector<double>>(&value))
         for (const double number : *list)
-            if (!in_range(row.range, number)) refuse();
+            if (!in_range(row.range, number)) reject();
     const auto check_word = [&](const std::string& word) {
         if (row.choices.empty() || std::find(row.choices.begin(), row.choices.end(), word) != row.choices.end()) return;
         const std::string near = nearest_name(word, row.choices);

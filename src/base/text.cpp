@@ -1,4 +1,4 @@
-// base/text.cpp: formatting by fmt, nearest names, sizes and times for people.
+// base/text.cpp: formatting by fmt, nearest names, sizes and durations.
 #include "drover/base/text.hpp"
 
 #include <fmt/args.h>
@@ -17,7 +17,7 @@ std::string format_text(std::string_view pattern, std::span<const TextArgument> 
 }
 
 namespace {
-/// Letters added, left out, replaced, or swapped with their neighbour.
+/// Damerau-Levenshtein distance (restricted): insertions, deletions, substitutions and transpositions of neighbours.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::vector<std::size_t>> edits(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
     for (std::size_t i = 0; i <= a.size(); ++i)
@@ -37,11 +37,11 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view name, std::span<const std::string> known) {
     std::string nearest;
-    std::size_t least = std::max<std::size_t>(1, name.size() / 3) + 1;
+    std::size_t smallest = std::max<std::size_t>(1, name.size() / 3) + 1;
     for (const std::string& candidate : known) {
         const std::size_t distance = edit_distance(name, candidate);
-        if (distance < least) {
-            least = distance;
+        if (distance < smallest) {
+            smallest = distance;
             nearest = candidate;
         }
     }

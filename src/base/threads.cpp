@@ -1,4 +1,4 @@
-// base/threads.cpp: a team of threads that shares out the chunks of a loop.
+// base/threads.cpp: distributes the chunks of a loop over a thread team.
 #include "drover/base/threads.hpp"
 
 #include <sched.h>
@@ -16,11 +16,11 @@
 namespace drover {
 
 namespace {
-/// Looks for a while, some tens of microseconds, whether something holds: loops that follow each other at once need no sleep between.
+/// Polls a condition for some tens of microseconds: consecutive loops then need no sleep in between.
 template <class Holds>
 bool holds_soon(Holds holds) {
-    constexpr int looks = 2000;
-    for (int look = 0; look < looks; ++look) {
+    constexpr int polls = 2000;
+    for (int poll = 0; poll < polls; ++poll) {
         if (holds()) return true;
 #if defined(__x86_64__)
         __builtin_ia32_pause();
@@ -31,8 +31,8 @@ bool holds_soon(Holds holds) {
 }  // namespace
 
 struct Threads::Team {
-    /// Chunks that one thread takes first, the same from loop to loop: what they work on stays in its cache.  Who has done with them takes
-    /// from the others.
+    /// The chunks that one thread takes first: the same in every loop, so that their data stay in its cache.  A thread
+    /// that has finished its share takes chunks from the others.
     struct alignas(64) Share {
         std::atomic<std::size_t> next = 0;
         std::size_t end = 0;
@@ -43,7 +43,7 @@ struct Threads::Team {
     std::mutex mutex;
     std::condition_variable started, ended;
     std::vector<std::thread> helpers;
-    std::atomic<std::uint64_t> loop_number = 0;  // a helper works when this differs from the last it worked on
+    std::atomic<std::uint64_t> loop_number = 0;  // a helper works when this differs from its last loop
     std::atomic<std::size_t> working = 0;
     std::atomic<bool> leaving = false;
 
@@ -52,7 +52,7 @@ struct Threads::Team {
     std::vector<Share> shares;
     std::exception_ptr failure;
 
-    void share_out() {
+    void distribute() {
         const std::size_t chunks = (length + chunk - 1) / chunk;
         for (std::size_t s = 0; s < shares.size(); ++s) {
             shares[s].next = s * chunks / shares.size();
@@ -89,7 +89,7 @@ struct Threads::Team {
             done = loop_number;
             work(me);
             if (working.fetch_sub(1) == 1) {
-                const std::lock_guard lock(mutex);  // the caller may be between its last look and its sleep
+                const std::lock_guard lock(mutex);  // the caller may be between its last poll and its sleep
                 ended.notify_one();
             }
         }
@@ -126,7 +126,7 @@ void Threads::for_chunks(std::size_t length, std::size_t chunk,
         team_->body = &body;
         team_->length = length;
         team_->chunk = chunk;
-        team_->share_out();
+        team_->distribute();
         team_->failure = nullptr;
         team_->working = team_->helpers.size();
         ++team_->loop_number;

@@ -1,19 +1,20 @@
-// io/scene_check.cpp: the rows of the scene's own structs, and what its keys ask of each other.
+// io/scene_check.cpp: the schema rows of the scene's structs, and consistency checks of its keys.
 #include <cmath>
 
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/contact_law.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/numerics/stepper_table.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::io {
 
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration) {
     const double dt = scene.time.dt, steps = std::round(duration / dt);
-    constexpr double most = 1e15;
-    require(steps <= most, location_of(scene, key), "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}",
-            key, duration, steps, dt, most);
-    // Times are typed as decimals: a millionth of a step is a slip of rounding, more is not.
+    constexpr double max_steps = 1e15;
+    require(steps <= max_steps, location_of(scene, key),
+            "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}", key, duration, steps, dt, max_steps);
+    // Times are decimals in the scene: a deviation below a millionth of a step is rounding.
     require(std::abs(steps * dt - duration) <= 1e-6 * dt + 1e-12 * duration, location_of(scene, key),
             "{} = {} is not a whole number of steps of time.dt = {}; choose {} or {}", key, duration, dt,
             std::floor(duration / dt) * dt, std::ceil(duration / dt) * dt);
@@ -21,33 +22,34 @@ std::int64_t whole_steps(const Scene& scene, const std::string& key, double dura
 }
 
 namespace {
-void check_fields(const Scene& scene, const LocationOf& place) {
-    numerics::check(scene.grid, place);
-    physics::check(scene.model, place);
-    physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, place);
+void check_fields(const Scene& scene, const LocationOf& at) {
+    numerics::check(scene.grid, at);
+    physics::check(scene.model, at);
+    physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, at);
     const physics::Noise& noise = scene.model.noise;
-    require(scene.time.tolerance == 0.0 || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
-            place("time.tolerance"),
-            "time.tolerance = {} with noise: no embedded estimate tells the error of a noisy step; set it to 0, or the "
-            "noise",
-            scene.time.tolerance);
-    require(scene.time.tolerance == 0.0 || !numerics::stepper_table(scene.time.stepper).error.empty(),
-            place("time.tolerance"),
-            "time.tolerance = {} with the stepper \"{}\", which has no embedded estimate; choose etdrk2 or etdrk4",
-            scene.time.tolerance, scene.time.stepper);
+    require(
+        scene.time.tolerance == 0.0 || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
+        at("time.tolerance"),
+        "time.tolerance = {} with noise: there is no error estimate for a noisy step; set the tolerance or the noise "
+        "to 0",
+        scene.time.tolerance);
+    require(
+        scene.time.tolerance == 0.0 || !numerics::stepper_table(scene.time.stepper).error.empty(), at("time.tolerance"),
+        "time.tolerance = {} with the stepper \"{}\", which has no embedded error estimate; choose etdrk2 or etdrk4",
+        scene.time.tolerance, scene.time.stepper);
 }
 
-void check_fractions(const std::vector<double>& fractions, const std::string& key, const LocationOf& place) {
+void check_fractions(const std::vector<double>& fractions, const std::string& key, const LocationOf& at) {
     for (std::size_t i = 1; i < fractions.size(); ++i)
-        require(fractions[i] > fractions[i - 1], place(key), "{} has {} after {}; expected numbers that ascend", key,
+        require(fractions[i] > fractions[i - 1], at(key), "{} has {} after {}; expected ascending numbers", key,
                 fractions[i], fractions[i - 1]);
 }
 
-void check_calibration(const Scene& scene, const LocationOf& place) {
+void check_calibration(const Scene& scene, const LocationOf& at) {
     const CalibrationPlan& plan = scene.calibration;
-    check_fractions(plan.bead_area_fractions, "calibrate.bead_area_fractions", place);
-    check_fractions(plan.rod_area_fractions, "calibrate.rod_area_fractions", place);
-    require(plan.max_trials >= 2 * plan.round, place("calibrate.max_trials"),
+    check_fractions(plan.bead_area_fractions, "calibrate.bead_area_fractions", at);
+    check_fractions(plan.rod_area_fractions, "calibrate.rod_area_fractions", at);
+    require(plan.max_trials >= 2 * plan.round, at("calibrate.max_trials"),
             "calibrate.max_trials = {}; expected two rounds of calibrate.round = {} or more", plan.max_trials,
             plan.round);
     try {
@@ -57,36 +59,36 @@ void check_calibration(const Scene& scene, const LocationOf& place) {
     }
 }
 
-void check_particles(const Scene& scene, const LocationOf& place) {
-    dem::check(scene.particles, place);
-    dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, place), scene.time.dt, place);
-    check_calibration(scene, place);
-    // The plates' path within a step is a series in its part of a period.
-    constexpr double least = 20.0;
+void check_particles(const Scene& scene, const LocationOf& at) {
+    dem::check(scene.particles, at);
+    dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, at), scene.time.dt, at);
+    check_calibration(scene, at);
+    // The motion of the plates within a step is a series in dt times the frequency.
+    constexpr double min_steps = 20.0;
     const dem::Plates& plates = scene.particles.plates;
     const double steps = 1.0 / (scene.time.dt * plates.frequency);
-    require(plates.amplitude == 0.0 || steps >= least, place("time.dt"),
+    require(plates.amplitude == 0.0 || steps >= min_steps, at("time.dt"),
             "time.dt = {} s is {:.3g} steps a period of plates.frequency = {} 1/s; expected at least {}: choose a "
             "smaller time.dt",
-            scene.time.dt, steps, plates.frequency, least);
+            scene.time.dt, steps, plates.frequency, min_steps);
 }
 }  // namespace
 
 void check(const Scene& scene) {
-    const LocationOf place = [&](const std::string& key) { return location_of(scene, key); };
-    if (scene.kind == SceneKind::fields) check_fields(scene, place);
-    else check_particles(scene, place);
+    const LocationOf at = [&](const std::string& key) { return location_of(scene, key); };
+    if (scene.kind == SceneKind::fields) check_fields(scene, at);
+    else check_particles(scene, at);
     const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
-    require(steps >= 1, place("time.end"), "time.end = {} is less than one step of time.dt = {}; expected at least one",
+    require(steps >= 1, at("time.end"), "time.end = {} is less than one step of time.dt = {}; expected at least one",
             scene.time.end, scene.time.dt);
     for (const auto& [key, every] : {std::pair{"output.frame_every", scene.output.frame_every},
                                      std::pair{"output.sample_every", scene.output.sample_every}})
-        require(every == 0.0 || whole_steps(scene, key, every) >= 1, place(key),
+        require(every == 0.0 || whole_steps(scene, key, every) >= 1, at(key),
                 "{} = {} is less than one step of time.dt = {}; expected 0 or at least one step", key, every,
                 scene.time.dt);
     require(scene.analysis.warm_up == -1.0 ||
                 (scene.analysis.warm_up >= 0.0 && scene.analysis.warm_up < scene.time.end),
-            place("analysis.warm_up"),
+            at("analysis.warm_up"),
             "analysis.warm_up = {}; expected -1 (found from the series) or less than time.end = {}",
             scene.analysis.warm_up, scene.time.end);
 }
@@ -107,24 +109,25 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .member = &TimeControl::dt,
              .unit = "s",
              .range = positive,
-             .doc = "time step; of fields: linear terms and noise are exact at any, products of fields are not; "
-                    "of particles "
-                    "the default is 2e-5 s"},
+             .doc =
+                 "time step; fields: linear terms and noise are exact for any, products of fields are not; particles: "
+                 "the default is 2e-5 s"},
             {.name = "end",
              .member = &TimeControl::end,
              .unit = "s",
              .range = positive,
-             .doc = "time at the end of the run, a whole number of steps"},
+             .doc = "end time, an integer number of steps"},
             {.name = "stepper",
              .member = &TimeControl::stepper,
              .choices = steppers,
-             .doc = "method for what is not linear; fields alone"},
+             .doc = "method for the nonlinear terms; fields only"},
             {.name = "tolerance",
              .member = &TimeControl::tolerance,
              .range = {.min = 0.0, .max = 0.1},
-             .doc = "largest local error of a step beside the root mean square of its field, or of the field's "
-                    "change over dt: dt is then cut into as many equal "
-                    "steps as that takes (1, 2, 3, 4, 6, 8, ...); without noise and of fields alone; 0: steps of dt"}};
+             .doc =
+                 "maximum local error of a step relative to the root mean square of its field, or of the change of the "
+                 "field over dt: dt is then divided into as many equal steps as needed (1, 2, 3, 4, 6, 8, ...); fields "
+                 "without noise only; 0: steps of dt"}};
     }();
     return rows;
 }
@@ -134,18 +137,18 @@ const std::vector<Row<Output>>& schema<Output>() {
     static const std::vector<Row<Output>> rows{
         {.name = "file",
          .member = &Output::file,
-         .doc = "the archive (HDF5); empty: the scene's name with .h5, in the folder where drover runs"},
+         .doc = "the archive (HDF5); empty: the scene's name with .h5, in the working folder"},
         {.name = "frame_every",
          .member = &Output::frame_every,
          .unit = "s",
          .range = not_negative,
          .doc =
-             "time between frames of all fields or bodies, a whole number of steps; 0: the first and the last alone"},
+             "time between frames of all fields or bodies, an integer number of steps; 0: the first and the last only"},
         {.name = "sample_every",
          .member = &Output::sample_every,
          .unit = "s",
          .range = not_negative,
-         .doc = "time between samples of the observables, a whole number of steps; 0: the first and the last alone"},
+         .doc = "time between samples of the observables, an integer number of steps; 0: the first and the last only"},
         {.name = "checkpoint_minutes",
          .member = &Output::checkpoint_minutes,
          .unit = "min",
@@ -153,9 +156,8 @@ const std::vector<Row<Output>>& schema<Output>() {
          .doc = "wall time between checkpoints"},
         {.name = "powers",
          .member = &Output::powers,
-         .doc = "samples hold the energy of the beads and of the order, and the power of each term on them; one "
-                "right-hand side "
-                "a term and sample; fields alone"}};
+         .doc = "samples include the energy of the beads and of the order, and the power of each term; costs one "
+                "right-hand side per term and sample; fields only"}};
     return rows;
 }
 
@@ -166,22 +168,22 @@ const std::vector<Row<Analysis>>& schema<Analysis>() {
          .member = &Analysis::warm_up,
          .unit = "s",
          .range = {.min = -1.0},
-         .doc = "time left out of means at the start; -1: found from the series"}};
+         .doc = "time omitted from means at the start; -1: estimated from the series"}};
     return rows;
 }
 
 template <>
 const std::vector<Row<RunControl>>& schema<RunControl>() {
-    static const std::vector<Row<RunControl>> rows{{.name = "seed",
-                                                    .member = &RunControl::seed,
-                                                    .range = {.min = 0, .max = 9.2e18},
-                                                    .doc = "of all random numbers; the same seed gives the same bytes"},
-                                                   {.name = "threads",
-                                                    .member = &RunControl::threads,
-                                                    .range = {.min = 0, .max = 1024},
-                                                    .doc =
-                                                        "0: as many as the process may use and the grid or the spheres "
-                                                        "can feed; the results are the same bytes for any number"}};
+    static const std::vector<Row<RunControl>> rows{
+        {.name = "seed",
+         .member = &RunControl::seed,
+         .range = {.min = 0, .max = 9.2e18},
+         .doc = "seed of all random numbers; the same seed gives the same bytes"},
+        {.name = "threads",
+         .member = &RunControl::threads,
+         .range = {.min = 0, .max = 1024},
+         .doc = "threads; 0: the available cores, capped where the grid or the spheres are "
+                "too few; results are bitwise identical for any number"}};
     return rows;
 }
 
@@ -190,22 +192,22 @@ const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
     static const std::vector<Row<SweepPlan>> rows{
         {.name = "vary",
          .member = &SweepPlan::vary,
-         .doc = "keys and their values, \"relaxation.rate = 0.5, 1, 2\" or, 11 even steps, \"relaxation.rate = "
+         .doc = "keys and their values, \"relaxation.rate = 0.5, 1, 2\" or, in 11 equal steps, \"relaxation.rate = "
                 "0.5:2:11\"; "
-                "several make a grid"},
+                "several keys make a grid"},
         {.name = "seeds",
          .member = &SweepPlan::seeds,
          .range = {.min = 1, .max = 1e6},
-         .doc = "runs at each point, with the seeds run.seed, run.seed + 1, ...; on a ramp each point has its own"},
+         .doc = "runs at each point, with the seeds run.seed, run.seed + 1, ...; on a ramp each point has a different "
+                "one"},
         {.name = "ramp",
          .member = &SweepPlan::ramp,
          .choices = {"none", "up", "up-down"},
-         .doc =
-             "up: each point starts from the state at the end of the one before; up-down: and back again (hysteresis)"},
+         .doc = "up: each point starts from the final state of the previous one; up-down: up, then back (hysteresis)"},
         {.name = "workers",
          .member = &SweepPlan::workers,
          .range = {.min = 0, .max = 1024},
-         .doc = "runs at a time; 0: the cores the process may use"}};
+         .doc = "parallel runs; 0: the available cores"}};
     return rows;
 }
 
@@ -215,31 +217,32 @@ const std::vector<Row<StabilityPlan>>& schema<StabilityPlan>() {
         {.name = "wavenumbers",
          .member = &StabilityPlan::wavenumbers,
          .range = {.min = 8, .max = 4096},
-         .doc = "of the map, evenly by their logarithm"},
+         .doc = "wavenumbers of the map, logarithmically spaced"},
         {.name = "angles",
          .member = &StabilityPlan::angles,
          .range = {.min = 2, .max = 4096},
-         .doc = "of the map, between q and p0, on a quarter turn; in a field from outside four times as many on a "
-                "whole one"},
+         .doc =
+             "angles of the map, between q and p0, from 0 to 90 degrees; in an external field four times as many, from "
+             "0 to 360 degrees"},
         {.name = "min_wavenumber",
          .member = &StabilityPlan::min_wavenumber,
          .unit = "1/mm",
          .range = not_negative,
-         .doc = "smallest |q| searched; 0: a thousandth of the cell's longest wave"},
+         .doc = "smallest |q| searched; 0: 1/1000 of the smallest |q| of the cell"},
         {.name = "max_wavenumber",
          .member = &StabilityPlan::max_wavenumber,
          .unit = "1/mm",
          .range = not_negative,
-         .doc = "largest |q| searched; 0: the shortest wave of the grid"},
+         .doc = "largest |q| searched; 0: the largest |q| of the grid"},
         {.name = "sound",
          .member = &StabilityPlan::sound,
          .unit = "1/mm",
          .range = not_negative,
-         .doc = "|q| of the dynamic structure factor; 0: the cell's longest wave"},
+         .doc = "|q| of the dynamic structure factor; 0: the smallest |q| of the cell"},
         {.name = "frequencies",
          .member = &StabilityPlan::frequencies,
          .range = {.min = 3, .max = 100001},
-         .doc = "of the dynamic structure factor"}};
+         .doc = "number of frequencies of the dynamic structure factor"}};
     return rows;
 }
 
@@ -255,29 +258,29 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
         {.name = "lines",
          .member = &BoundaryPlan::lines,
          .choices = {"onset", "phase-separation", "banding", "oblique"},
-         .doc =
-             "which to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of the flock, "
-             "along p0), oblique (of the flock, at other angles)"},
+         .doc = "boundaries to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of "
+                "the flock, "
+                "along p0), oblique (of the flock, at other angles)"},
         {.name = "conventions",
          .member = &BoundaryPlan::conventions,
          .choices = {"mean", "single-rod"},
-         .doc = "weathercock.convention for which to trace: mean, single-rod or both; empty: that of the scene"},
+         .doc = "values of weathercock.convention to trace: mean, single-rod or both; empty: that of the scene"},
         {.name = "errors",
          .member = &BoundaryPlan::errors,
-         .doc = "standard errors of numbers of the model, \"relaxation.rate = 0.02\", independent of each other; those "
-                "of the table stand there"},
+         .doc = "standard errors of numbers of the model, \"relaxation.rate = 0.02\", mutually independent; a "
+                "table provides its own"},
         {.name = "cells",
          .member = &BoundaryPlan::cells,
          .range = {.min = 1, .max = 2048},
-         .doc = "an island that holds a disc wider than 1/cells of the plane (laid on a square) is found for certain"},
+         .doc = "every island that contains a disc wider than 1/cells of the plane (scaled to a square) is found"},
         {.name = "chord",
          .member = &BoundaryPlan::chord,
          .range = {.min = 1e-7, .max = 0.5},
-         .doc = "largest distance of the polyline from the line, on that square"},
+         .doc = "maximum distance between polyline and line, on that square"},
         {.name = "map",
          .member = &BoundaryPlan::map,
          .range = {.min = 0, .max = 4096},
-         .doc = "points on each side of the map of stable states; 0: none"}};
+         .doc = "points along each side of the map of stable states; 0: no map"}};
     return rows;
 }
 
@@ -291,42 +294,43 @@ const std::vector<Row<CalibrationPlan>>& schema<CalibrationPlan>() {
             {.name = "bead_area_fractions",
              .member = &CalibrationPlan::bead_area_fractions,
              .range = fraction,
-             .doc = "Phi_b, ascending: every assay is made at each, in place of beads.area_fraction"},
+             .doc = "Phi_b, ascending: replaces beads.area_fraction; every assay runs at each value"},
             {.name = "rod_area_fractions",
              .member = &CalibrationPlan::rod_area_fractions,
              .range = fraction,
-             .doc = "Phi_r, ascending: for drag, which depends on it, in place of rods.area_fraction"},
+             .doc = "Phi_r, ascending: replaces rods.area_fraction for drag, which depends on it"},
             {.name = "vary",
              .member = &CalibrationPlan::vary,
-             .doc = "one key more and its values, \"kick.strength = 0.01, 0.02\": everything is measured at each"},
+             .doc = "an additional key and its values, \"kick.strength = 0.01, 0.02\": all assays run at each value"},
             {.name = "assays",
              .member = &CalibrationPlan::assays,
              .choices = names,
-             .doc = "which to make; empty: all"},
+             .doc = "assays to run; empty: all"},
             {.name = "relative_error",
              .member = &CalibrationPlan::relative_error,
              .range = {.min = 0.0, .max = 10.0, .min_open = true},
-             .doc = "of every wanted coefficient: an assay makes trials until it is reached"},
+             .doc = "target relative error of every wanted coefficient: an assay runs trials until it is reached"},
             {.name = "round",
              .member = &CalibrationPlan::round,
              .range = {.min = 4, .max = 100000},
-             .doc = "trials between looks at the error; the first look is after two rounds"},
+             .doc = "trials between two evaluations of the error; the first is after two rounds"},
             {.name = "max_trials",
              .member = &CalibrationPlan::max_trials,
              .range = {.min = 8, .max = 1e6},
-             .doc = "of one assay at one point, in whole rounds: it then keeps the error it has, and says so"},
+             .doc = "maximum trials of one assay at one point, in complete rounds; the result is then reported with "
+                    "its larger error"},
             {.name = "max_failed",
              .member = &CalibrationPlan::max_failed,
              .range = {.min = 0.0, .max = 0.9},
-             .doc = "part of the trials of an assay at a point that may fail; with more of them the point is refused"},
+             .doc = "allowed fraction of failed trials of an assay at a point; with more the point has no result"},
             {.name = "single_rods",
              .member = &CalibrationPlan::single_rods,
              .range = {.min = 1, .max = 10000},
-             .doc = "rods in the cell of relaxation, weathercock and propulsion: few enough that they hardly meet"},
+             .doc = "rods in the cell of relaxation, weathercock and propulsion: few enough that they rarely interact"},
             {.name = "workers",
              .member = &CalibrationPlan::workers,
              .range = {.min = 0, .max = 1024},
-             .doc = "trials at a time; 0: the cores the process may use; the table is the same for any number"}};
+             .doc = "parallel trials; 0: the available cores; the table is the same for any number"}};
     }();
     return rows;
 }

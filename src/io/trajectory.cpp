@@ -1,4 +1,4 @@
-// io/trajectory.cpp: bodies to the rows of H5MD elements, and back.
+// io/trajectory.cpp: bodies to rows of H5MD elements, and back.
 #include "drover/io/trajectory.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using Row = std::vector<std::vector<double>>;
 
 constexpr const char* unit_position = "mm";
 constexpr const char* unit_velocity = "mm s-1";
-constexpr const char* unit_turning = "rad s-1";
+constexpr const char* unit_angular_velocity = "rad s-1";
 
 /// One sphere of a body.
 struct Sphere {
@@ -49,12 +49,12 @@ void for_spheres(const Bodies& bodies, Visit visit) {
 
 void put(const Vector& vector, std::vector<double>& to) { to.insert(to.end(), {vector.x, vector.y, vector.z}); }
 
-/// A coordinate in [origin, origin + side), and how many sides it was away.
-void wrap(double& place, double& image, double origin, double side) {
-    image = std::floor((place - origin) / side);
-    place -= image * side;
-    if (place >= origin + side) {  // by rounding
-        place -= side;
+/// Wraps a coordinate into [origin, origin + side); image: the number of sides subtracted.
+void wrap(double& coordinate, double& image, double origin, double side) {
+    image = std::floor((coordinate - origin) / side);
+    coordinate -= image * side;
+    if (coordinate >= origin + side) {  // by rounding
+        coordinate -= side;
         image += 1.0;
     }
 }
@@ -63,10 +63,10 @@ Row sphere_row(const Setup& setup, const Bodies& bodies) {
     const Box box = box_of(setup);
     Row row(4);
     for_spheres(bodies, [&](Sphere sphere) {
-        double* const places[] = {&sphere.position.x, &sphere.position.y, &sphere.position.z};
+        double* const coordinates[] = {&sphere.position.x, &sphere.position.y, &sphere.position.z};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             double image = 0.0;
-            if (box.periodic[axis]) wrap(*places[axis], image, box.origin[axis], box.sides[axis]);
+            if (box.periodic[axis]) wrap(*coordinates[axis], image, box.origin[axis], box.sides[axis]);
             row[2].push_back(image);
         }
         put(sphere.position, row[0]);
@@ -98,18 +98,19 @@ Row rod_row(const Setup&, const Bodies& bodies) {
     return row;
 }
 
-/// An axis of so many places; of a trajectory its size alone counts.
-Axis sized(const std::string& name, std::size_t size) { return {name, "1", name, std::vector<double>(size)}; }
+/// An axis of this size; a trajectory uses only its size.
+files::Axis sized(const std::string& name, std::size_t size) { return {name, "1", name, std::vector<double>(size)}; }
 
-FixedArray fixed(const std::string& name, const std::string& unit, const std::string& meaning, bool whole = false) {
-    return {.name = name, .unit = unit, .meaning = meaning, .whole = whole};
+files::FixedArray fixed(const std::string& name, const std::string& unit, const std::string& meaning,
+                        bool is_integer = false) {
+    return {.name = name, .unit = unit, .meaning = meaning, .is_integer = is_integer};
 }
 
-Recording sphere_recording(const Setup& setup, const Bodies& bodies) {
-    FixedArray id = fixed("id", "1", "number of the sphere", true),
-               species = fixed("species", "1", "0: of a bead, 1: of a rod", true),
-               body = fixed("body", "1", "number of the body, beads first, then rods", true),
-               radius = fixed("radius", "mm", "radius of the sphere");
+files::Recording sphere_recording(const Setup& setup, const Bodies& bodies) {
+    files::FixedArray id = fixed("id", "1", "number of the sphere", true),
+                      species = fixed("species", "1", "0: of a bead, 1: of a rod", true),
+                      body = fixed("body", "1", "number of the body, beads first, then rods", true),
+                      radius = fixed("radius", "mm", "radius of the sphere");
     for_spheres(bodies, [&](const Sphere& sphere) {
         id.values.push_back(static_cast<double>(id.values.size()));
         species.values.push_back(sphere.of_rod ? 1.0 : 0.0);
@@ -127,12 +128,13 @@ Recording sphere_recording(const Setup& setup, const Bodies& bodies) {
                             "vectors along the sides of the box, which is centred on x = y = 0",
                             {"vector", "component"}}},
             .rows_per_chunk = 1,
-            .trajectory =
-                Trajectory{.fixed = {id, species, body, radius}, .has_box = true, .periodic = box_of(setup).periodic}};
+            .trajectory = files::Trajectory{.fixed = {id, species, body, radius},
+                                            .has_box = true,
+                                            .periodic = box_of(setup).periodic}};
 }
 
-Recording bead_recording(const Bodies& bodies) {
-    FixedArray mass = fixed("mass", "mg", "mass"), radius = fixed("radius", "mm", "radius");
+files::Recording bead_recording(const Bodies& bodies) {
+    files::FixedArray mass = fixed("mass", "mg", "mass"), radius = fixed("radius", "mm", "radius");
     for (const dem::Bead& bead : bodies.beads) {
         mass.values.push_back(bodies.shapes[bead.shape].mass);
         radius.values.push_back(bodies.shapes[bead.shape].radius.front());
@@ -142,17 +144,18 @@ Recording bead_recording(const Bodies& bodies) {
             .axes = {sized("bead", bodies.beads.size()), sized("component", 3)},
             .quantities = {{"position", unit_position, "centre, not wrapped", axes},
                            {"velocity", unit_velocity, "velocity", axes},
-                           {"angular_velocity", unit_turning, "angular velocity", axes}},
+                           {"angular_velocity", unit_angular_velocity, "angular velocity", axes}},
             .rows_per_chunk = 1,
-            .trajectory = Trajectory{.fixed = {mass, radius}}};
+            .trajectory = files::Trajectory{.fixed = {mass, radius}}};
 }
 
-Recording rod_recording(const Bodies& bodies) {
-    FixedArray mass = fixed("mass", "mg", "mass"),
-               along = fixed("inertia_along", "mg mm2", "moment of inertia about the axis"),
-               across = fixed("inertia_across", "mg mm2", "moment of inertia about an axis across it"),
-               at = fixed("sphere_at", "mm", "places of its spheres on the axis, from the centre of mass"),
-               radius = fixed("sphere_radius", "mm", "radii of its spheres, tail first");
+files::Recording rod_recording(const Bodies& bodies) {
+    files::FixedArray mass = fixed("mass", "mg", "mass"),
+                      along = fixed("inertia_along", "mg mm2", "moment of inertia about the axis"),
+                      across = fixed("inertia_across", "mg mm2", "moment of inertia about an axis across it"),
+                      at = fixed("sphere_at", "mm",
+                                 "positions of its spheres on the axis, relative to the centre of mass"),
+                      radius = fixed("sphere_radius", "mm", "radii of its spheres, tail first");
     at.components = radius.components = bodies.shapes[bodies.rods.front().shape].at.size();
     for (const dem::Rod& rod : bodies.rods) {
         const dem::Shape& shape = bodies.shapes[rod.shape];
@@ -168,35 +171,37 @@ Recording rod_recording(const Bodies& bodies) {
             .quantities = {{"position", unit_position, "centre of mass, not wrapped", axes},
                            {"velocity", unit_velocity, "velocity of the centre of mass", axes},
                            {"axis", "1", "direction n, tail to head", axes},
-                           {"angular_velocity", unit_turning, "angular velocity", axes}},
+                           {"angular_velocity", unit_angular_velocity, "angular velocity", axes}},
             .rows_per_chunk = 1,
-            .trajectory = Trajectory{.fixed = {mass, along, across, at, radius}}};
+            .trajectory = files::Trajectory{.fixed = {mass, along, across, at, radius}}};
 }
 
-/// Reads numbers of a frame and holds them against what they should be.
+/// Reads the arrays of a frame and checks them against the scene.
 struct FrameReader {
-    const ArchiveReader& archive;
+    const files::ArchiveReader& archive;
     std::size_t frame;
     const std::string& what;
     const SourceLocation& where;
 
     std::vector<double> row(const std::string& group, const std::string& element, std::size_t count) const {
         const std::string path = group + "/" + element + "/value";
-        require(archive.has(path), where, "{} has no {}; expected an archive of a run of the same bodies", what, path);
+        require(archive.has(path), where, "{} has no {}; expected an archive of a run with the same bodies", what,
+                path);
         const std::vector<std::size_t> shape = archive.shape(path);
         require(shape.size() == 3 && shape[1] == count && shape[2] == 3, where,
-                "{} holds {} bodies in {}; expected the {} of this scene", what, shape.size() > 1 ? shape[1] : 0, group,
-                count);
-        const Array found = archive.read_row(path, frame);
+                "{} contains {} bodies in {}; expected the {} of this scene", what, shape.size() > 1 ? shape[1] : 0,
+                group, count);
+        const files::Array found = archive.read_row(path, frame);
         require(std::all_of(found.values.begin(), found.values.end(),
                             [](double value) { return std::isfinite(value); }),
-                where, "{} has a number in {} that is not finite in frame {}; choose another frame", what, path, frame);
+                where, "{} has a non-finite value in {} in frame {}; choose another frame", what, path, frame);
         return found.values;
     }
 
-    void same(const std::string& group, const FixedArray& expected) const {
+    void same(const std::string& group, const files::FixedArray& expected) const {
         const std::string path = group + "/" + expected.name;
-        require(archive.has(path), where, "{} has no {}; expected an archive of a run of the same bodies", what, path);
+        require(archive.has(path), where, "{} has no {}; expected an archive of a run with the same bodies", what,
+                path);
         const std::vector<double> found = archive.read(path).values;
         const auto alike = [](double a, double b) {
             return std::abs(a - b) <= 1e-9 * std::max(std::abs(a), std::abs(b));
@@ -204,7 +209,7 @@ struct FrameReader {
         require(found.size() == expected.values.size() &&
                     std::equal(found.begin(), found.end(), expected.values.begin(), alike),
                 where,
-                "{} has other bodies: {} is not that of this scene; expected the same shapes (and, with "
+                "{} has other bodies: {} differs from this scene; expected the same shapes (and, with "
                 "rods.size_tolerance > 0, the same run.seed)",
                 what, path);
     }
@@ -237,26 +242,26 @@ std::vector<BodyRecording> trajectory_recordings(const Setup& setup, const Bodie
     return recordings;
 }
 
-bool has_trajectory(const ArchiveReader& archive) {
+bool has_trajectory(const files::ArchiveReader& archive) {
     return archive.has(std::string(spheres_group) + "/position/value");
 }
 
-std::size_t frame_count(const ArchiveReader& archive) {
+std::size_t frame_count(const files::ArchiveReader& archive) {
     const std::vector<std::size_t> shape = archive.shape(std::string(spheres_group) + "/position/value");
     return shape.empty() ? 0 : shape.front();
 }
 
-void read_bodies(const ArchiveReader& archive, std::size_t frame, Bodies& bodies, const std::string& what,
+void read_bodies(const files::ArchiveReader& archive, std::size_t frame, Bodies& bodies, const std::string& what,
                  const SourceLocation& where) {
     const FrameReader reader{archive, frame, what, where};
     for (const auto& [group, count] : {std::pair{beads_group, bodies.beads.size()}, {rods_group, bodies.rods.size()}})
         require(count > 0 || !archive.has(std::string(group) + "/position/value"), where,
-                "{} holds bodies in {}, and this scene has none; expected an archive of a run of the same bodies", what,
-                group);
+                "{} contains bodies in {}, and this scene has none; expected an archive of a run with the same bodies",
+                what, group);
     if (!bodies.beads.empty()) {
-        const Recording recording = bead_recording(bodies);
-        for (const FixedArray& array : recording.trajectory->fixed)
-            if (array.name != "mass") reader.same(beads_group, array);  // a body may weigh more than it did
+        const files::Recording recording = bead_recording(bodies);
+        for (const files::FixedArray& array : recording.trajectory->fixed)
+            if (array.name != "mass") reader.same(beads_group, array);  // the mass may differ
         const std::size_t count = bodies.beads.size();
         const auto position = reader.row(beads_group, "position", count),
                    velocity = reader.row(beads_group, "velocity", count),
@@ -268,8 +273,8 @@ void read_bodies(const ArchiveReader& archive, std::size_t frame, Bodies& bodies
         }
     }
     if (bodies.rods.empty()) return;
-    const Recording recording = rod_recording(bodies);
-    for (const FixedArray& array : recording.trajectory->fixed)
+    const files::Recording recording = rod_recording(bodies);
+    for (const files::FixedArray& array : recording.trajectory->fixed)
         if (array.name.starts_with("sphere_")) reader.same(rods_group, array);
     const std::size_t count = bodies.rods.size();
     const auto position = reader.row(rods_group, "position", count),
@@ -278,15 +283,15 @@ void read_bodies(const ArchiveReader& archive, std::size_t frame, Bodies& bodies
     for (std::size_t i = 0; i < count; ++i) {
         dem::Rod& rod = bodies.rods[i];
         const dem::Shape& shape = bodies.shapes[rod.shape];
-        const Vector n = vector_at(axis, i), turning = vector_at(spin, i);
+        const Vector n = vector_at(axis, i), angular_velocity = vector_at(spin, i);
         const double size = length(n);
         require(std::abs(size - 1.0) < 1e-6, where, "{} has a rod {} whose axis has the length {}; expected 1", what, i,
                 size);
         rod.position = vector_at(position, i);
         rod.velocity = vector_at(velocity, i);
-        rod.axis = std::abs(size - 1.0) < 1e-12 ? n : 1.0 / size * n;  // one that needs nothing keeps its digits
-        rod.angular_momentum = shape.inertia_across * turning +
-                               (shape.inertia_along - shape.inertia_across) * dot(turning, rod.axis) * rod.axis;
+        rod.axis = std::abs(size - 1.0) < 1e-12 ? n : 1.0 / size * n;  // a normalised axis keeps its bits
+        rod.angular_momentum = shape.inertia_across * angular_velocity + (shape.inertia_along - shape.inertia_across) *
+                                                                             dot(angular_velocity, rod.axis) * rod.axis;
     }
 }
 

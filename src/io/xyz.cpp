@@ -1,7 +1,5 @@
-// io/xyz.cpp: extended XYZ: written frame by frame beside its name, then renamed; read line by line.
+// io/xyz.cpp: extended XYZ, written frame by frame and read line by line.
 #include "drover/io/xyz.hpp"
-
-#include <fcntl.h>
 
 #include <algorithm>
 #include <charconv>
@@ -9,66 +7,18 @@
 #include <fstream>
 
 #include "drover/base/error.hpp"
-#include "drover/io/scene.hpp"
+#include "drover/files/new_file.hpp"
+#include "drover/io/scene_text.hpp"
 #include "drover/io/trajectory.hpp"
-#include "io/durable.hpp"
 
 namespace drover::io {
 
 namespace {
 using Numbers = std::vector<double>;
 
-constexpr const char *of_bead = "B", *of_rod = "Rh";  // elements: ASE takes no other species
+constexpr const char *of_bead = "B", *of_rod = "Rh";  // chemical elements: ASE accepts no other species
 
-/// A text file that appears under its name when it is whole, and otherwise leaves nothing.
-class TextFile {
-public:
-    explicit TextFile(const std::filesystem::path& file) : file_(file), partial_(file.string() + ".partial") {
-        try {
-            to_ = open_file(partial_, O_WRONLY | O_CREAT | O_TRUNC);
-        } catch (const std::system_error& cause) {
-            fail_input({file.string()},
-                       "cannot be written: {}; expected a file in a folder that exists and may be written in",
-                       std::string(cause.what()));
-        }
-    }
-    TextFile(const TextFile&) = delete;
-    TextFile& operator=(const TextFile&) = delete;
-    ~TextFile() {
-        std::error_code ignored;
-        if (!done_) std::filesystem::remove(partial_, ignored);
-    }
-
-    void write(const std::string& words) {
-        guarded(words.size(), [&] { write_at(to_, offset_, std::as_bytes(std::span(words))); });
-        offset_ += words.size();
-    }
-    void finish() {
-        guarded(0, [&] {
-            sync(to_);
-            rename_over(partial_, file_);
-            done_ = true;
-            sync_folder_of(file_);
-        });
-    }
-
-private:
-    template <class Work>
-    void guarded(std::uint64_t bytes, Work work) {
-        try {
-            work();
-        } catch (const std::system_error& cause) {
-            throw write_failure(file_, cause, bytes, "nothing of it is left");
-        }
-    }
-
-    std::filesystem::path file_, partial_;
-    Descriptor to_;
-    std::uint64_t offset_ = 0;
-    bool done_ = false;
-};
-
-/// What all frames share.
+/// The data shared by all frames.
 struct Fixed {
     Numbers id, species, body, radius;  // of spheres
     std::size_t beads = 0, rods = 0;    // bodies
@@ -80,32 +30,32 @@ struct Fixed {
 std::string value_of(const char* group, const char* element) { return std::string(group) + "/" + element + "/value"; }
 std::string fixed_of(const char* group, const char* name) { return std::string(group) + "/" + name; }
 
-std::size_t bodies_in(const ArchiveReader& archive, const char* group) {
+std::size_t bodies_in(const files::ArchiveReader& archive, const char* group) {
     const std::string path = value_of(group, "position");
     return archive.has(path) ? archive.shape(path).at(1) : 0;
 }
 
-/// A vector of three numbers for each of `count` particles of a frame.
-Numbers vectors(const ArchiveReader& archive, const std::string& path, std::size_t frame, std::size_t count,
+/// Three numbers for each of `count` particles of a frame.
+Numbers vectors(const files::ArchiveReader& archive, const std::string& path, std::size_t frame, std::size_t count,
                 const std::string& name) {
-    Array row = archive.read_row(path, frame);
+    files::Array row = archive.read_row(path, frame);
     require(row.shape == std::vector<std::size_t>{count, 3}, {name}, "{} is not three numbers for each of {} particles",
             path, count);
     return std::move(row.values);
 }
 
-Fixed read_fixed(const ArchiveReader& archive, const std::string& name) {
+Fixed read_fixed(const files::ArchiveReader& archive, const std::string& name) {
     Fixed fixed;
     fixed.id = archive.read(fixed_of(spheres_group, "id")).values;
     fixed.species = archive.read(fixed_of(spheres_group, "species")).values;
     fixed.body = archive.read(fixed_of(spheres_group, "body")).values;
     fixed.radius = archive.read(fixed_of(spheres_group, "radius")).values;
-    const Array edges = archive.read_row(value_of(spheres_group, "box/edges"), 0);
+    const files::Array edges = archive.read_row(value_of(spheres_group, "box/edges"), 0);
     require(edges.values.size() == 9, {name}, "box/edges is not three vectors; expected an archive that drover wrote");
     fixed.sides = {edges.values[0], edges.values[4], edges.values[8]};
     for (const std::vector<double>* one : {&fixed.species, &fixed.body, &fixed.radius})
-        require(one->size() == fixed.id.size(), {name}, "the spheres have {} ids and {} of something else",
-                fixed.id.size(), one->size());
+        require(one->size() == fixed.id.size(), {name},
+                "the spheres have {} ids and {} values of another array; it is damaged", fixed.id.size(), one->size());
     fixed.beads = bodies_in(archive, beads_group);
     fixed.rods = bodies_in(archive, rods_group);
     if (fixed.beads > 0) fixed.bead_radius = archive.read(fixed_of(beads_group, "radius")).values;
@@ -113,10 +63,10 @@ Fixed read_fixed(const ArchiveReader& archive, const std::string& name) {
         fixed.sphere_at = archive.read(fixed_of(rods_group, "sphere_at")).values;
         fixed.sphere_radius = archive.read(fixed_of(rods_group, "sphere_radius")).values;
     }
-    const bool is_sound = fixed.bead_radius.size() == fixed.beads &&
-                          fixed.sphere_at.size() == fixed.sphere_radius.size() &&
-                          (fixed.rods == 0 || (!fixed.sphere_at.empty() && fixed.sphere_at.size() % fixed.rods == 0));
-    require(is_sound, {name}, "its bodies and their shapes do not fit each other; it is damaged");
+    const bool is_consistent =
+        fixed.bead_radius.size() == fixed.beads && fixed.sphere_at.size() == fixed.sphere_radius.size() &&
+        (fixed.rods == 0 || (!fixed.sphere_at.empty() && fixed.sphere_at.size() % fixed.rods == 0));
+    require(is_consistent, {name}, "its bodies and shapes are inconsistent; it is damaged");
     const Scene scene = parse_scene(archive.text_attribute("scene"), name);
     fixed.periodic = box_of(scene.particles).periodic;
     return fixed;
@@ -130,12 +80,13 @@ std::string head(const Fixed& fixed, std::size_t count, double time, double step
         letter(1), letter(2), properties, time, static_cast<std::int64_t>(step));
 }
 
-/// Numbers with a blank before each.
+/// Numbers, each preceded by a blank.
 std::string triple(const Numbers& values, std::size_t i) {
     return text(" {:.9g} {:.9g} {:.9g}", values[3 * i], values[3 * i + 1], values[3 * i + 2]);
 }
 
-std::string sphere_lines(const ArchiveReader& archive, const std::string& name, const Fixed& fixed, std::size_t frame) {
+std::string sphere_lines(const files::ArchiveReader& archive, const std::string& name, const Fixed& fixed,
+                         std::size_t frame) {
     const std::size_t count = fixed.id.size();
     const Numbers position = vectors(archive, value_of(spheres_group, "position"), frame, count, name),
                   velocity = vectors(archive, value_of(spheres_group, "velocity"), frame, count, name);
@@ -147,7 +98,8 @@ std::string sphere_lines(const ArchiveReader& archive, const std::string& name, 
     return out;
 }
 
-std::string body_lines(const ArchiveReader& archive, const std::string& name, const Fixed& fixed, std::size_t frame) {
+std::string body_lines(const files::ArchiveReader& archive, const std::string& name, const Fixed& fixed,
+                       std::size_t frame) {
     std::string out;
     std::size_t number = 0;
     const auto add = [&](const char* group, std::size_t count, const char* letter, auto length_of) {
@@ -161,8 +113,8 @@ std::string body_lines(const ArchiveReader& archive, const std::string& name, co
             for (std::size_t k = 0; k < 2; ++k)
                 if (fixed.periodic[k]) {
                     const double side = fixed.sides[k];
-                    double& place = position[3 * i + k];
-                    place -= side * std::floor(place / side + 0.5);
+                    double& coordinate = position[3 * i + k];
+                    coordinate -= side * std::floor(coordinate / side + 0.5);
                 }
             out += text("{}{} {:.9g}{}{}{} {}\n", letter, triple(position, i), length_of(i), triple(axis, i),
                         triple(velocity, i), triple(spin, i), number++);
@@ -178,7 +130,7 @@ std::string body_lines(const ArchiveReader& archive, const std::string& name, co
 }
 }  // namespace
 
-std::size_t write_xyz(const ArchiveReader& archive, const std::string& name, const XyzPlan& plan,
+std::size_t write_xyz(const files::ArchiveReader& archive, const std::string& name, const XyzPlan& plan,
                       const std::filesystem::path& file, bool overwrite) {
     require(has_trajectory(archive), {name}, "holds no trajectory; expected the archive of a run of particles");
     const std::size_t frames = frame_count(archive);
@@ -190,7 +142,7 @@ std::size_t write_xyz(const ArchiveReader& archive, const std::string& name, con
     require(overwrite || !std::filesystem::exists(file, problem), {file.string()},
             "exists; choose another name, or give --overwrite");
     require(!std::filesystem::exists(file, problem) || is_xyz(file), {file.string()},
-            "exists and is no XYZ file; --overwrite replaces those alone: choose another name");
+            "exists and is not an XYZ file; --overwrite replaces only XYZ files: choose another name");
     const Fixed fixed = read_fixed(archive, name);
     const Numbers times = archive.read(std::string(spheres_group) + "/position/time").values,
                   steps = archive.read(std::string(spheres_group) + "/position/step").values;
@@ -199,7 +151,7 @@ std::size_t write_xyz(const ArchiveReader& archive, const std::string& name, con
     constexpr const char* of_bodies =
         "species:S:1:pos:R:3:length:R:1:director:R:3:velo:R:3:angular_velocity:R:3:id:I:1";
     const std::size_t count = plan.bodies ? fixed.beads + fixed.rods : fixed.id.size();
-    TextFile to(file);
+    files::NewFile to(file);
     std::size_t written = 0;
     const std::size_t first = plan.frame >= 0 ? static_cast<std::size_t>(plan.frame) : 0,
                       last = plan.frame >= 0 ? first + 1 : frames;
@@ -213,14 +165,14 @@ std::size_t write_xyz(const ArchiveReader& archive, const std::string& name, con
 }
 
 namespace {
-/// A line of plain digits as a number.
+/// Reads a line of digits as a number.
 bool read_count(std::string line, std::size_t& count) {
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
     const auto [end, problem] = std::from_chars(line.data(), line.data() + line.size(), count);
     return !line.empty() && problem == std::errc() && end == line.data() + line.size();
 }
 
-/// The value of key=value or key="value" in a comment line; "" when it is not there.
+/// The value of key=value or key="value" in a comment line; "" if absent.
 std::string value_in(const std::string& line, const std::string& key) {
     for (std::size_t at = line.find(key + "="); at != std::string::npos; at = line.find(key + "=", at + 1)) {
         if (at > 0 && line[at - 1] != ' ') continue;
@@ -235,7 +187,7 @@ std::string value_in(const std::string& line, const std::string& key) {
 
 bool is_xyz(const std::filesystem::path& file) {
     std::ifstream from(file, std::ios::binary);
-    std::string line(24, '\0');  // a count is short: nothing more of a file that is something else is read
+    std::string line(24, '\0');  // a count is short: reads no more of a file of another kind
     from.read(line.data(), static_cast<std::streamsize>(line.size()));
     line.resize(static_cast<std::size_t>(from.gcount()));
     std::size_t count = 0;
@@ -255,7 +207,7 @@ XyzInfo read_xyz_info(const std::filesystem::path& file) {
         require(read_count(line, count), {file.string(), number}, "\"{}\"; expected the number of particles of a frame",
                 line.substr(0, 40));
         require(static_cast<bool>(std::getline(from, line)), {file.string(), number},
-                "a frame without its second line; it is cut short");
+                "a frame without its second line; the file is truncated");
         ++number;
         if (info.frames == 0) {
             info.lattice = value_in(line, "Lattice");
@@ -272,7 +224,7 @@ XyzInfo read_xyz_info(const std::filesystem::path& file) {
         }
         for (std::size_t i = 0; i < count; ++i, ++number)
             require(static_cast<bool>(std::getline(from, line)), {file.string(), number},
-                    "frame {} has {} lines of {}; it is cut short", info.frames, i, count);
+                    "frame {} has {} lines of {}; the file is truncated", info.frames, i, count);
         info.min_lines = info.frames == 0 ? count : std::min(info.min_lines, count);
         info.max_lines = std::max(info.max_lines, count);
         ++info.frames;

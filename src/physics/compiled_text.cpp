@@ -7,7 +7,7 @@
 #include <set>
 
 #include "drover/base/expression.hpp"
-#include "drover/physics/equations.hpp"
+#include "linear_part.hpp"
 #include "term_shapes.hpp"
 
 namespace drover::physics {
@@ -34,9 +34,11 @@ bool has_field(const Form& form, int field) {
 /// The names that a text may use in this form.
 Vocabulary vocabulary_of(const CompiledModel& model) {
     Vocabulary names;
-    const auto add_vector = [&](const char* name, int divergence, int curl) {
+    const auto add_vector = [&](const char* name, int divergence, int curl, int grad_div) {
         names.operators["div"][name] = divergence;
         names.operators["curl"][name] = curl;
+        names.operators["grad_div_x"][name] = grad_div;
+        names.operators["grad_div_y"][name] = grad_div + 1;
     };
     for (const auto& [name, field] : field_names) {
         if (!has_field(model.form, field)) continue;
@@ -45,8 +47,9 @@ Vocabulary vocabulary_of(const CompiledModel& model) {
         names.operators["d_y"][name] = Input::d_y + field;
         names.operators["lap"][name] = Input::laplacian + field;
     }
-    add_vector("order", Input::order_divergence, Input::order_curl);
-    if (has_field(model.form, v_x)) add_vector("bead_velocity", Input::velocity_divergence, Input::velocity_curl);
+    add_vector("order", Input::order_divergence, Input::order_curl, Input::order_grad_div);
+    if (has_field(model.form, v_x))
+        add_vector("bead_velocity", Input::velocity_divergence, Input::velocity_curl, Input::velocity_grad_div);
     names.variables["x"] = Input::x;
     names.variables["y"] = Input::y;
     names.variables["t"] = Input::t;
@@ -66,6 +69,11 @@ SlotSymbol symbol_of_slot(int slot, const Wavevector& q) {
     if (slot == Input::order_curl) return {{p_y, p_x}, {d_x, -d_y}};
     if (slot == Input::velocity_divergence) return {{v_x, v_y}, {d_x, d_y}};
     if (slot == Input::order_divergence) return {{p_x, p_y}, {d_x, d_y}};
+    if (slot >= Input::velocity_grad_div) {
+        const bool of_order = slot >= Input::order_grad_div, along_y = (slot - Input::velocity_grad_div) % 2 == 1;
+        const double q_out = along_y ? q.y : q.x;
+        return {{of_order ? p_x : v_x, of_order ? p_y : v_y}, {-q_out * q.x, -q_out * q.y}};
+    }
     const int field = slot % FieldIndex::count;
     if (slot >= Input::laplacian) return {{field, field}, {-(q.x * q.x + q.y * q.y), 0.0}};
     if (slot >= Input::d_y) return {{field, field}, {d_y, 0.0}};
@@ -149,13 +157,17 @@ bool depends_on(const Compiled& term, int from, int to) {
     return false;
 }
 
+bool is_velocity_or_derivative(int slot) {
+    if (slot == Input::velocity_curl || slot == Input::velocity_divergence) return true;
+    if (slot == Input::velocity_grad_div || slot == Input::velocity_grad_div + 1) return true;
+    const int field = slot % FieldIndex::count;
+    return slot < Input::velocity_curl && (field == v_x || field == v_y);
+}
+
 bool reads_any_velocity(const Compiled& term) {
     for (const Expression& component : term.components)
-        for (const int slot : slots_of(component)) {
-            if (slot == Input::velocity_curl || slot == Input::velocity_divergence) return true;
-            const int field = slot % FieldIndex::count;
-            if (slot < Input::velocity_curl && (field == v_x || field == v_y)) return true;
-        }
+        for (const int slot : slots_of(component))
+            if (is_velocity_or_derivative(slot)) return true;
     return false;
 }
 
@@ -302,9 +314,7 @@ void check_admissible(const CompiledModel& model, const TextTerm& written, const
     bool derives_velocity = false;
     for (const Expression& component : whole.components)
         for (const int slot : slots_of(component))
-            derives_velocity = derives_velocity || slot == Input::velocity_curl || slot == Input::velocity_divergence ||
-                               (slot >= Input::d_x && slot < Input::velocity_curl &&
-                                (slot % FieldIndex::count == v_x || slot % FieldIndex::count == v_y));
+            derives_velocity = derives_velocity || (slot >= Input::d_x && is_velocity_or_derivative(slot));
     require(!derives_velocity || !pointwise_velocity, written.where,
             "{}: a slaved velocity that depends on the densities at each point has no derivatives; give "
             "fields.bead_velocity = \"dynamic\"",

@@ -8,8 +8,8 @@
 #include "drover/numerics/linear_operator.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/right_hand_side.hpp"
 #include "drover/physics/equations.hpp"
+#include "drover/physics/right_hand_side.hpp"
 
 namespace drover::physics {
 

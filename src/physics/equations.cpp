@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "compiled_text.hpp"
-#include "isotropic_part.hpp"
+#include "linear_part.hpp"
 #include "term_shapes.hpp"
 
 namespace drover::physics {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "isotropic_part.hpp"
+#include "linear_part.hpp"
 #include "term_shapes.hpp"
 
 namespace drover::physics {

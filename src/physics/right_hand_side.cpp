@@ -39,7 +39,7 @@ struct RightHandSide::Work {
     Spectra scratch;                          // velocity or force (2), derived inputs, outputs
     std::array<int, Input::count> derived{};  // positions of derived inputs in scratch, -1: none
     int outputs_begin = 2;                    // position of the outputs in scratch
-    bool pointwise_velocity, force_varies, reads_place;
+    bool pointwise_velocity, force_varies, reads_place, reads_velocity_field;
     double drag_ref;
     std::mutex mutex;
     Extremes extremes{};
@@ -69,10 +69,7 @@ struct RightHandSide::Work {
     bool is_slaved() const { return e.form.velocity == Velocity::slaved; }
     double inverse_moved() const { return 1.0 / (e.model.inertia.bead_mass * ref.bead_density); }
     bool needs_linear_velocity() const {
-        const bool derived_velocity =
-            arrays.of(Input::velocity_curl) >= 0 || arrays.of(Input::velocity_divergence) >= 0;
-        return is_slaved() && (arrays.of(Input::bead_velocity_x) >= 0 || derived_velocity || !sources.empty() ||
-                               remainder.subtracts() || remainder.adds());
+        return is_slaved() && (reads_velocity_field || !sources.empty() || remainder.subtracts() || remainder.adds());
     }
     /// Coefficients of a field: of the state, or of the slaved velocity.
     const Complex* field(const Spectra& state, int index) const;
@@ -107,6 +104,7 @@ RightHandSide::Work::Work(const Equations& equations, const numerics::System& li
       pointwise_velocity(has_pointwise_velocity(e)),
       force_varies(false),
       reads_place(false),
+      reads_velocity_field(false),
       drag_ref(e.drag.at(ref.bead_density, ref.rod_density).value) {
     for (const Term& term : e.active) {
         if (term.source) sources.push_back(&term);
@@ -118,6 +116,15 @@ RightHandSide::Work::Work(const Equations& equations, const numerics::System& li
     }
     if (e.form.velocity != Velocity::absent)
         for (const double q : wavenumbers.q) velocity_rows.push_back(velocity_row(e, ref, q));
+    constexpr std::array velocity_inputs{Input::bead_velocity_x, Input::velocity_curl, Input::velocity_divergence};
+    for (const Input::Value input : velocity_inputs)
+        reads_velocity_field = reads_velocity_field || arrays.of(input) >= 0;
+    for (int i : {0, 1}) {
+        const int field = FieldIndex::bead_velocity_x + i;
+        for (const int input :
+             {Input::d_x + field, Input::d_y + field, Input::laplacian + field, Input::velocity_grad_div + i})
+            reads_velocity_field = reads_velocity_field || arrays.in[static_cast<std::size_t>(input)] >= 0;
+    }
     derived.fill(-1);
     for (int input = Input::d_x; input < Input::x; ++input)
         if (arrays.in[static_cast<std::size_t>(input)] >= 0) derived[static_cast<std::size_t>(input)] = outputs_begin++;
@@ -198,13 +205,17 @@ void RightHandSide::Work::derive_inputs(const Spectra& state) {
         derive(Input::laplacian + index,
                [f](std::size_t m, const Wavevector& q) { return -(q.x * q.x + q.y * q.y) * f[m]; });
     }
-    for (const auto& [first, curl, divergence] :
-         {std::array<int, 3>{FieldIndex::bead_velocity_x, Input::velocity_curl, Input::velocity_divergence},
-          std::array<int, 3>{FieldIndex::polar_order_x, Input::order_curl, Input::order_divergence}}) {
+    for (const auto& [first, curl, divergence, grad_div] :
+         {std::array<int, 4>{FieldIndex::bead_velocity_x, Input::velocity_curl, Input::velocity_divergence,
+                             Input::velocity_grad_div},
+          std::array<int, 4>{FieldIndex::polar_order_x, Input::order_curl, Input::order_divergence,
+                             Input::order_grad_div}}) {
         const Complex *x = field(state, first), *y = field(state, first + 1);
         if (!x) continue;
         derive(curl, [x, y](std::size_t m, const Wavevector& q) { return times_i(q.x * y[m] - q.y * x[m]); });
         derive(divergence, [x, y](std::size_t m, const Wavevector& q) { return times_i(q.x * x[m] + q.y * y[m]); });
+        derive(grad_div, [x, y](std::size_t m, const Wavevector& q) { return -q.x * (q.x * x[m] + q.y * y[m]); });
+        derive(grad_div + 1, [x, y](std::size_t m, const Wavevector& q) { return -q.y * (q.x * x[m] + q.y * y[m]); });
     }
 }
 

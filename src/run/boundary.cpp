@@ -83,7 +83,7 @@ physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, cons
         };
         return axis;
     }
-    const io::ModelNumber number = io::model_number(key, where);
+    const io::ModelNumber number = io::model_number(key, where, scene.model);
     check_not_tabulated(scene.model, list, key, where);
     check_moves(list, key, where);
     check_range(list, written, number.range, axis.from, where);
@@ -105,7 +105,7 @@ std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene, const 
         require(error > 0.0, where, "{} has \"{}\"; expected a standard error > 0", list, written);
         require(key != x.name && key != y.name, where,
                 "{} names {}, an axis of the plane, whose place is given; expected another number", list, key);
-        const io::ModelNumber number = io::model_number(key, where);
+        const io::ModelNumber number = io::model_number(key, where, scene.model);
         check_not_tabulated(scene.model, list, key, where);
         check_moves(list, key, where);
         require(density_of(key) < 0 || (density_of(key) != density_of(x.name) && density_of(key) != density_of(y.name)),
@@ -252,7 +252,7 @@ std::string udunits(std::string unit, const physics::Form& form) {
 }
 
 /// The plane itself, whether lines were found in it or not.
-io::ResultTable plane_table(const BoundaryReport& report, const std::string& unit_x, const std::string& unit_y) {
+files::ResultTable plane_table(const BoundaryReport& report, const std::string& unit_x, const std::string& unit_y) {
     std::vector<double> sharp, sharp_x, sharp_y;
     bool complete = true;
     for (const TracedLines& traced : report.traced) {
@@ -263,7 +263,7 @@ io::ResultTable plane_table(const BoundaryReport& report, const std::string& uni
             sharp_y.push_back(point.y);
         }
     }
-    io::ResultTable table{
+    files::ResultTable table{
         .group = "/plane",
         .axes = {},
         .quantities = {{"x_from", unit_x, "least " + report.x.name, {}},
@@ -282,11 +282,11 @@ io::ResultTable plane_table(const BoundaryReport& report, const std::string& uni
 }
 
 /// The vertices of all lines, one line after the other.
-io::ResultTable line_table(const BoundaryReport& report, const std::string& unit_x, const std::string& unit_y) {
-    io::ResultTable table{.group = "/boundary",
-                          .axes = {{"vertex", "1", "vertices of all lines, one line after the other", {}}},
-                          .quantities = {},
-                          .values = {}};
+files::ResultTable line_table(const BoundaryReport& report, const std::string& unit_x, const std::string& unit_y) {
+    files::ResultTable table{.group = "/boundary",
+                             .axes = {{"vertex", "1", "vertices of all lines, one line after the other", {}}},
+                             .quantities = {},
+                             .values = {}};
     std::vector<double>& vertices = table.axes.front().values;
     std::vector<std::vector<double>>& columns = table.values;
     for (const auto& [name, unit, meaning] :
@@ -325,7 +325,7 @@ io::ResultTable line_table(const BoundaryReport& report, const std::string& unit
     return table;
 }
 
-io::ResultTable map_table(const BoundaryReport& report, const std::string& unit_x, const std::string& unit_y) {
+files::ResultTable map_table(const BoundaryReport& report, const std::string& unit_x, const std::string& unit_y) {
     std::vector<double> regimes;
     for (const Regime regime : report.regimes) regimes.push_back(static_cast<double>(regime));
     const std::vector<std::string> plane{"map_y", "map_x"};
@@ -341,11 +341,11 @@ io::ResultTable map_table(const BoundaryReport& report, const std::string& unit_
 }
 }  // namespace
 
-std::vector<io::ResultTable> boundary_tables(const BoundaryReport& report) {
+std::vector<files::ResultTable> boundary_tables(const BoundaryReport& report) {
     const physics::Form form = physics::form(report.scene.model);
     const std::string unit_x = udunits(report.x.unit, form), unit_y = udunits(report.y.unit, form);
-    std::vector<io::ResultTable> tables{plane_table(report, unit_x, unit_y)};
-    io::ResultTable lines = line_table(report, unit_x, unit_y);
+    std::vector<files::ResultTable> tables{plane_table(report, unit_x, unit_y)};
+    files::ResultTable lines = line_table(report, unit_x, unit_y);
     if (!lines.axes.front().values.empty()) tables.push_back(std::move(lines));
     if (!report.map_x.empty()) tables.push_back(map_table(report, unit_x, unit_y));
     return tables;

@@ -45,7 +45,7 @@ std::vector<double> cell_corners(int count, double side) {
 }
 
 /// A frame of an archive as the state; fields, points and sides of the cell must be the scene's.
-numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& scene, const physics::Form& form) {
+numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& scene, const physics::Form& form) {
     const SourceLocation here = io::location_of(scene, "initial.file");
     const std::vector<physics::Component> names = physics::component_names(form);
     numerics::Fields frame(scene.grid, static_cast<int>(names.size()));
@@ -65,7 +65,7 @@ numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& sce
                 "initial.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last",
                 scene.initial.frame, frames - 1);
         const int number = scene.initial.frame < 0 ? frames - 1 : scene.initial.frame;
-        const io::Array row = archive.read_row(dataset, static_cast<std::size_t>(number));
+        const files::Array row = archive.read_row(dataset, static_cast<std::size_t>(number));
         require(std::all_of(row.values.begin(), row.values.end(), [](double value) { return std::isfinite(value); }),
                 here,
                 "initial.file = \"{}\" has a {} that is not finite in frame {}; expected numbers: choose another frame",
@@ -77,7 +77,7 @@ numerics::Fields frame_of(const io::ArchiveReader& archive, const io::Scene& sce
 
 numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
     numerics::Spectra state(scene.grid, numerics::components(world.evolution.system().layout));
-    std::optional<io::ArchiveReader> archive;
+    std::optional<files::ArchiveReader> archive;
     try {
         archive.emplace(file_beside(scene, scene.initial.file));
     } catch (const Error& error) {
@@ -123,13 +123,13 @@ void World::bring_to_grid() {
                   velocity[axis].begin());
 }
 
-io::Recording frame_recording(const World& world) {
+files::Recording frame_recording(const World& world) {
     const numerics::Grid& grid = world.scene.grid;
-    io::Recording recording{.group = "/",
-                            .axes = {{"y", "mm", "position along y", cell_corners(grid.ny, grid.ly)},
-                                     {"x", "mm", "position along x", cell_corners(grid.nx, grid.lx)}},
-                            .quantities = {},
-                            .rows_per_chunk = 1};
+    files::Recording recording{.group = "/",
+                               .axes = {{"y", "mm", "position along y", cell_corners(grid.ny, grid.ly)},
+                                        {"x", "mm", "position along x", cell_corners(grid.nx, grid.lx)}},
+                               .quantities = {},
+                               .rows_per_chunk = 1};
     for (const physics::Component& component : physics::component_names(world.form))
         recording.quantities.push_back({component.name, component.unit, component.meaning, {"y", "x"}});
     if (world.form.velocity == physics::Velocity::slaved)
@@ -143,19 +143,19 @@ io::Recording frame_recording(const World& world) {
 }
 }  // namespace
 
-std::vector<io::Axis> observable_axes(const measure::Setting& setting) {
+std::vector<files::Axis> observable_axes(const measure::Setting& setting) {
     std::vector<double> directions, sides, short_sides;
     for (int s = 0; s < setting.sectors.count; ++s) directions.push_back(180.0 / setting.sectors.count * s);
     const double cell = setting.grid.lx / setting.grid.nx;
     for (const int cells : setting.boxes) sides.push_back(cell * cells);
     for (const int cells : setting.long_boxes) short_sides.push_back(cell * cells);
-    std::vector<io::Axis> axes{{"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q},
-                               {"direction", "degree", "angle of q from x, q and -q being one", directions},
-                               {"box_side", "mm", "side of the box along x", sides},
-                               {"long_box_side", "mm",
-                                "shorter side, on cells as wide as along x, of a box four times longer the other way",
-                                short_sides},
-                               {"separation", "mm", "mean distance in the bin", setting.separations}};
+    std::vector<files::Axis> axes{
+        {"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q},
+        {"direction", "degree", "angle of q from x, q and -q being one", directions},
+        {"box_side", "mm", "side of the box along x", sides},
+        {"long_box_side", "mm", "shorter side, on cells as wide as along x, of a box four times longer the other way",
+         short_sides},
+        {"separation", "mm", "mean distance in the bin", setting.separations}};
     if (!setting.terms.empty()) {
         std::vector<double> numbers;
         for (std::size_t i = 0; i < setting.terms.size(); ++i) numbers.push_back(static_cast<double>(i));
@@ -275,10 +275,10 @@ ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
 
 ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
     const io::Scene& scene = world->scene;
-    io::Recording samples{.group = "/observables",
-                          .axes = observable_axes(world->setting),
-                          .quantities = {},
-                          .rows_per_chunk = samples_per_chunk(scene)};
+    files::Recording samples{.group = "/observables",
+                             .axes = observable_axes(world->setting),
+                             .quantities = {},
+                             .rows_per_chunk = samples_per_chunk(scene)};
     for (const measure::Observable& observable : world->observables)
         samples.quantities.push_back(
             {observable.name, observable.unit, observable.formula, measure::names_of(observable.axes)});

@@ -5,7 +5,7 @@
 #include <chrono>
 
 #include "drover/base/log.hpp"
-#include "drover/io/checkpoint.hpp"
+#include "drover/files/checkpoint.hpp"
 #include "drover/run/progress.hpp"
 #include "drover/run/signals.hpp"
 
@@ -16,7 +16,7 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, io::Archive& archive) {
+void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, files::Archive& archive) {
     archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe(), step);
 }
 
@@ -25,7 +25,7 @@ bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {
 }
 
 /// Rows due at a step; true when one of them was a frame, which is committed at once so that no more than one can be lost.
-bool append_due(const Simulation& simulation, std::int64_t step, io::Archive& archive) {
+bool append_due(const Simulation& simulation, std::int64_t step, files::Archive& archive) {
     bool frame = false;
     for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
         const ScheduledRecording& scheduled = simulation.recordings[r];
@@ -36,20 +36,20 @@ bool append_due(const Simulation& simulation, std::int64_t step, io::Archive& ar
     return frame;
 }
 
-void save(const Simulation& simulation, std::int64_t step, io::Archive& archive, const LoopFiles& files) {
+void save(const Simulation& simulation, std::int64_t step, files::Archive& archive, const LoopFiles& files) {
     archive.commit();  // first: a checkpoint never counts rows that the archive has not
-    io::Checkpoint checkpoint{.scene = files.scene,
-                              .step = step,
-                              .time = static_cast<double>(step) * simulation.dt,
-                              .rows = {},
-                              .state = simulation.save()};
+    files::Checkpoint checkpoint{.scene = files.scene,
+                                 .step = step,
+                                 .time = static_cast<double>(step) * simulation.dt,
+                                 .rows = {},
+                                 .state = simulation.save()};
     for (const std::size_t rows : archive.rows()) checkpoint.rows.push_back(rows);
-    io::write_checkpoint(files.archive, checkpoint);
+    files::write_checkpoint(files.archive, checkpoint);
 }
 
 /// The last step has a row in every recording.  It is written after the last checkpoint, which counts rows on the schedule
 /// alone: a run that is made longer has the same rows as one that was as long from the start.
-void append_last(const Simulation& simulation, std::int64_t step, io::Archive& archive) {
+void append_last(const Simulation& simulation, std::int64_t step, files::Archive& archive) {
     for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
         if (!is_due(simulation.recordings[r], step)) append_row(simulation, r, step, archive);
     }
@@ -57,7 +57,7 @@ void append_last(const Simulation& simulation, std::int64_t step, io::Archive& a
 }
 }  // namespace
 
-LoopOutcome run_loop(Simulation& simulation, std::int64_t first, io::Archive& archive, const LoopFiles& files,
+LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive& archive, const LoopFiles& files,
                      bool quiet) {
     const Clock::time_point start = Clock::now();
     Clock::time_point last_commit = start, last_checkpoint = start;

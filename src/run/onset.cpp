@@ -63,7 +63,7 @@ std::string onset_text(const calibrate::Onset& onset, const calibrate::Table& ta
     return out;
 }
 
-std::vector<io::ResultTable> onset_tables(const calibrate::Onset& onset) {
+std::vector<files::ResultTable> onset_tables(const calibrate::Onset& onset) {
     std::vector<double> rods, line_rods;
     std::vector<std::vector<double>> curves(4), line(8);
     for (const calibrate::OnsetCurve& curve : onset.curves) {

@@ -14,13 +14,13 @@ std::vector<measure::ParticleObservable> recorded_observables(const measure::Par
     return rows;
 }
 
-std::vector<io::Axis> series_axes(const measure::ParticleSetting& setting,
-                                  std::span<const measure::ParticleObservable> observables) {
-    std::vector<io::Axis> axes;
+std::vector<files::Axis> series_axes(const measure::ParticleSetting& setting,
+                                     std::span<const measure::ParticleObservable> observables) {
+    std::vector<files::Axis> axes;
     for (const measure::ParticleObservable& row : observables)
         for (const measure::ParticleAxis axis : row.axes) {
             const measure::AxisValues values = measure::axis_of(axis, setting);
-            if (std::none_of(axes.begin(), axes.end(), [&](const io::Axis& one) { return one.name == values.name; }))
+            if (std::none_of(axes.begin(), axes.end(), [&](const files::Axis& one) { return one.name == values.name; }))
                 axes.push_back({values.name, values.unit, values.meaning, values.values});
         }
     return axes;
@@ -41,7 +41,7 @@ FrameRange frames_on_schedule(const std::vector<double>& times, double spacing, 
 }
 
 /// What paths say after the warm-up, frame by frame; nothing where the scene asks for the first and the last frame alone.
-std::vector<measure::SummaryRow> path_rows(const io::ArchiveReader& archive, const io::Scene& scene,
+std::vector<measure::SummaryRow> path_rows(const files::ArchiveReader& archive, const io::Scene& scene,
                                            const dem::Bodies& bodies, double warm_up) {
     const double spacing = scene.output.frame_every;
     const std::string rods = std::string(io::rods_group) + "/", beads = std::string(io::beads_group) + "/";
@@ -61,7 +61,7 @@ std::vector<measure::SummaryRow> path_rows(const io::ArchiveReader& archive, con
 }
 }  // namespace
 
-Report make_particle_report(const io::ArchiveReader& archive, const io::Scene& scene) {
+Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene) {
     const dem::Bodies bodies = dem::make_bodies(scene.particles, static_cast<std::uint64_t>(scene.run.seed));
     const measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
     const std::vector<measure::ParticleObservable> observables = recorded_observables(setting);

@@ -9,6 +9,7 @@
 #include "drover/dem/packing.hpp"
 #include "drover/dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
+#include "drover/io/scene_text.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/measure/particles.hpp"
 
@@ -48,7 +49,7 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     const std::string what = text("packing.file = \"{}\"", packing.file);
     require(!packing.file.empty(), io::location_of(scene, "packing.kind"),
             "packing.kind = \"file\" without packing.file; expected an archive of a run of the same bodies");
-    std::optional<io::ArchiveReader> archive;
+    std::optional<files::ArchiveReader> archive;
     try {
         archive.emplace(file_beside(scene, packing.file));
     } catch (const Error& error) {
@@ -153,10 +154,10 @@ std::vector<ScheduledRecording> frames_of(const std::shared_ptr<Shared>& shared)
 
 ScheduledRecording samples_of(const std::shared_ptr<Shared>& shared) {
     const io::Scene& scene = shared->scene;
-    io::Recording samples{.group = io::series_group,
-                          .axes = series_axes(shared->setting, shared->observables),
-                          .quantities = {},
-                          .rows_per_chunk = samples_per_chunk(scene)};
+    files::Recording samples{.group = io::series_group,
+                             .axes = series_axes(shared->setting, shared->observables),
+                             .quantities = {},
+                             .rows_per_chunk = samples_per_chunk(scene)};
     for (const measure::ParticleObservable& row : shared->observables) {
         std::vector<std::string> axes;
         for (const measure::ParticleAxis axis : row.axes) axes.push_back(measure::axis_of(axis, shared->setting).name);

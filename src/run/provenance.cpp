@@ -27,14 +27,14 @@ std::string utc_now() {
 }
 }  // namespace
 
-std::vector<io::Attribute> provenance(const io::Scene& scene, int threads, const std::string& what) {
+std::vector<files::Attribute> provenance(const io::Scene& scene, int threads, const std::string& what) {
     const Version built = version();
     return {{"title", text("drover {} of {}", what, std::filesystem::path(scene.file).filename().string())},
             {"drover_version", built.version},
             {"drover_commit", built.git_hash},
             {"drover_commit_dirty", std::int64_t{built.dirty ? 1 : 0}},
             {"library_versions",
-             text("{}; {}; GCC {}", numerics::transform_library(), io::archive_library(), __VERSION__)},
+             text("{}; {}; GCC {}", numerics::transform_library(), files::archive_library(), __VERSION__)},
             {"scene", io::resolved_text(scene)},
             {"scene_file", std::filesystem::path(scene.file).filename().string()},
             {"seed", scene.run.seed},

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "drover/io/scene_text.hpp"
 #include "drover/physics/fluctuations.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
@@ -199,7 +200,7 @@ void predict(const physics::Equations& equations, const std::vector<Eigen::Vecto
 }
 }  // namespace
 
-Sampling sampling_of(const io::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {
+Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {
     const std::vector<double> times = archive.read(group + "/time").values;
     const bool two_alone = scene.output.sample_every == 0.0;
     Sampling sampling{.end = times.empty() ? 0.0 : times.back(),
@@ -212,12 +213,12 @@ Sampling sampling_of(const io::ArchiveReader& archive, const io::Scene& scene, c
     return sampling;
 }
 
-Report make_report(const io::ArchiveReader& archive) {
+Report make_report(const files::ArchiveReader& archive) {
     const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file"));
     return kind_of(scene).report(archive, scene);
 }
 
-Report make_field_report(const io::ArchiveReader& archive, const io::Scene& scene) {
+Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene) {
     Report report;
     report.scene = scene;
     const physics::Form form = physics::form(scene.model);
@@ -259,8 +260,8 @@ const Prediction* find_prediction(const Report& report, const std::string& name)
     return nullptr;
 }
 
-io::ResultTable result_table(const Report& report) {
-    io::ResultTable table{.group = "/summary", .axes = report.axes, .quantities = {}, .values = {}};
+files::ResultTable result_table(const Report& report) {
+    files::ResultTable table{.group = "/summary", .axes = report.axes, .quantities = {}, .values = {}};
     for (const measure::SummaryRow& row : report.summary.rows) {
         std::vector<double> means, errors, times;
         for (const measure::Estimate& estimate : row.estimates) {

@@ -106,7 +106,7 @@ void add_field_arrays(const Report& report, std::string& out) {
 /// Every array over one axis, at some places of it.
 void add_particle_arrays(const Report& report, std::string& out) {
     for (const measure::SummaryRow& row : report.summary.rows)
-        for (const io::Axis& axis : report.axes) {
+        for (const files::Axis& axis : report.axes) {
             if (row.axes.size() != 1 || row.axes.front() != axis.name) continue;
             out += text("\n{} [{}]\n{:>20} {:>11} {:>9}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]",
                         "mean", "error");

@@ -6,7 +6,8 @@
 #include <fstream>
 
 #include "drover/base/log.hpp"
-#include "drover/io/checkpoint.hpp"
+#include "drover/files/checkpoint.hpp"
+#include "drover/io/scene_text.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/report.hpp"
@@ -26,8 +27,8 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
 
-std::vector<io::Recording> recordings_of(const Simulation& simulation) {
-    std::vector<io::Recording> recordings;
+std::vector<files::Recording> recordings_of(const Simulation& simulation) {
+    std::vector<files::Recording> recordings;
     for (const ScheduledRecording& scheduled : simulation.recordings) recordings.push_back(scheduled.recording);
     return recordings;
 }
@@ -45,9 +46,9 @@ void tell_start(const io::Scene& scene, const Simulation& simulation, std::int64
             bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
 }
 
-RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, double dt, io::Archive archive) {
+RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, double dt, files::Archive archive) {
     if (loop.signal == 0) {
-        archive.replace(result_table(make_report(io::ArchiveReader(path))));
+        archive.replace(result_table(make_report(files::ArchiveReader(path))));
         archive.commit();
     }
     std::error_code problem;
@@ -73,7 +74,7 @@ void refuse_other_changes(std::span<const std::string> overrides, const io::Scen
 }  // namespace
 
 bool has_checkpoint(const std::filesystem::path& archive) {
-    const std::vector<std::filesystem::path> files = io::checkpoint_files(archive);
+    const std::vector<std::filesystem::path> files = files::checkpoint_files(archive);
     return std::any_of(files.begin(), files.end(), [](const auto& file) { return std::filesystem::exists(file); });
 }
 
@@ -105,7 +106,7 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
             "output.file = \"{}\": there is no folder \"{}\"; make it first", path.string(), folder.string());
     require(!std::filesystem::is_directory(path, problem), where,
             "output.file = \"{}\" is a folder; expected the name of a file", path.string());
-    require(!options.overwrite || !std::filesystem::exists(path, problem) || io::is_hdf5(path), where,
+    require(!options.overwrite || !std::filesystem::exists(path, problem) || files::is_hdf5(path), where,
             "output.file = \"{}\" exists and is no HDF5 file; --overwrite replaces archives alone: choose another name",
             path.string());
     require(options.overwrite || !std::filesystem::exists(path, problem), where,
@@ -118,10 +119,10 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
     Threads threads(kind_of(scene).threads(scene));
     Simulation simulation = kind_of(scene).make(scene, threads, {});
     const std::filesystem::path path = archive_path(scene);
-    io::Archive archive =
-        io::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
+    files::Archive archive =
+        files::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
     if (!options.quiet) tell_start(scene, simulation, 0, needs_of(scene));
-    io::remove_checkpoints(path);  // of an archive that was replaced
+    files::remove_checkpoints(path);  // of an archive that was replaced
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
                           .checkpoint_minutes = scene.output.checkpoint_minutes};
@@ -138,7 +139,7 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
 
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,
                        const RunOptions& options) {
-    const io::Checkpoint checkpoint = io::read_newest_checkpoint(path);
+    const files::Checkpoint checkpoint = files::read_newest_checkpoint(path);
     refuse_other_changes(overrides, io::parse_scene(checkpoint.scene, path.string() + " (its scene)"));
     io::Scene scene = io::parse_scene(checkpoint.scene, path.string() + " (its scene)", overrides);
     scene.output.file = path.string();
@@ -148,8 +149,8 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
             "the run has reached t = {} s, beyond time.end = {}; to go on, give a later end: --set time.end=...",
             checkpoint.time, scene.time.end);
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
-    io::Archive archive =
-        io::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);
+    files::Archive archive =
+        files::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);
     if (!options.quiet) tell_start(scene, simulation, checkpoint.step, needs_of(scene));
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),

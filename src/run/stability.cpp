@@ -21,9 +21,10 @@ physics::Search search_of(const io::Scene& scene) {
     physics::Search search{.min = plan.min_wavenumber, .max = plan.max_wavenumber, .wavenumbers = plan.wavenumbers};
     if (search.min == 0.0) search.min = 1e-3 * longest_wave(scene.grid);
     if (search.max == 0.0) search.max = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
-    require(search.min < search.max, io::location_of(scene, plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber"),
-            "waves from |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below stability.max_wavenumber", search.min,
-            search.max);
+    require(search.min < search.max,
+            io::location_of(scene, plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber"),
+            "waves from |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below stability.max_wavenumber",
+            search.min, search.max);
     return search;
 }
 
@@ -80,17 +81,17 @@ namespace {
 /// The arrays of one state, filled over angles and the axis that follows.
 class StateTable {
 public:
-    StateTable(std::string group, std::vector<io::Axis> axes) : table_{std::move(group), std::move(axes), {}, {}} {}
+    StateTable(std::string group, std::vector<files::Axis> axes) : table_{std::move(group), std::move(axes), {}, {}} {}
 
     std::vector<double>& add(const std::string& name, const std::string& unit, const std::string& meaning,
                              std::vector<std::string> axes, std::size_t size) {
         table_.quantities.push_back({name, unit, meaning, std::move(axes)});
         return table_.values.emplace_back(size, not_a_number);
     }
-    io::ResultTable take() { return std::move(table_); }
+    files::ResultTable take() { return std::move(table_); }
 
 private:
-    io::ResultTable table_;
+    files::ResultTable table_;
 };
 
 std::vector<double> logarithmic(double first, double last, int count) {
@@ -252,12 +253,12 @@ void add_dynamic_structure(const physics::Equations& e, const physics::UniformPo
 }
 }  // namespace
 
-std::vector<io::ResultTable> stability_tables(const StabilityReport& report, Threads& threads) {
+std::vector<files::ResultTable> stability_tables(const StabilityReport& report, Threads& threads) {
     const physics::Equations equations(report.scene.model);
     const io::StabilityPlan& plan = report.scene.stability;
     const std::vector<double> wavenumbers = logarithmic(report.search.min, report.search.max, plan.wavenumbers);
     const double sound = plan.sound > 0.0 ? plan.sound : longest_wave(report.scene.grid);
-    std::vector<io::ResultTable> tables;
+    std::vector<files::ResultTable> tables;
     for (const StateStability& one : report.states) {
         // Rates at q and -q are conjugate: half a turn holds all, a quarter where the state is its own mirror image.
         const physics::StationaryState& state = one.state;

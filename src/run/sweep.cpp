@@ -10,6 +10,7 @@
 
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
+#include "drover/io/scene_text.hpp"
 #include "drover/measure/trajectories.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/kind.hpp"
@@ -25,7 +26,7 @@ fs::path archive_of(const fs::path& folder, const SweepRun& run) { return folder
 
 bool is_done(const fs::path& folder, const SweepRun& run) {
     const fs::path path = archive_of(folder, run);
-    return fs::exists(path) && io::ArchiveReader(path).has("/summary/warm_up");
+    return fs::exists(path) && files::ArchiveReader(path).has("/summary/warm_up");
 }
 
 /// The scene of one run; on a ramp it starts from the last frame of the run before.
@@ -124,7 +125,7 @@ SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
         for (const SweepRun& run : chain) {
             if (!is_done(folder, run)) continue;
             ++seeds[run.point];
-            const Report report = make_report(io::ArchiveReader(archive_of(folder, run)));
+            const Report report = make_report(files::ArchiveReader(archive_of(folder, run)));
             for (const measure::SummaryRow& row : report.summary.rows) {
                 if (!row.axes.empty()) continue;
                 // By name: what one run has, such as beads, another may have not.

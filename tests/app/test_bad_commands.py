@@ -114,13 +114,13 @@ def archive_of_another_grid(folder):
 
 
 RESTARTS = {
-    "a missing file": (lambda folder: None, ["lost.h5"], ["lost.h5", "start the run anew"]),
+    "a missing file": (lambda folder: None, ["lost.h5"], ["lost.h5", "run the scene again"]),
     "the scene": (lambda folder: None, ["flock.toml"], ["flock.toml", "checkpoint"]),
     "a folder": (lambda folder: (folder / "out").mkdir(), ["out"], ["out"]),
     "an archive without checkpoints": (remove_checkpoints, ["flock.h5"], ["flock.h5", "no checkpoint", "checkpoint-a"]),
     "an archive with both checkpoints damaged": (
         damage_checkpoints, ["flock.h5"], ["flock.h5", "checkpoint-a", "checkpoint-b", "damaged",
-                                           "start the run anew"]),
+                                           "run the scene again"]),
     "checkpoints without their archive": (lambda folder: (folder / "flock.h5").unlink(), ["flock.h5"],
                                           ["flock.h5", "does not exist"]),
     "an archive cut short": (lambda folder: cut_in_two(folder / "flock.h5"), ["flock.h5"], ["flock.h5"]),

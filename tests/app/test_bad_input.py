@@ -19,7 +19,7 @@ SCENES = {
     "an unknown key like no other": ("[grid]\ntemperature = 3\n",
                                      ["bad.toml:2:1", "grid.temperature", "nx, ny, lx, ly"]),
     "a key of another table": ("[time]\nnx = 16\n", ["bad.toml:2:1", "time.nx"]),
-    "a key outside a table": ("nx = 16\n[grid]\nny = 16\n", ["bad.toml:1:1", "nx stands outside a table", "[grid]"]),
+    "a key outside a table": ("nx = 16\n[grid]\nny = 16\n", ["bad.toml:1:1", "nx is outside a table", "[grid]"]),
     "a text for an integer": ("[grid]\nnx = \"many\"\n", ["bad.toml:2:1", 'grid.nx = "many"', "an integer"]),
     "a number for an integer": ("[grid]\nnx = 16.5\n", ["bad.toml:2:1", "grid.nx = 16.5", "an integer"]),
     "a list for an integer": ("[grid]\nnx = [16]\n", ["bad.toml:2:1", "grid.nx = [16", "an integer"]),

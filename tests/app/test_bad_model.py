@@ -84,7 +84,7 @@ MODELS = {
     "a tolerance with noise on beads": (BEADS + "[noise]\nbeads = 1\n[time]\ntolerance = 1e-3\n",
                                         ["bad.toml:7:1", "time.tolerance", "noise"]),
     "a tolerance without an estimate": ('[time]\ntolerance = 1e-3\nstepper = "exponential-euler"\n',
-                                        ["bad.toml:2:1", "time.tolerance", "no embedded estimate", "choose etdrk2"]),
+                                        ["bad.toml:2:1", "time.tolerance", "no embedded error estimate", "choose etdrk2"]),
     "a formula for another start": ('[initial]\npolar_order_x = "1"\n',
                                     ["bad.toml:2:1", "initial.polar_order_x", 'expected "formula"']),
     "a formula for a field that is not there": (

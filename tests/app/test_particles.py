@@ -147,7 +147,7 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
         refused(tmp_path, ["check", "bad.toml"], ["bad.toml:", says])
     write_tiny(tmp_path)
     for command in ("stability", "boundary"):
-        refused(tmp_path, [command, "tiny.toml"], ["a scene of particles", f"drover {command} is for scenes of fields alone"])
+        refused(tmp_path, [command, "tiny.toml"], ["a scene of particles", f"drover {command} needs a scene of fields"])
 
 
 def test_a_sweep_and_a_ramp_make_tables(tmp_path):
@@ -316,7 +316,7 @@ def test_the_figure_shows_rods_by_their_direction(tmp_path):
     assert (abs(picture - along).max(axis=2) < 0.03).mean() > 0.005  # six rods, all along x
     with package.open_run(tmp_path / "tiny.h5") as run:
         assert overlaps(particle_figure.draw(run)) == []
-        with pytest.raises(package.DroverError, match="frame 2 is asked for; it has the frames 0 to 1"):
+        with pytest.raises(package.DroverError, match="has no frame 2; expected 0 to 1"):
             particle_figure.draw(run, 2)
 
 

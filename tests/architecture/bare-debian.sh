@@ -1,13 +1,12 @@
 #!/bin/bash
-# tests/architecture/bare-debian.sh: proves that a bare Debian 12, with git and make only, gets from a clone to the demo's
-# figure and through the tests.
+# tests/architecture/bare-debian.sh: checks that a minimal Debian 12, with git and make only, can clone drover, run the
+# demo and pass the tests.
 #
 #   tests/architecture/bare-debian.sh [BASE]
 #
-# Needs root.  BASE: a minimal Debian 12 tree (debootstrap --variant=minbase --include=git,make bookworm BASE) to copy;
-# without it one is made by debootstrap from its own mirror, or from $MIRROR.  Works on the last commit of
-# this checkout.  Everything happens in a temporary folder (about 3 GB) that is removed at the end; the packages come from
-# the mirror.
+# Needs root.  BASE: a minimal Debian 12 tree to copy (debootstrap --variant=minbase --include=git,make bookworm BASE);
+# by default debootstrap creates one from its own mirror or from $MIRROR.  Tests the last commit of this checkout in a
+# temporary folder (about 3 GB), which is removed at the end; the packages come from the mirror.
 set -euo pipefail
 
 fail() {
@@ -18,7 +17,8 @@ fail() {
 checkout=$(cd "$(dirname "$0")/../.." && pwd)
 base=${1:-}
 [ "$(id -u)" -eq 0 ] || fail "chroot and mount need root; run this by sudo."
-[ -n "$base" ] || command -v debootstrap >/dev/null || fail "no debootstrap here; apt-get install debootstrap, or give a BASE."
+[ -n "$base" ] || command -v debootstrap >/dev/null ||
+    fail "debootstrap is not installed: apt-get install debootstrap, or give a BASE."
 git=(git -c "safe.directory=*")
 "${git[@]}" -C "$checkout" rev-parse --quiet --verify HEAD >/dev/null || fail "$checkout has no commit to clone."
 
@@ -28,7 +28,7 @@ clean_up() {
     for folder in dev/shm dev/pts dev proc; do
         mountpoint --quiet "$root/$folder" && umount "$root/$folder"
     done
-    # Never through a mount that would not go: it may be the machine's own /dev.
+    # Never cross a mount that could not be unmounted: it may be the machine's /dev.
     rm --recursive --force --one-file-system "$root"
 }
 trap clean_up EXIT
@@ -53,7 +53,7 @@ mount -t devpts -o newinstance,ptmxmode=666,mode=620,gid=5 devpts "$root/dev/pts
 ln --symbolic pts/ptmx "$root/dev/ptmx"
 mount -t tmpfs -o mode=1777 tmpfs "$root/dev/shm"
 
-# A clone that belongs to another user than the one who builds, as on a shared disk.
+# A clone owned by another user than the one who builds, as on a shared disk.
 "${git[@]}" clone --quiet --no-hardlinks "$checkout" "$root/drover"
 chown --recursive 65534:65534 "$root/drover"
 

@@ -1,6 +1,6 @@
-"""tests/architecture/rules.py: the rules of the house, as data, and the check of a source tree against them.
+"""tests/architecture/rules.py: the architecture rules as data, and the check of a source tree against them.
 
-Usage: rules.py [TREE]    prints one line for each broken rule, file:line first; exit status 1 if there is any.
+Usage: rules.py [TREE]    prints file:line and the problem for each violation; exit status 1 if there is any.
 """
 import fnmatch
 import re
@@ -8,32 +8,48 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Each layer with those it may include; what these may include is allowed too.
+# Each layer and the layers that it may include; what those may include is allowed too.
 BELOW = {
     "base": (),
+    "files": ("base",),
     "numerics": ("base",),
     "dem": ("base",),
     "physics": ("numerics",),
     "measure": ("numerics", "dem", "physics"),
     "calibrate": ("dem", "measure", "physics"),
-    "io": ("base", "numerics", "dem", "physics", "measure", "calibrate"),
+    "io": ("base", "files", "numerics", "dem", "physics", "measure", "calibrate"),
     "run": ("io",),
     "app": ("run",),
 }
 
-# Third-party headers that stay in one place: name, include patterns, files that may have them, how many files at most.
+# Third-party headers that are confined: library, include patterns, files that may include them, maximum number of
+# files.
 HOMES = [
     ("FFTW", ("fftw3*",), "src/numerics/*.cpp", 1),
     ("SUNDIALS", ("sundials/*", "nvector/*", "arkode/*", "cvode/*", "sun*/*"), "src/numerics/*.cpp", 2),
-    ("HDF5", ("hdf5*", "H5*"), "src/io/*", None),
+    ("HDF5", ("hdf5*", "H5*"), "src/files/*", None),
     ("toml++", ("toml++/*", "toml.hpp"), "src/io/scene*.cpp", 1),
     ("CLI11", ("CLI/*", "CLI11.hpp"), "src/app/*", None),
 ]
 
-# Third-party headers that the public headers of a layer may include; elsewhere none, and no system header.
+# Third-party headers that the public headers of a layer may include; other public headers include none, nor system
+# headers.
 PUBLIC_THIRD_PARTY = {"physics": ("Eigen/*",)}
 
+# Private headers of a module: header pattern, and the files that may include it.
+INTERNALS = [
+    ("files/overlay.hpp", ("src/files/overlay.cpp", "src/files/hdf5_file.cpp")),
+    ("files/journal.hpp", ("src/files/journal.cpp", "src/files/overlay.cpp", "src/files/hdf5_file.cpp")),
+]
+
 MAX_LINES = 500
+MAX_COLUMNS = 120
+# Text files that people write, and files that the limit of columns exempts: data, generated tables, texts by others.
+PROSE = {".cpp", ".hpp", ".py", ".cmake", ".txt", ".sh", ".toml", ".md", ".cff", ".yml", ".in"}
+PROSE_NAMES = {"Makefile", "run", "setup"}
+EXEMPT = ("LICENSE", "tests/bench/*/data/*", "tests/base/hostile_expressions.txt", "models/matched.calibration/*",
+          "build/*")
+URL = re.compile(r"https?://\S+")
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "LICENSE", "Makefile", "README.md",
              "include", "models", "notebooks", "src", "tests"}
 CPP = {".cpp", ".hpp"}
@@ -41,12 +57,12 @@ INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
 def allowed_layers(layer):
-    """The layer itself and everything below it."""
+    """The layer and all layers below it."""
     return {layer}.union(*(allowed_layers(lower) for lower in BELOW[layer]))
 
 
 def layer_of(path):
-    """The layer that a path of the tree belongs to, or None."""
+    """The layer of a path of the tree, or None."""
     parts = path.parts
     name = parts[1] if parts[0] == "src" else parts[2] if parts[:2] == ("include", "drover") else None
     return name if name in BELOW and len(parts) > 2 else None
@@ -57,31 +73,34 @@ def matches(name, patterns):
 
 
 def target_of(tree, path, name):
-    """The file of the tree that an include means, relative to the tree, or None for someone else's."""
+    """The file of the tree that an include refers to, relative to the tree; None for a third-party header."""
     for folder in (path.parent, Path("include"), Path("src")):
         candidate = (tree / folder / name).resolve()
         if candidate.is_file() and candidate.is_relative_to(tree):
             return candidate.relative_to(tree)
-    return Path("include", name) if name.startswith("drover/") else None  # not written yet, or misspelt: still ours
+    return Path("include", name) if name.startswith("drover/") else None  # not written yet or misspelt, but ours
 
 
 def check_include(tree, path, name):
-    """What is wrong with one include, as sentences."""
+    """The violations of one include."""
     layer, target = layer_of(path), target_of(tree, path, name)
     is_public = path.parts[0] == "include"
     if target is not None:
         if layer and layer_of(target) and layer_of(target) not in allowed_layers(layer):
-            lower = ", ".join(sorted(allowed_layers(layer) - {layer})) or "nothing of ours"
+            lower = ", ".join(sorted(allowed_layers(layer) - {layer})) or "no other layer"
             yield f'{layer}/ includes "{name}" of {layer_of(target)}/; it may include {lower}'
         if is_public and target.parts[0] != "include":
             yield f'a public header includes "{name}", which is not installed'
+        for header, users in INTERNALS:
+            if target == Path("src", header) and path.as_posix() not in users:
+                yield f'"{name}" is private to its module; only {", ".join(users)} may include it'
         return
     for library, patterns, home, _ in HOMES:
         if matches(name, patterns) and not matches(path, [home]):
             yield f"<{name}> of {library} is included; only {home} may"
     is_standard = re.fullmatch(r"[a-z_0-9]+", name)
     if is_public and not is_standard and not matches(name, PUBLIC_THIRD_PARTY.get(layer, ())):
-        yield f"a public header includes <{name}>; only drover's and the standard C++ headers belong there"
+        yield f"a public header includes <{name}>; it may include only drover's and standard C++ headers"
 
 
 def check_sources(tree):
@@ -92,54 +111,120 @@ def check_sources(tree):
             if not (found := INCLUDE.match(line)):
                 continue
             name = found.group(2)
-            yield from (f"{path}:{number}: {sentence}" for sentence in check_include(tree, path, name))
+            yield from (f"{path}:{number}: {problem}" for problem in check_include(tree, path, name))
             for library, patterns, home, _ in HOMES:
                 if matches(name, patterns) and matches(path, [home]):
                     users[library].setdefault(path, number)
-    for library, _, home, most in HOMES:
-        if most and len(users[library]) > most:
-            places = ", ".join(f"{path}:{number}" for path, number in users[library].items())
-            yield f"{places}: {len(users[library])} files include {library}; at most {most} of {home} may"
+    for library, _, home, limit in HOMES:
+        if limit and len(users[library]) > limit:
+            locations = ", ".join(f"{path}:{number}" for path, number in users[library].items())
+            yield f"{locations}: {len(users[library])} files include {library}; at most {limit} of {home} may"
+
+
+def component_of(path):
+    """A header and its source are one component: include/drover/dem/world.hpp and src/dem/world.cpp are dem/world."""
+    parts = path.with_suffix("").parts
+    return "/".join(parts[2:] if parts[0] == "include" else parts[1:])
+
+
+def component_graph(tree):
+    """Each component with the components that it includes."""
+    graph = {}
+    for path in files(tree, ("include", "src"), CPP):
+        component = component_of(path)
+        edges = graph.setdefault(component, set())
+        for line in (tree / path).read_text().splitlines():
+            found = INCLUDE.match(line)
+            target = target_of(tree, path, found.group(2)) if found else None
+            if target is not None and component_of(target) != component:
+                edges.add(component_of(target))
+    return graph
+
+
+def cycle_through(graph, start):
+    """The shortest cycle of the graph through a component, or None."""
+    routes, queue = {start: None}, [start]
+    for component in queue:
+        for target in sorted(graph.get(component, ())):
+            if target == start:
+                route = [component]
+                while routes[route[-1]] is not None:
+                    route.append(routes[route[-1]])
+                return route[::-1]
+            if target not in routes:
+                routes[target] = component
+                queue.append(target)
+    return None
+
+
+def check_cycles(tree):
+    """Components (header and source as one) that include each other in a circle."""
+    graph, reported = component_graph(tree), set()
+    for component in sorted(graph):
+        cycle = cycle_through(graph, component)
+        if cycle and not reported.intersection(cycle):
+            yield f"{cycle[0]}: component cycle: {' -> '.join([*cycle, cycle[0]])}; expected no cycle"
+        reported.update(cycle or ())
+
+
+def check_columns(tree):
+    """Lines of text files that people write.  Exempt: rows of markdown tables, and lines that are long by a URL."""
+    for path in tracked_files(tree):
+        if not (path.suffix in PROSE or path.name in PROSE_NAMES) or matches(path.as_posix(), EXEMPT):
+            continue
+        for number, line in enumerate((tree / path).read_text().splitlines(), 1):
+            is_table_row = path.suffix == ".md" and line.lstrip().startswith("|")
+            if len(URL.sub("", line)) > MAX_COLUMNS and not is_table_row:
+                yield f"{path}:{number}: {len(line)} columns; at most {MAX_COLUMNS}: wrap the line"
+
+
+def tracked_files(tree):
+    """The files that git tracks; of a tree without git, all files."""
+    if not (tree / ".git").exists():
+        return files(tree, (".",), PROSE)
+    git = ["git", "-c", "safe.directory=*", "-C", str(tree), "ls-files", "-z"]
+    names = subprocess.run(git, capture_output=True, text=True, check=True).stdout.split("\0")
+    return [Path(name) for name in names if name and (tree / name).is_file()]
 
 
 def check_files(tree):
-    """First lines and lengths."""
+    """First lines and numbers of lines."""
     for path in files(tree, ("include", "src", "tests"), CPP | {".py"}):
         lines = (tree / path).read_text().splitlines() or [""]
         if len(lines) > MAX_LINES:
             yield f"{path}:{len(lines)}: {len(lines)} lines; at most {MAX_LINES}: split it"
         if path.suffix in CPP and not re.match(r"// \S+ \S+ \S+", lines[0]):
-            yield f"{path}:1: the first line is {lines[0]!r}; expected a // comment that says what lives there"
+            yield f"{path}:1: the first line is {lines[0]!r}; expected a // comment with the file's name and content"
 
 
 def check_top_level(tree):
-    """The visible entries of the tree, without what git ignores."""
+    """The visible entries of the tree that git does not ignore."""
     entries = {entry.name for entry in tree.iterdir() if not entry.name.startswith(".")} - {"build"}
     git = ["git", "-c", "safe.directory=*", "-C", str(tree), "check-ignore", "--", *sorted(entries)]
     if (tree / ".git").exists():
         entries -= set(subprocess.run(git, capture_output=True, text=True, check=False).stdout.splitlines())
     for name in sorted(entries - TOP_LEVEL):
-        yield f"{name}:1: a new entry at the top level, which is fixed: {', '.join(sorted(TOP_LEVEL))}"
+        yield f"{name}:1: a new entry at the top level; the allowed entries are {', '.join(sorted(TOP_LEVEL))}"
 
 
 def files(tree, folders, suffixes):
-    """The files below some folders, relative to the tree, in order."""
+    """The files below some folders, relative to the tree, sorted."""
     found = (path for folder in folders for path in (tree / folder).rglob("*") if path.suffix in suffixes)
     return sorted(path.relative_to(tree) for path in found if path.is_file())
 
 
 def broken_rules(tree):
     tree = Path(tree).resolve()
-    return [*check_sources(tree), *check_files(tree), *check_top_level(tree)]
+    return [*check_sources(tree), *check_cycles(tree), *check_files(tree), *check_columns(tree), *check_top_level(tree)]
 
 
 def main(arguments):
     tree = Path(arguments[0]) if arguments else Path(__file__).resolve().parents[2]
     if not (tree / "src").is_dir():
-        print(f"{tree}: no folder src there; expected the top folder of drover", file=sys.stderr)
+        print(f"{tree}: has no folder src; expected the top folder of drover", file=sys.stderr)
         return 2
     found = broken_rules(tree)
-    print(*(found or ["every rule of the house holds"]), sep="\n")
+    print(*(found or ["no violation of the architecture rules"]), sep="\n")
     return 1 if found else 0
 
 

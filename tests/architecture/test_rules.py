@@ -1,22 +1,26 @@
-"""tests/architecture/test_rules.py: drover keeps the rules of its house, and the check sees each of them broken."""
+"""tests/architecture/test_rules.py: drover obeys the architecture rules, and the check detects a violation of each."""
 from pathlib import Path
 
 import pytest
 import rules
 
-SENTENCE = "// a file that says what lives in it\n"
+FIRST_LINE = "// file.hpp: what it contains\n"
 
 
 def tree_with(folder, texts):
-    """A small tree that keeps every rule, and the given files."""
+    """A small tree that obeys all rules, with the given files added."""
     good = {
-        "include/drover/base/error.hpp": SENTENCE + "#include <string>\n",
-        "include/drover/numerics/grid.hpp": SENTENCE + '#include "drover/base/error.hpp"\n',
-        "include/drover/physics/theory.hpp": SENTENCE + "#include <Eigen/Dense>\n",
-        "src/numerics/plans.hpp": SENTENCE,
-        "src/numerics/transform.cpp": SENTENCE + '#include <fftw3.h>\n#include "numerics/plans.hpp"\n',
-        "src/io/scene.cpp": SENTENCE + "#include <toml++/toml.h>\n#include <hdf5.h>\n",
-        "src/app/main.cpp": SENTENCE + '#include <CLI/CLI.hpp>\n#include "drover/numerics/grid.hpp"\n',
+        "include/drover/base/error.hpp": FIRST_LINE + "#include <string>\n",
+        "include/drover/base/text.hpp": FIRST_LINE + '#include "drover/base/error.hpp"\n',
+        "include/drover/numerics/grid.hpp": FIRST_LINE + '#include "drover/base/error.hpp"\n',
+        "include/drover/physics/theory.hpp": FIRST_LINE + "#include <Eigen/Dense>\n",
+        "src/numerics/plans.hpp": FIRST_LINE,
+        "src/numerics/transform.cpp": FIRST_LINE + '#include <fftw3.h>\n#include "numerics/plans.hpp"\n',
+        "src/files/archive.cpp": FIRST_LINE + "#include <hdf5.h>\n",
+        "src/files/hdf5_file.cpp": FIRST_LINE + '#include "files/overlay.hpp"\n',
+        "src/files/overlay.hpp": FIRST_LINE,
+        "src/io/scene.cpp": FIRST_LINE + "#include <toml++/toml.h>\n",
+        "src/app/main.cpp": FIRST_LINE + '#include <CLI/CLI.hpp>\n#include "drover/numerics/grid.hpp"\n',
         "README.md": "",
     }
     for name, text in {**good, **texts}.items():
@@ -26,16 +30,16 @@ def tree_with(folder, texts):
     return folder
 
 
-def test_drover_keeps_every_rule():
+def test_drover_obeys_all_rules():
     assert rules.broken_rules(Path(__file__).resolve().parents[2]) == []
 
 
-def test_a_tree_that_keeps_the_rules_passes(tmp_path):
+def test_a_tree_that_obeys_the_rules_passes(tmp_path):
     assert rules.broken_rules(tree_with(tmp_path, {})) == []
     assert rules.main([str(tmp_path)]) == 0
 
 
-# What is broken: the file that breaks it, its text, and how the message begins.
+# Violation: the file with it, its text, and the start of the message.
 BROKEN = {
     "an upward include of a public header": (
         "src/numerics/bad.cpp", '#include "drover/physics/theory.hpp"',
@@ -67,9 +71,27 @@ BROKEN = {
     "FFTW outside numerics": (
         "src/measure/bad.cpp", "#include <fftw3.h>",
         "src/measure/bad.cpp:2: <fftw3.h> of FFTW"),
-    "HDF5 outside io": (
+    "HDF5 outside files": (
         "src/run/bad.cpp", "#include <hdf5.h>",
         "src/run/bad.cpp:2: <hdf5.h> of HDF5"),
+    "HDF5 in io": (
+        "src/io/bad.cpp", "#include <hdf5.h>",
+        "src/io/bad.cpp:2: <hdf5.h> of HDF5"),
+    "the files layer including a higher one": (
+        "src/files/bad.cpp", '#include "drover/numerics/grid.hpp"',
+        'src/files/bad.cpp:2: files/ includes "drover/numerics/grid.hpp" of numerics/; it may include base'),
+    "a private header outside its module": (
+        "src/files/bad.cpp", '#include "files/overlay.hpp"',
+        'src/files/bad.cpp:2: "files/overlay.hpp" is private to its module; only src/files/overlay.cpp, '),
+    "a component cycle by a header and a source": (
+        "src/base/error.cpp", '#include "drover/base/text.hpp"',
+        "base/error: component cycle: base/error -> base/text -> base/error; expected no cycle"),
+    "a long line of a source": (
+        "src/base/bad.cpp", "// " + "x" * 118,
+        "src/base/bad.cpp:2: 121 columns; at most 120"),
+    "a long line of prose": (
+        "models/README.md", "x" * 121,
+        "models/README.md:2: 121 columns; at most 120"),
     "toml++ outside the scene": (
         "src/io/bad.cpp", "#include <toml++/toml.hpp>",
         "src/io/bad.cpp:2: <toml++/toml.hpp> of toml++"),
@@ -92,22 +114,22 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("rule", BROKEN)
-def test_the_check_fails_and_names_the_place_of(rule, tmp_path, capsys):
+def test_the_check_reports_the_location_of(rule, tmp_path, capsys):
     name, text, expected = BROKEN[rule]
-    tree = tree_with(tmp_path, {name: SENTENCE + text})
+    tree = tree_with(tmp_path, {name: FIRST_LINE + text})
     found = rules.broken_rules(tree)
     assert len(found) == 1 and found[0].startswith(expected), found
     assert rules.main([str(tree)]) == 1
     assert expected in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("first_line", ["", "#pragma once", "//", "// code", "/* a file that says */"])
-def test_the_check_fails_where_a_file_does_not_say_what_lives_there(first_line, tmp_path):
+@pytest.mark.parametrize("first_line", ["", "#pragma once", "//", "// code", "/* file.cpp: a comment */"])
+def test_the_check_reports_a_file_without_a_descriptive_first_line(first_line, tmp_path):
     found = rules.broken_rules(tree_with(tmp_path, {"tests/base/bad.cpp": first_line + "\n"}))
     assert len(found) == 1 and found[0].startswith("tests/base/bad.cpp:1: the first line is"), found
 
 
-def test_hidden_entries_the_build_folder_and_ignored_files_are_no_new_top_level_entries(tmp_path):
+def test_hidden_entries_the_build_folder_and_ignored_files_are_allowed_at_the_top_level(tmp_path):
     tree = tree_with(tmp_path, {".hidden/a": "", "build/a": "", "flock.h5": "", ".gitignore": "*.h5\n"})
     assert len(rules.broken_rules(tree)) == 1  # without git, nothing is ignored
     rules.subprocess.run(["git", "init", "--quiet", str(tree)], check=True)

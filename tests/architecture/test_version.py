@@ -1,4 +1,4 @@
-"""tests/architecture/test_version.py: the version that a build carries says from which commit it was made."""
+"""tests/architecture/test_version.py: the version of a build contains the commit that it was built from."""
 import os
 import shutil
 import subprocess
@@ -33,12 +33,12 @@ def a_checkout_with_one_commit(tmp_path):
     return tree
 
 
-def test_a_clean_checkout_gives_its_hash(checkout, tmp_path):
+def test_a_clean_checkout_has_its_hash(checkout, tmp_path):
     text = stamp(checkout, tmp_path / "version.cpp")
     assert f'.version = "1.2.3", .git_hash = "{git(checkout, "rev-parse", "HEAD")}", .dirty = false' in text
 
 
-def test_a_change_and_a_new_source_make_it_dirty_and_words_do_not(checkout, tmp_path):
+def test_changed_or_new_sources_make_it_dirty_and_changed_documents_do_not(checkout, tmp_path):
     output = tmp_path / "version.cpp"
     (checkout / "README.md").write_text("other words\n")
     assert ".dirty = false" in stamp(checkout, output)
@@ -49,12 +49,12 @@ def test_a_change_and_a_new_source_make_it_dirty_and_words_do_not(checkout, tmp_
     assert ".dirty = true" in stamp(checkout, output)
 
 
-def test_a_second_build_of_the_same_commit_leaves_the_file_untouched_and_a_new_commit_is_seen(checkout, tmp_path):
+def test_a_rebuild_of_the_same_commit_leaves_the_file_unchanged_and_a_new_commit_updates_it(checkout, tmp_path):
     output = tmp_path / "version.cpp"
     first = stamp(checkout, output)
     os.utime(output, (1, 1))
     assert stamp(checkout, output) == first and output.stat().st_mtime == 1
-    git(checkout, "commit", "--quiet", "--allow-empty", "-m", "Go on")
+    git(checkout, "commit", "--quiet", "--allow-empty", "-m", "Continue")
     assert git(checkout, "rev-parse", "HEAD") in stamp(checkout, output)
 
 
@@ -64,8 +64,8 @@ def test_a_tree_without_git_has_no_commit_even_inside_another_checkout(checkout,
     assert '.git_hash = "unknown", .dirty = false' in stamp(tarball, tmp_path / "version.cpp")
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a file away")
-def test_a_checkout_of_another_user_gives_its_hash(checkout, tmp_path):
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can change the owner of a file")
+def test_a_checkout_of_another_user_has_its_hash(checkout, tmp_path):
     commit = git(checkout, "rev-parse", "HEAD")
     for path in [checkout, *checkout.rglob("*")]:
         shutil.chown(path, 65534, 65534)

@@ -1,4 +1,4 @@
-// tests/base/random.cpp: random numbers: known answers, independence of how they are asked for, and their distribution.
+// tests/base/random.cpp: random numbers: known answers, independence of the request size, distribution.
 #include "drover/base/random.hpp"
 
 #include <gtest/gtest.h>
@@ -14,9 +14,9 @@ namespace {
 
 constexpr RandomKey key{.seed = 11, .stream = Stream::test, .step = 3, .substep = 1};
 
-TEST(Random, is_the_published_philox4x64_10_of_its_counter_and_key) {
-    // TableEntry answer of Random123's kat_vectors for counter and key of zeros: the first word is 16554d9eca36314c.
-    // Our key holds the stream, which is never zero: so the words are held against a second implementation, below.
+TEST(Random, numbers_are_the_published_philox4x64_10_of_counter_and_key) {
+    // Known answer of Random123's kat_vectors for counter and key of zeros: the first word is 16554d9eca36314c.
+    // Our key contains the stream, which is never zero, so the words are compared with a second implementation below.
     const auto high = [](std::uint64_t a, std::uint64_t b) {
         __extension__ typedef unsigned __int128 Wide;
         return static_cast<std::uint64_t>((static_cast<Wide>(a) * b) >> 64);
@@ -39,7 +39,7 @@ TEST(Random, is_the_published_philox4x64_10_of_its_counter_and_key) {
     }
 }
 
-TEST(Random, does_not_depend_on_how_many_numbers_are_asked_for_at_once) {
+TEST(Random, numbers_do_not_depend_on_how_many_are_requested_at_once) {
     std::vector<double> whole(7 * 10), part(7 * 3);
     fill_normal(key, 100, 7, whole);
     fill_normal(key, 104, 7, part);
@@ -49,7 +49,7 @@ TEST(Random, does_not_depend_on_how_many_numbers_are_asked_for_at_once) {
     EXPECT_EQ(fewer[1], part[1]);
 }
 
-TEST(Random, differs_with_every_part_of_its_key) {
+TEST(Random, numbers_differ_with_every_part_of_the_key) {
     const auto first = [](RandomKey changed, std::uint64_t index) {
         double out = 0.0;
         fill_normal(changed, index, 1, {&out, 1});
@@ -71,7 +71,7 @@ TEST(Random, differs_with_every_part_of_its_key) {
     EXPECT_NE(first(key, 6), here);
 }
 
-TEST(Random, normal_numbers_have_the_moments_of_a_normal_and_no_correlation_between_neighbours) {
+TEST(Random, normal_numbers_have_normal_moments_and_uncorrelated_neighbours) {
     constexpr std::size_t count = 1000000;
     std::vector<double> x(count);
     fill_normal(key, 0, 4, x);
@@ -83,7 +83,7 @@ TEST(Random, normal_numbers_have_the_moments_of_a_normal_and_no_correlation_betw
         m4 += x[i] * x[i] * x[i] * x[i];
         neighbour += x[i] * x[(i + 1) % count];
     }
-    // Five standard deviations: of x^n they are sqrt(<x^2n> - <x^n>^2) / sqrt(count), with <x^2, 4, 6, 8> = 1, 3, 15, 105.
+    // Five standard deviations: for x^n sqrt((<x^2n> - <x^n>^2) / count), with <x^2, 4, 6, 8> = 1, 3, 15, 105.
     const double n = count, root = std::sqrt(n);
     EXPECT_NEAR(m1 / n, 0.0, 5.0 / root);
     EXPECT_NEAR(m2 / n, 1.0, 5.0 * std::sqrt(2.0) / root);
@@ -92,7 +92,7 @@ TEST(Random, normal_numbers_have_the_moments_of_a_normal_and_no_correlation_betw
     EXPECT_NEAR(neighbour / n, 0.0, 5.0 / root);
 }
 
-TEST(Random, refuses_a_length_that_is_not_whole_indices) {
+TEST(Random, a_length_that_is_not_a_multiple_of_per_index_is_rejected) {
     std::vector<double> out(5);
     EXPECT_THROW(fill_normal(key, 0, 2, out), Error);
 }

@@ -1,4 +1,4 @@
-// tests/base/refusal.hpp: what a refusal says.
+// tests/base/refusal.hpp: the message of an Error.
 #pragma once
 #include <functional>
 #include <string>

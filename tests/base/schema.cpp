@@ -1,4 +1,4 @@
-// tests/base/schema.cpp: values against their descriptions, texts and errors.
+// tests/base/schema.cpp: reading values by their descriptions, TOML text, errors.
 #include "drover/base/schema.hpp"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ std::string error_of(const std::string& key, const Value& value) {
     return "";
 }
 
-TEST(Schema, fills_a_struct_and_keeps_the_defaults_of_keys_that_are_absent) {
+TEST(Schema, a_table_sets_members_and_absent_keys_keep_defaults) {
     Sample sample;
     read_table(table("rate", 2.5), "sample", sample);
     EXPECT_EQ(sample.rate, 2.5);
@@ -56,7 +56,7 @@ TEST(Schema, fills_a_struct_and_keeps_the_defaults_of_keys_that_are_absent) {
     EXPECT_TRUE(sample.words.empty()) << "an empty list has no type of its own";
 }
 
-TEST(Schema, says_where_what_was_found_what_was_expected_and_what_it_means) {
+TEST(Schema, an_error_gives_location_value_found_value_expected_and_meaning) {
     EXPECT_EQ(error_of("rate", -1.0), "a.toml:7:2: sample.rate = -1.0; expected a number > 0 [1/s]: how fast");
     EXPECT_EQ(error_of("rate", std::string("fast")),
               "a.toml:7:2: sample.rate = \"fast\"; expected a number > 0 [1/s]: how fast");
@@ -74,7 +74,7 @@ TEST(Schema, says_where_what_was_found_what_was_expected_and_what_it_means) {
     EXPECT_NE(error_of("loud", std::int64_t{1}), "");
 }
 
-TEST(Schema, writes_values_that_read_back_as_the_same_numbers) {
+TEST(Schema, values_read_back_as_the_same_numbers) {
     for (const double value : {0.1, 1.0 / 3.0, 1e300, -2.5e-17, 3.0, 123456789.125})
         EXPECT_EQ(std::stod(toml_text(value)), value);
     EXPECT_EQ(toml_text(3.0), "3.0") << "a number stays a number, not an integer";

@@ -1,4 +1,4 @@
-// tests/base/text.cpp: texts for people.
+// tests/base/text.cpp: formatting, nearest names, sizes and durations.
 #include "drover/base/text.hpp"
 
 #include <gtest/gtest.h>
@@ -10,13 +10,13 @@
 namespace drover {
 namespace {
 
-TEST(Text, puts_values_in_their_places) {
+TEST(Text, values_replace_braces_in_order) {
     EXPECT_EQ(text("{} of {:.2f} {}: {}", 3, 2.5, "mm", true), "3 of 2.50 mm: true");
     EXPECT_EQ(text("{}", 0.1), "0.1");
     EXPECT_THROW(text("{} {}", 1), std::runtime_error);
 }
 
-TEST(Text, finds_the_name_that_was_meant_and_none_that_is_far) {
+TEST(Text, nearest_name_finds_a_similar_name_or_none) {
     const std::vector<std::string> names{"relaxation", "elasticity", "noise"};
     EXPECT_EQ(nearest_name("relaxtion", names), "relaxation");
     EXPECT_EQ(nearest_name("nosie", names), "noise") << "two letters swapped";
@@ -24,7 +24,7 @@ TEST(Text, finds_the_name_that_was_meant_and_none_that_is_far) {
     EXPECT_EQ(nearest_name("gravity", names), "");
 }
 
-TEST(Text, tells_sizes_and_times) {
+TEST(Text, sizes_and_durations_have_units) {
     EXPECT_EQ(bytes_text(12), "12 B");
     EXPECT_EQ(bytes_text(1.5e6), "1.5 MB");
     EXPECT_EQ(bytes_text(4.123e11), "412 GB");
@@ -33,9 +33,11 @@ TEST(Text, tells_sizes_and_times) {
     EXPECT_EQ(duration_text(7500), "2 h 05 min");
 }
 
-TEST(Text, writes_a_letter_as_a_letter) { EXPECT_EQ(text("\"{}\" and \"{}\"", ')', "b"[0]), "\")\" and \"b\""); }
+TEST(Text, a_character_is_written_as_a_character) {
+    EXPECT_EQ(text("\"{}\" and \"{}\"", ')', "b"[0]), "\")\" and \"b\"");
+}
 
-TEST(Place, names_what_is_known) {
+TEST(SourceLocation, text_contains_the_known_parts) {
     EXPECT_EQ(location_text({"flock.toml", 14, 3}), "flock.toml:14:3");
     EXPECT_EQ(location_text({"flock.toml", 14, 0}), "flock.toml:14");
     EXPECT_EQ(location_text({"flock.toml", 0, 0}), "flock.toml");

@@ -1,4 +1,4 @@
-// tests/base/threads.cpp: loops over chunks: each once, for any team, with exceptions passed on.
+// tests/base/threads.cpp: loops over chunks visit each index once and propagate exceptions.
 #include "drover/base/threads.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace drover {
 namespace {
 
-TEST(Threads, work_on_every_index_exactly_once) {
+TEST(Threads, a_loop_visits_every_index_exactly_once) {
     for (const int team : {1, 2, 5}) {
         Threads threads(team);
         EXPECT_EQ(threads.count(), team);
@@ -26,7 +26,7 @@ TEST(Threads, work_on_every_index_exactly_once) {
     }
 }
 
-TEST(Threads, pass_an_exception_on_and_can_be_used_again) {
+TEST(Threads, an_exception_propagates_and_the_team_stays_usable) {
     Threads threads(3);
     EXPECT_THROW(threads.for_chunks(100, 1,
                                     [](std::size_t begin, std::size_t) {
@@ -38,7 +38,7 @@ TEST(Threads, pass_an_exception_on_and_can_be_used_again) {
     EXPECT_EQ(sum, 45);
 }
 
-TEST(Threads, need_at_least_one) {
+TEST(Threads, a_team_needs_at_least_one_thread) {
     EXPECT_ANY_THROW(Threads(0));
     EXPECT_GE(usable_cores(), 1);
 }

@@ -1,7 +1,7 @@
-# check.cmake: installs a build folder below a temporary prefix, moves the prefix, and builds and runs the project
-# beside this file against it.  Given: BUILD, CONFIG, COMPILER, VERSION, PYTHON, PYTHON_DIR.
+# check.cmake: installs a build folder below a temporary prefix, moves the prefix, then builds and runs the project in
+# this folder against it.  Input: BUILD, CONFIG, COMPILER, VERSION, PYTHON, PYTHON_DIR.
 set(work ${BUILD}/install-test)
-set(prefix "${work}/moved here")  # a blank in the path, and not the prefix it was installed to
+set(prefix "${work}/moved here")  # has a blank, and differs from the install prefix
 
 function(run what)
   cmake_parse_arguments(PARSE_ARGV 1 run "" "" "COMMAND")
@@ -20,7 +20,7 @@ run("configuring the consumer" COMMAND ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_
 run("building the consumer" COMMAND ${CMAKE_COMMAND} --build ${work}/build)
 run("running the consumer" COMMAND ${work}/build/consumer)
 if(NOT output MATCHES "^drover ${VERSION} ")
-  message(FATAL_ERROR "the consumer said '${output}'; expected 'drover ${VERSION} ...'.")
+  message(FATAL_ERROR "the consumer printed '${output}'; expected 'drover ${VERSION} ...'.")
 endif()
 run("running the installed program" COMMAND ${prefix}/bin/drover --help)
 if(EXISTS "${prefix}/${PYTHON_DIR}/drover")

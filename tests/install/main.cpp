@@ -1,4 +1,4 @@
-// tests/install/main.cpp: a user of the installed library: its numbers, its errors, its version.
+// tests/install/main.cpp: uses the installed library: a function, an error, the version.
 #include <cmath>
 #include <iostream>
 #include <numbers>
@@ -18,7 +18,7 @@ int main() {
     }
     try {
         check(Grid{.nx = 7});
-        std::cerr << "consumer: a grid of 7 points was taken, expected an Error\n";
+        std::cerr << "consumer: a grid of 7 points was accepted; expected an Error\n";
         return 1;
     } catch (const drover::Error&) {
     }

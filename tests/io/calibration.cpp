@@ -1,10 +1,10 @@
-// tests/io/calibration.cpp: tables of coefficients to a file and back, and files that are none.
+// tests/io/calibration.cpp: tables of coefficients to a file and back; foreign files.
 #include "drover/io/calibration.hpp"
 
 #include <cmath>
 
 #include "base/refusal.hpp"
-#include "io/archive_support.hpp"
+#include "files/support.hpp"
 
 namespace drover::io {
 namespace {
@@ -23,14 +23,14 @@ calibrate::Table sample_table(bool varied) {
                                 .formula = by_rods ? "alpha/Gamma" : "a = D_r",
                                 .by_rods = by_rods};
         for (std::size_t i = 0; i < calibrate::count_of(table, by_rods); ++i)
-            row.known.push_back({.value = std::sin(static_cast<double>(i)),
+            row.entries.push_back({.value = std::sin(static_cast<double>(i)),
                                  .error = 0.01 * static_cast<double>(i),
                                  .trials = static_cast<int>(32 + i),
                                  .origin = static_cast<calibrate::Origin>(1 + i % 4),
                                  .remark = i % 2 == 0 ? "" : text("remark: number {}", i)});
         table.rows.push_back(std::move(row));
     }
-    table.rows[1].known[3] = {.value = NAN, .error = NAN, .trials = 8, .remark = "every rod\njams"};
+    table.rows[1].entries[3] = {.value = NAN, .error = NAN, .trials = 8, .remark = "every rod\njams"};
     return table;
 }
 
@@ -39,7 +39,7 @@ std::string bytes_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-TEST(CalibrationFile, reads_back_as_the_same_table) {
+TEST(CalibrationFile, a_table_reads_back_unchanged) {
     const Folder folder;
     for (const bool varied : {false, true}) {
         const calibrate::Table table = sample_table(varied);
@@ -54,32 +54,32 @@ TEST(CalibrationFile, reads_back_as_the_same_table) {
         for (std::size_t r = 0; r < found.rows.size(); ++r) {
             const calibrate::TableRow &a = found.rows[r], &b = table.rows[r];
             EXPECT_EQ(std::tie(a.name, a.unit, a.formula, a.by_rods), std::tie(b.name, b.unit, b.formula, b.by_rods));
-            ASSERT_EQ(a.known.size(), b.known.size());
-            for (std::size_t i = 0; i < a.known.size(); ++i) {
-                const bool hole = b.known[i].origin == calibrate::Origin::refused;
-                EXPECT_TRUE(hole ? std::isnan(a.known[i].value) : a.known[i].value == b.known[i].value);
-                EXPECT_TRUE(hole ? std::isnan(a.known[i].error) : a.known[i].error == b.known[i].error);
-                EXPECT_EQ(a.known[i].trials, b.known[i].trials);
-                EXPECT_EQ(a.known[i].origin, b.known[i].origin);
-                EXPECT_EQ(a.known[i].remark, hole ? "every rod jams" : b.known[i].remark);
+            ASSERT_EQ(a.entries.size(), b.entries.size());
+            for (std::size_t i = 0; i < a.entries.size(); ++i) {
+                const bool hole = b.entries[i].origin == calibrate::Origin::missing;
+                EXPECT_TRUE(hole ? std::isnan(a.entries[i].value) : a.entries[i].value == b.entries[i].value);
+                EXPECT_TRUE(hole ? std::isnan(a.entries[i].error) : a.entries[i].error == b.entries[i].error);
+                EXPECT_EQ(a.entries[i].trials, b.entries[i].trials);
+                EXPECT_EQ(a.entries[i].origin, b.entries[i].origin);
+                EXPECT_EQ(a.entries[i].remark, hole ? "every rod jams" : b.entries[i].remark);
             }
         }
-        EXPECT_EQ(folder.count(), 1u);  // nothing is left beside it
+        EXPECT_EQ(folder.count(), 1u);  // no temporary file is left
     }
 }
 
-TEST(CalibrationFile, is_the_same_bytes_from_the_same_table) {
+TEST(CalibrationFile, the_same_table_gives_the_same_bytes) {
     const Folder folder;
     write_calibration(folder / "a.h5", sample_table(true), {{"scene", std::string("x")}});
     write_calibration(folder / "b.h5", sample_table(true), {{"scene", std::string("x")}});
-    write_calibration(folder / "b.h5", sample_table(true), {{"scene", std::string("x")}});  // also over another
+    write_calibration(folder / "b.h5", sample_table(true), {{"scene", std::string("x")}});  // also overwrites another
     EXPECT_EQ(bytes_of(folder / "a.h5"), bytes_of(folder / "b.h5"));
 }
 
-TEST(CalibrationFile, is_not_written_with_errors_below_zero) {
+TEST(CalibrationFile, a_table_with_negative_errors_is_rejected) {
     const Folder folder;
     calibrate::Table table = sample_table(false);
-    table.rows[0].known[1].error = -1.0;
+    table.rows[0].entries[1].error = -1.0;
     EXPECT_NE(refusal_of([&] { write_calibration(folder / "t.h5", table, {}); }).find("has the standard error -1"),
               std::string::npos);
     EXPECT_EQ(folder.count(), 0u);
@@ -89,31 +89,32 @@ TEST(CalibrationFile, is_not_written_with_errors_below_zero) {
 void write_raw(const std::filesystem::path& file, std::vector<double> errors, std::vector<double> origins,
                std::size_t rods, bool whole) {
     const std::vector<std::string> axes{"bead_area_fraction", "rod_area_fraction"};
-    ResultTable raw{.group = "/calibration",
-                    .axes = {{"bead_area_fraction", "1", "", {0.2, 0.4}},
-                             {"rod_area_fraction", "1", "", testing_support::numbers(rods, 0.01)}},
-                    .quantities = {{"drag", "mm/s", "alpha/Gamma", axes},
-                                   {"drag_error", "mm/s", "", {"bead_area_fraction"}},
-                                   {"drag_trials", "1", "", axes, true},
-                                   {"drag_origin", "1", "", {"bead_area_fraction"}, true}},
-                    .values = {std::vector<double>(2 * rods, 1.0), std::move(errors),
-                               std::vector<double>(2 * rods, 32.0), std::move(origins)}};
+    files::ResultTable raw{.group = "/calibration",
+                           .axes = {{"bead_area_fraction", "1", "", {0.2, 0.4}},
+                                    {"rod_area_fraction", "1", "", testing_support::numbers(rods, 0.01)}},
+                           .quantities = {{"drag", "mm/s", "alpha/Gamma", axes},
+                                          {"drag_error", "mm/s", "", {"bead_area_fraction"}},
+                                          {"drag_trials", "1", "", axes, true},
+                                          {"drag_origin", "1", "", {"bead_area_fraction"}, true}},
+                           .values = {std::vector<double>(2 * rods, 1.0), std::move(errors),
+                                      std::vector<double>(2 * rods, 32.0), std::move(origins)}};
     if (rods == 1)
-        for (Quantity& quantity : raw.quantities) quantity.axes = {"bead_area_fraction"};
+        for (files::Quantity& quantity : raw.quantities) quantity.axes = {"bead_area_fraction"};
     if (!whole) {
         raw.quantities.pop_back();
         raw.values.pop_back();
     }
-    Archive archive = Archive::create(file, {},
-                                      {{"coefficients", std::string("drag")},
-                                       {"varied", std::string()},
-                                       {"remarks", std::string("nonsense\ndrag[x: 1\ndrag[9]: none\n]: [drag")}},
-                                      true);
+    files::Archive archive =
+        files::Archive::create(file, {},
+                               {{"coefficients", std::string("drag")},
+                                {"varied", std::string()},
+                                {"remarks", std::string("nonsense\ndrag[x: 1\ndrag[9]: none\n]: [drag")}},
+                               true);
     archive.replace(raw);
     archive.commit();
 }
 
-TEST(CalibrationFile, of_others_is_refused_in_a_sentence) {
+TEST(CalibrationFile, foreign_files_are_rejected_with_a_message) {
     const Folder folder;
     const auto path = folder / "t.h5";
     const auto refusal = [&] { return refusal_of([&] { read_calibration(path); }); };
@@ -127,18 +128,19 @@ TEST(CalibrationFile, of_others_is_refused_in_a_sentence) {
     write_raw(path, {0.1, 0.1}, {1, 7}, 1, true);
     EXPECT_EQ(refusal(), path.string() + ": drag_origin holds 7; expected 0 to 4");
     write_raw(path, {0.1, 0.1}, {1, 1}, 2, true);
-    EXPECT_EQ(refusal(), path.string() + ": /calibration/drag_error is 2 numbers; expected 2 by 2, as the axes have");
+    EXPECT_EQ(refusal(),
+              path.string() + ": /calibration/drag_error has 2 numbers; expected 2 by 2, the sizes of the axes");
     write_raw(path, {0.1, 0.1}, {1, 1}, 1, false);
     EXPECT_EQ(refusal(), path.string() +
-                             ": has no /calibration/drag_origin; expected a whole table, as drover calibrate "
-                             "makes it");
+                             ": has no /calibration/drag_origin; expected a complete table written by drover "
+                             "calibrate");
     {
-        Archive archive = Archive::create(path, {}, testing_support::sample_attributes, true);
+        files::Archive archive = files::Archive::create(path, {}, testing_support::sample_attributes, true);
         archive.commit();
     }
     EXPECT_EQ(refusal(), path.string() +
-                             ": is no table of coefficients: it has no /calibration/bead_area_fraction; "
-                             "expected a file that drover calibrate made");
+                             ": is not a table of coefficients: it has no /calibration/bead_area_fraction; "
+                             "expected a file written by drover calibrate");
     std::ofstream(path) << "value = 1";
     EXPECT_EQ(refusal(), path.string() + ": is not an HDF5 file; expected an archive of drover");
 }

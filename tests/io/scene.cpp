@@ -1,5 +1,5 @@
-// tests/io/scene.cpp: scenes: read, overridden, written back, and held against themselves.
-#include "drover/io/scene.hpp"
+// tests/io/scene.cpp: scenes: reading, overrides, writing, consistency checks.
+#include "drover/io/scene_text.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,13 +16,13 @@ std::string error_of(const std::string& toml, std::vector<std::string> overrides
     return "";
 }
 
-TEST(Scene, that_is_empty_is_the_default_one) {
+TEST(Scene, empty_text_gives_the_defaults) {
     const Scene scene = parse_scene("", "scene.toml");
     EXPECT_EQ(scene.grid.nx, 256);
     EXPECT_EQ(scene.time.stepper, "etdrk2");
 }
 
-TEST(Scene, written_out_reads_back_as_the_same_scene) {
+TEST(Scene, resolved_text_reads_back_as_the_same_scene) {
     const Scene scene = parse_scene(
         "[grid]\nnx = 64\nlx = 0.1\n[relaxation]\nrate = -0.333\n[time]\ndt = 0.1\nend = 3\n"
         "[output]\nfile = \"a \\\"b\\\".h5\"\n[sweep]\nvary = [\"relaxation.rate = 1, 2\"]\n",
@@ -36,7 +36,7 @@ TEST(Scene, written_out_reads_back_as_the_same_scene) {
     EXPECT_EQ(again.sweep.vary, (std::vector<std::string>{"relaxation.rate = 1, 2"}));
 }
 
-TEST(Scene, takes_overrides_as_toml_or_as_bare_words) {
+TEST(Scene, overrides_are_toml_values_or_bare_words) {
     const Scene scene =
         parse_scene("[grid]\nnx = 64\n", "scene.toml",
                     std::vector<std::string>{"grid.nx=32", "time.stepper = etdrk4", "sweep.vary=[\"a.b=1\"]"});
@@ -49,13 +49,12 @@ TEST(Scene, errors_name_the_line_or_the_override) {
     EXPECT_EQ(error_of("[grid]\n\nnx = 7\n"), "scene.toml:3:1: grid.nx = 7; expected an even number >= 4");
     EXPECT_EQ(error_of("", {"grid.ny=9"}), "--set grid.ny=9: grid.ny = 9; expected an even number >= 4");
     EXPECT_EQ(error_of("[gird]\n"), "scene.toml:1:2: unknown table [gird]; did you mean [grid]?");
-    EXPECT_EQ(error_of("nx = 4\n"),
-              "scene.toml:1:1: nx stands outside a table; expected it below a line such as [grid]");
+    EXPECT_EQ(error_of("nx = 4\n"), "scene.toml:1:1: nx is outside a table; expected it below a line such as [grid]");
     EXPECT_EQ(error_of("[time]\ndt = 0.1\nend = 1.05\n"),
               "scene.toml:3:1: time.end = 1.05 is not a whole number of steps of time.dt = 0.1; choose 1 or 1.1");
 }
 
-TEST(Scene, has_every_key_of_its_kind_in_its_text) {
+TEST(Scene, resolved_text_contains_every_key_of_its_kind) {
     for (const auto& [kind, given] : {std::pair{"fields", ""}, {"particles", "[cell]\n"}}) {
         const std::string text = resolved_text(parse_scene(given, "scene.toml"));
         for (const SectionDescription& section : scene_schema()) {
@@ -71,7 +70,7 @@ TEST(Scene, has_every_key_of_its_kind_in_its_text) {
     }
 }
 
-TEST(Scene, that_has_a_section_of_particles_is_one_of_particles) {
+TEST(Scene, a_section_of_particles_makes_a_scene_of_particles) {
     EXPECT_EQ(parse_scene("", "scene.toml").kind, SceneKind::fields);
     for (const char* section : {"cell", "plates", "gravity", "beads", "rods", "restitution", "friction", "kick",
                                 "forces", "contacts", "packing"})
@@ -80,7 +79,7 @@ TEST(Scene, that_has_a_section_of_particles_is_one_of_particles) {
     EXPECT_EQ(parse_scene("[beads]\n[time]\ndt = 1e-5\n", "scene.toml").time.dt, 1e-5);
 }
 
-TEST(Scene, of_particles_written_out_reads_back_as_the_same_scene) {
+TEST(Scene, resolved_text_of_particles_reads_back_as_the_same_scene) {
     const Scene scene =
         parse_scene("[beads]\ncount = 7\n[plates]\namplitude = 0.05\n[time]\nend = 0.5\n", "scene.toml");
     const std::string text = resolved_text(scene);
@@ -91,21 +90,18 @@ TEST(Scene, of_particles_written_out_reads_back_as_the_same_scene) {
     EXPECT_EQ(parse_scene(text, "again.toml").particles.plates.amplitude, 0.05);
 }
 
-TEST(Scene, of_both_kinds_is_refused_with_both_places) {
+TEST(Scene, sections_of_both_kinds_are_rejected_with_both_locations) {
+    EXPECT_EQ(error_of("[grid]\nnx = 8\n\n[beads]\ncount = 3\n"),
+              "scene.toml:1:2: [grid] belongs to a scene of fields, [beads] (scene.toml:4:2) to one of particles; "
+              "expected sections of one kind: remove one of them");
+    EXPECT_EQ(error_of("[beads]\n[time]\nstepper = \"etdrk4\"\n"),
+              "scene.toml:3:1: time.stepper is for scenes of fields, and this is a scene of particles; remove it");
     EXPECT_EQ(
-        error_of("[grid]\nnx = 8\n\n[beads]\ncount = 3\n"),
-        "scene.toml:1:2: [grid] is of a scene of fields, and [beads] (scene.toml:4:2) makes this one of particles; "
-        "expected sections of one kind: take out one of them");
-    EXPECT_EQ(
-        error_of("[beads]\n[time]\nstepper = \"etdrk4\"\n"),
-        "scene.toml:3:1: time.stepper is for scenes of fields; this is one of particles: expected a scene without it");
-    EXPECT_EQ(error_of("[beads]\n", {"output.powers=true"}),
-              "--set output.powers=true: output.powers is for scenes of fields; this is one of particles: expected a "
-              "scene without it");
+        error_of("[beads]\n", {"output.powers=true"}),
+        "--set output.powers=true: output.powers is for scenes of fields, and this is a scene of particles; remove it");
     for (const char* section :
          {"fields", "uniform", "relaxation", "noise", "dealiasing", "initial", "stability", "boundary"})
-        EXPECT_NE(error_of("[beads]\n[" + std::string(section) + "]\n").find("makes this one of particles"),
-                  std::string::npos)
+        EXPECT_NE(error_of("[beads]\n[" + std::string(section) + "]\n").find("to one of particles"), std::string::npos)
             << section;
 }
 

@@ -1,10 +1,10 @@
 // tests/io/trajectory.cpp: bodies in archives: H5MD, wrapped spheres, frames read back, resuming, extended XYZ.
 #include "drover/io/trajectory.hpp"
 
-#include "archive_support.hpp"
 #include "drover/dem/rotation.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/io/xyz.hpp"
+#include "files/support.hpp"
 
 namespace drover::io {
 namespace {
@@ -34,16 +34,16 @@ dem::Bodies sample_bodies(double time = 0.0) {
     return bodies;
 }
 
-std::vector<Recording> sample_trajectory() {
-    std::vector<Recording> recordings;
+std::vector<files::Recording> sample_trajectory() {
+    std::vector<files::Recording> recordings;
     for (const BodyRecording& one : trajectory_recordings(sample_setup(), sample_bodies()))
         recordings.push_back(one.recording);
     return recordings;
 }
 
-const std::vector<Attribute> sample_scene{{"scene", std::string("[cell]\nlx = 10.0\nly = 8.0\n")}};
+const std::vector<files::Attribute> sample_scene{{"scene", std::string("[cell]\nlx = 10.0\nly = 8.0\n")}};
 
-void append_frame(Archive& archive, double time) {
+void append_frame(files::Archive& archive, double time) {
     const dem::Bodies bodies = sample_bodies(time);
     const auto recordings = trajectory_recordings(sample_setup(), bodies);
     for (std::size_t r = 0; r < recordings.size(); ++r) {
@@ -54,12 +54,12 @@ void append_frame(Archive& archive, double time) {
 }
 
 void make_archive(const std::filesystem::path& file, int frames) {
-    Archive archive = Archive::create(file, sample_trajectory(), sample_scene, false);
+    files::Archive archive = files::Archive::create(file, sample_trajectory(), sample_scene, false);
     for (int i = 0; i < frames; ++i) append_frame(archive, 0.5 * i);
     archive.commit();
 }
 
-TEST(Trajectory, h5py_finds_what_h5md_asks_for) {
+TEST(Trajectory, h5py_finds_the_elements_that_h5md_requires) {
     if (!has_python("h5py")) GTEST_SKIP() << "needs python3-h5py";
     const Folder folder;
     make_archive(folder / "run.h5", 3);
@@ -71,7 +71,8 @@ assert file["h5md/creator"].attrs["name"] == b"drover" and file["h5md/creator"].
 assert file["h5md/author"].attrs["name"]
 assert list(file["particles"]) == ["spheres"]
 spheres = file["particles/spheres"]
-assert spheres["box"].attrs["dimension"] == 3 and list(spheres["box"].attrs["boundary"]) == [b"periodic", b"periodic", b"none"]
+assert spheres["box"].attrs["dimension"] == 3
+assert list(spheres["box"].attrs["boundary"]) == [b"periodic", b"periodic", b"none"]
 assert spheres["box/edges/value"].shape == (3, 3, 3)
 assert (spheres["box/edges/value"][2] == numpy.diag([10.0, 8.0, 1.28])).all()
 for name, width in (("position", 3), ("velocity", 3), ("image", 3)):
@@ -79,9 +80,11 @@ for name, width in (("position", 3), ("velocity", 3), ("image", 3)):
     assert element["value"].shape == (3, 5, width) and element["value"].chunks == (1, 5, width)
     assert element["value"].compression == "gzip" and element["value"].fletcher32
     assert element["step"] == spheres["position/step"] and element["time"] == spheres["position/time"]
-    assert element["step"].dtype == "i8" and list(element["step"]) == [0, 500, 1000] and list(element["time"]) == [0.0, 0.5, 1.0]
+    assert element["step"].dtype == "i8" and list(element["step"]) == [0, 500, 1000]
+    assert list(element["time"]) == [0.0, 0.5, 1.0]
 assert spheres["image/value"].dtype == spheres["id"].dtype == spheres["species"].dtype == spheres["body"].dtype == "i8"
-assert list(spheres["species"]) == [0, 0, 1, 1, 1] and list(spheres["body"]) == [0, 1, 2, 2, 2] and list(spheres["id"]) == [0, 1, 2, 3, 4]
+assert list(spheres["species"]) == [0, 0, 1, 1, 1] and list(spheres["body"]) == [0, 1, 2, 2, 2] 
+assert list(spheres["id"]) == [0, 1, 2, 3, 4]
 assert spheres["position/value"].attrs["units"] == b"mm" and spheres["velocity/value"].attrs["units"] == b"mm s-1"
 assert file["bodies/rods/axis/value"].shape == (3, 1, 3) and file["bodies/rods/sphere_at"].shape == (1, 3)
 print("well")
@@ -90,10 +93,10 @@ print("well")
               "well\n");
 }
 
-TEST(Trajectory, spheres_lie_in_the_box_and_images_bring_them_back) {
+TEST(Trajectory, spheres_lie_in_the_box_and_images_unwrap_them) {
     const Folder folder;
     make_archive(folder / "run.h5", 1);
-    const ArchiveReader reader(folder / "run.h5");
+    const files::ArchiveReader reader(folder / "run.h5");
     const std::vector<double> position = reader.read_row("/particles/spheres/position/value", 0).values,
                               image = reader.read_row("/particles/spheres/image/value", 0).values;
     const dem::Bodies bodies = sample_bodies();
@@ -113,7 +116,7 @@ TEST(Trajectory, spheres_lie_in_the_box_and_images_bring_them_back) {
     EXPECT_EQ(image[4], -1.0);
 }
 
-TEST(Trajectory, the_velocity_of_a_sphere_is_that_of_its_place_on_the_turning_rod) {
+TEST(Trajectory, the_velocity_of_a_sphere_is_that_of_its_point_on_the_rotating_rod) {
     const auto row = trajectory_recordings(sample_setup(), sample_bodies())[0].row(sample_setup(), sample_bodies());
     const double dt = 1e-6;
     dem::Bodies later = sample_bodies();
@@ -126,16 +129,16 @@ TEST(Trajectory, the_velocity_of_a_sphere_is_that_of_its_place_on_the_turning_ro
         const dem::Vector before = now.rods[0].position + shape.at[s] * now.rods[0].axis,
                           after = rod.position + shape.at[s] * rod.axis;
         const dem::Vector speed = 1.0 / dt * (after - before);
-        EXPECT_NEAR(row[1][3 * (2 + s)], speed.x, 1e-5);  // of the difference quotient, order dt
+        EXPECT_NEAR(row[1][3 * (2 + s)], speed.x, 1e-5);  // error of the difference quotient, order dt
         EXPECT_NEAR(row[1][3 * (2 + s) + 1], speed.y, 1e-5);
         EXPECT_NEAR(row[1][3 * (2 + s) + 2], speed.z, 1e-5);
     }
 }
 
-TEST(Trajectory, bodies_read_back_as_they_were) {
+TEST(Trajectory, bodies_read_back_unchanged) {
     const Folder folder;
     make_archive(folder / "run.h5", 3);
-    const ArchiveReader reader(folder / "run.h5");
+    const files::ArchiveReader reader(folder / "run.h5");
     EXPECT_TRUE(has_trajectory(reader));
     EXPECT_EQ(frame_count(reader), 3u);
     dem::Bodies bodies = sample_bodies(7.0);
@@ -147,13 +150,13 @@ TEST(Trajectory, bodies_read_back_as_they_were) {
     EXPECT_EQ(bodies.beads[0].spin.z, 0.3);
     EXPECT_EQ(bodies.rods[0].velocity.y, 5.0);
     EXPECT_NEAR(length(bodies.rods[0].angular_momentum - expected.rods[0].angular_momentum), 0.0,
-                1e-13);  // by way of omega
+                1e-13);  // rounding of the conversion to omega
 }
 
-TEST(Trajectory, bodies_of_another_number_or_shape_are_refused) {
+TEST(Trajectory, bodies_of_another_number_or_shape_are_rejected) {
     const Folder folder;
     make_archive(folder / "run.h5", 1);
-    const ArchiveReader reader(folder / "run.h5");
+    const files::ArchiveReader reader(folder / "run.h5");
     const auto refusal = [&](dem::Bodies bodies) {
         return sentence_of([&] { read_bodies(reader, 0, bodies, "packing.file = \"run.h5\"", {"a.toml", 3}); });
     };
@@ -166,35 +169,35 @@ TEST(Trajectory, bodies_of_another_number_or_shape_are_refused) {
                 HasSubstr("/bodies/rods/sphere_at is not that of this scene; expected the same shapes"));
     dem::Bodies none = sample_bodies();
     none.rods.clear();
-    EXPECT_THAT(refusal(none), HasSubstr("holds bodies in /bodies/rods, and this scene has none"));
+    EXPECT_THAT(refusal(none), HasSubstr("contains bodies in /bodies/rods, and this scene has none"));
     EXPECT_EQ(refusal(sample_bodies()), "");
 }
 
-TEST(Trajectory, an_archive_that_is_resumed_keeps_its_head_and_is_cut_to_its_rows) {
+TEST(Trajectory, a_resumed_archive_keeps_its_head_and_is_cut_to_its_rows) {
     const Folder folder;
     make_archive(folder / "run.h5", 4);
     {
-        Archive archive =
-            Archive::resume(folder / "run.h5", sample_trajectory(), sample_scene, std::vector<std::size_t>{2, 2, 2});
+        files::Archive archive = files::Archive::resume(folder / "run.h5", sample_trajectory(), sample_scene,
+                                                        std::vector<std::size_t>{2, 2, 2});
         append_frame(archive, 9.0);
         archive.commit();
     }
-    const ArchiveReader reader(folder / "run.h5");
+    const files::ArchiveReader reader(folder / "run.h5");
     EXPECT_EQ(reader.read("/particles/spheres/velocity/time").values, (std::vector<double>{0.0, 0.5, 9.0}));
     EXPECT_EQ(reader.read("/bodies/rods/position/step").values, (std::vector<double>{0.0, 500.0, 9000.0}));
     EXPECT_EQ(reader.shape("/bodies/rods/axis/value"), (std::vector<std::size_t>{3, 1, 3}));
     auto other = sample_trajectory();
     other[0].trajectory->fixed[3].values[0] = 0.3;
     EXPECT_THAT(sentence_of([&] {
-                    Archive::resume(folder / "run.h5", other, sample_scene, std::vector<std::size_t>{2, 2, 2});
+                    files::Archive::resume(folder / "run.h5", other, sample_scene, std::vector<std::size_t>{2, 2, 2});
                 }),
                 HasSubstr("/particles/spheres/radius has other numbers than this scene"));
 }
 
-TEST(Xyz, has_a_line_for_each_sphere_and_reads_back) {
+TEST(Xyz, a_file_has_one_line_per_sphere_and_reads_back) {
     const Folder folder;
     make_archive(folder / "run.h5", 3);
-    const ArchiveReader reader(folder / "run.h5");
+    const files::ArchiveReader reader(folder / "run.h5");
     EXPECT_EQ(write_xyz(reader, "run.h5", {.every = 2}, folder / "run.xyz", false), 2u);
     const std::string text = contents(folder / "run.xyz");
     EXPECT_THAT(text, HasSubstr("5\nLattice=\"10 0 0 0 8 0 0 0 1.28\" Origin=\"-5 -4 0\" pbc=\"T T F\" "
@@ -211,27 +214,27 @@ TEST(Xyz, has_a_line_for_each_sphere_and_reads_back) {
     EXPECT_THAT(contents(folder / "bodies.xyz"), HasSubstr("\nRh 4.5 0 0.6 4 0.6 0.8 0 0 5 0 "));
 }
 
-TEST(Xyz, an_existing_file_stays_and_nothing_half_written_is_left) {
+TEST(Xyz, an_existing_file_is_unchanged_and_no_partial_file_is_left) {
     const Folder folder;
     make_archive(folder / "run.h5", 2);
-    const ArchiveReader reader(folder / "run.h5");
+    const files::ArchiveReader reader(folder / "run.h5");
     write_contents(folder / "run.xyz", "precious");
     const auto refusal = [&](XyzPlan plan, const char* file, bool overwrite) {
         return sentence_of([&] { write_xyz(reader, "run.h5", plan, folder / file, overwrite); });
     };
     EXPECT_THAT(refusal({}, "run.xyz", false), HasSubstr("exists; choose another name, or give --overwrite"));
-    EXPECT_THAT(refusal({}, "run.xyz", true), HasSubstr("exists and is no XYZ file"));
+    EXPECT_THAT(refusal({}, "run.xyz", true), HasSubstr("exists and is not an XYZ file"));
     EXPECT_EQ(contents(folder / "run.xyz"), "precious");
     EXPECT_THAT(refusal({.frame = 2}, "new.xyz", false), HasSubstr("run.h5: has no frame 2; expected one of 0 to 1"));
     EXPECT_THAT(refusal({}, "no/new.xyz", false), HasSubstr("cannot be written"));
     EXPECT_EQ(folder.count(), 2u);
 }
 
-TEST(Xyz, a_file_that_is_cut_short_is_told_with_its_line) {
+TEST(Xyz, a_truncated_file_is_reported_with_its_line) {
     const Folder folder;
     write_contents(folder / "a.xyz", "2\nTime=0\nB 0 0 0\n");
     EXPECT_THAT(sentence_of([&] { read_xyz_info(folder / "a.xyz"); }),
-                HasSubstr("a.xyz:3: frame 0 has 1 lines of 2; it is cut short"));
+                HasSubstr("a.xyz:3: frame 0 has 1 lines of 2; the file is truncated"));
     write_contents(folder / "b.xyz", "1\n\nB 0 0 0\nwords\n");
     EXPECT_THAT(sentence_of([&] { read_xyz_info(folder / "b.xyz"); }),
                 HasSubstr("b.xyz:4: \"words\"; expected the number of particles"));

@@ -1,4 +1,4 @@
-// base/error.hpp: the one exception of drover, with the place in the scene that it speaks of.
+// base/error.hpp: the exception type of drover, with the location in the scene that it refers to.
 #pragma once
 #include <functional>
 #include <stdexcept>
@@ -9,27 +9,27 @@
 
 namespace drover {
 
-/// A place in a text a person wrote.  line and column count from 1; 0: not known.
+/// A location in an input file.  line and column count from 1; 0: unknown.
 struct SourceLocation {
     std::string file;
     int line = 0;
     int column = 0;
 };
 
-/// "flock.toml:14:3", "flock.toml:14", "flock.toml", or "" when nothing is known.
+/// "flock.toml:14:3", "flock.toml:14", "flock.toml", or "" if unknown.
 std::string location_text(const SourceLocation& where);
 
-/// Where a key of a scene, "grid.nx", was given: for checks that hold several keys against each other.
+/// The location of a key of a scene, such as "grid.nx": for checks of several keys.
 using LocationOf = std::function<SourceLocation(const std::string& key)>;
 inline SourceLocation no_location(const std::string&) { return {}; }
 
-/// Whose fault an error is: it decides the exit status of the program.
+/// The cause of an error, which determines the exit status of the program.
 enum class Fault {
-    input,  ///< the scene, the command line or a file given to us: exit status 2
-    run     ///< a run that could not go on (blow-up, full disk): exit status 1
+    input,  ///< the scene, the command line or an input file: exit status 2
+    run     ///< a run that failed (blow-up, full disk): exit status 1
 };
 
-/// What went wrong, as one sentence that says where, what was found, what was expected and what to do.
+/// The message gives location, value found, value expected and a suggested fix.
 class Error : public std::runtime_error {
 public:
     Error(Fault fault, const SourceLocation& where, const std::string& message);

@@ -8,7 +8,7 @@ namespace drover {
 
 enum class LogLevel { quiet, warning, information, detail };
 
-/// Lines less urgent than `level` are left out.  A program sets it once at its start.
+/// Suppresses lines less urgent than `level`.  Set once, at program start.
 void set_log_level(LogLevel level);
 
 void log_line(LogLevel level, std::string_view line);

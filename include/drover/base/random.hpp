@@ -1,11 +1,11 @@
-// base/random.hpp: counter-based random numbers, the same for any number of threads and after a restart.
+// base/random.hpp: counter-based random numbers, independent of the number of threads and of restarts.
 #pragma once
 #include <cstdint>
 #include <span>
 
 namespace drover {
 
-/// What a stream of random numbers is used for.  Streams with different names are independent.
+/// Purpose of a stream of random numbers.  Different streams are independent.
 enum class Stream : std::uint64_t {
     noise = 1,
     initial_state = 2,
@@ -17,20 +17,20 @@ enum class Stream : std::uint64_t {
     test = 1000
 };
 
-/// Where in the stream we are: every number is a pure function of (seed, stream, step, index, position).
+/// Position in a stream: every number is a pure function of (seed, stream, step, index, position).
 struct RandomKey {
     std::uint64_t seed = 0;
     Stream stream = Stream::noise;
     std::uint64_t step = 0;
-    std::uint32_t substep = 0;  ///< part of a step that draws by itself
+    std::uint32_t substep = 0;  ///< part of a step with its own numbers
 };
 
-/// Standard normal numbers for the indices first, first + 1, ...: out[i * per_index + j] is number j of index first + i,
-/// and depends on nothing else than (key, first + i, j).  out.size() is a multiple of per_index >= 1.
-/// Source: Philox4x64-10 (Salmon et al., SC 2011, doi:10.1145/2063384.2063405) and the transform of Box and Muller.
+/// Standard normal numbers for the indices first, first + 1, ...: out[i * per_index + j] is number j of index first + i
+/// and depends on (key, first + i, j) only.  out.size() is a multiple of per_index >= 1.
+/// Source: Philox4x64-10 (Salmon et al., SC 2011, doi:10.1145/2063384.2063405) and the Box-Muller transform.
 void fill_normal(const RandomKey& key, std::uint64_t first, std::size_t per_index, std::span<double> out);
 
-/// As fill_normal, uniform in (0, 1), both ends excluded.
+/// As fill_normal, uniform in the open interval (0, 1).
 void fill_uniform(const RandomKey& key, std::uint64_t first, std::size_t per_index, std::span<double> out);
 
 }  // namespace drover

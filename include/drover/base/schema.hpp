@@ -1,5 +1,5 @@
-// base/schema.hpp: what a scene may say: each key with its type, unit, range, default and documentation, beside the struct
-// that it fills.
+// base/schema.hpp: the keys of a scene: type, unit, range, default and documentation, defined beside the struct that
+// they fill.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -14,27 +14,28 @@
 
 namespace drover {
 
-/// A value as it stands in a scene.
+/// A value of a scene.
 using Value = std::variant<bool, std::int64_t, double, std::string, std::vector<double>, std::vector<std::string>>;
 
-/// "true or false", "an integer", "a number", ... : the type for people.
+/// The type in words: "true or false", "an integer", "a number", ...
 std::string type_text(const Value& value);
 
-/// The value as TOML writes it, such that it reads back as the same value.
+/// The value as TOML, which reads back as the same value.
 std::string toml_text(const Value& value);
 
 struct LocatedValue {
     Value value;
-    SourceLocation where;  ///< of the key
+    SourceLocation where;               ///< of the key
+    std::vector<SourceLocation> items = {};  ///< of the first character of each text in the value
 };
 
-/// One table of a scene text: its keys in the order of their names.
+/// One table of a scene text: its keys, sorted by name.
 struct LocatedTable {
     SourceLocation where;
     std::map<std::string, LocatedValue> values;
 };
 
-/// The numbers that are allowed: the ends belong to it unless open.
+/// The allowed numbers: a closed interval, or open at its lower end.
 struct Range {
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
@@ -48,18 +49,18 @@ template <class Struct>
 using Member = std::variant<bool Struct::*, int Struct::*, std::int64_t Struct::*, double Struct::*,
                             std::string Struct::*, std::vector<double> Struct::*, std::vector<std::string> Struct::*>;
 
-/// One key.  Its default is what a default-constructed Struct holds.
+/// One key.  Its default is the value in a default-constructed Struct.
 template <class Struct>
 struct Row {
     std::string name = {};
     Member<Struct> member = {};
-    std::string unit = {};                  ///< "" for a pure number or a word
-    Range range = any_number;               ///< of a number, or of each number of a list
+    std::string unit = {};                  ///< "" for a dimensionless number or a word
+    Range range = any_number;               ///< of a number, or of each item of a list
     std::vector<std::string> choices = {};  ///< of a word; empty: any
-    std::string doc = {};                   ///< what it means, with its symbol and source
+    std::string doc = {};                   ///< meaning, with its symbol and source
 };
 
-/// A row without its struct: for lists, for help, for reading a value.
+/// A row without its struct: for listings, help, and reading a value.
 struct Description {
     std::string name;
     Value default_value;
@@ -69,15 +70,15 @@ struct Description {
     std::string doc;
 };
 
-/// Rows of a struct give: template<> const std::vector<Row<T>>& schema<T>();
+/// A struct with rows defines: template<> const std::vector<Row<T>>& schema<T>();
 template <class Struct>
 const std::vector<Row<Struct>>& schema();
 
-/// The value found, as the type and in the range and choices the description asks; an integer serves as a number.
-/// Throws an input Error that names section.key, what was found and what was expected.
+/// The value found, converted to the type of the description (an integer is a valid number) and checked against its
+/// range and choices.  Throws an input Error that names section.key, the value found and the value expected.
 Value checked_value(const Description& row, const std::string& section, const LocatedValue& found);
 
-/// Throws an input Error, with "did you mean", at the first key of the table that no row knows.
+/// Throws an input Error, with "did you mean", at the first key of the table without a row.
 void reject_unknown_keys(const LocatedTable& table, const std::string& section, const std::vector<Description>& rows);
 
 namespace schema_detail {
@@ -107,19 +108,19 @@ void set(Struct& to, const Row<Struct>& row, const Value& value) {
 template <class Struct>
 std::vector<Description> descriptions() {
     std::vector<Description> result;
-    const Struct standard{};
+    const Struct defaults{};
     for (const Row<Struct>& row : schema<Struct>()) {
         Range range = row.range;
         if (std::holds_alternative<int Struct::*>(row.member)) {
             range.min = std::max(range.min, static_cast<double>(std::numeric_limits<int>::min()));
             range.max = std::min(range.max, static_cast<double>(std::numeric_limits<int>::max()));
         }
-        result.push_back({row.name, schema_detail::get(standard, row), row.unit, range, row.choices, row.doc});
+        result.push_back({row.name, schema_detail::get(defaults, row), row.unit, range, row.choices, row.doc});
     }
     return result;
 }
 
-/// Fills `into` from one table of a scene.  Keys that are absent keep what `into` holds.
+/// Sets members of `into` from one table of a scene.  Absent keys leave members unchanged.
 template <class Struct>
 void read_table(const LocatedTable& table, const std::string& section, Struct& into) {
     const std::vector<Description> rows = descriptions<Struct>();
@@ -129,7 +130,7 @@ void read_table(const LocatedTable& table, const std::string& section, Struct& i
             schema_detail::set(into, schema<Struct>()[i], checked_value(rows[i], section, found->second));
 }
 
-/// The keys of a struct with the values it holds, in the order of its rows.
+/// The keys and values of a struct, in the order of its rows.
 template <class Struct>
 std::vector<std::pair<std::string, Value>> values_of(const Struct& from) {
     std::vector<std::pair<std::string, Value>> result;

@@ -1,4 +1,4 @@
-// base/text.hpp: text with values in it, formatted behind a type-erased argument so that no header needs a library.
+// base/text.hpp: formatting with type-erased arguments, so that headers need no formatting library.
 #pragma once
 #include <array>
 #include <concepts>
@@ -12,12 +12,12 @@
 
 namespace drover {
 
-/// One value to be written into a text: numbers are written so that they read back as the same number.
+/// One value to be formatted.  Numbers are written so that they read back as the same number.
 class TextArgument {
 public:
     using Held = std::variant<bool, std::int64_t, std::uint64_t, double, std::string_view>;
     TextArgument(bool value) : held_(value) {}
-    TextArgument(const char& value) : held_(std::string_view(&value, 1)) {}  ///< a letter, not its number
+    TextArgument(const char& value) : held_(std::string_view(&value, 1)) {}  ///< a character, not its code
     TextArgument(std::signed_integral auto value) : held_(static_cast<std::int64_t>(value)) {}
     TextArgument(std::unsigned_integral auto value) : held_(static_cast<std::uint64_t>(value)) {}
     TextArgument(double value) : held_(value) {}
@@ -30,8 +30,8 @@ private:
     Held held_;
 };
 
-/// `pattern` with every {} replaced by the argument in turn; a field may carry a format, {:.3g}, in the syntax of
-/// Python and fmt.  Throws std::runtime_error when pattern and arguments do not fit.
+/// `pattern` with each {} replaced by the next argument; a field may contain a format, {:.3g}, in the syntax of Python
+/// and fmt.  Throws std::runtime_error when pattern and arguments do not match.
 std::string format_text(std::string_view pattern, std::span<const TextArgument> arguments);
 
 template <class... Values>
@@ -40,16 +40,17 @@ std::string text(std::string_view pattern, const Values&... values) {
     return format_text(pattern, std::span(arguments.data(), sizeof...(Values)));
 }
 
-/// The known name nearest to `name` in edits (at most a third of its letters), or "" when none is near: for "did you mean".
+/// The known name with the smallest edit distance to `name` (at most a third of its letters), or "": for "did you
+/// mean".
 std::string nearest_name(std::string_view name, std::span<const std::string> known);
 
-/// The items joined by a separator, as "a, b, c".
+/// The items joined by a separator: "a, b, c".
 std::string joined(std::span<const std::string> items, std::string_view separator = ", ");
 
-/// A number of bytes for people: "3.2 MB".
+/// A number of bytes: "3.2 MB".
 std::string bytes_text(double bytes);
 
-/// A time in seconds for people: "2 h 05 min", "3.1 s".
+/// A duration given in seconds: "2 h 05 min", "3.1 s".
 std::string duration_text(double seconds);
 
 }  // namespace drover

@@ -1,4 +1,4 @@
-// base/threads.hpp: a team of threads for loops whose result does not depend on how many there are.
+// base/threads.hpp: a thread team for loops whose results do not depend on the number of threads.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -6,11 +6,11 @@
 
 namespace drover {
 
-/// A fixed team of threads.  A loop is cut into chunks that depend on its length alone, never on the team,
-/// so the same numbers come out for any number of threads.
+/// A fixed team of threads.  A loop is divided into chunks that depend on its length only, so that results are
+/// identical for any number of threads.
 class Threads {
 public:
-    /// count >= 1: the caller is one of them.
+    /// count >= 1, including the calling thread.
     explicit Threads(int count = 1);
     ~Threads();
     Threads(const Threads&) = delete;
@@ -18,9 +18,9 @@ public:
 
     int count() const;
 
-    /// Calls body(begin, end) once for each chunk [begin, end) of [0, length), chunks being `chunk` long (the last
-    /// one shorter), in any order and on any thread; returns when all have ended.  The first exception thrown by a
-    /// chunk is thrown again here.  Loops do not nest.
+    /// Calls body(begin, end) once for each chunk [begin, end) of [0, length), in any order and on any thread; chunks
+    /// have length `chunk`, except the last.  Returns when all have ended.  Rethrows the first exception of a chunk.
+    /// Loops must not be nested.
     void for_chunks(std::size_t length, std::size_t chunk, const std::function<void(std::size_t, std::size_t)>& body);
 
 private:
@@ -28,7 +28,7 @@ private:
     std::unique_ptr<Team> team_;
 };
 
-/// The cores this process may use (its affinity mask), at least 1.
+/// The number of cores that this process may use (its affinity mask), at least 1.
 int usable_cores();
 
 }  // namespace drover

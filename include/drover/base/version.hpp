@@ -1,4 +1,4 @@
-// base/version.hpp: which drover this is, and from which commit it was built.
+// base/version.hpp: the version of drover and the commit that it was built from.
 #pragma once
 #include <string>
 
@@ -7,10 +7,10 @@ namespace drover {
 struct Version {
     std::string version;   ///< "0.1.0"
     std::string git_hash;  ///< full hash of the commit; "unknown" when built outside a git checkout
-    bool dirty = false;    ///< whether the library's or program's files differed from that commit
+    bool dirty = false;    ///< whether the sources differed from that commit
 };
 
-/// Taken at build time, so that it stays true when a build folder is used again.
+/// Recorded at each build, so that it is correct when a build folder is reused.
 Version version();
 
 }  // namespace drover

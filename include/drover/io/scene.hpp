@@ -1,10 +1,8 @@
-// io/scene.hpp: a scene: the whole of a run as data, read from TOML text.
+// io/scene.hpp: a scene (input file) as data: everything that defines a run.
 #pragma once
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <map>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -12,39 +10,39 @@
 #include "drover/calibrate/catalogue.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/numerics/grid.hpp"
+#include "drover/physics/coefficient_registry.hpp"
 #include "drover/physics/initial_state.hpp"
-#include "drover/physics/model.hpp"
 
 namespace drover::io {
 
-/// How time advances.
+/// Time stepping.
 struct TimeControl {
-    double dt = 0.01;                ///< step [s]; of particles dt_of_particles when it is not given
+    double dt = 0.01;                ///< step [s]; particles: dt_of_particles unless given
     double end = 1.0;                ///< [s]
     std::string stepper = "etdrk2";  ///< a row of numerics::stepper_tables()
-    double tolerance = 0.0;          ///< error of a step beside the size of its field, adaptive; 0: steps of dt
+    double tolerance = 0.0;          ///< local error relative to the field; 0: fixed steps dt
 };
 
 inline constexpr double dt_of_particles = 2e-5;
 
-/// What is written and when.
+/// Output files and intervals.
 struct Output {
-    std::string file;                 ///< "" : the scene's name with .h5, in the folder where drover runs
-    double frame_every = 1.0;         ///< time between frames [s]; 0: the first and the last alone
+    std::string file;                 ///< "": the scene's name with .h5, in the working folder
+    double frame_every = 1.0;         ///< time between frames [s]; 0: the first and the last only
     double sample_every = 0.1;        ///< time between samples of the observables [s]
     double checkpoint_minutes = 5.0;  ///< wall time between checkpoints
-    bool powers = false;              ///< the energy of each sample, and the power of each term
+    bool powers = false;              ///< samples include the energy and the power of each term
 };
 
-/// How means are taken.
+/// Time averages.
 struct Analysis {
-    double warm_up = -1.0;  ///< time left out at the start [s]; -1: found from the series
+    double warm_up = -1.0;  ///< time omitted at the start [s]; -1: estimated from the series
 };
 
-/// What does not change the physics, but the seed.
+/// Seed and threads.
 struct RunControl {
     std::int64_t seed = 1;
-    int threads = 0;  ///< 0: as many as the process may use and the grid can feed
+    int threads = 0;  ///< 0: the available cores, capped where more would be slower
 };
 
 /// Many runs of one scene.
@@ -55,61 +53,60 @@ struct SweepPlan {
     int workers = 0;                ///< 0: the cores the process may use
 };
 
-/// What drover stability looks at.
+/// Input of drover stability.
 struct StabilityPlan {
-    int wavenumbers = 96;   ///< of the map, evenly by their logarithm
-    int angles = 46;        ///< of the map, from along p0 to across it
-    double min_wavenumber = 0.0;   ///< |q| [1/mm]; 0: a thousandth of the cell's longest wave
-    double max_wavenumber = 0.0;    ///< |q| [1/mm]; 0: the shortest wave of the grid
-    double sound = 0.0;     ///< |q| of the dynamic structure factor [1/mm]; 0: the cell's longest wave
-    int frequencies = 241;  ///< of the dynamic structure factor
+    int wavenumbers = 96;         ///< of the map, logarithmically spaced
+    int angles = 46;              ///< of the map, from parallel to p0 to perpendicular
+    double min_wavenumber = 0.0;  ///< |q| [1/mm]; 0: 1/1000 of the smallest of the cell
+    double max_wavenumber = 0.0;  ///< |q| [1/mm]; 0: the largest of the grid
+    double sound = 0.0;           ///< |q| of the dynamic structure factor [1/mm]; 0: the smallest of the cell
+    int frequencies = 241;        ///< of the dynamic structure factor
 };
 
-/// What drover boundary traces.
+/// Input of drover boundary.
 struct BoundaryPlan {
     std::string x, y;                                                                   ///< "driving.strength = 0.5:2"
     std::vector<std::string> lines{"onset", "phase-separation", "banding", "oblique"};  ///< names of physics::Limit
-    std::vector<std::string> conventions;  ///< of lambda, each traced: "mean", "single-rod"; empty: that of the scene
+    std::vector<std::string> conventions;  ///< of lambda: "mean", "single-rod"; empty: the scene's
     std::vector<std::string> errors;       ///< "relaxation.rate = 0.02": standard errors
-    int cells = 64;                        ///< an island wider than 1/cells of the plane is found
-    double chord = 1e-4;                   ///< distance between line and polyline, beside the plane's sides
-    int map = 96;                          ///< cells on each side of the map of states; 0: none
+    int cells = 64;                        ///< islands wider than 1/cells of the plane are found
+    double chord = 1e-4;                   ///< distance between line and polyline, relative to the plane
+    int map = 96;                          ///< cells along each side of the map of states; 0: no map
 };
 
-/// What drover calibrate measures, and how well.
+/// Input of drover calibrate.
 struct CalibrationPlan {
     std::vector<double> bead_area_fractions;  ///< ascending, each > 0
-    std::vector<double> rod_area_fractions;   ///< the same, for assays that depend on them
-    std::string vary;                         ///< one key more: "kick.strength = 0.01, 0.02"; "": none
+    std::vector<double> rod_area_fractions;   ///< the same, for assays that depend on rods
+    std::string vary;                         ///< an additional key: "kick.strength = 0.01, 0.02"; "": none
     std::vector<std::string> assays;          ///< names; empty: all
-    double relative_error = 0.1;              ///< of every wanted quantity
-    int round = 16;                           ///< trials between looks
+    double relative_error = 0.1;              ///< target for every wanted quantity
+    int round = 16;                           ///< trials between two evaluations of the error
     int max_trials = 512;                     ///< of one assay at one point
-    double max_failed = 0.1;                  ///< part of the trials that may fail
+    double max_failed = 0.1;                  ///< fraction of the trials that may fail
     int single_rods = 1;                      ///< rods in the cell of an assay of single rods
     int workers = 0;                          ///< 0: the cores the process may use
 };
 
-/// A table of coefficients in place of numbers of the model.
+/// A table of coefficients that replaces numbers of the model.
 struct CalibratedPlan {
-    std::string table;                                         ///< a file that drover calibrate made; "": none
+    std::string table;                                         ///< a file written by drover calibrate; "": none
     double bead_area_fraction = 0.0, rod_area_fraction = 0.0;  ///< of the scene; > 0 with a table
     double varied = 0.0;                                       ///< of the key that the table varies, when it has one
-    std::string coefficients =
-        "uniform";                      ///< uniform: at these area fractions everywhere; local: at those of each place
-    std::string outside = "refuse";     ///< refuse or hold: what to do beyond the table
-    std::vector<std::string> filled;    ///< written by drover: "drag.coefficient: measured, 3.1 +- 0.2"
-    std::vector<std::string> expected;  ///< written by drover: what the mean field of the table expects
+    std::string coefficients = "uniform";  ///< uniform: at these area fractions; local: at the local densities
+    std::string outside = "refuse";        ///< refuse or hold: behaviour beyond the table
+    std::vector<std::string> filled;       ///< written by drover: "drag.coefficient: measured, 3.1 +- 0.2"
+    std::vector<std::string> expected;     ///< written by drover: mean-field predictions of the table
 };
 
-/// What a scene is made of: one that has a section of particles ([cell], [plates], [beads], [rods], ...) is one of particles.
+/// A scene with a section of particles ([cell], [plates], [beads], [rods], ...) is a scene of particles.
 enum class SceneKind { fields, particles };
 
 struct Scene {
     SceneKind kind = SceneKind::fields;
-    std::string file;                              ///< where it came from, for messages
-    std::map<std::string, SourceLocation> places;  ///< of the keys that were given: "time.dt"
-    physics::Model model;  // of fields, as are grid, dealiasing, initial, stability boundary and calibrated
+    std::string file;                              ///< its origin, for messages
+    std::map<std::string, SourceLocation> places;  ///< of the given keys: "time.dt"
+    physics::Model model;  // of fields, as are grid, dealiasing, initial, stability, boundary, calibrated
     numerics::Grid grid;
     physics::Dealiasing dealiasing;
     dem::Setup particles;
@@ -126,19 +123,19 @@ struct Scene {
     calibrate::Plans plans;
 };
 
-/// Throws an input Error, which says what the command is for, when the scene is not of this kind.
+/// Throws an input Error when the scene is not of the kind that the command needs.
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command);
 
 /// Whether a number of the model came from the table of calibrated.table.
 bool is_from_table(const Scene& scene, const std::string& key);
 
-/// Where a key was given, or the scene's file when it holds its default.
+/// Where a key was given, or the scene's file for a default.
 SourceLocation location_of(const Scene& scene, const std::string& key);
 
-/// Throws an input Error, at its place, when keys do not fit each other.
+/// Throws an input Error, at the key, when keys are inconsistent.
 void check(const Scene& scene);
 
-/// A duration in steps of time.dt; throws an input Error at the place of `key` when it is not a whole number of them.
+/// A duration in steps of time.dt; throws an input Error at `key` when it is not an integer number of steps.
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration);
 
 /// A number of the model, by its key.
@@ -147,26 +144,29 @@ struct ModelNumber {
     Range range;
     std::function<double&(physics::Model&)> in;
 };
-/// Throws an input Error at `where`, with "did you mean", when no number of the model is called so.
-ModelNumber model_number(const std::string& key, const SourceLocation& where);
+/// Throws an input Error at `where`, with "did you mean", when the model has no number of this name.
+/// Of the parameters of terms it knows those that `model` has: "terms.W".
+ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model);
 
-/// Reads a scene file, then "section.key=value" of each override.  Throws an input Error with file:line:column and a remedy.
-Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {});
+/// The tables of a scene text by name: "grid", "calibrate.drag".
+using SceneTables = std::map<std::string, LocatedTable>;
 
-/// The same from a text; `name` stands for the file in messages.
-Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides = {});
+/// The scene of these tables, with defaults for absent keys; not yet filled from a calibrated table, nor checked.
+/// Throws an input Error for an unknown key or table, a value out of range, or tables of both kinds.
+Scene scene_of(const SceneTables& tables, const std::string& file);
 
 /// Every key of the scene's kind with its value, as TOML that reads back as the same scene.
 std::string resolved_text(const Scene& scene);
 
-/// All that scenes may say; of one kind, with its defaults.
+/// A section of the schema; of one kind, with its defaults.
 struct SectionDescription {
     std::string name;
     std::string doc;
     std::vector<Description> rows;
-    std::string kind;  ///< of the scenes that it belongs to: "fields", "particles", "" for both
+    std::string kind;  ///< of scene: "fields", "particles", "" for both
 };
-std::vector<SectionDescription> scene_schema();
+std::vector<SectionDescription> scene_schema(
+    const physics::CoefficientRegistry& registry = physics::coefficient_registry());
 std::vector<SectionDescription> scene_schema(SceneKind kind);
 
 }  // namespace drover::io

@@ -1,16 +1,17 @@
-// io/trajectory.hpp: the bodies of a particle world as an archive has them: H5MD, and back.
+// io/trajectory.hpp: the bodies of a particle world in an archive, in H5MD.
 //
-// /particles/spheres holds every sphere, those of beads first, then those of rods from tail to head.  It is the only group of
-// /particles, of which MDAnalysis 2.4 takes the first one it finds; box/edges has a row a frame because that reader wants it so; and
-// units stand in `units` and not in H5MD's `unit`, because it refuses a file whose `unit` it does not know, such as mm.
-// The state of the bodies, exact and not wrapped, stands in /bodies/beads and /bodies/rods in the same layout.
+// /particles/spheres holds every sphere: those of beads first, then those of rods from tail to head.  It is the only
+// group of /particles, because MDAnalysis 2.4 reads the first one that it finds.  box/edges has one row per frame, as
+// that reader requires.  Units are in the attribute `units` instead of H5MD's `unit`, because that reader rejects
+// unknown units such as mm. The exact, unwrapped state of the bodies is in /bodies/beads and /bodies/rods, in the same
+// layout.
 #pragma once
 #include <span>
 #include <string>
 #include <vector>
 
 #include "drover/dem/bodies.hpp"
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 
 namespace drover::io {
 
@@ -18,30 +19,30 @@ inline constexpr const char* spheres_group = "/particles/spheres";
 inline constexpr const char* beads_group = "/bodies/beads";
 inline constexpr const char* rods_group = "/bodies/rods";
 
-/// The series of a run of particles.  Not /observables, which H5MD keeps for elements of another layout.
+/// The time series of a particle run.  Not /observables, which H5MD reserves for another layout.
 inline constexpr const char* series_group = "/series";
 
-/// One recording and how its row is made: one array for each quantity.
+/// A recording and the function that computes its rows: one array per quantity.
 struct BodyRecording {
-    Recording recording;
+    files::Recording recording;
     std::vector<std::vector<double>> (*row)(const dem::Setup& setup, const dem::Bodies& bodies);
 };
-/// Those of spheres, of beads and of rods, without those of which there are none.
+/// The recordings of spheres, beads and rods, without empty ones.
 std::vector<BodyRecording> trajectory_recordings(const dem::Setup& setup, const dem::Bodies& bodies);
 
-/// Spheres of all bodies.
+/// Number of spheres of all bodies.
 std::size_t sphere_count(const dem::Bodies& bodies);
 
-/// Whether an archive holds a trajectory, and its frames.
-bool has_trajectory(const ArchiveReader& archive);
-std::size_t frame_count(const ArchiveReader& archive);
+/// Whether an archive contains a trajectory, and its number of frames.
+bool has_trajectory(const files::ArchiveReader& archive);
+std::size_t frame_count(const files::ArchiveReader& archive);
 
-/// Places `bodies` as they stand in a frame, which must be of bodies of the same number and shapes.  Throws an input Error at `where`, which
-/// starts with `what`, the words for the file.
-void read_bodies(const ArchiveReader& archive, std::size_t frame, dem::Bodies& bodies, const std::string& what,
+/// Sets `bodies` to the state of a frame, whose bodies must have the same number and shapes.  Throws an input Error at
+/// `where`, which starts with `what`, the description of the file.
+void read_bodies(const files::ArchiveReader& archive, std::size_t frame, dem::Bodies& bodies, const std::string& what,
                  const SourceLocation& where);
 
-/// The box about a cell, centred on its middle: sides [mm], and whether it goes on beyond them.
+/// The bounding box of a cell, centred on it: sides [mm] and periodicity.
 struct Box {
     std::array<double, 3> sides{};
     std::array<double, 3> origin{};

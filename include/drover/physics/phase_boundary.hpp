@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "drover/numerics/contour.hpp"
-#include "drover/physics/long_waves.hpp"
 #include "drover/physics/equations.hpp"
+#include "drover/physics/long_waves.hpp"
 
 namespace drover::physics {
 

@@ -67,7 +67,9 @@ struct Input {
         order_curl,                     ///< d_x p_y - d_y p_x
         velocity_divergence,
         order_divergence,
-        x,
+        velocity_grad_div,                       ///< d_x and d_y of div v
+        order_grad_div = velocity_grad_div + 2,  ///< of div p
+        x = order_grad_div + 2,                  ///< the point itself
         y,
         t,
         count
@@ -165,6 +167,7 @@ struct Term {
     std::function<void(const CompiledModel&, const UniformPoint& about, const numerics::Wavevector& q, Symbol&)>
         linearise;
     LinearPart linear_part = LinearPart::isotropic;
+    int degree_in_q = 2;  ///< of the linearisation, a polynomial in q of at most fourth degree; -1: it is none
     /// Of the action at points; `pointwise_velocity`: a slaved velocity that is no linear function of the fields.
     std::function<PointCost(const CompiledModel&, bool pointwise_velocity)> cost;
     Act remainder;  ///< adds the term less its isotropic linear part about the reference; reads fields, allocates nothing

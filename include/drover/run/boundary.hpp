@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/physics/phase_boundary.hpp"
 
@@ -36,6 +36,6 @@ BoundaryReport make_boundary(const io::Scene& scene, Threads& threads);
 std::string boundary_text(const BoundaryReport& report);
 
 /// The plane, the vertices of all lines where there are any, and the map.
-std::vector<io::ResultTable> boundary_tables(const BoundaryReport& report);
+std::vector<files::ResultTable> boundary_tables(const BoundaryReport& report);
 
 }  // namespace drover::run

@@ -18,6 +18,6 @@ TimedScene timed_fields(const io::Scene& scene);
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
 
 /// The axes of observables, as files have them.
-std::vector<io::Axis> observable_axes(const measure::Setting& setting);
+std::vector<files::Axis> observable_axes(const measure::Setting& setting);
 
 }  // namespace drover::run

@@ -31,7 +31,7 @@ struct Kind {
     const char* start;  ///< the section with kind, file and frame: what a ramp of a sweep and another run start from
     TimedScene (*timed)(const io::Scene& scene);
     std::string (*advice)(const io::Scene& scene);  ///< what the user should know before the run starts; "": nothing
-    Report (*report)(const io::ArchiveReader& archive, const io::Scene& scene);
+    Report (*report)(const files::ArchiveReader& archive, const io::Scene& scene);
 };
 const Kind& kind_of(const io::Scene& scene);
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/run/simulation.hpp"
 
 namespace drover::run {
@@ -23,7 +23,7 @@ struct LoopOutcome {
 /// Runs a simulation that stands at step `first` to its end.  Into an archive without rows the first ones and a checkpoint are
 /// written, so that there is always one to restart from.  At the end or on a signal: rows committed, checkpoint written.
 /// Throws run Errors (blow-up, full disk); what was committed stays.
-LoopOutcome run_loop(Simulation& simulation, std::int64_t first, io::Archive& archive, const LoopFiles& files,
+LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive& archive, const LoopFiles& files,
                      bool quiet);
 
 }  // namespace drover::run

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "drover/calibrate/onset.hpp"
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 
 namespace drover::run {
 
@@ -15,6 +15,6 @@ std::string onset_text(const calibrate::Onset& onset, const calibrate::Table& ta
 std::string crossing_text(const calibrate::Crossing& crossing);
 
 /// Groups /curves (by rod_fraction, bead_fraction) and /line (by rod_fraction).
-std::vector<io::ResultTable> onset_tables(const calibrate::Onset& onset);
+std::vector<files::ResultTable> onset_tables(const calibrate::Onset& onset);
 
 }  // namespace drover::run

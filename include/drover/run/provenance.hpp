@@ -2,12 +2,12 @@
 #pragma once
 #include <vector>
 
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/io/scene.hpp"
 
 namespace drover::run {
 
 /// Version, commit, resolved scene, seed, library versions, threads, host and start time; `what`: "run", "stability", ...
-std::vector<io::Attribute> provenance(const io::Scene& scene, int threads, const std::string& what = "run");
+std::vector<files::Attribute> provenance(const io::Scene& scene, int threads, const std::string& what = "run");
 
 }  // namespace drover::run

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/measure/summary.hpp"
 
@@ -18,8 +18,8 @@ struct Prediction {
 
 struct Report {
     io::Scene scene;
-    std::vector<io::Axis> axes;  ///< of the results
-    measure::Setting setting;    ///< of a run of fields
+    std::vector<files::Axis> axes;  ///< of the results
+    measure::Setting setting;       ///< of a run of fields
     measure::Summary summary;
     std::vector<Prediction> predictions;
     std::string no_prediction;  ///< why there is none: "" when there is
@@ -29,8 +29,8 @@ struct Report {
 };
 
 /// Reads the observables of an archive.  Throws an input Error if it is not an archive of a run.
-Report make_report(const io::ArchiveReader& archive);
-Report make_field_report(const io::ArchiveReader& archive, const io::Scene& scene);
+Report make_report(const files::ArchiveReader& archive);
+Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene);
 
 /// The samples of an archive that stand on the schedule of its scene.
 struct Sampling {
@@ -39,14 +39,14 @@ struct Sampling {
     std::size_t samples = 0;
     std::optional<std::size_t> warm_up;  ///< samples, where the scene says
 };
-Sampling sampling_of(const io::ArchiveReader& archive, const io::Scene& scene, const std::string& group);
+Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group);
 
 /// The prediction of a name; nullptr when there is none.
 const Prediction* find_prediction(const Report& report, const std::string& name);
 
 /// As the group /summary of an archive: for each result its mean and, as <name>_error, <name>_autocorrelation_time and
 /// <name>_linear, what belongs to it; not-a-number where an error was refused.
-io::ResultTable result_table(const Report& report);
+files::ResultTable result_table(const Report& report);
 
 /// For people: scalars, structure factors and number fluctuations, each beside its prediction.
 std::string report_text(const Report& report);

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 
 namespace drover::run {
 
 /// A recording and when it gets its rows.
 struct ScheduledRecording {
-    io::Recording recording;
+    files::Recording recording;
     std::int64_t every = 0;  ///< steps between rows; 0: the first and the last step alone
     /// The arrays of one row, in the order of the recording's quantities; valid until the next call.
     std::function<std::vector<std::span<const double>>()> observe;

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/archive.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/physics/fluctuations.hpp"
 #include "drover/physics/long_waves.hpp"
@@ -43,6 +43,6 @@ std::string stability_text(const StabilityReport& report);
 
 /// One group for each state, named after it ("along_the_field"): branches over angle and wavenumber (growth_rate, frequency, shapes), slow
 /// modes by angle, structure factors (not-a-number where a mode grows) and the dynamic structure factors at stability.sound.
-std::vector<io::ResultTable> stability_tables(const StabilityReport& report, Threads& threads);
+std::vector<files::ResultTable> stability_tables(const StabilityReport& report, Threads& threads);
 
 }  // namespace drover::run

@@ -1,0 +1,48 @@
+// files/archive_reader.hpp: reads archives without trusting what a file says of itself.
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drover/files/archive_layout.hpp"
+
+namespace drover::files {
+
+/// An array as read.
+struct Array {
+    std::vector<std::size_t> shape;
+    std::vector<double> values;
+};
+
+/// Decided by the first eight bytes, not by the name; false if the file does not exist.
+bool is_hdf5(const std::filesystem::path& file);
+
+/// Treats every file as untrusted: rejects external links, external storage, virtual datasets and plugin filters;
+/// checks shapes, types and sizes before it allocates memory.  Every failure is an input Error that names file and
+/// dataset. HDF5 is not thread-safe: use the archives and readers of a process from one thread at a time.
+class ArchiveReader {
+public:
+    explicit ArchiveReader(const std::filesystem::path& file);
+    ArchiveReader(ArchiveReader&&) noexcept;
+    ~ArchiveReader();
+
+    /// All root attributes that are one number or a fixed-length string, by name.
+    std::vector<Attribute> attributes() const;
+    std::string text_attribute(const std::string& name) const;  ///< throws if absent or not a string
+
+    /// A string attribute of a dataset: "units", "long_name".  Throws if absent or not a string.
+    std::string text_attribute(const std::string& dataset, const std::string& name) const;
+
+    bool has(const std::string& dataset) const;  ///< "/observables/time"
+    std::vector<std::size_t> shape(const std::string& dataset) const;
+    Array read(const std::string& dataset) const;
+    /// Row `row` of the first axis.
+    Array read_row(const std::string& dataset, std::size_t row) const;
+
+private:
+    struct File;
+    std::unique_ptr<File> file_;
+};
+
+}  // namespace drover::files

@@ -1,0 +1,32 @@
+// files/checkpoint.hpp: the state of a run, from which it resumes to bitwise identical results.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace drover::files {
+
+struct Checkpoint {
+    std::string scene;                ///< resolved scene text
+    std::int64_t step = 0;            ///< completed steps
+    double time = 0.0;                ///< [s]
+    std::vector<std::uint64_t> rows;  ///< rows of each recording of the archive at this step
+    std::vector<double> state;        ///< the stepper's state, in the model's layout
+};
+
+/// The two files of a run: "flock.h5" has flock.h5.checkpoint-a and flock.h5.checkpoint-b.
+std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path& archive);
+
+/// Writes a temporary file, syncs it, renames it over the older of the two and syncs the folder; never touches the
+/// newer one.  Throws a run Error with the bytes needed and free when the disk is full.
+void write_checkpoint(const std::filesystem::path& archive, const Checkpoint& checkpoint);
+
+/// The latest valid checkpoint.  Logs a warning that names a damaged one (checksum, length, version).  Throws an input
+/// Error, with the names looked for, when there is none.
+Checkpoint read_newest_checkpoint(const std::filesystem::path& archive);
+
+/// Removes both and their temporary files, if they exist.
+void remove_checkpoints(const std::filesystem::path& archive);
+
+}  // namespace drover::files

@@ -1,0 +1,33 @@
+// files/new_file.hpp: files that appear under their name only when they are complete and durable.
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace drover::files {
+
+/// A file written in parts to a temporary name and renamed by finish(); removed if finish() is not reached.
+class NewFile {
+public:
+    /// Throws an input Error when the file cannot be created.
+    explicit NewFile(const std::filesystem::path& file);
+    NewFile(NewFile&&) noexcept;
+    ~NewFile();
+
+    /// Both throw a run Error, with the bytes needed and free, when the disk is full.
+    void write(const std::string& part);
+    void finish();
+
+private:
+    struct File;
+    std::unique_ptr<File> file_;
+};
+
+/// Writes a file beside the old one and renames it over that.  Throws a run Error, leaving the old one, when the disk
+/// is full.
+void replace_file(const std::filesystem::path& file, const std::string& content);
+
+/// Renames a complete archive over `file`, durably.  Throws a run Error, leaving the old file, when that fails.
+void replace_archive(const std::filesystem::path& complete, const std::filesystem::path& file);
+
+}  // namespace drover::files

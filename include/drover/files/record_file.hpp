@@ -1,0 +1,50 @@
+// files/record_file.hpp: a durable file of trials that grows by complete records of bytes; and the folder of such
+// files.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace drover::files {
+
+/// One file of trials, locked for writing while this object lives.  A record is on the disk, with its checksum, when
+/// append() returns; a record torn by a kill is cut off when the file is next opened.
+class RecordFile {
+public:
+    /// Opens or creates a file.  `identity`: a hash of everything its records depend on.  Waits up to two seconds for
+    /// another writer, which may be exiting.  Throws an input Error if that writer stays, if the file is not a file of
+    /// trials, or if its identity differs.
+    RecordFile(const std::filesystem::path& file, std::uint64_t identity);
+    RecordFile(RecordFile&&) noexcept;
+    ~RecordFile();
+
+    /// The records found at opening, in the order in which they were appended.
+    const std::vector<std::string>& records() const;
+    /// Bytes of an incomplete record that were cut off the end at opening.
+    std::uint64_t cut() const;
+
+    /// Throws a run Error, with the bytes needed and free, when the disk is full; earlier records stay valid.
+    void append(const std::string& record);
+
+private:
+    struct File;
+    std::unique_ptr<File> file_;
+};
+
+/// The records that a file holds now, without locking it: another process may be writing.  None if there is no file.
+/// Throws as RecordFile does.
+std::vector<std::string> read_records(const std::filesystem::path& file, std::uint64_t identity);
+
+/// Creates or reuses a folder of files that depend on the same text, `content`, which is kept in the folder as `name`
+/// below a first line that names the drover that made it.  Returns that first line: `factory` for a new folder.  Throws
+/// an input Error when the folder is not empty and holds no such file or another content; it names the first
+/// difference.
+std::string claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
+                         const std::string& content);
+
+/// 64-bit hash of a text.
+std::uint64_t fingerprint(const std::string& content);
+
+}  // namespace drover::files

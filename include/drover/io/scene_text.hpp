@@ -1,0 +1,18 @@
+// io/scene_text.hpp: reads scenes (input files) from TOML text.
+#pragma once
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "drover/io/scene.hpp"
+
+namespace drover::io {
+
+/// Reads a scene file, applies "section.key=value" of each override, fills in the calibrated table and checks the
+/// result. Throws an input Error with file:line:column and a suggested fix.
+Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {});
+
+/// The same from a text; messages call it `name`.
+Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides = {});
+
+}  // namespace drover::io

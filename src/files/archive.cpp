@@ -1,0 +1,364 @@
+// files/archive.cpp: writes archives.
+#include "drover/files/archive.hpp"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <set>
+
+#include "drover/files/archive_reader.hpp"
+#include "files/archive_netcdf.hpp"
+#include "files/hdf5_file.hpp"
+
+namespace drover::files {
+namespace {
+
+constexpr const char* conventions = "CF-1.8";
+
+struct OpenRecording {
+    GroupPlan plan;
+    GroupDatasets datasets;
+    std::size_t rows = 0;
+};
+
+std::filesystem::path temporary_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
+
+}  // namespace
+
+struct Archive::File {
+    File(Hdf5File opened, const std::filesystem::path& name)
+        : errors{name.string(), Fault::run}, hdf5(std::move(opened)) {}
+    ~File() {
+        const QuietErrors quiet;  // closing flushes uncommitted rows, which are discarded
+        recordings.clear();
+    }
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+
+    Hdf5Errors errors;
+    Hdf5File hdf5;
+    std::vector<OpenRecording> recordings;  // their datasets are closed before the file
+};
+
+namespace {
+
+void check_all(const std::vector<Recording>& recordings, const std::vector<Attribute>& attributes,
+               const std::string& file) {
+    std::set<std::string> groups, names{"Conventions"};
+    for (const Recording& recording : recordings) {
+        require(recording.rows_per_chunk >= 1, {file}, "group {} has {} rows in a chunk; expected at least 1",
+                recording.group, recording.rows_per_chunk);
+        require(groups.insert(recording.group).second, {file},
+                "two recordings have the group {}; expected one for each", recording.group);
+        check(plan_of(recording), file);
+    }
+    for (const Recording& recording : recordings)
+        for (const Quantity& quantity : recording.quantities)
+            require(recording.group != "/" || !groups.contains("/" + quantity.name), {file},
+                    "/{} is a group and a dataset; expected another name for one of them", quantity.name);
+    for (const Attribute& attribute : attributes)
+        require(!attribute.first.empty() && names.insert(attribute.first).second, {file},
+                "the attribute \"{}\" is set twice; expected each name once", attribute.first);
+}
+
+void write_root_attributes(hid_t file, const std::vector<Attribute>& attributes, const Hdf5Errors& errors) {
+    const Handle root = errors.own(H5Gopen2(file, "/", H5P_DEFAULT), H5Gclose, "opening the root group");
+    write_attribute(root, {"Conventions", std::string(conventions)}, errors);
+    for (const Attribute& attribute : attributes) write_attribute(root, attribute, errors);
+}
+
+void remove_root_attributes(hid_t file, const Hdf5Errors& errors) {
+    H5O_info_t about;
+    errors.check(H5Oget_info2(file, &about, H5O_INFO_NUM_ATTRS), "counting attributes");
+    for (hsize_t i = 0; i < about.num_attrs; ++i)
+        errors.check(H5Adelete_by_idx(file, "/", H5_INDEX_NAME, H5_ITER_INC, 0, H5P_DEFAULT), "removing an attribute");
+}
+
+/// Groups in the root that belong to no recording: results of the earlier run, invalid once rows are cut.
+std::vector<std::string> result_groups(hid_t file, const std::vector<OpenRecording>& recordings,
+                                       const Hdf5Errors& errors) {
+    std::vector<std::string> found;
+    H5G_info_t about;
+    errors.check(H5Gget_info(file, &about), "listing the root group");
+    for (hsize_t i = 0; i < about.nlinks; ++i) {
+        const auto name_into = [&](char* to, std::size_t size) {
+            return static_cast<std::size_t>(
+                errors.check(H5Lget_name_by_idx(file, "/", H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT),
+                             "listing the root group"));
+        };
+        std::string name(name_into(nullptr, 0), '\0');
+        name_into(name.data(), name.size() + 1);
+        H5O_info_t object;
+        errors.check(H5Oget_info_by_name2(file, name.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
+                     "inspecting " + name);
+        const bool is_recording =
+            std::any_of(recordings.begin(), recordings.end(), [&](const OpenRecording& recording) {
+                return (recording.plan.group + "/").starts_with("/" + name + "/");
+            });
+        if (object.type == H5O_TYPE_GROUP && !is_recording && name != "h5md") found.push_back(name);
+    }
+    return found;
+}
+
+/// Sets the number of rows of every dataset of a recording; new rows hold zeros.
+void set_rows(const OpenRecording& recording, std::size_t rows, const Hdf5Errors& errors) {
+    const auto set = [&](hid_t dataset, const std::vector<std::size_t>& shape) {
+        std::vector<hsize_t> extent{rows};
+        extent.insert(extent.end(), shape.begin(), shape.end());
+        errors.check(H5Dset_extent(dataset, extent.data()), text("setting {} rows in {}", rows, recording.plan.group));
+    };
+    set(recording.datasets.time, {});
+    if (recording.plan.trajectory) set(recording.datasets.step, {});
+    for (std::size_t i = 0; i < recording.plan.quantities.size(); ++i)
+        set(recording.datasets.quantities[i], shape_of(recording.plan, recording.plan.quantities[i]));
+}
+
+void write_row(hid_t dataset, std::size_t row, const std::vector<std::size_t>& shape, std::span<const double> values,
+               const Hdf5Errors& errors) {
+    constexpr const char* doing = "appending a row";
+    std::vector<hsize_t> start(shape.size() + 1, 0), count{1};
+    start[0] = row;
+    count.insert(count.end(), shape.begin(), shape.end());
+    const Handle space = errors.own(H5Dget_space(dataset), H5Sclose, doing);
+    errors.check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr), doing);
+    const hsize_t size = values.size();
+    const Handle memory = errors.own(H5Screate_simple(1, &size, nullptr), H5Sclose, doing);
+    errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()), doing);
+}
+
+[[noreturn]] void fail_locked(const std::filesystem::path& file) {
+    fail_input({file.string()},
+               "another process is writing this file; wait for it, or choose another file for this run");
+}
+
+/// The input Error for a file that cannot be created or opened.
+Error opening_failure(const std::filesystem::path& file, const std::system_error& cause) {
+    return Error(Fault::input, {file.string()},
+                 text("cannot be written: {}; expected a file in a writable folder", std::string(cause.what())));
+}
+
+/// Locks the file that is about to be replaced, if there is one.
+Descriptor lock_old(const std::filesystem::path& file, bool overwrite) {
+    if (!std::filesystem::exists(std::filesystem::symlink_status(file))) return {};
+    require(std::filesystem::is_regular_file(file), {file.string()},
+            "is not a file; expected the name of a file to create");
+    require(overwrite, {file.string()}, "exists already; choose another name, or give --overwrite");
+    Descriptor old = open_file(file, O_RDWR);
+    if (!lock_for_writing(old)) fail_locked(file);
+    return old;
+}
+
+/// Creates the file under its temporary name, locked and empty.
+Descriptor lock_new(const std::filesystem::path& file, bool overwrite) {
+    const std::filesystem::path partial = temporary_name(file);
+    Descriptor created = open_file(partial, O_RDWR | O_CREAT);
+    if (!lock_for_writing(created) || !is_at(created, partial)) fail_locked(file);
+    if (!overwrite && std::filesystem::exists(file)) {
+        remove_if_exists(partial);
+        fail_locked(file);  // another process has just created it
+    }
+    truncate_to(created, 0);
+    return created;
+}
+
+/// Removes the temporary file unless is_needed was reset.
+struct Cleanup {
+    std::filesystem::path file;
+    bool is_needed = true;
+    ~Cleanup() {
+        std::error_code ignored;
+        if (is_needed) std::filesystem::remove(file, ignored);
+    }
+};
+
+std::string shape_text(const std::vector<std::size_t>& shape) {
+    std::vector<std::string> sizes;
+    for (const std::size_t size : shape) sizes.push_back(std::to_string(size));
+    return "(" + joined(sizes) + ")";
+}
+
+/// Throws an input Error unless the dataset has these sizes, apart from rows, and at least `rows` rows.
+void check_recorded(const ArchiveReader& reader, const std::string& file, const std::string& dataset,
+                    std::vector<std::size_t> expected, std::size_t rows) {
+    require(reader.has(dataset), {file}, "has no {}; expected an archive of the same scene", dataset);
+    const std::vector<std::size_t> found = reader.shape(dataset);
+    expected.insert(expected.begin(), found.empty() ? rows : found[0]);
+    require(found == expected, {file}, "{} has the shape {}; expected {}: the archive of another scene", dataset,
+            shape_text(found), shape_text(expected));
+    require(found[0] >= rows, {file}, "{} has {} rows; expected at least the {} of the checkpoint", dataset, found[0],
+            rows);
+    if (rows > 0) reader.read_row(dataset, rows - 1);  // HDF5 will cut its chunk, which must be intact
+}
+
+void check_same_values(const ArchiveReader& reader, const std::string& file, const std::string& path,
+                       const std::vector<double>& expected, const char* what) {
+    require(reader.has(path), {file}, "has no {}; expected an archive of the same scene", path);
+    require(reader.read(path).values == expected, {file},
+            "{} has other {} than this scene; expected an archive of the same scene", path, what);
+}
+
+void check_same(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+                std::span<const std::size_t> rows) {
+    const ArchiveReader reader(file);
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+        const GroupPlan plan = plan_of(recordings[r]);
+        check_recorded(reader, file.string(), time_path(plan), {}, rows[r]);
+        if (plan.trajectory) {
+            for (const FixedArray& array : plan.trajectory->fixed)
+                check_same_values(reader, file.string(), path_in(plan.group, array.name), array.values, "numbers");
+        } else {
+            for (const Axis& axis : plan.axes)
+                check_same_values(reader, file.string(), path_in(plan.group, axis.name), axis.values, "coordinates");
+        }
+        for (const Quantity& quantity : plan.quantities)
+            check_recorded(reader, file.string(), value_path(plan, quantity), shape_of(plan, quantity), rows[r]);
+    }
+}
+
+void check_types_and_units(const OpenRecording& recording, const Hdf5Errors& errors) {
+    for (std::size_t i = 0; i < recording.plan.quantities.size(); ++i) {
+        const Quantity& quantity = recording.plan.quantities[i];
+        const hid_t dataset = recording.datasets.quantities[i];
+        const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, "reading the type of " + quantity.name);
+        require(H5Tequal(type, quantity.is_integer ? H5T_STD_I64LE : H5T_IEEE_F64LE) > 0, {errors.file},
+                "{} does not hold {} numbers; expected an archive that drover wrote",
+                value_path(recording.plan, quantity), quantity.is_integer ? "int64" : "float64");
+        const std::string found = read_text_attribute(dataset, "units", errors);
+        require(found == quantity.unit, {errors.file}, "{} has the unit {}; expected {}: the archive of another scene",
+                value_path(recording.plan, quantity), found, quantity.unit);
+    }
+}
+
+}  // namespace
+
+Archive::Archive(std::unique_ptr<File> file) : file_(std::move(file)) {}
+Archive::Archive(Archive&&) noexcept = default;
+Archive& Archive::operator=(Archive&&) noexcept = default;
+Archive::~Archive() = default;
+
+Archive Archive::create(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+                        const std::vector<Attribute>& attributes, bool overwrite) try {
+    const QuietErrors quiet;
+    check_all(recordings, attributes, file.string());
+    const Descriptor old = lock_old(file, overwrite);
+    Descriptor created = lock_new(file, overwrite);
+    Cleanup cleanup{temporary_name(file)};
+    const Hdf5Errors errors{file.string(), Fault::run};
+    auto archive = std::make_unique<File>(Hdf5File::create(std::move(created), temporary_name(file), file.string(),
+                                                           file_creation(errors)),
+                                          file);
+    write_root_attributes(archive->hdf5.id(), attributes, errors);
+    for (const Recording& recording : recordings) {
+        const GroupPlan plan = plan_of(recording);
+        archive->recordings.push_back({plan, make_group(archive->hdf5.id(), plan, errors), 0});
+    }
+    archive->hdf5.commit();
+    // The journal of the replaced file must not be applied to the new one.
+    if (old.is_open()) recover_file(old, file);
+    else discard_journal(file);
+    sync_folder_of(file);
+    rename_over(temporary_name(file), file);
+    cleanup.is_needed = false;
+    archive->hdf5.rename(file);
+    sync_folder_of(file);
+    return Archive(std::move(archive));
+} catch (const std::system_error& cause) {
+    throw opening_failure(file, cause);
+}
+
+Archive Archive::resume(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+                        const std::vector<Attribute>& attributes, std::span<const std::size_t> rows) try {
+    const QuietErrors quiet;
+    check_all(recordings, attributes, file.string());
+    require(rows.size() == recordings.size(), {file.string()}, "{} row counts for {} recordings; expected one each",
+            rows.size(), recordings.size());
+    if (!std::filesystem::is_regular_file(file)) ArchiveReader{file};  // which reports what is wrong with it
+    Descriptor open = open_file(file, O_RDWR);
+    if (!lock_for_writing(open)) fail_locked(file);
+    recover_file(open, file);
+    check_same(file, recordings, rows);
+
+    auto archive = std::make_unique<File>(Hdf5File::open_for_writing(std::move(open), file), file);
+    const Hdf5Errors errors{file.string(), Fault::input};
+    const hid_t hdf5 = archive->hdf5.id();
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+        const GroupPlan plan = plan_of(recordings[r]);
+        archive->recordings.push_back({plan, open_group(hdf5, plan, errors), rows[r]});
+        check_types_and_units(archive->recordings.back(), errors);
+        set_rows(archive->recordings.back(), rows[r], errors);
+    }
+    for (const std::string& group : result_groups(hdf5, archive->recordings, errors))
+        errors.check(H5Ldelete(hdf5, group.c_str(), H5P_DEFAULT), "removing " + group);
+    remove_root_attributes(hdf5, errors);
+    write_root_attributes(hdf5, attributes, errors);
+    return Archive(std::move(archive));
+} catch (const std::system_error& cause) {
+    throw opening_failure(file, cause);
+}
+
+std::vector<std::size_t> Archive::rows() const {
+    std::vector<std::size_t> result;
+    for (const OpenRecording& recording : file_->recordings) result.push_back(recording.rows);
+    return result;
+}
+
+void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays,
+                     std::int64_t step) {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    require(recording < file_->recordings.size(), {errors.file},
+            "no recording has the number {}; expected less than {}", recording, file_->recordings.size());
+    OpenRecording& into = file_->recordings[recording];
+    const GroupPlan& plan = into.plan;
+    require(arrays.size() == plan.quantities.size(), {errors.file}, "a row of {} has {} arrays; expected {}",
+            plan.group, arrays.size(), plan.quantities.size());
+    for (std::size_t i = 0; i < arrays.size(); ++i)
+        require(arrays[i].size() == count_of(plan, plan.quantities[i]), {errors.file},
+                "a row of {} has {} numbers; expected {}", path_in(plan.group, plan.quantities[i].name),
+                arrays[i].size(), count_of(plan, plan.quantities[i]));
+    set_rows(into, into.rows + 1, errors);
+    write_row(into.datasets.time, into.rows, {}, {&time, 1}, errors);
+    const auto steps = static_cast<double>(step);  // exact: far below 2^53
+    if (plan.trajectory) write_row(into.datasets.step, into.rows, {}, {&steps, 1}, errors);
+    for (std::size_t i = 0; i < arrays.size(); ++i)
+        write_row(into.datasets.quantities[i], into.rows, shape_of(plan, plan.quantities[i]), arrays[i], errors);
+    ++into.rows;
+}
+
+void Archive::replace(const ResultTable& table) {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    const GroupPlan plan = plan_of(table);
+    check(plan, errors.file);
+    require(table.values.size() == table.quantities.size(), {errors.file}, "{} has {} arrays; expected {}", table.group,
+            table.values.size(), table.quantities.size());
+    for (std::size_t i = 0; i < table.values.size(); ++i)
+        require(table.values[i].size() == count_of(plan, plan.quantities[i]), {errors.file},
+                "{} has {} numbers; expected {}", path_in(table.group, plan.quantities[i].name), table.values[i].size(),
+                count_of(plan, plan.quantities[i]));
+    for (const OpenRecording& recording : file_->recordings)
+        require(table.group != "/" && !(recording.plan.group + "/").starts_with(table.group + "/"), {errors.file},
+                "{} cannot be a table of results: it belongs to a recording; expected another group", table.group);
+    if (errors.check(H5Lexists(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "looking up " + table.group) > 0)
+        errors.check(H5Ldelete(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "removing " + table.group);
+    const GroupDatasets created = make_group(file_->hdf5.id(), plan, errors);
+    for (std::size_t i = 0; i < table.values.size(); ++i)
+        errors.check(H5Dwrite(created.quantities[i], H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                              table.values[i].data()),
+                     "writing results");
+}
+
+void Archive::commit() {
+    const QuietErrors quiet;
+    file_->hdf5.commit();
+}
+
+std::string archive_library() {
+    unsigned major = 0, minor = 0, release = 0;
+    H5get_libversion(&major, &minor, &release);
+    return text("HDF5 {}.{}.{}", major, minor, release);
+}
+
+}  // namespace drover::files

@@ -1,0 +1,351 @@
+// files/archive_netcdf.cpp: dimension scales, CF attributes, chunks and filters.
+#include "files/archive_netcdf.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+namespace drover::files {
+namespace {
+
+constexpr unsigned deflate_level = 1;  // higher levels gain almost nothing on shuffled noise and take twice the time
+constexpr std::size_t time_rows_per_chunk = 256;
+constexpr std::size_t max_chunk_bytes = std::numeric_limits<std::uint32_t>::max();  // HDF5 counts them in 32 bits
+constexpr unsigned in_order = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
+
+Handle text_type(std::size_t size, H5T_str_t padding, H5T_cset_t letters, const Hdf5Errors& errors) {
+    Handle type = errors.own(H5Tcopy(H5T_C_S1), H5Tclose, "creating a string type");
+    errors.check(H5Tset_size(type, std::max<std::size_t>(size, 1)), "sizing a string type");
+    errors.check(H5Tset_strpad(type, padding), "padding a string type");
+    errors.check(H5Tset_cset(type, letters), "choosing the character set of a string type");
+    return type;
+}
+
+void write_raw(hid_t object, const char* name, hid_t type, hid_t space, const void* value, const Hdf5Errors& errors) {
+    const std::string doing = text("writing attribute {}", name);
+    const Handle attribute =
+        errors.own(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, doing);
+    errors.check(H5Awrite(attribute, type, value), doing);
+}
+
+void write_text(hid_t object, const char* name, const std::string& value, H5T_str_t padding, const Hdf5Errors& errors) {
+    const bool is_ascii =
+        std::all_of(value.begin(), value.end(), [](char c) { return static_cast<unsigned char>(c) < 128; });
+    const std::size_t size = value.size() + (padding == H5T_STR_NULLTERM ? 1 : 0);
+    const Handle type = text_type(size, padding, is_ascii ? H5T_CSET_ASCII : H5T_CSET_UTF8, errors);
+    const Handle space = errors.own(H5Screate(H5S_SCALAR), H5Sclose, "creating a dataspace");
+    write_raw(object, name, type, space, value.c_str(), errors);
+}
+
+/// The two attributes that mark a scale; the HDF5 dimension scale specification (3.1) requires null-terminated strings.
+void mark_as_scale(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    write_text(dataset, "CLASS", "DIMENSION_SCALE", H5T_STR_NULLTERM, errors);
+    write_text(dataset, "NAME", name, H5T_STR_NULLTERM, errors);
+}
+
+/// An entry of REFERENCE_LIST: the dataset that uses a scale, and for which of its axes.
+struct ScaleUse {
+    hobj_ref_t dataset = 0;
+    int axis = 0;
+    int padding = 0;  // H5DS leaves it uninitialised; a zero makes the file reproducible
+};
+
+hobj_ref_t reference_to(hid_t group, const std::string& name, const Hdf5Errors& errors) {
+    hobj_ref_t reference{};
+    errors.check(H5Rcreate(&reference, group, name.c_str(), H5R_OBJECT, -1), text("referencing {}", name));
+    return reference;
+}
+
+void write_uses(hid_t scale, const std::vector<ScaleUse>& uses, const Hdf5Errors& errors) {
+    if (uses.empty()) return;
+    const Handle type = errors.own(H5Tcreate(H5T_COMPOUND, sizeof(ScaleUse)), H5Tclose, "creating a type");
+    errors.check(H5Tinsert(type, "dataset", HOFFSET(ScaleUse, dataset), H5T_STD_REF_OBJ), "creating a type");
+    errors.check(H5Tinsert(type, "dimension", HOFFSET(ScaleUse, axis), H5T_NATIVE_INT), "creating a type");
+    const hsize_t count = uses.size();
+    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "creating a dataspace");
+    write_raw(scale, "REFERENCE_LIST", type, space, uses.data(), errors);
+}
+
+void write_axes_of(hid_t dataset, std::vector<hobj_ref_t> scales, const Hdf5Errors& errors) {
+    if (scales.empty()) return;
+    std::vector<hvl_t> lists;
+    for (hobj_ref_t& scale : scales) lists.push_back({1, &scale});
+    const Handle type = errors.own(H5Tvlen_create(H5T_STD_REF_OBJ), H5Tclose, "creating a type");
+    const hsize_t count = lists.size();
+    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "creating a dataspace");
+    write_raw(dataset, "DIMENSION_LIST", type, space, lists.data(), errors);
+}
+
+/// Links the quantities of a group to its scales, in both directions.
+void attach_scales(hid_t group, const GroupPlan& plan, const Hdf5Errors& errors) {
+    std::vector<std::string> names;
+    if (plan.rows_per_chunk > 0) names.emplace_back("time");
+    for (const Axis& axis : plan.axes) names.push_back(axis.name);
+    std::vector<std::vector<ScaleUse>> uses(names.size());
+    for (const Quantity& quantity : plan.quantities) {
+        std::vector<std::string> axes = quantity.axes;
+        if (plan.rows_per_chunk > 0) axes.insert(axes.begin(), "time");
+        std::vector<hobj_ref_t> scales;
+        for (std::size_t i = 0; i < axes.size(); ++i) {
+            const auto scale = std::find(names.begin(), names.end(), axes[i]) - names.begin();
+            uses[static_cast<std::size_t>(scale)].push_back(
+                {.dataset = reference_to(group, quantity.name, errors), .axis = static_cast<int>(i)});
+            scales.push_back(reference_to(group, axes[i], errors));
+        }
+        const Handle dataset = errors.own(H5Dopen2(group, quantity.name.c_str(), H5P_DEFAULT), H5Dclose,
+                                          text("opening {}", quantity.name));
+        write_axes_of(dataset, scales, errors);
+    }
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const Handle scale =
+            errors.own(H5Dopen2(group, names[i].c_str(), H5P_DEFAULT), H5Dclose, text("opening {}", names[i]));
+        write_uses(scale, uses[i], errors);
+    }
+}
+
+/// A cache of one chunk, so that each chunk is compressed once per commit instead of once per row.
+Handle dataset_access(std::size_t chunk_bytes, const Hdf5Errors& errors) {
+    constexpr std::size_t least = 1 << 16, slots = 5;
+    Handle access = errors.own(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose, "creating a dataset access list");
+    errors.check(H5Pset_chunk_cache(access, slots, std::max(least, chunk_bytes), 1.0), "sizing a chunk cache");
+    return access;
+}
+
+std::size_t bytes_of(const std::vector<hsize_t>& chunk) {
+    std::size_t bytes = sizeof(double);
+    for (const hsize_t size : chunk) bytes *= static_cast<std::size_t>(size);
+    return bytes;
+}
+
+void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
+    const Handle dataset = make_dataset(group, axis.name, extent_of({axis.values.size()}, 0), false, errors);
+    errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.values.data()),
+                 text("writing axis {}", axis.name));
+    write_description(dataset, axis.unit, axis.meaning, errors);
+    if (axis.name == "x") write_text(dataset, "axis", "X", H5T_STR_NULLPAD, errors);
+    if (axis.name == "y") write_text(dataset, "axis", "Y", H5T_STR_NULLPAD, errors);
+    mark_as_scale(dataset, axis.name, errors);
+}
+
+/// The unit is "s": xarray converts "seconds since ..." and "seconds" to dates and durations.
+Handle make_time(hid_t group, int rows_per_chunk, const Hdf5Errors& errors) {
+    const std::size_t rows = std::max(time_rows_per_chunk, static_cast<std::size_t>(rows_per_chunk));
+    Handle dataset = make_dataset(group, "time", extent_of({}, rows), false, errors);
+    write_description(dataset, "s", "time since the start of the run", errors);
+    write_text(dataset, "axis", "T", H5T_STR_NULLPAD, errors);
+    mark_as_scale(dataset, "time", errors);
+    return dataset;
+}
+
+}  // namespace
+
+void write_description(hid_t dataset, const std::string& unit, const std::string& meaning, const Hdf5Errors& errors) {
+    write_text(dataset, "units", unit, H5T_STR_NULLPAD, errors);
+    write_text(dataset, "long_name", meaning, H5T_STR_NULLPAD, errors);
+}
+
+Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk) {
+    Extent extent;
+    if (rows_per_chunk > 0) extent = {{0}, {H5S_UNLIMITED}, {rows_per_chunk}};
+    for (const std::size_t size : shape)
+        for (std::vector<hsize_t>* sizes : {&extent.now, &extent.max, &extent.chunk}) sizes->push_back(size);
+    return extent;
+}
+
+Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool is_integer,
+                    const Hdf5Errors& errors) {
+    const std::string doing = text("creating dataset {}", name);
+    const Handle creation = errors.own(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, doing);
+    errors.check(H5Pset_obj_track_times(creation, false), doing);
+    errors.check(H5Pset_attr_creation_order(creation, in_order), doing);
+    const int rank = static_cast<int>(extent.now.size());
+    if (rank > 0) {
+        errors.check(H5Pset_chunk(creation, rank, extent.chunk.data()), doing);
+        errors.check(H5Pset_shuffle(creation), doing);
+        errors.check(H5Pset_deflate(creation, deflate_level), doing);
+        errors.check(H5Pset_fletcher32(creation), doing);
+    }
+    const hid_t created =
+        rank > 0 ? H5Screate_simple(rank, extent.now.data(), extent.max.data()) : H5Screate(H5S_SCALAR);
+    const Handle space = errors.own(created, H5Sclose, doing);
+    const Handle access = dataset_access(bytes_of(extent.chunk), errors);
+    return errors.own(H5Dcreate2(group, name.c_str(), is_integer ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT,
+                                 creation, access),
+                      H5Dclose, doing);
+}
+
+Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf5Errors& errors) {
+    const std::string doing = text("{} group {}", is_new ? "creating" : "opening", group);
+    const bool is_there = group == "/" || H5Lexists(file, group.c_str(), H5P_DEFAULT) > 0;
+    if (!is_new || is_there) return errors.own(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, doing);
+    const Handle creation = errors.own(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, doing);
+    errors.check(H5Pset_link_creation_order(creation, in_order), doing);
+    errors.check(H5Pset_attr_creation_order(creation, in_order), doing);
+    errors.check(H5Pset_obj_track_times(creation, false), doing);
+    return errors.own(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose, doing);
+}
+
+GroupPlan plan_of(const Recording& recording) {
+    return {recording.group, recording.axes, recording.quantities, recording.rows_per_chunk, recording.trajectory};
+}
+
+GroupPlan plan_of(const ResultTable& table) { return {table.group, table.axes, table.quantities, 0, {}}; }
+
+std::string path_in(const std::string& group, const std::string& name) {
+    return group == "/" ? "/" + name : group + "/" + name;
+}
+
+std::string time_path(const GroupPlan& plan) {
+    return plan.trajectory ? path_in(plan.group, plan.quantities.front().name + "/time") : path_in(plan.group, "time");
+}
+
+std::string value_path(const GroupPlan& plan, const Quantity& quantity) {
+    return path_in(plan.group, plan.trajectory ? quantity.name + "/value" : quantity.name);
+}
+
+namespace {
+/// Throws an input Error unless the words between the slashes of a group are plain, and few enough.
+void check_group_name(const std::string& group, std::size_t max_words, const SourceLocation& where) {
+    const auto slashes = static_cast<std::size_t>(std::count(group.begin(), group.end(), '/'));
+    require(group == "/" || (group.size() > 1 && group[0] == '/' && group.back() != '/' && slashes <= max_words &&
+                             group.find("//") == std::string::npos),
+            where, "group \"{}\" is not a name like \"/observables\"; expected {} in front", group,
+            max_words == 1 ? "one slash," : "words with a slash");
+}
+}  // namespace
+
+void check(const GroupPlan& plan, const std::string& file) {
+    const SourceLocation where{file};
+    check_group_name(plan.group, plan.trajectory ? 2 : 1, where);
+    std::set<std::string> names{"time"};
+    const auto add_name = [&](const std::string& name) {
+        const bool may_nest = plan.trajectory.has_value() && name == "box/edges";
+        require(!name.empty() && (may_nest || name.find('/') == std::string::npos) && name != ".", where,
+                "\"{}\" in group {} cannot name a dataset; expected a word without slashes", name, plan.group);
+        require(names.insert(name).second, where, "group {} has two datasets named {}; expected each name once",
+                plan.group, name);
+    };
+    if (plan.trajectory) {
+        require(!plan.quantities.empty() && plan.group != "/", where,
+                "the trajectory {} has no element or is the root; expected a group with positions", plan.group);
+        for (const FixedArray& array : plan.trajectory->fixed) {
+            add_name(array.name);
+            require(array.components >= 1 && !array.values.empty() && array.values.size() % array.components == 0,
+                    where, "{} has {} numbers, {} each; expected complete rows", path_in(plan.group, array.name),
+                    array.values.size(), array.components);
+        }
+    }
+    std::set<std::string> axes;
+    for (const Axis& axis : plan.axes) {
+        add_name(axis.name);
+        axes.insert(axis.name);
+        require(!axis.values.empty(), where, "axis {} has no values; expected at least one",
+                path_in(plan.group, axis.name));
+    }
+    for (const Quantity& quantity : plan.quantities) {
+        add_name(quantity.name);
+        for (const std::string& axis : quantity.axes)
+            require(axes.contains(axis), where, "{} has the unknown axis {}; expected one of: {}",
+                    path_in(plan.group, quantity.name), axis,
+                    joined(std::vector<std::string>(axes.begin(), axes.end())));
+        const std::size_t rows = static_cast<std::size_t>(std::max(plan.rows_per_chunk, 1));
+        require(count_of(plan, quantity) <= max_chunk_bytes / sizeof(double) / rows, where,
+                "{} rows of {} are more than the {} of a chunk; expected fewer rows in a chunk or a smaller grid", rows,
+                path_in(plan.group, quantity.name), bytes_text(static_cast<double>(max_chunk_bytes)));
+    }
+}
+
+std::vector<std::size_t> shape_of(const GroupPlan& plan, const Quantity& quantity) {
+    std::vector<std::size_t> shape;
+    for (const std::string& name : quantity.axes)
+        for (const Axis& axis : plan.axes)
+            if (axis.name == name) shape.push_back(axis.values.size());
+    return shape;
+}
+
+std::size_t count_of(const GroupPlan& plan, const Quantity& quantity) {
+    std::size_t count = 1;
+    for (const std::size_t size : shape_of(plan, quantity)) count *= size;
+    return count;
+}
+
+GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
+    if (plan.trajectory) return make_trajectory(file, plan, errors);
+    const Handle group = group_handle(file, plan.group, true, errors);
+    GroupDatasets created;
+    const bool has_time = plan.rows_per_chunk > 0;
+    if (has_time) created.time = make_time(group, plan.rows_per_chunk, errors);
+    for (const Axis& axis : plan.axes) make_axis(group, axis, errors);
+    for (const Quantity& quantity : plan.quantities) {
+        const Extent extent = extent_of(shape_of(plan, quantity), static_cast<std::size_t>(plan.rows_per_chunk));
+        created.quantities.push_back(make_dataset(group, quantity.name, extent, quantity.is_integer, errors));
+        write_description(created.quantities.back(), quantity.unit, quantity.meaning, errors);
+    }
+    attach_scales(group, plan, errors);
+    return created;
+}
+
+GroupDatasets open_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
+    const auto open = [&](const std::string& path, std::size_t chunk_bytes) {
+        const Handle access = dataset_access(chunk_bytes, errors);
+        return errors.own(H5Dopen2(file, path.c_str(), access), H5Dclose, text("opening {}", path));
+    };
+    GroupDatasets opened{open(time_path(plan), 0), {}, {}};
+    if (plan.trajectory) opened.step = open(path_in(plan.group, plan.quantities.front().name + "/step"), 0);
+    for (const Quantity& quantity : plan.quantities) {
+        const std::size_t rows = static_cast<std::size_t>(plan.rows_per_chunk);
+        opened.quantities.push_back(open(value_path(plan, quantity), sizeof(double) * rows * count_of(plan, quantity)));
+    }
+    return opened;
+}
+
+Handle file_creation(const Hdf5Errors& errors) {
+    Handle creation = errors.own(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "creating a file creation list");
+    errors.check(H5Pset_link_creation_order(creation, in_order), "tracking link order");
+    errors.check(H5Pset_attr_creation_order(creation, in_order), "tracking attribute order");
+    errors.check(H5Pset_obj_track_times(creation, false), "disabling timestamps");
+    return creation;
+}
+
+void write_attribute(hid_t object, const Attribute& attribute, const Hdf5Errors& errors) {
+    const char* name = attribute.first.c_str();
+    if (const auto* words = std::get_if<std::string>(&attribute.second))
+        return write_text(object, name, *words, H5T_STR_NULLPAD, errors);
+    const Handle space = errors.own(H5Screate(H5S_SCALAR), H5Sclose, "creating a dataspace");
+    if (const auto* number = std::get_if<std::int64_t>(&attribute.second))
+        write_raw(object, name, H5T_STD_I64LE, space, number, errors);
+    else write_raw(object, name, H5T_IEEE_F64LE, space, &std::get<double>(attribute.second), errors);
+}
+
+void write_list(hid_t object, const char* name, std::span<const std::int64_t> values, const Hdf5Errors& errors) {
+    const hsize_t count = values.size();
+    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "creating a dataspace");
+    write_raw(object, name, H5T_STD_I64LE, space, values.data(), errors);
+}
+
+void write_list(hid_t object, const char* name, std::span<const std::string> values, const Hdf5Errors& errors) {
+    std::size_t longest = 1;
+    for (const std::string& value : values) longest = std::max(longest, value.size());
+    std::string letters;
+    for (const std::string& value : values) letters += value + std::string(longest - value.size(), '\0');
+    const hsize_t count = values.size();
+    const Handle type = text_type(longest, H5T_STR_NULLPAD, H5T_CSET_ASCII, errors);
+    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "creating a dataspace");
+    write_raw(object, name, type, space, letters.data(), errors);
+}
+
+std::string read_text_attribute(hid_t object, const std::string& name, const Hdf5Errors& errors) {
+    const std::string doing = text("reading attribute {}", name);
+    const Handle attribute = errors.own(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, doing);
+    const Handle type = errors.own(H5Aget_type(attribute), H5Tclose, doing);
+    const Handle space = errors.own(H5Aget_space(attribute), H5Sclose, doing);
+    if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1)
+        fail_input({errors.file}, "attribute {} is not a fixed-length string; expected an archive that drover wrote",
+                   name);
+    std::string value(H5Tget_size(type), '\0');
+    errors.check(H5Aread(attribute, type, value.data()), doing);
+    value.resize(value.find_last_not_of('\0') + 1);
+    return value;
+}
+
+}  // namespace drover::files

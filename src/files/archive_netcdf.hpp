@@ -1,0 +1,83 @@
+// files/archive_netcdf.hpp: creates groups and datasets that follow netCDF-4, the CF conventions and H5MD.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drover/files/archive_layout.hpp"
+#include "files/hdf5_handle.hpp"
+
+namespace drover::files {
+
+/// What a group holds.
+struct GroupPlan {
+    std::string group;
+    std::vector<Axis> axes;
+    std::vector<Quantity> quantities;
+    int rows_per_chunk = 0;                     ///< 0: no time axis
+    std::optional<Trajectory> trajectory = {};  ///< laid out as H5MD
+};
+
+GroupPlan plan_of(const Recording& recording);
+GroupPlan plan_of(const ResultTable& table);
+
+/// Throws an input Error unless names are plain and unique, axes known and not empty, and a chunk fits HDF5.
+void check(const GroupPlan& plan, const std::string& file);
+
+/// Size of the array of a quantity, without time, and its product.
+std::vector<std::size_t> shape_of(const GroupPlan& plan, const Quantity& quantity);
+std::size_t count_of(const GroupPlan& plan, const Quantity& quantity);
+
+/// The datasets of a group that the archive writes to.
+struct GroupDatasets {
+    Handle time;  ///< invalid in a group without time
+    Handle step;  ///< of a trajectory
+    std::vector<Handle> quantities;
+};
+
+/// Creates the group (unless it is the root group), its axes with their coordinates, time and empty quantities.
+GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors);
+
+/// Opens the datasets that make_group created.
+GroupDatasets open_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors);
+
+/// Path of a member of a group: "/observables/time".
+std::string path_in(const std::string& group, const std::string& name);
+
+/// Paths of the times and of the rows of a quantity of a group.
+std::string time_path(const GroupPlan& plan);
+std::string value_path(const GroupPlan& plan, const Quantity& quantity);
+
+// Shared by the two layouts.
+
+/// The extent and the chunk of a dataset; time, if any, is the first axis and starts with no rows.
+struct Extent {
+    std::vector<hsize_t> now, max, chunk;
+};
+Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk);
+Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool is_integer,
+                    const Hdf5Errors& errors);
+void write_description(hid_t dataset, const std::string& unit, const std::string& meaning, const Hdf5Errors& errors);
+
+/// Creates the group, or opens an existing one.
+Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf5Errors& errors);
+
+/// Attributes that are lists.
+void write_list(hid_t object, const char* name, std::span<const std::int64_t> values, const Hdf5Errors& errors);
+void write_list(hid_t object, const char* name, std::span<const std::string> values, const Hdf5Errors& errors);
+
+/// Creates the groups and datasets of a trajectory, and /h5md if it does not exist.
+GroupDatasets make_trajectory(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors);
+
+/// For files and groups: links and attributes in order of creation, no timestamps.
+Handle file_creation(const Hdf5Errors& errors);
+
+/// Strings are stored as fixed-length ASCII, or UTF-8 if needed.
+void write_attribute(hid_t object, const Attribute& attribute, const Hdf5Errors& errors);
+
+/// A string attribute of a dataset that make_group created.
+std::string read_text_attribute(hid_t object, const std::string& name, const Hdf5Errors& errors);
+
+}  // namespace drover::files

@@ -1,0 +1,283 @@
+// files/archive_reader.cpp: reads archives; checks links, storage, types and sizes before it reads.
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <limits>
+
+#include "drover/files/archive_reader.hpp"
+#include "files/hdf5_file.hpp"
+
+namespace drover::files {
+
+bool is_hdf5(const std::filesystem::path& file) {
+    std::array<char, 8> start{};
+    std::ifstream(file, std::ios::binary).read(start.data(), start.size());
+    return start == std::array<char, 8>{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
+}
+
+struct ArchiveReader::File {
+    Hdf5Errors errors;
+    Hdf5File hdf5;
+};
+
+namespace {
+
+/// Deflate expands one byte to at most this many (zlib, technical details).
+constexpr std::uint64_t max_inflation = 1032;
+
+void require_plain_file(const std::filesystem::path& file) {
+    std::error_code error;
+    const auto status = std::filesystem::status(file, error);
+    require(std::filesystem::exists(status), {file.string()},
+            "does not exist or is not accessible; expected an archive of drover");
+    require(!std::filesystem::is_directory(status), {file.string()}, "is a folder; expected an archive of drover");
+    require(std::filesystem::is_regular_file(status), {file.string()},
+            "is not a plain file; expected an archive of drover");
+}
+
+/// Whether each step of an absolute path is a hard link and the last one leads to an object of this type.  Other links
+/// are rejected: an external one could open any file.
+bool leads_to(hid_t file, const std::string& path, H5O_type_t type, const Hdf5Errors& errors) {
+    if (path.size() < 2 || path[0] != '/') return false;
+    for (std::size_t slash = 0; slash != std::string::npos;) {
+        slash = path.find('/', slash + 1);
+        const std::string step = path.substr(0, slash);
+        H5L_info_t link;
+        if (H5Lexists(file, step.c_str(), H5P_DEFAULT) <= 0) return false;
+        errors.check(H5Lget_info(file, step.c_str(), &link, H5P_DEFAULT), text("inspecting {}", step));
+        require(link.type == H5L_TYPE_HARD, {errors.file},
+                "{} is a soft or external link; expected the data itself: links are not followed", step);
+        H5O_info_t object;
+        errors.check(H5Oget_info_by_name2(file, step.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
+                     text("inspecting {}", step));
+        if (object.type != (slash == std::string::npos ? type : H5O_TYPE_GROUP)) return false;
+    }
+    return true;
+}
+
+/// Allows the filters that drover writes and HDF5 contains; any other could load a plugin.
+void check_filters(hid_t creation, const std::string& name, const Hdf5Errors& errors) {
+    const int count = errors.check(H5Pget_nfilters(creation), text("reading the filters of {}", name));
+    for (int i = 0; i < count; ++i) {
+        unsigned flags = 0;
+        std::size_t values = 0;
+        const H5Z_filter_t filter =
+            H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, nullptr);
+        require(filter == H5Z_FILTER_DEFLATE || filter == H5Z_FILTER_SHUFFLE || filter == H5Z_FILTER_FLETCHER32,
+                {errors.file}, "{} is stored with the HDF5 filter {}; expected deflate, shuffle or fletcher32, or none",
+                name, static_cast<int>(filter));
+    }
+}
+
+void check_storage(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    const Handle creation = errors.own(H5Dget_create_plist(dataset), H5Pclose, text("inspecting {}", name));
+    const H5D_layout_t layout = H5Pget_layout(creation);
+    require(layout != H5D_VIRTUAL, {errors.file},
+            "{} is a virtual dataset, composed of other files; expected the data itself", name);
+    require(layout == H5D_COMPACT || layout == H5D_CONTIGUOUS || layout == H5D_CHUNKED, {errors.file},
+            "{} has an unknown storage layout; expected compact, contiguous or chunked storage", name);
+    require(H5Pget_external_count(creation) == 0, {errors.file},
+            "{} stores its data in another file; expected the data itself", name);
+    check_filters(creation, name, errors);
+    if (layout != H5D_CHUNKED) return;
+    std::array<hsize_t, H5S_MAX_RANK> sizes{};
+    const int rank = errors.check(H5Pget_chunk(creation, H5S_MAX_RANK, sizes.data()), text("inspecting {}", name));
+    double bytes = sizeof(double);
+    for (int i = 0; i < rank; ++i) bytes *= static_cast<double>(sizes[static_cast<std::size_t>(i)]);
+    require(bytes <= static_cast<double>(memory_available()) / 2, {errors.file},
+            "{} has chunks of {}, more than half of the free memory; expected smaller ones", name, bytes_text(bytes));
+}
+
+Handle open_dataset(hid_t file, const std::string& name, const Hdf5Errors& errors) {
+    require(leads_to(file, name, H5O_TYPE_DATASET, errors), {errors.file},
+            "has no dataset {}; expected an archive that contains it", name);
+    Handle dataset = errors.own(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, text("opening {}", name));
+    check_storage(dataset, name, errors);
+    return dataset;
+}
+
+std::vector<std::size_t> shape_of(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    const Handle space = errors.own(H5Dget_space(dataset), H5Sclose, text("reading the shape of {}", name));
+    require(H5Sget_simple_extent_type(space) != H5S_NULL, {errors.file}, "{} is an empty dataspace; expected numbers",
+            name);
+    std::vector<hsize_t> sizes(static_cast<std::size_t>(
+        errors.check(H5Sget_simple_extent_ndims(space), text("reading the rank of {}", name))));
+    errors.check(H5Sget_simple_extent_dims(space, sizes.data(), nullptr), text("reading the shape of {}", name));
+    return {sizes.begin(), sizes.end()};
+}
+
+void check_type(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, text("reading the type of {}", name));
+    // All are as wide as a double, as read_chunked requires.
+    for (const hid_t known : {H5T_IEEE_F64LE, H5T_IEEE_F64BE, H5T_STD_I64LE})
+        if (H5Tequal(type, known) > 0) return;
+    fail_input({errors.file}, "{} holds neither float64 nor int64 numbers; expected one of these types", name);
+}
+
+/// Reads rows into an array of matching size.
+void read_rows(hid_t dataset, const std::string& name, const RowRange& rows, std::uint64_t file_bytes,
+               std::span<double> to, const Hdf5Errors& errors) {
+    if (to.empty()) return;
+    const std::string doing = text("reading {}", name);
+    const Handle creation = errors.own(H5Dget_create_plist(dataset), H5Pclose, doing);
+    if (H5Pget_layout(creation) == H5D_CHUNKED) return read_chunked(dataset, name, rows, file_bytes, to, errors);
+    const Handle space = errors.own(H5Dget_space(dataset), H5Sclose, doing);
+    const hsize_t stored = H5Dget_storage_size(dataset);  // 0: never written; HDF5 then reads the fill value
+    const auto count = static_cast<hsize_t>(errors.check(H5Sget_simple_extent_npoints(space), doing));
+    require(stored == 0 || stored / sizeof(double) >= count, {errors.file},
+            "{} has {} bytes for {} numbers; expected 8 bytes per number: it is damaged", name, stored, count);
+    std::vector<hsize_t> start(rows.shape.size(), 0), sizes(rows.shape.begin(), rows.shape.end());
+    if (!sizes.empty()) {
+        start[0] = rows.first;
+        sizes[0] = rows.count;
+        errors.check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, sizes.data(), nullptr), doing);
+    }
+    const hsize_t size = to.size();
+    const Handle memory = errors.own(H5Screate_simple(1, &size, nullptr), H5Sclose, doing);
+    errors.check(H5Dread(dataset, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, to.data()), doing);
+}
+
+/// The number of elements of this shape, after checking that they can fit in this file and in memory.
+std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t file_bytes, const std::string& name,
+                          const Hdf5Errors& errors) {
+    constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
+    const std::uint64_t memory = memory_available();
+    std::size_t count = 1;
+    for (const std::size_t size : shape) {
+        const bool fits = size == 0 || count <= most / size;
+        count = fits ? count * size : most;
+    }
+    if (std::find(shape.begin(), shape.end(), std::size_t{0}) != shape.end()) return 0;
+    const double bytes = static_cast<double>(count) * sizeof(double);
+    require(bytes <= static_cast<double>(file_bytes) * static_cast<double>(max_inflation), {errors.file},
+            "{} claims {} in a file of {}; expected no more than a file of that size can hold: it is damaged", name,
+            bytes_text(bytes), bytes_text(static_cast<double>(file_bytes)));
+    require(bytes <= static_cast<double>(memory) / 2, {errors.file},
+            "{} takes {}, more than half of the {} of free memory; read it row by row", name, bytes_text(bytes),
+            bytes_text(static_cast<double>(memory)));
+    return count;
+}
+
+/// A number or a fixed-length string; nothing for any other attribute.
+std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name, std::uint64_t file_bytes,
+                                        const Hdf5Errors& errors) {
+    const std::string doing = text("reading attribute {}", name);
+    const Handle type = errors.own(H5Aget_type(attribute), H5Tclose, doing);
+    const Handle space = errors.own(H5Aget_space(attribute), H5Sclose, doing);
+    if (H5Sget_simple_extent_npoints(space) != 1) return std::nullopt;
+    const H5T_class_t kind = H5Tget_class(type);
+    if (kind == H5T_INTEGER) {
+        std::int64_t value = 0;
+        errors.check(H5Aread(attribute, H5T_NATIVE_INT64, &value), doing);
+        return Attribute{name, value};
+    }
+    if (kind == H5T_FLOAT) {
+        double value = 0.0;
+        errors.check(H5Aread(attribute, H5T_NATIVE_DOUBLE, &value), doing);
+        return Attribute{name, value};
+    }
+    if (kind != H5T_STRING || H5Tis_variable_str(type) != 0) return std::nullopt;
+    const std::size_t size = H5Tget_size(type);
+    require(size <= file_bytes, {errors.file}, "attribute {} claims {}, more than the file contains; it is damaged",
+            name, bytes_text(static_cast<double>(size)));
+    std::string value(size, '\0');
+    errors.check(H5Aread(attribute, type, value.data()), doing);
+    if (H5Tget_strpad(type) == H5T_STR_NULLTERM) value.resize(std::min(value.size(), value.find('\0')));
+    value.resize(value.find_last_not_of('\0') + 1);
+    return Attribute{name, value};
+}
+
+}  // namespace
+
+ArchiveReader::ArchiveReader(const std::filesystem::path& file) try {
+    const QuietErrors quiet;
+    require_plain_file(file);
+    file_ = std::make_unique<File>(File{{file.string(), Fault::input}, Hdf5File::open_for_reading(file)});
+} catch (const std::system_error& cause) {
+    fail_input({file.string()}, "cannot be read: {}; expected a readable archive of drover", std::string(cause.what()));
+}
+
+ArchiveReader::ArchiveReader(ArchiveReader&&) noexcept = default;
+ArchiveReader::~ArchiveReader() = default;
+
+std::vector<Attribute> ArchiveReader::attributes() const {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    H5O_info_t about;
+    errors.check(H5Oget_info2(file_->hdf5.id(), &about, H5O_INFO_NUM_ATTRS), "counting attributes");
+    std::vector<Attribute> found;
+    for (hsize_t i = 0; i < about.num_attrs; ++i) {
+        const Handle attribute =
+            errors.own(H5Aopen_by_idx(file_->hdf5.id(), "/", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT),
+                       H5Aclose, text("opening attribute {}", i));
+        std::string name(static_cast<std::size_t>(
+                             errors.check(H5Aget_name(attribute, 0, nullptr), "naming an attribute")),
+                         '\0');
+        errors.check(H5Aget_name(attribute, name.size() + 1, name.data()), "naming an attribute");
+        if (auto read = read_attribute(attribute, name, file_->hdf5.length(), errors))
+            found.push_back(std::move(*read));
+    }
+    return found;
+}
+
+std::string ArchiveReader::text_attribute(const std::string& name) const {
+    const std::vector<Attribute> all = attributes();
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Attribute& one) { return one.first == name; });
+    require(found != all.end(), {file_->errors.file}, "has no attribute {}; expected an archive of drover", name);
+    const auto* words = std::get_if<std::string>(&found->second);
+    require(words != nullptr, {file_->errors.file}, "attribute {} is a number; expected a string", name);
+    return *words;
+}
+
+std::string ArchiveReader::text_attribute(const std::string& dataset, const std::string& name) const {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    const Handle open = open_dataset(file_->hdf5.id(), dataset, errors);
+    require(H5Aexists(open, name.c_str()) > 0, {errors.file}, "{} has no attribute {}; expected an archive of drover",
+            dataset, name);
+    const Handle attribute = errors.own(H5Aopen(open, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
+    const auto read = read_attribute(attribute, name, file_->hdf5.length(), errors);
+    const auto* words = read ? std::get_if<std::string>(&read->second) : nullptr;
+    require(words != nullptr, {errors.file}, "attribute {} of {} is not a string; expected one", name, dataset);
+    return *words;
+}
+
+bool ArchiveReader::has(const std::string& dataset) const {
+    const QuietErrors quiet;
+    return leads_to(file_->hdf5.id(), dataset, H5O_TYPE_DATASET, file_->errors);
+}
+
+std::vector<std::size_t> ArchiveReader::shape(const std::string& dataset) const {
+    const QuietErrors quiet;
+    return shape_of(open_dataset(file_->hdf5.id(), dataset, file_->errors), dataset, file_->errors);
+}
+
+Array ArchiveReader::read(const std::string& dataset) const {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    const Handle open = open_dataset(file_->hdf5.id(), dataset, errors);
+    check_type(open, dataset, errors);
+    Array array{.shape = shape_of(open, dataset, errors), .values = {}};
+    array.values.resize(checked_count(array.shape, file_->hdf5.length(), dataset, errors));
+    const std::size_t rows = array.shape.empty() ? 1 : array.shape[0];
+    read_rows(open, dataset, {array.shape, 0, rows}, file_->hdf5.length(), array.values, errors);
+    return array;
+}
+
+Array ArchiveReader::read_row(const std::string& dataset, std::size_t row) const {
+    const QuietErrors quiet;
+    const Hdf5Errors& errors = file_->errors;
+    const Handle open = open_dataset(file_->hdf5.id(), dataset, errors);
+    check_type(open, dataset, errors);
+    const std::vector<std::size_t> shape = shape_of(open, dataset, errors);
+    require(!shape.empty(), {errors.file}, "{} is a single number; expected an array with rows", dataset);
+    require(row < shape[0], {errors.file}, "{} has {} rows; expected one with the number {}, counted from 0", dataset,
+            shape[0], row);
+    Array array{.shape = {shape.begin() + 1, shape.end()}, .values = {}};
+    array.values.resize(checked_count(array.shape, file_->hdf5.length(), dataset, errors));
+    read_rows(open, dataset, {shape, row, 1}, file_->hdf5.length(), array.values, errors);
+    return array;
+}
+
+}  // namespace drover::files

@@ -1,0 +1,172 @@
+// files/checkpoint.cpp: "drvchkp1", version, file length, write counter, the members of Checkpoint, checksum.
+#include "drover/files/checkpoint.hpp"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <tuple>
+
+#include "drover/base/log.hpp"
+#include "drover/files/bytes.hpp"
+#include "files/system_calls.hpp"
+
+namespace drover::files {
+namespace {
+
+constexpr std::uint64_t magic = 0x31706b6863767264;  // "drvchkp1"
+constexpr std::uint32_t version = 1;
+
+/// The content of a checkpoint file.
+struct Stored {
+    std::uint64_t counter = 0;  ///< number of writes of the run: decides which of two at the same step is newer
+    Checkpoint checkpoint;
+};
+
+std::vector<std::byte> encoded(const Stored& stored) {
+    const Checkpoint& checkpoint = stored.checkpoint;
+    std::vector<std::byte> bytes;
+    bytes.reserve(128 + checkpoint.scene.size() + sizeof(double) * (checkpoint.rows.size() + checkpoint.state.size()));
+    put(bytes, magic);
+    put(bytes, version);
+    const std::size_t offset_of_length = bytes.size();
+    put(bytes, std::uint64_t{0});
+    put(bytes, stored.counter);
+    put(bytes, checkpoint.step);
+    put(bytes, checkpoint.time);
+    put_list(bytes, std::span<const char>(checkpoint.scene));
+    put_list(bytes, std::span<const std::uint64_t>(checkpoint.rows));
+    put_list(bytes, std::span<const double>(checkpoint.state));
+    const std::uint64_t length = bytes.size() + sizeof(std::uint64_t);
+    std::memcpy(bytes.data() + offset_of_length, &length, sizeof length);
+    put(bytes, checksum(bytes));
+    return bytes;
+}
+
+/// Throws an input Error that describes the damage.
+Stored decoded(Bytes bytes, const std::filesystem::path& file) {
+    const SourceLocation where{file.string()};
+    ByteReader reader{bytes};
+    require(reader.take<std::uint64_t>() == magic, where, "is not a checkpoint of drover; expected one");
+    const auto found_version = reader.take<std::uint32_t>();
+    require(reader.is_complete && found_version == version, where,
+            "is a checkpoint of version {}; expected version {}: use the drover that wrote it", found_version, version);
+    const auto length = reader.take<std::uint64_t>();
+    require(reader.is_complete && length == bytes.size(), where,
+            "has {} bytes; expected {}: it is truncated or extended", bytes.size(), length);
+    require(without_checksum(bytes).has_value(), where,
+            "has a wrong checksum: it is damaged; expected a valid checkpoint");
+    reader.rest = reader.rest.first(reader.rest.size() - sizeof(std::uint64_t));
+    Stored stored;
+    stored.counter = reader.take<std::uint64_t>();
+    stored.checkpoint.step = reader.take<std::int64_t>();
+    stored.checkpoint.time = reader.take<double>();
+    stored.checkpoint.scene = reader.take_list<std::string>();
+    stored.checkpoint.rows = reader.take_list<std::vector<std::uint64_t>>();
+    stored.checkpoint.state = reader.take_list<std::vector<double>>();
+    require(reader.is_complete && reader.rest.empty(), where,
+            "has lists that do not fit its length: it is damaged; expected a valid checkpoint");
+    return stored;
+}
+
+/// Nothing if the file does not exist.  Throws an input Error when it is unreadable or damaged.
+std::optional<Stored> read_stored(const std::filesystem::path& file) try {
+    const auto bytes = read_file(file);
+    if (!bytes) return std::nullopt;
+    return decoded(*bytes, file);
+} catch (const std::system_error& cause) {
+    fail_input({file.string()}, "cannot be read: {}; expected a checkpoint", std::string(cause.what()));
+}
+
+bool is_newer(const Stored& a, const Stored& b) {
+    return std::tuple(a.checkpoint.step, a.counter) > std::tuple(b.checkpoint.step, b.counter);
+}
+
+/// The file that the next checkpoint replaces, and its counter: an absent or damaged file, else the older one.
+struct Slot {
+    std::filesystem::path file;
+    std::uint64_t counter = 1;
+};
+
+Slot next_slot(const std::filesystem::path& archive) {
+    const auto files = checkpoint_files(archive);
+    std::array<std::optional<Stored>, 2> found;
+    for (std::size_t i = 0; i < 2; ++i) {
+        try {
+            found[i] = read_stored(files[i]);
+            if (found[i]) found[i]->checkpoint.state = {};  // large, and not needed
+        } catch (const Error& damage) {
+            log_warning("{}; it will be overwritten", std::string(damage.what()));
+        }
+    }
+    const std::size_t older = !found[0] ? 0 : !found[1] ? 1 : is_newer(*found[0], *found[1]) ? 1 : 0;
+    Slot slot{files[older]};
+    for (const auto& stored : found)
+        if (stored) slot.counter = std::max(slot.counter, stored->counter + 1);
+    return slot;
+}
+
+std::filesystem::path temporary_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
+
+}  // namespace
+
+std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path& archive) {
+    return {archive.string() + ".checkpoint-a", archive.string() + ".checkpoint-b"};
+}
+
+void write_checkpoint(const std::filesystem::path& archive, const Checkpoint& checkpoint) {
+    const Slot slot = next_slot(archive);
+    const std::vector<std::byte> bytes = encoded({slot.counter, checkpoint});
+    const std::filesystem::path partial = temporary_name(slot.file);
+    try {
+        {
+            const Descriptor file = open_file(partial, O_RDWR | O_CREAT | O_TRUNC);
+            allocate(file, 0, bytes.size());
+            write_at(file, 0, bytes);
+            sync(file);
+        }
+        rename_over(partial, slot.file);
+        sync_folder_of(slot.file);
+    } catch (const std::system_error& cause) {
+        std::error_code ignored;
+        std::filesystem::remove(partial, ignored);
+        throw write_failure(slot.file, cause, bytes.size(), "the previous checkpoint is still valid");
+    }
+}
+
+Checkpoint read_newest_checkpoint(const std::filesystem::path& archive) {
+    std::optional<Stored> newest;
+    std::vector<std::string> damages;
+    const auto files = checkpoint_files(archive);
+    for (const auto& file : files) {
+        try {
+            auto stored = read_stored(file);
+            if (stored && (!newest || is_newer(*stored, *newest))) newest = std::move(stored);
+        } catch (const Error& damage) {
+            damages.emplace_back(damage.what());
+        }
+    }
+    if (!newest && damages.empty())
+        fail_input({archive.string()}, "has no checkpoint; expected {} or {} beside it: run the scene again",
+                   files[0].string(), files[1].string());
+    if (!newest)
+        fail_input({archive.string()}, "has no valid checkpoint; {}; expected at least one: run the scene again",
+                   joined(damages, "; "));
+    for (const std::string& damage : damages)
+        log_warning("{}; using the other one, of step {}", damage, newest->checkpoint.step);
+    return std::move(newest->checkpoint);
+}
+
+void remove_checkpoints(const std::filesystem::path& archive) {
+    try {
+        for (const auto& file : checkpoint_files(archive)) {
+            remove_if_exists(file);
+            remove_if_exists(temporary_name(file));
+        }
+    } catch (const std::system_error& cause) {
+        throw write_failure(archive, cause, 0, "an old checkpoint remains beside it");
+    }
+}
+
+}  // namespace drover::files

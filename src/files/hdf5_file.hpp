@@ -1,0 +1,67 @@
+// files/hdf5_file.hpp: an open HDF5 file with atomic commits and bounded reads; hides pages, journal and chunks.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "files/hdf5_handle.hpp"
+#include "files/system_calls.hpp"
+
+namespace drover::files {
+
+/// Changes stay in memory until commit(), which makes all of them durable or none; closing discards the rest.  A commit
+/// that a kill interrupted is completed or undone, from the journal beside the file, at the next opening by drover.
+class Hdf5File {
+public:
+    /// A new file in an empty one that is open and locked for writing.  `name` is what messages call it.
+    static Hdf5File create(Descriptor empty, const std::filesystem::path& path, const std::string& name,
+                           const Handle& creation);
+    /// The same file under another name.
+    void rename(const std::filesystem::path& path);
+
+    /// An existing file that is open, locked for writing and recovered (see recover_file).
+    static Hdf5File open_for_writing(Descriptor locked, const std::filesystem::path& path);
+
+    /// An existing file, as of its last commit.  Throws std::system_error when it cannot be opened, an input Error when
+    /// it is not HDF5.
+    static Hdf5File open_for_reading(const std::filesystem::path& path);
+
+    Hdf5File(Hdf5File&&) noexcept;
+    Hdf5File& operator=(Hdf5File&&) noexcept;
+    ~Hdf5File();
+
+    hid_t id() const;
+    std::uint64_t length() const;  ///< [bytes], with the uncommitted changes
+
+    /// Throws the run Error of write_failure.
+    void commit();
+
+private:
+    struct Parts;
+    explicit Hdf5File(std::unique_ptr<Parts> parts);
+    std::unique_ptr<Parts> parts_;
+};
+
+/// Completes or undoes the commit that a kill interrupted.  The file must be locked for writing.
+void recover_file(const Descriptor& locked, const std::filesystem::path& file);
+
+/// Removes the journal of a file that no longer exists, so that it is not applied to a new one.
+void discard_journal(const std::filesystem::path& file);
+
+/// Rows [first, first + count) of the first axis of a dataset of this shape; no size is 0, nor is count.
+struct RowRange {
+    std::vector<std::size_t> shape;
+    std::size_t first = 0;
+    std::size_t count = 0;
+};
+
+/// Reads rows of a chunked float64 dataset whose filters are among deflate, shuffle and fletcher32, without trusting
+/// the chunk sizes that the file claims.  Throws an input Error when a chunk is damaged.  file_bytes: length of the
+/// file, which no stored chunk exceeds.
+void read_chunked(hid_t dataset, const std::string& name, const RowRange& rows, std::uint64_t file_bytes,
+                  std::span<double> to, const Hdf5Errors& errors);
+
+}  // namespace drover::files

@@ -1,0 +1,36 @@
+// files/hdf5_handle.cpp: the innermost message of HDF5's error stack.
+#include "files/hdf5_handle.hpp"
+
+#include <array>
+#include <cstdio>
+
+namespace drover::files {
+namespace {
+
+using Message = std::array<char, 256>;
+
+/// Keeps the first entry, the innermost.  HDF5 calls it: it must not throw.
+extern "C" herr_t keep_innermost(unsigned number, const H5E_error2_t* entry, void* message) noexcept {
+    auto& kept = *static_cast<Message*>(message);
+    if (number == 0 && entry->desc != nullptr) std::snprintf(kept.data(), kept.size(), "%s", entry->desc);
+    return 0;
+}
+
+}  // namespace
+
+std::string hdf5_message() {
+    Message message{};
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &message);
+    return message[0] == '\0' ? "no message" : message.data();
+}
+
+void Hdf5Errors::fail(std::string_view doing) const {
+    const std::string message = hdf5_message();
+    if (fault == Fault::input)
+        fail_input({file},
+                   "{} failed (HDF5: {}); expected an archive: the file is damaged or was not written by drover", doing,
+                   message);
+    throw Error(fault, {file}, text("{} failed (HDF5: {})", doing, message));
+}
+
+}  // namespace drover::files

@@ -1,0 +1,68 @@
+// files/hdf5_handle.hpp: owning HDF5 identifiers, and HDF5's error messages as Errors.
+#pragma once
+#include <hdf5.h>
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "drover/base/error.hpp"
+
+namespace drover::files {
+
+/// An identifier and the function that closes it.
+class Handle {
+public:
+    using Close = herr_t (*)(hid_t);
+    Handle() = default;
+    Handle(hid_t id, Close close) : id_(id), close_(close) {}
+    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+    Handle& operator=(Handle&& other) noexcept {
+        std::swap(id_, other.id_);
+        std::swap(close_, other.close_);
+        return *this;
+    }
+    ~Handle() {
+        if (id_ >= 0) close_(id_);
+    }
+    operator hid_t() const { return id_; }
+
+private:
+    hid_t id_ = -1;
+    Close close_ = nullptr;
+};
+
+/// Stops HDF5 from printing its error stack while it lives; restores the previous setting.
+class QuietErrors {
+public:
+    QuietErrors() {
+        H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
+        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+    }
+    ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
+    QuietErrors(const QuietErrors&) = delete;
+    QuietErrors& operator=(const QuietErrors&) = delete;
+
+private:
+    H5E_auto2_t print_ = nullptr;
+    void* data_ = nullptr;
+};
+
+/// Turns a negative HDF5 result into an Error with the file, the operation and HDF5's innermost message.
+struct Hdf5Errors {
+    std::string file;
+    Fault fault = Fault::run;
+
+    template <class Result>
+    Result check(Result result, std::string_view doing) const {
+        if (result < 0) fail(doing);
+        return result;
+    }
+    Handle own(hid_t id, Handle::Close close, std::string_view doing) const { return {check(id, doing), close}; }
+    [[noreturn]] void fail(std::string_view doing) const;
+};
+
+/// The innermost message on HDF5's error stack.
+std::string hdf5_message();
+
+}  // namespace drover::files

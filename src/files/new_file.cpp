@@ -1,0 +1,82 @@
+// files/new_file.cpp: writes to a temporary name, syncs and renames.
+#include "drover/files/new_file.hpp"
+
+#include <fcntl.h>
+
+#include "files/system_calls.hpp"
+
+namespace drover::files {
+
+struct NewFile::File {
+    std::filesystem::path file, partial;
+    Descriptor to;
+    std::uint64_t offset = 0;
+    bool is_finished = false;
+
+    ~File() {
+        std::error_code ignored;
+        if (to.is_open() && !is_finished) std::filesystem::remove(partial, ignored);
+    }
+
+    template <class Work>
+    void guarded(std::uint64_t bytes, Work work) {
+        try {
+            work();
+        } catch (const std::system_error& cause) {
+            throw write_failure(file, cause, bytes, "nothing of it is left");
+        }
+    }
+};
+
+NewFile::NewFile(const std::filesystem::path& file) : file_(std::make_unique<File>()) {
+    file_->file = file;
+    file_->partial = file.string() + ".partial";
+    try {
+        file_->to = open_file(file_->partial, O_WRONLY | O_CREAT | O_TRUNC);
+    } catch (const std::system_error& cause) {
+        fail_input({file.string()}, "cannot be written: {}; expected a file in a writable folder",
+                   std::string(cause.what()));
+    }
+}
+
+NewFile::NewFile(NewFile&&) noexcept = default;
+NewFile::~NewFile() = default;
+
+void NewFile::write(const std::string& part) {
+    file_->guarded(part.size(), [&] { write_at(file_->to, file_->offset, std::as_bytes(std::span(part))); });
+    file_->offset += part.size();
+}
+
+void NewFile::finish() {
+    file_->guarded(0, [&] {
+        sync(file_->to);
+        rename_over(file_->partial, file_->file);
+        file_->is_finished = true;
+        sync_folder_of(file_->file);
+    });
+}
+
+void replace_file(const std::filesystem::path& file, const std::string& content) {
+    const std::filesystem::path beside = file.string() + ".partial";
+    try {
+        const Descriptor to = open_file(beside, O_RDWR | O_CREAT | O_TRUNC);
+        write_at(to, 0, std::as_bytes(std::span(content)));
+        sync(to);
+        rename_over(beside, file);
+        sync_folder_of(file);
+    } catch (const std::system_error& cause) {
+        throw write_failure(file, cause, content.size(), "the file stays as it was");
+    }
+}
+
+void replace_archive(const std::filesystem::path& complete, const std::filesystem::path& file) {
+    try {
+        remove_if_exists(complete.string() + ".journal");
+        rename_over(complete, file);
+        sync_folder_of(file);
+    } catch (const std::system_error& cause) {
+        throw write_failure(file, cause, 0, "the file stays as it was");
+    }
+}
+
+}  // namespace drover::files

@@ -1,0 +1,236 @@
+// files/overlay.cpp: changed pages, their commit, and the driver functions that HDF5 calls.
+#include "files/overlay.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <new>
+#include <vector>
+
+#include "files/journal.hpp"
+
+namespace drover::files {
+namespace {
+
+/// Reads from the disk; zeros beyond the end of the file.
+void read_disk(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes) {
+    const std::size_t got = read_at(overlay.file, offset, bytes);
+    std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(got), bytes.end(), std::byte{0});
+}
+
+struct Changes {
+    std::vector<Patch> fresh;  ///< beyond the committed length: no committed byte refers to them
+    Journal overwriting;
+};
+
+Changes changes_of(const Overlay& overlay) {
+    Changes changes;
+    changes.overwriting.length = overlay.end;
+    std::vector<std::byte> on_disk(page_bytes);
+    for (const auto& [offset, page] : overlay.pages) {
+        if (offset >= overlay.end) break;
+        const std::size_t size = static_cast<std::size_t>(std::min<std::uint64_t>(page_bytes, overlay.end - offset));
+        const bool is_fresh = offset >= overlay.committed;
+        if (!is_fresh) {
+            read_disk(overlay, offset, on_disk);
+            if (std::memcmp(on_disk.data(), page.data(), size) == 0 && offset + size <= overlay.committed) continue;
+        }
+        std::vector<Patch>& patches = is_fresh ? changes.fresh : changes.overwriting.patches;
+        patches.push_back({offset, {page.begin(), page.begin() + static_cast<std::ptrdiff_t>(size)}});
+    }
+    return changes;
+}
+
+/// Frees the disk space of a commit that failed before its journal was complete.  Best effort.  Each step needs the one
+/// before it to be durable: a complete journal beside a truncated file would destroy the file.
+void release(const Overlay& overlay) noexcept {
+    try {
+        remove_if_exists(journal_of(overlay.path));
+        sync_folder_of(overlay.path);
+        truncate_to(overlay.file, overlay.committed);
+    } catch (const std::exception&) {
+        return;  // the file is longer than necessary, but valid
+    }
+}
+
+const char* consequence_of_failure(const Overlay& overlay) {
+    if (overlay.is_stuck)
+        return "the complete commit is in the journal beside the file; drover applies it when it next opens the file";
+    if (overlay.committed == 0) return "the new file is not kept";
+    return "the file stays as it was at the last commit";
+}
+
+}  // namespace
+
+Overlay overlay_of(Descriptor file, const std::filesystem::path& path) {
+    Overlay overlay;
+    overlay.path = path;
+    overlay.committed = overlay.length = length_of(file);
+    overlay.file = std::move(file);
+    return overlay;
+}
+
+void read_overlay(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes) {
+    read_disk(overlay, offset, bytes);
+    const std::uint64_t end = offset + bytes.size();
+    for (auto page = overlay.pages.lower_bound(offset - offset % page_bytes); page != overlay.pages.end(); ++page) {
+        if (page->first >= end) break;
+        const std::uint64_t from = std::max(offset, page->first), to = std::min(end, page->first + page_bytes);
+        std::memcpy(bytes.data() + (from - offset), page->second.data() + (from - page->first), to - from);
+    }
+}
+
+void write_overlay(Overlay& overlay, std::uint64_t offset, Bytes bytes) {
+    overlay.length = std::max(overlay.length, offset + bytes.size());
+    while (!bytes.empty()) {
+        const std::size_t within = static_cast<std::size_t>(offset % page_bytes);
+        const std::size_t size = std::min(page_bytes - within, bytes.size());
+        auto page = overlay.pages.find(offset - within);
+        if (page == overlay.pages.end()) {
+            std::array<std::byte, page_bytes> on_disk{};
+            if (size < page_bytes && offset - within < overlay.committed) read_disk(overlay, offset - within, on_disk);
+            page = overlay.pages.emplace(offset - within, on_disk).first;
+        }
+        std::memcpy(page->second.data() + within, bytes.data(), size);
+        offset += size;
+        bytes = bytes.subspan(size);
+    }
+}
+
+void commit_overlay(Overlay& overlay) {
+    if (overlay.is_stuck)
+        fail_run("{}: an earlier commit is still in {}; restart the run to complete it", overlay.path.string(),
+                 journal_of(overlay.path).string());
+    const Changes changes = changes_of(overlay);
+    const bool needs_journal = overlay.committed > 0;
+    if (changes.fresh.empty() && changes.overwriting.patches.empty() && overlay.end == overlay.committed) return;
+
+    const std::vector<std::byte> journal = needs_journal ? encoded(changes.overwriting) : std::vector<std::byte>{};
+    const std::uint64_t growth = overlay.end - std::min(overlay.end, overlay.committed);
+    bool is_journal_complete = false;
+    try {
+        allocate(overlay.file, overlay.committed, overlay.end);
+        for (const Patch& patch : changes.fresh) write_at(overlay.file, patch.offset, patch.bytes);
+        sync(overlay.file);
+        if (needs_journal) {
+            write_journal(overlay.path, journal);
+            is_journal_complete = true;
+            apply(changes.overwriting, overlay.file);
+            remove_if_exists(journal_of(overlay.path));
+        }
+    } catch (const std::system_error& cause) {
+        overlay.is_stuck = is_journal_complete;
+        if (!is_journal_complete) release(overlay);
+        throw write_failure(overlay.path, cause, growth + journal.size(), consequence_of_failure(overlay));
+    }
+    overlay.committed = overlay.end;
+    overlay.pages.clear();
+}
+
+namespace {
+
+/// HDF5's handle of an open file; HDF5 requires its own part to be the first member.
+struct DriverFile {
+    H5FD_t base{};
+    Overlay* overlay = nullptr;
+};
+
+Overlay& overlay_in(const H5FD_t* file) { return *reinterpret_cast<const DriverFile*>(file)->overlay; }
+
+/// Exceptions must not cross HDF5's C frames: returns HDF5's failure code instead.
+template <class Work>
+herr_t guarded(Work work) noexcept {
+    try {
+        work();
+        return 0;
+    } catch (...) {
+        return -1;
+    }
+}
+
+extern "C" {
+H5FD_t* driver_open(const char*, unsigned, hid_t access, haddr_t) noexcept {
+    const auto* info = static_cast<Overlay* const*>(H5Pget_driver_info(access));
+    auto* file = info == nullptr ? nullptr : new (std::nothrow) DriverFile;
+    if (file == nullptr) return nullptr;
+    file->overlay = *info;
+    file->overlay->end = 0;
+    return &file->base;
+}
+
+herr_t driver_close(H5FD_t* file) noexcept {
+    delete reinterpret_cast<DriverFile*>(file);
+    return 0;
+}
+
+int driver_compare(const H5FD_t* a, const H5FD_t* b) noexcept {
+    const std::less<const Overlay*> before;
+    if (before(&overlay_in(a), &overlay_in(b))) return -1;
+    return before(&overlay_in(b), &overlay_in(a)) ? 1 : 0;
+}
+
+herr_t driver_query(const H5FD_t*, unsigned long* flags) noexcept {
+    *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE |
+             H5FD_FEAT_AGGREGATE_SMALLDATA | H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
+    return 0;
+}
+
+haddr_t driver_end_of_allocation(const H5FD_t* file, H5FD_mem_t) noexcept { return overlay_in(file).end; }
+
+herr_t driver_set_end_of_allocation(H5FD_t* file, H5FD_mem_t, haddr_t end) noexcept {
+    overlay_in(file).end = end;
+    return 0;
+}
+
+haddr_t driver_length(const H5FD_t* file, H5FD_mem_t) noexcept { return overlay_in(file).length; }
+
+herr_t driver_read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t size, void* to) noexcept {
+    return guarded([&] { read_overlay(overlay_in(file), offset, {static_cast<std::byte*>(to), size}); });
+}
+
+herr_t driver_write(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t size, const void* from) noexcept {
+    return guarded([&] { write_overlay(overlay_in(file), offset, {static_cast<const std::byte*>(from), size}); });
+}
+
+herr_t driver_truncate(H5FD_t* file, hid_t, hbool_t) noexcept {
+    overlay_in(file).length = overlay_in(file).end;
+    return 0;
+}
+}
+
+H5FD_class_t driver_class() {
+    H5FD_class_t driver{};
+    driver.name = "drover_overlay";
+    driver.maxaddr = static_cast<haddr_t>(INT64_MAX);
+    driver.fc_degree = H5F_CLOSE_WEAK;
+    driver.fapl_size = sizeof(Overlay*);
+    driver.open = driver_open;
+    driver.close = driver_close;
+    driver.cmp = driver_compare;
+    driver.query = driver_query;
+    driver.get_eoa = driver_end_of_allocation;
+    driver.set_eoa = driver_set_end_of_allocation;
+    driver.get_eof = driver_length;
+    driver.read = driver_read;
+    driver.write = driver_write;
+    driver.truncate = driver_truncate;
+    constexpr H5FD_mem_t separate_data_and_metadata[H5FD_MEM_NTYPES] = H5FD_FLMAP_DICHOTOMY;
+    std::copy(std::begin(separate_data_and_metadata), std::end(separate_data_and_metadata), std::begin(driver.fl_map));
+    return driver;
+}
+
+}  // namespace
+
+Handle register_driver(const Hdf5Errors& errors) {
+    const H5FD_class_t driver = driver_class();
+    return errors.own(H5FDregister(&driver), H5FDunregister, "registering the file driver");
+}
+
+Handle file_access(const Handle& driver, Overlay& overlay, const Hdf5Errors& errors) {
+    Handle access = errors.own(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "creating a file access list");
+    Overlay* const info = &overlay;
+    errors.check(H5Pset_driver(access, driver, &info), "choosing the file driver");
+    return access;
+}
+
+}  // namespace drover::files

@@ -1,0 +1,212 @@
+// files/record_file.cpp: "drvtrls1", the identity, then records: length, bytes, checksum.
+#include "drover/files/record_file.hpp"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <sstream>
+#include <thread>
+
+#include "drover/files/bytes.hpp"
+#include "files/system_calls.hpp"
+
+namespace drover::files {
+
+namespace {
+constexpr std::uint64_t magic = 0x31736c7274767264;  // "drvtrls1"
+constexpr std::size_t head_bytes = 2 * sizeof(std::uint64_t);
+
+/// The record without its checksum; nothing if the checksum is wrong.
+std::optional<std::string> decoded(Bytes bytes) {
+    const auto content = without_checksum(bytes);
+    if (!content) return std::nullopt;
+    return std::string(reinterpret_cast<const char*>(content->data()), content->size());
+}
+
+std::vector<std::byte> head_of(std::uint64_t identity) {
+    std::vector<std::byte> bytes;
+    put(bytes, magic);
+    put(bytes, identity);
+    return bytes;
+}
+
+struct Content {
+    std::vector<std::string> records;
+    std::uint64_t valid_bytes = 0;  ///< of the head and of complete records
+};
+
+/// A truncated head is valid: a kill interrupted the creation of the file.
+Content content_of(Bytes bytes, std::uint64_t identity, const std::string& file) {
+    const std::vector<std::byte> head = head_of(identity);
+    const std::size_t magic_bytes = std::min(bytes.size(), sizeof magic), found = std::min(bytes.size(), head_bytes);
+    require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(magic_bytes), head.begin()), {file},
+            "is not a file of trials; expected a folder that drover calibrate created");
+    require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(found), head.begin()), {file},
+            "holds the trials of another scene or point; choose another folder with --output");
+    Content content;
+    if (found < head_bytes) return content;
+    content.valid_bytes = head_bytes;
+    ByteReader reader{bytes.subspan(head_bytes)};
+    for (;;) {
+        const auto length = reader.take<std::uint64_t>();
+        auto record = decoded(reader.take_bytes(length));
+        if (!reader.is_complete || !record) return content;
+        content.valid_bytes += sizeof length + length;
+        content.records.push_back(std::move(*record));
+    }
+}
+
+/// Waits up to two seconds: a killed writer holds its lock until its last worker exits.
+bool lock_or_wait(const Descriptor& file) {
+    constexpr int tries = 40;
+    for (int i = 0; i < tries; ++i) {
+        if (lock_for_writing(file)) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return false;
+}
+
+std::vector<std::byte> bytes_of(const Descriptor& file) {
+    std::vector<std::byte> bytes(static_cast<std::size_t>(length_of(file)));
+    bytes.resize(read_at(file, 0, bytes));
+    return bytes;
+}
+
+/// Reports why a file cannot be used; reports a full disk explicitly.
+[[noreturn]] void fail_opening(const std::filesystem::path& file, const std::system_error& cause) {
+    const int error = cause.code().value();
+    if (error == ENOSPC || error == EDQUOT || error == EIO)
+        throw write_failure(file, cause, head_bytes, "no trial was started");
+    if (error == EMFILE || error == ENFILE)
+        fail_input({file.string()},
+                   "cannot be opened: {}; every running measurement needs an open file: raise the limit (ulimit -n), "
+                   "or divide "
+                   "the work with --share",
+                   std::string(cause.what()));
+    fail_input({file.string()}, "cannot be opened: {}; check the permissions of the folder, or choose another",
+               std::string(cause.what()));
+}
+}  // namespace
+
+struct RecordFile::File {
+    std::filesystem::path path;
+    Descriptor open;
+    std::vector<std::string> records;
+    std::uint64_t cut = 0, end = 0;
+};
+
+RecordFile::RecordFile(const std::filesystem::path& file, std::uint64_t identity) try
+    : file_(std::make_unique<File>()) {
+    file_->path = file;
+    file_->open = open_file(file, O_RDWR | O_CREAT);
+    require(
+        lock_or_wait(file_->open), {file.string()},
+        "another drover calibrate is using it; expected one at a time: wait for it, or divide the work with --share");
+    const std::vector<std::byte> bytes = bytes_of(file_->open);
+    Content content = content_of(bytes, identity, file.string());
+    file_->records = std::move(content.records);
+    file_->cut = bytes.size() - content.valid_bytes;
+    file_->end = content.valid_bytes;
+    if (content.valid_bytes == 0) {
+        write_at(file_->open, 0, head_of(identity));
+        file_->end = head_bytes;
+    }
+    if (file_->end < bytes.size()) truncate_to(file_->open, file_->end);
+    if (content.valid_bytes != bytes.size() || bytes.empty()) {
+        sync(file_->open);
+        sync_folder_of(file);
+    }
+} catch (const std::system_error& cause) {
+    fail_opening(file, cause);
+}
+
+RecordFile::RecordFile(RecordFile&&) noexcept = default;
+RecordFile::~RecordFile() = default;
+const std::vector<std::string>& RecordFile::records() const { return file_->records; }
+std::uint64_t RecordFile::cut() const { return file_->cut; }
+
+void RecordFile::append(const std::string& record) {
+    const Bytes content = std::as_bytes(std::span(record));
+    std::vector<std::byte> bytes;
+    put(bytes, static_cast<std::uint64_t>(content.size() + sizeof(std::uint64_t)));
+    bytes.insert(bytes.end(), content.begin(), content.end());
+    put(bytes, checksum(content));
+    try {
+        write_at(file_->open, file_->end, bytes);
+        sync(file_->open);
+    } catch (const std::system_error& cause) {
+        throw write_failure(file_->path, cause, bytes.size(), "earlier trials are kept");
+    }
+    file_->end += bytes.size();
+}
+
+std::vector<std::string> read_records(const std::filesystem::path& file, std::uint64_t identity) try {
+    const auto bytes = read_file(file);
+    if (!bytes) return {};
+    return content_of(*bytes, identity, file.string()).records;
+} catch (const std::system_error& cause) {
+    fail_opening(file, cause);
+}
+
+std::uint64_t fingerprint(const std::string& content) { return checksum(std::as_bytes(std::span(content))); }
+
+namespace {
+/// The first difference of two scene texts: "kick.strength = 0.02 there, 0.015 here".
+std::string difference(const std::string& there, const std::string& here) {
+    const auto keys_of = [](const std::string& words) {
+        std::vector<std::pair<std::string, std::string>> keys;
+        std::string section, line;
+        std::istringstream stream(words);
+        while (std::getline(stream, line)) {
+            if (line.starts_with('[')) section = line.substr(1, line.find(']') - 1);
+            const std::size_t equals = line.find(" = ");
+            if (equals != std::string::npos)
+                keys.emplace_back(section + "." + line.substr(0, equals), line.substr(equals + 3));
+        }
+        return keys;
+    };
+    const auto a = keys_of(there), b = keys_of(here);
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+        if (a[i] != b[i] && a[i].first == b[i].first)
+            return text("{} = {} there, {} here", a[i].first, a[i].second, b[i].second);
+    return "their keys differ";
+}
+
+std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
+}  // namespace
+
+std::string claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
+                         const std::string& content) try {
+    const SourceLocation where{.file = folder.string()};
+    const std::filesystem::path file = folder / name;
+    std::error_code problem;
+    std::filesystem::create_directories(folder, problem);
+    require(!problem && std::filesystem::is_directory(folder), where,
+            "the folder cannot be created ({}); choose another with --output", problem.message());
+    // Another process may claim it at the same moment: then the folder is not empty, and holds this file.
+    require(std::filesystem::is_empty(folder) || std::filesystem::exists(file), where,
+            "the folder is not empty and holds no {}; choose another with --output", name);
+    const Descriptor open = open_file(file, O_RDWR | O_CREAT);
+    require(lock_or_wait(open), where, "another drover is creating this folder; expected one at a time: try again");
+    const std::vector<std::byte> bytes = bytes_of(open);
+    const std::string found(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string there = found.substr(std::min(found.size(), first_line(found).size() + 1));
+    if (there == content) return first_line(found);
+    // A crash cut the file short before the folder held anything else.
+    const bool is_only_file =
+        std::next(std::filesystem::directory_iterator(folder)) == std::filesystem::directory_iterator{};
+    require(is_only_file && (factory + "\n" + content).starts_with(found), where,
+            "the folder holds the trials of another scene (see {} there): {}; choose another folder with --output",
+            name, difference(there, content));
+    const std::string whole = factory + "\n" + content;
+    write_at(open, 0, std::as_bytes(std::span(whole)));
+    sync(open);
+    sync_folder_of(file);
+    return factory;
+} catch (const std::system_error& cause) {
+    fail_opening(folder, cause);
+}
+
+}  // namespace drover::files

@@ -1,0 +1,178 @@
+// files/system_calls.cpp: system calls with retries and errors.
+#include "files/system_calls.hpp"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <limits>
+#include <string>
+
+namespace drover::files {
+namespace {
+
+[[noreturn]] void fail_call(const char* call, int error) {
+    throw std::system_error(error, std::generic_category(), call);
+}
+
+/// Repeats a call while signals interrupt it.
+template <class Call>
+auto uninterrupted(Call call) {
+    auto result = call();
+    while (result < 0 && errno == EINTR) result = call();
+    return result;
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+    return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
+}  // namespace
+
+Descriptor::~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+}
+
+Descriptor try_open(const std::filesystem::path& file, int flags) {
+    constexpr mode_t everyone_as_the_umask_allows = 0666;
+    return Descriptor(
+        uninterrupted([&] { return ::open(file.c_str(), flags | O_CLOEXEC, everyone_as_the_umask_allows); }));
+}
+
+Descriptor open_file(const std::filesystem::path& file, int flags) {
+    Descriptor result = try_open(file, flags);
+    if (!result.is_open()) fail_call("open", errno);
+    return result;
+}
+
+void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes) {
+    while (!bytes.empty()) {
+        const auto written = uninterrupted(
+            [&] { return ::pwrite(to.number(), bytes.data(), bytes.size(), static_cast<off_t>(offset)); });
+        if (written < 0) fail_call("write", errno);
+        if (written == 0) fail_call("write", ENOSPC);
+        offset += static_cast<std::uint64_t>(written);
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+}
+
+std::size_t read_at(const Descriptor& from, std::uint64_t offset, std::span<std::byte> bytes) {
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const auto got = uninterrupted([&] {
+            return ::pread(from.number(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+        });
+        if (got < 0) fail_call("read", errno);
+        if (got == 0) break;
+        done += static_cast<std::size_t>(got);
+    }
+    return done;
+}
+
+void allocate(const Descriptor& file, std::uint64_t begin, std::uint64_t end) {
+    if (end <= begin) return;
+    int error = EINTR;
+    while (error == EINTR)
+        error = ::posix_fallocate(file.number(), static_cast<off_t>(begin), static_cast<off_t>(end - begin));
+    if (error != 0) fail_call("allocate", error);
+}
+
+void truncate_to(const Descriptor& file, std::uint64_t length) {
+    if (uninterrupted([&] { return ::ftruncate(file.number(), static_cast<off_t>(length)); }) < 0)
+        fail_call("truncate", errno);
+}
+
+void sync(const Descriptor& file) {
+    if (uninterrupted([&] { return ::fsync(file.number()); }) < 0) fail_call("sync", errno);
+}
+
+void sync_folder_of(const std::filesystem::path& file) {
+    const Descriptor folder = open_file(folder_of(file), O_RDONLY | O_DIRECTORY);
+    const int result = uninterrupted([&] { return ::fsync(folder.number()); });
+    if (result < 0 && errno != EINVAL) fail_call("sync of the folder", errno);  // EINVAL: a file system without it
+}
+
+void rename_over(const std::filesystem::path& from, const std::filesystem::path& to) {
+    if (::rename(from.c_str(), to.c_str()) < 0) fail_call("rename", errno);
+}
+
+void remove_if_exists(const std::filesystem::path& file) {
+    if (::unlink(file.c_str()) < 0 && errno != ENOENT) fail_call("remove", errno);
+}
+
+std::uint64_t length_of(const Descriptor& file) {
+    struct stat status {};
+    if (::fstat(file.number(), &status) < 0) fail_call("stat", errno);
+    return static_cast<std::uint64_t>(status.st_size);
+}
+
+bool is_at(const Descriptor& open, const std::filesystem::path& file) {
+    struct stat mine {
+    }, there{};
+    return ::fstat(open.number(), &mine) == 0 && ::stat(file.c_str(), &there) == 0 && mine.st_ino == there.st_ino &&
+           mine.st_dev == there.st_dev;
+}
+
+std::optional<std::vector<std::byte>> read_file(const std::filesystem::path& file) {
+    const Descriptor from = try_open(file, O_RDONLY);
+    if (!from.is_open() && errno == ENOENT) return std::nullopt;
+    if (!from.is_open()) fail_call("open", errno);
+    const std::uint64_t length = length_of(from);
+    const std::uint64_t memory = memory_available();
+    require(length <= memory / 2, {file.string()},
+            "the file has {}, more than half of the {} of free memory; expected a smaller file",
+            bytes_text(static_cast<double>(length)), bytes_text(static_cast<double>(memory)));
+    std::vector<std::byte> bytes(static_cast<std::size_t>(length));
+    bytes.resize(read_at(from, 0, bytes));
+    return bytes;
+}
+
+bool lock_for_writing(const Descriptor& file) {
+    struct flock whole {};
+    whole.l_type = F_WRLCK;
+    whole.l_whence = SEEK_SET;
+    if (::fcntl(file.number(), F_OFD_SETLK, &whole) == 0) return true;
+    if (errno == EAGAIN || errno == EACCES) return false;
+    fail_call("lock", errno);
+}
+
+std::uint64_t memory_available() {
+    std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
+    std::ifstream table("/proc/meminfo");
+    for (std::string name; table >> name;) {
+        std::uint64_t kilobytes = 0;
+        if (name == "MemAvailable:" && table >> kilobytes) bytes = kilobytes * 1024;
+        table.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+    }
+    struct rlimit limit {};
+    if (::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
+        bytes = std::min(bytes, static_cast<std::uint64_t>(limit.rlim_cur));
+    return bytes;
+}
+
+Error write_failure(const std::filesystem::path& file, const std::system_error& cause, std::uint64_t needed,
+                    std::string_view consequence) {
+    const int error = cause.code().value();
+    const bool is_full = error == ENOSPC || error == EDQUOT || error == EFBIG;
+    if (!is_full)
+        return Error(Fault::run, {file.string()},
+                     text("cannot write: {}; {}; check the disk, then restart", std::string(cause.what()),
+                          consequence));
+    struct statvfs disk {};
+    const bool is_known = ::statvfs(folder_of(file).c_str(), &disk) == 0;
+    const double free = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
+    const char* what = error == ENOSPC   ? "the disk is full"
+                       : error == EDQUOT ? "the disk quota is used up"
+                                         : "the largest file size allowed (ulimit -f) is reached";
+    return Error(Fault::run, {file.string()},
+                 text("{}: {} were needed and {} are free; {}; make room, then restart", what,
+                      bytes_text(static_cast<double>(needed)), is_known ? bytes_text(free) : std::string("?"),
+                      consequence));
+}
+
+}  // namespace drover::files

@@ -1,0 +1,76 @@
+// files/system_calls.hpp: the system calls that make a file durable, with every failure as an exception.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "drover/base/error.hpp"
+
+namespace drover::files {
+
+using Bytes = std::span<const std::byte>;
+
+/// An owning file descriptor; -1 if there is none.
+class Descriptor {
+public:
+    Descriptor() = default;
+    explicit Descriptor(int number) : number_(number) {}
+    Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+        std::swap(number_, other.number_);
+        return *this;
+    }
+    ~Descriptor();
+    int number() const { return number_; }
+    bool is_open() const { return number_ >= 0; }
+
+private:
+    int number_ = -1;
+};
+
+// Unless documented otherwise, these functions throw std::system_error with the name of the failing call.
+
+/// Returns a closed descriptor, with errno set, when the file cannot be opened.
+Descriptor try_open(const std::filesystem::path& file, int flags);
+Descriptor open_file(const std::filesystem::path& file, int flags);
+
+void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes);
+
+/// Bytes read: fewer than asked only at the end of the file.
+std::size_t read_at(const Descriptor& from, std::uint64_t offset, std::span<std::byte> bytes);
+
+/// Allocates the disk blocks of [begin, end), so that a later write there cannot fail on a full disk.
+void allocate(const Descriptor& file, std::uint64_t begin, std::uint64_t end);
+void truncate_to(const Descriptor& file, std::uint64_t length);
+void sync(const Descriptor& file);
+void sync_folder_of(const std::filesystem::path& file);
+void rename_over(const std::filesystem::path& from, const std::filesystem::path& to);
+void remove_if_exists(const std::filesystem::path& file);
+std::uint64_t length_of(const Descriptor& file);
+
+/// Whether the name `file` still refers to the open file.
+bool is_at(const Descriptor& open, const std::filesystem::path& file);
+
+/// The content of a file; nothing if it does not exist.  Throws an input Error when it is larger than half of the free
+/// memory.
+std::optional<std::vector<std::byte>> read_file(const std::filesystem::path& file);
+
+/// Locks a file for writing until its descriptor closes; false when another writer has locked it.  Uses an fcntl lock
+/// on the open file description, not flock: HDF5 readers take a flock, and a writer must not block them.
+bool lock_for_writing(const Descriptor& file);
+
+/// Free memory [bytes] as reported by the system; a large number if unknown.
+std::uint64_t memory_available();
+
+/// The run Error for a failed write; reports a full disk explicitly, with the bytes needed and free.
+/// consequence: the state after the failure, such as "the file stays as it was at the last commit".
+Error write_failure(const std::filesystem::path& file, const std::system_error& cause, std::uint64_t needed,
+                    std::string_view consequence);
+
+}  // namespace drover::files

@@ -1,0 +1,231 @@
+// io/scene_text.cpp: TOML text to the tables of a scene, with overrides.
+#include "drover/io/scene_text.hpp"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "io/scene_calibrated.hpp"
+
+namespace drover::io {
+
+namespace {
+SourceLocation where_of(const toml::source_region& source, const std::string& file) {
+    return {.file = file, .line = static_cast<int>(source.begin.line), .column = static_cast<int>(source.begin.column)};
+}
+
+Value list_value(const toml::array& array, const std::string& key, const SourceLocation& where) {
+    std::vector<double> numbers;
+    std::vector<std::string> texts;
+    for (const toml::node& item : array) {
+        if (const auto number = item.value<double>(); number && item.is_number()) numbers.push_back(*number);
+        else if (const auto word = item.value<std::string>()) texts.push_back(*word);
+        else fail_input(where, "{} is a list with other items than numbers or texts; expected a list of either", key);
+    }
+    require(numbers.empty() || texts.empty(), where, "{} is a list of numbers and texts; expected one type", key);
+    if (!texts.empty()) return texts;
+    return numbers;
+}
+
+Value value_of(const toml::node& node, const std::string& key, const SourceLocation& where) {
+    if (const auto* held = node.as_boolean()) return held->get();
+    if (const auto* held = node.as_integer()) return std::int64_t{held->get()};
+    if (const auto* held = node.as_floating_point()) return held->get();
+    if (const auto* held = node.as_string()) return held->get();
+    if (const auto* held = node.as_array()) return list_value(*held, key, where);
+    fail_input(where, "{} is a table or a date; expected a number, a text, true or false, or a list", key);
+}
+
+toml::table parsed(const std::string& text, const std::string& name) {
+    try {
+        return toml::parse(text, name);
+    } catch (const toml::parse_error& error) {
+        fail_input(where_of(error.source(), name), "not TOML: {}; expected lines such as [grid] and nx = 256",
+                   std::string(error.description()));
+    }
+}
+
+/// Where the texts of a value begin, behind their quotes.
+std::vector<SourceLocation> items_of(const toml::node& node, const std::string& file) {
+    std::vector<SourceLocation> items;
+    const auto add = [&](const toml::node& one) {
+        items.push_back(where_of(one.source(), file));
+        if (one.is_string()) ++items.back().column;
+    };
+    if (const auto* list = node.as_array())
+        for (const toml::node& one : *list) add(one);
+    else add(node);
+    return items;
+}
+
+/// The keys of one section.  A table inside [calibrate] is the section calibrate.<name>.
+void add_table(const std::string& section, const toml::table& table, const SourceLocation& where,
+               const std::string& file, SceneTables& tables) {
+    LocatedTable located{.where = where, .values = {}};
+    for (const auto& [key, value] : table) {
+        const SourceLocation location = where_of(key.source(), file);
+        const std::string name = section + "." + std::string(key.str());
+        if (section.starts_with("terms[") && key.str() == "parameters") continue;  // a section of their own
+        if (const toml::table* inner = value.as_table(); inner != nullptr && section == "calibrate")
+            add_table(name, *inner, location, file, tables);
+        else
+            located.values.emplace(std::string(key.str()),
+                                   LocatedValue{value_of(value, name, location), location, items_of(value, file)});
+    }
+    tables.emplace(section, std::move(located));
+}
+
+/// [[terms]] number n is the section terms[n]; the numbers in its parameters are keys of the section terms.
+void add_terms(const toml::array& terms, const std::string& file, SceneTables& tables) {
+    std::size_t number = 0;
+    LocatedTable parameters{.where = where_of(terms.source(), file), .values = {}};
+    for (const toml::node& node : terms) {
+        const toml::table* term = node.as_table();
+        require(term != nullptr, where_of(node.source(), file), "terms is not a list of tables; expected [[terms]]");
+        std::vector<std::string> names;
+        for (const auto& [key, value] : *term) {
+            if (key.str() != "parameters") continue;
+            const toml::table* numbers = value.as_table();
+            require(numbers != nullptr, where_of(key.source(), file),
+                    "terms.parameters is not a table; expected numbers by name, such as { W = 0.7 }");
+            for (const auto& [name, held] : *numbers) {
+                const SourceLocation where = where_of(name.source(), file);
+                names.emplace_back(name.str());
+                require(!parameters.values.contains(names.back()), where,
+                        "the parameter {} is given twice; expected each once, for all terms", names.back());
+                parameters.values.emplace(names.back(),
+                                          LocatedValue{value_of(held, "terms." + names.back(), where), where});
+            }
+        }
+        const std::string section = text("terms[{}]", ++number);
+        add_table(section, *term, where_of(node.source(), file), file, tables);
+        if (!names.empty()) tables.at(section).values.emplace("parameter_names", LocatedValue{names, {}});
+    }
+    if (!parameters.values.empty()) tables.emplace("terms", std::move(parameters));
+}
+
+SceneTables tables_of(const toml::table& root, const std::string& file) {
+    SceneTables tables;
+    for (const auto& [name, node] : root) {
+        const std::string section(name.str());
+        const SourceLocation where = where_of(name.source(), file);
+        if (const toml::array* terms = node.as_array(); terms != nullptr && section == "terms") {
+            add_terms(*terms, file, tables);
+            continue;
+        }
+        const toml::table* table = node.as_table();
+        require(table != nullptr, where, "{} is outside a table; expected it below a line such as [grid]", section);
+        add_table(section, *table, where, file, tables);
+    }
+    return tables;
+}
+
+/// "section.key=value", without blanks around its parts.
+struct Setting {
+    SourceLocation where;
+    std::string section, key, written;
+    std::string name() const { return section + "." + key; }
+};
+
+Setting read_setting(const std::string& setting) {
+    const SourceLocation where{.file = "--set " + setting};
+    const std::size_t equals = setting.find('='), dot = setting.rfind('.', equals);
+    require(equals != std::string::npos && dot != std::string::npos && dot > 0 && dot + 1 < equals, where,
+            "expected section.key=value, such as grid.nx=128");
+    const auto trimmed = [](std::string word) {
+        word.erase(0, word.find_first_not_of(" \t"));
+        word.erase(word.find_last_not_of(" \t") + 1);
+        return word;
+    };
+    return {.where = where,
+            .section = trimmed(setting.substr(0, dot)),
+            .key = trimmed(setting.substr(dot + 1, equals - dot - 1)),
+            .written = trimmed(setting.substr(equals + 1))};
+}
+
+/// Sets the value, read as TOML if it is valid TOML, else as a text.
+void apply_setting(const Setting& setting, SceneTables& tables) {
+    const auto& [where, section, key, written] = setting;
+    Value value = written;
+    try {
+        const toml::table table = toml::parse("value = " + written);
+        require(table.size() == 1, where, "more than one key; expected section.key=value: use one --set for each");
+        value = value_of(*table.get("value"), setting.name(), where);
+    } catch (const toml::parse_error&) {
+        // A bare word: a text.
+    }
+    LocatedTable& table = tables.try_emplace(section, LocatedTable{.where = where, .values = {}}).first->second;
+    table.values.insert_or_assign(key, LocatedValue{std::move(value), where});
+}
+
+/// Whether a setting changes which numbers the calibrated table has to provide.
+bool invalidates_filled(const Setting& setting) {
+    return setting.section == "calibrated" || setting.section == "fields" || setting.name() == "current.kind" ||
+           setting.name() == "weathercock.convention";
+}
+
+/// calibrated.filled of a resolved scene, or nullptr.
+std::vector<std::string>* filled_of(SceneTables& tables) {
+    const auto calibrated = tables.find("calibrated");
+    if (calibrated == tables.end()) return nullptr;
+    const auto filled = calibrated->second.values.find("filled");
+    if (filled == calibrated->second.values.end()) return nullptr;
+    return std::get_if<std::vector<std::string>>(&filled->second.value);
+}
+
+/// Removes the numbers that the table filled in earlier, so that they are filled in for another state.
+void remove_filled(SceneTables& tables) {
+    const std::vector<std::string>* filled = filled_of(tables);
+    if (filled == nullptr) return;
+    for (const std::string& written : *filled) {
+        const std::string name = filled_name(written);
+        const std::size_t dot = name.find('.');  // no dot in "table", which is filled as one
+        const auto table = tables.find(name.substr(0, dot));
+        if (table == tables.end()) continue;
+        if (dot == std::string::npos) tables.erase(table);
+        else table->second.values.erase(name.substr(dot + 1));
+    }
+    for (const char* own : {"filled", "expected"}) tables.at("calibrated").values.erase(own);
+}
+
+/// Marks a number as set by the user instead of filled in from the table.
+void mark_as_set(const Setting& setting, SceneTables& tables) {
+    if (std::vector<std::string>* filled = filled_of(tables))
+        std::erase_if(*filled, [&](const std::string& written) { return filled_name(written) == setting.name(); });
+}
+}  // namespace
+
+Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides) {
+    SceneTables tables = tables_of(parsed(toml, name), name);
+    std::vector<Setting> settings;
+    for (const std::string& written : overrides) settings.push_back(read_setting(written));
+    if (std::any_of(settings.begin(), settings.end(), invalidates_filled)) remove_filled(tables);
+    for (const Setting& setting : settings) {
+        mark_as_set(setting, tables);
+        apply_setting(setting, tables);
+    }
+    Scene scene = scene_of(tables, name);
+    fill_from_table(scene);
+    check(scene);
+    return scene;
+}
+
+Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
+    const SourceLocation where{.file = file.string()};
+    std::error_code problem;
+    require(std::filesystem::exists(file, problem), where,
+            "no such file; expected a scene (input file), such as models/isotropic.toml");
+    require(std::filesystem::is_regular_file(file, problem), where, "not a file; expected a scene in TOML");
+    constexpr std::uintmax_t max_bytes = 1 << 20;
+    require(std::filesystem::file_size(file, problem) <= max_bytes, where,
+            "larger than 1 MiB; expected a scene in TOML");
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream content;
+    if (stream) content << stream.rdbuf();
+    require(static_cast<bool>(stream), where, "cannot be read; check its permissions");
+    return parse_scene(content.str(), file.string(), overrides);
+}
+
+}  // namespace drover::io
