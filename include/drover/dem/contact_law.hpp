@@ -51,9 +51,9 @@ concept SoftLaw = requires(const Law& law, const SoftContact& contact, const Con
 /// Normal force k delta - gamma u_n, with gamma = -2 ln e sqrt(m k/(pi^2 + ln^2 e)): a binary collision has the
 /// restitution e at any speed.  The formula assumes that the dashpot may pull before the contact ends (Schwager &
 /// Poeschel, Granul. Matter 9, 465 (2007)).
-/// Tangential force -k_t s of a spring s that slips where the force would exceed mu k delta.  The limit uses the elastic
-/// part of the normal force, whose impulse over a collision equals that of the total: a collision that slides throughout
-/// has the tangential impulse mu (1 + e) m |u_n| of the impulse law.
+/// Tangential force -k_t s of a spring s that slips where the force would exceed mu k delta.  The limit uses the
+/// elastic part of the normal force, whose impulse over a collision equals that of the total: a collision that slides
+/// throughout has the tangential impulse mu (1 + e) m |u_n| of the impulse law.
 struct SpringDashpot {
     static constexpr const char* name = "spring-dashpot";
     double stiffness = 0.0;             ///< k [mg/s^2]

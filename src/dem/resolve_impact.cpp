@@ -1,4 +1,4 @@
-// dem/impact.cpp: the impulses of a single contact and of a group.
+// dem/resolve_impact.cpp: the impulses of a single contact and of a group.
 #include "drover/dem/impact.hpp"
 
 #include <algorithm>

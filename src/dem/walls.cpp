@@ -1,4 +1,4 @@
-// dem/wall.cpp: distances to the side walls.
+// dem/walls.cpp: distances to the side walls.
 #include "drover/dem/wall.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// dem/bodies.cpp: the bodies that a setup asks for, and the area of its cell.
+// dem/supply.cpp: the bodies that a setup asks for, and the area of its cell.
 #include "drover/dem/bodies.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// dem/setup.cpp: consistency of the parameters of a particle world.
+// dem/setup_check.cpp: consistency of the parameters of a particle world.
 #include "drover/dem/setup.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// dem/world.cpp: the time step of a world.
+// dem/world_state.cpp: the time step of a world.
 #include "drover/dem/world.hpp"
 
 #include <algorithm>
