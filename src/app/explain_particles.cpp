@@ -102,7 +102,9 @@ void print(const io::Scene& scene, const Explanation& e) {
     print_supply("beads", e.beads);
     print_supply("rods", e.rods);
     std::printf("  %zu spheres in total; packing: %s\n", e.spheres, setup.packing.kind.c_str());
-    std::printf("  contacts: %s, restitution %s\n", setup.contacts.law.c_str(), setup.contacts.restitution.c_str());
+    if (setup.contacts.model == "impulse")
+        std::printf("  contacts: %s, restitution %s\n", setup.contacts.law.c_str(), setup.contacts.restitution.c_str());
+    else std::printf("  contacts: %s\n", setup.contacts.model.c_str());
     std::printf("  %lld steps of dt = %g s, %.4g per vibration period\n", static_cast<long long>(e.cost.steps),
                 scene.time.dt, e.steps_per_period);
     print_cost(scene, e.cost, "in a smaller cell");

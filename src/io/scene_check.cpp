@@ -1,8 +1,9 @@
 // io/scene_check.cpp: the schema rows of the scene's structs, and consistency checks of its keys.
 #include <cmath>
 
+#include "drover/dem/bodies.hpp"
+#include "drover/dem/contact_law.hpp"
 #include "drover/io/scene.hpp"
-
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/physics/equations.hpp"
 
@@ -60,6 +61,7 @@ void check_calibration(const Scene& scene, const LocationOf& at) {
 
 void check_particles(const Scene& scene, const LocationOf& at) {
     dem::check(scene.particles, at);
+    dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, at), scene.time.dt, at);
     check_calibration(scene, at);
     // The motion of the plates within a step is a series in dt times the frequency.
     constexpr double min_steps = 20.0;

@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
+#include <set>
 
 #include "drover/dem/packing.hpp"
+#include "drover/dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/trajectory.hpp"
@@ -30,15 +31,6 @@ std::uint64_t seed_of(const io::Scene& scene) { return static_cast<std::uint64_t
 dem::Bodies bodies_of(const io::Scene& scene) {
     return dem::make_bodies(scene.particles, seed_of(scene),
                             [&](const std::string& key) { return io::location_of(scene, key); });
-}
-
-double base_height(const dem::Plates& plates, double time) {
-    return plates.amplitude * (1.0 + std::cos(2.0 * std::numbers::pi * plates.frequency * time));
-}
-
-double base_speed(const dem::Plates& plates, double time) {
-    const double rate = 2.0 * std::numbers::pi * plates.frequency;
-    return -plates.amplitude * rate * std::sin(rate * time);
 }
 
 /// The shape and size of a cell, for messages.
@@ -78,8 +70,9 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     require(theirs == ours, where, "{} lies in a {} and this scene in a {}; expected the same cell", what, theirs,
             ours);
     const double time = archive->read(std::string(io::spheres_group) + "/position/time").values.at(frame);
-    const double lift = base_height(scene.particles.plates, 0.0) - base_height(source.particles.plates, time),
-                 push = -base_speed(source.particles.plates, time);
+    const dem::PlateState now = dem::PlateMotion(scene.particles.plates).base(),
+                          then = dem::PlateMotion(source.particles.plates, time).base();
+    const double lift = now.height - then.height, push = -then.velocity;
     const auto move = [&](auto& body) {
         body.position.z += lift;
         body.velocity.z += push;
@@ -190,7 +183,7 @@ void check_health(const Shared& shared, std::int64_t step) {
 std::string describe(const Shared& shared) {
     const dem::Counts counts = shared.world.counts();
     const dem::EnergyBalance balance = shared.world.balance();
-    const dem::Overlap worst = shared.world.worst_overlap();
+    const dem::OverlapRecord worst = shared.world.worst_overlap();
     const double now = shared.world.energy_kinetic(), change = now - shared.energy_start;
     double largest = std::abs(now);
     for (const auto entry : dem::balance_parts) largest = std::max(largest, std::abs(balance.*entry));
@@ -243,6 +236,7 @@ std::string particle_size(const io::Scene& scene) {
 }
 
 std::string particle_advice(const io::Scene& scene) {
+    if (scene.particles.contacts.model != "impulse") return {};  // check_contact_law() limits the step
     // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
     constexpr double min_dt = 2e-6, max_dt = 5e-5, max_substep = 5e-5, frequency = 200.0;
     const double faster = std::max(1.0, scene.particles.plates.frequency / frequency);

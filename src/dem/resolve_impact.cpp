@@ -1,4 +1,4 @@
-// dem/impact.cpp: the impulses of a single contact and of a group.
+// dem/resolve_impact.cpp: the impulses of a single contact and of a group.
 #include "drover/dem/impact.hpp"
 
 #include <algorithm>
@@ -8,11 +8,13 @@
 
 #include "impact_group.hpp"
 #include "impact_increment.hpp"
+#include "sphere_impact.hpp"
 
 namespace drover::dem {
 
 namespace {
-/// Friction along the slip before the impact, at most what stops it without the normal impulse: the plain law.
+/// Friction keeps the direction of the slip before the impact, and is at most what stops the slip without the normal
+/// impulse.
 Bounce bounce_plain(const Response& w, const Contact& contact, Slip slip) {
     const double normal = -(1.0 + contact.restitution) * slip.n / w.nn,
                  size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
@@ -34,31 +36,31 @@ Bounce bounce_plain(const Response& w, const Contact& contact, Slip slip) {
     return bounce;
 }
 
-/// A sphere's contact: normal and slip do not feel each other, and the slip keeps its direction.
+/// The impact of a contact for which is_sphere_like() holds.
 Bounce bounce_sphere(const Response& w, const Contact& contact, const Slip& slip) {
-    Bounce bounce{.n = -(1.0 + contact.restitution) * slip.n / w.nn};
-    const double after = slip.n + w.nn * bounce.n, size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
-    bounce.normal_work = 0.5 * bounce.n * (slip.n + after);
+    const double size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
+    const SphereImpact impact =
+        sphere_impact(slip.n, size, {.denominator = w.nn}, w.xx, contact.restitution, contact.friction);
+    Bounce bounce{.n = impact.normal, .normal_work = 0.5 * impact.normal * (slip.n + (slip.n + w.nn * impact.normal))};
     if (size > 0.0) {
-        const double tangential = std::min(contact.friction * bounce.n, size / w.xx);
-        bounce.x = -tangential / size * slip.x;
-        bounce.y = -tangential / size * slip.y;
-        bounce.friction_work = -tangential * (size - 0.5 * w.xx * tangential);
+        bounce.x = -impact.tangential / size * slip.x;
+        bounce.y = -impact.tangential / size * slip.y;
+        bounce.friction_work = impact.friction_work;
     }
     return bounce;
 }
 
-/// Increments that follow the turning of the slip: none needed where it keeps its direction.
-int increments_needed(const Response& w, const Contact& contact, const Slip& slip, int most) {
+/// Number of increments needed to follow the turning of the slip: one where it keeps its direction.
+int increments_needed(const Response& w, const Contact& contact, const Slip& slip, int max_increments) {
     if (contact.friction == 0.0) return 1;
     const double impulse = -(1.0 + contact.restitution) * slip.n / w.nn;
     const double change = impulse * (std::sqrt(w.nx * w.nx + w.ny * w.ny) + contact.friction * std::max(w.xx, w.yy));
     const double size = std::sqrt(slip.x * slip.x + slip.y * slip.y),
-                 wanted = std::ceil(2.0 * most * change / std::max(size, 1e-300));
-    return wanted >= most ? most : std::max(1, static_cast<int>(wanted));
+                 wanted = std::ceil(2.0 * max_increments * change / std::max(size, 1e-300));
+    return wanted >= max_increments ? max_increments : std::max(1, static_cast<int>(wanted));
 }
 
-/// The impact of one contact that approaches.
+/// The impact of one approaching contact.
 Bounce bounce_of(const Response& w, const Contact& contact, Slip slip, const ImpactLaw& law) {
     if (!law.track_slip) return bounce_plain(w, contact, slip);
     if (is_sphere_like(w)) return bounce_sphere(w, contact, slip);
@@ -89,19 +91,19 @@ Bounce bounce_of(const Response& w, const Contact& contact, Slip slip, const Imp
     return bounce;
 }
 
-/// A group with all that its contacts need.
+/// A group of contacts.
 struct Group {
-    std::span<Mover> movers;
+    std::span<ImpactBody> bodies;
     std::span<Contact> contacts;
     std::span<const Frame> frames;
 
-    double normal(std::size_t c) const { return velocity_along(contacts[c], frames[c], 0, movers); }
+    double normal(std::size_t c) const { return velocity_along(contacts[c], frames[c], 0, bodies); }
     Slip slip(std::size_t c) const {
-        return {normal(c), velocity_along(contacts[c], frames[c], 1, movers),
-                velocity_along(contacts[c], frames[c], 2, movers)};
+        return {normal(c), velocity_along(contacts[c], frames[c], 1, bodies),
+                velocity_along(contacts[c], frames[c], 2, bodies)};
     }
     void push(std::size_t c, const Bounce& bounce, ImpactOutcome& outcome) {
-        const Vector impulse = apply(contacts[c], frames[c], bounce.n, bounce.x, bounce.y, movers);
+        const Vector impulse = apply(contacts[c], frames[c], bounce.n, bounce.x, bounce.y, bodies);
         contacts[c].impulse = contacts[c].impulse + impulse;
         outcome.normal += bounce.normal_work;
         outcome.friction += bounce.friction_work;
@@ -142,21 +144,22 @@ void resolve_in_turn(Group& group, const ImpactLaw& law, ImpactOutcome& outcome)
 
 }  // namespace
 
-Vector relative_velocity(const Contact& contact, std::span<const Mover> movers) {
-    const Mover& first = movers[static_cast<std::size_t>(contact.first)];
+Vector relative_velocity(const Contact& contact, std::span<const ImpactBody> bodies) {
+    const ImpactBody& first = bodies[static_cast<std::size_t>(contact.first)];
     const Vector at_first = first.velocity + cross(first.spin, contact.arm_first);
     if (contact.second < 0) return at_first - contact.wall_velocity;
-    const Mover& second = movers[static_cast<std::size_t>(contact.second)];
+    const ImpactBody& second = bodies[static_cast<std::size_t>(contact.second)];
     return at_first - second.velocity - cross(second.spin, contact.arm_second);
 }
 
-double energy_kinetic(const Mover& mover) {
-    const double along = dot(mover.spin, mover.axis), spin2 = dot(mover.spin, mover.spin);
-    return 0.5 * (dot(mover.velocity, mover.velocity) / mover.mass_inverse +
-                  std::max(0.0, spin2 - along * along) / mover.across_inverse + along * along / mover.along_inverse);
+double energy_kinetic(const ImpactBody& impact_body) {
+    const double along = dot(impact_body.spin, impact_body.axis), spin2 = dot(impact_body.spin, impact_body.spin);
+    return 0.5 * (dot(impact_body.velocity, impact_body.velocity) / impact_body.mass_inverse +
+                  std::max(0.0, spin2 - along * along) / impact_body.across_inverse +
+                  along * along / impact_body.along_inverse);
 }
 
-ImpactOutcome resolve(std::span<Mover> movers, std::span<Contact> contacts, const ImpactLaw& law) {
+ImpactOutcome resolve(std::span<ImpactBody> bodies, std::span<Contact> contacts, const ImpactLaw& law) {
     constexpr std::size_t few = 8;
     std::array<Frame, few> few_frames;
     std::vector<Frame> many_frames(contacts.size() > few ? contacts.size() : 0);
@@ -164,9 +167,9 @@ ImpactOutcome resolve(std::span<Mover> movers, std::span<Contact> contacts, cons
         many_frames.empty() ? std::span(few_frames).first(contacts.size()) : std::span(many_frames);
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         contacts[c].impulse = {};
-        frames[c] = frame_of(contacts[c], movers);
+        frames[c] = frame_of(contacts[c], bodies);
     }
-    Group group{movers, contacts, frames};
+    Group group{bodies, contacts, frames};
     ImpactOutcome outcome;
     outcome.approach = group.approach();
     if (outcome.approach <= 0.0) return outcome;
@@ -175,7 +178,7 @@ ImpactOutcome resolve(std::span<Mover> movers, std::span<Contact> contacts, cons
         group.push(0, b, outcome);
         outcome.sweeps = 1;
     } else if (law.group == GroupLaw::simultaneous) {
-        resolve_together(movers, contacts, frames, law, outcome);
+        resolve_simultaneously(bodies, contacts, frames, law, outcome);
     } else {
         resolve_in_turn(group, law, outcome);
     }

@@ -1,4 +1,4 @@
-// dem/wall.cpp: distances to the side walls.
+// dem/walls.cpp: distances to the side walls.
 #include "drover/dem/wall.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct Nearest {
 
     void add(const WallPoint& point) {
         if (point.distance > reach) return;
-        // Two arcs that go on smoothly into each other both end at the point between them: it is one.
+        // The common end point of two arcs that join smoothly counts once.
         constexpr double same = 1e-9;
         for (int i = 0; i < count; ++i)
             if (std::abs(found[i].nx - point.nx) < same && std::abs(found[i].ny - point.ny) < same &&
@@ -46,7 +46,7 @@ void add_circle(const Cell& cell, double x, double y, Nearest& nearest) {
     nearest.add({.distance = cell.radius - from_centre, .nx = -x / from_centre, .ny = -y / from_centre});
 }
 
-/// A place in the frame of one petal: from the centre of its arc, x along its middle line.
+/// A position in the frame of one petal: from the centre of its arc, x along its middle line.
 struct FromArc {
     double c = 1.0, s = 0.0;  ///< direction of the middle line
     double along = 0.0, across = 0.0;
@@ -54,7 +54,7 @@ struct FromArc {
     double distance() const { return std::sqrt(along * along + across * across); }
 };
 
-/// Petals are counted round and round.
+/// Index of a petal, modulo their number.
 std::size_t index_of(const Flower& flower, int petal) {
     const int petals = static_cast<int>(flower.middle.size());
     return static_cast<std::size_t>((petal % petals + petals) % petals);
@@ -68,7 +68,7 @@ FromArc from_arc(const Flower& flower, int petal, double x, double y) {
 /// Whether the nearest point of an arc's circle belongs to the arc.
 bool faces(const Flower& flower, const FromArc& place) { return place.along >= flower.cosine * place.distance(); }
 
-/// Adds the arc where a place faces it.
+/// Adds the arc if the position faces it.
 void add_arc(const Flower& flower, const FromArc& place, Nearest& nearest) {
     if (!faces(flower, place)) return;
     const double from_centre = place.distance();
@@ -79,21 +79,21 @@ void add_arc(const Flower& flower, const FromArc& place, Nearest& nearest) {
                  .ny = -(place.s * ux + place.c * uy)});
 }
 
-/// Adds the corner after a petal; sign: 1 for a place inside, -1 outside.
+/// Adds the corner after a petal; sign: 1 for a position inside the cell, -1 outside.
 void add_corner(const Flower& flower, int petal, double x, double y, double sign, Nearest& nearest) {
     const auto& corner = flower.corner[index_of(flower, petal)];
     const double dx = x - corner[0], dy = y - corner[1], distance = std::sqrt(dx * dx + dy * dy);
-    if (distance == 0.0) return;  // the arcs are there as well
+    if (distance == 0.0) return;  // the arcs give the contact
     nearest.add({.distance = sign * distance, .nx = sign * dx / distance, .ny = sign * dy / distance});
 }
 
-/// Whether the distance grows from the corner after a petal along both arcs that end there.
+/// Whether the distance increases from the corner after a petal along both arcs that end there.
 bool faces_corner(const Flower& flower, const FromArc& before, const FromArc& after) {
     const double c = flower.cosine, s = flower.sine;
     return c * before.across - s * before.along > 0.0 && c * after.across + s * after.along < 0.0;
 }
 
-/// Contacts are the places of the outline that are nearer than those beside them.
+/// Contacts are the local minima of the distance along the outline.
 void add_flower(const Cell& cell, const Flower& flower, double x, double y, Nearest& nearest) {
     const double clear = std::min(cell.radius, flower.arc_at + flower.arc_radius) - nearest.reach;
     if (clear > 0.0 && x * x + y * y < clear * clear) return;
@@ -104,18 +104,18 @@ void add_flower(const Cell& cell, const Flower& flower, double x, double y, Near
     if (facing && beyond) return add_arc(flower, own, nearest);
     if (!facing && beyond && flower.arc_at < 0.0)
         return add_corner(flower, own.across > 0.0 ? petal : petal - 1, x, y, -1.0, nearest);
-    // What is nearer than half a chord belongs to this petal or to one beside it.
+    // Points nearer than half a chord belong to this petal or to an adjacent one.
     const bool all = cell.petals <= 3 || nearest.reach >= flower.half_chord;
     const int first = all ? petal - cell.petals / 2 : petal - 1, last = all ? first + cell.petals - 1 : petal + 1;
     for (int k = first; k <= last; ++k) {
         const FromArc here = from_arc(flower, k, x, y), next = from_arc(flower, k + 1, x, y);
-        // What lies beyond another petal's arc is in its own petal, and that arc has ended before.
+        // A position beyond the arc of another petal does not face that arc.
         if (here.distance() <= flower.arc_radius) add_arc(flower, here, nearest);
         if ((all || k < last) && faces_corner(flower, here, next)) add_corner(flower, k, x, y, 1.0, nearest);
     }
 }
 
-/// How far a flower reaches in a direction from its origin.
+/// Extent of a flower in a direction from its origin.
 double reach_of_flower(const Cell& cell, double direction) {
     const Flower flower = make_flower(cell);
     double reach = 0.0;

@@ -1,4 +1,4 @@
-// dem/bodies.cpp: the bodies that a setup asks for, and the area of its cell.
+// dem/supply.cpp: the bodies that a setup asks for, and the area of its cell.
 #include "drover/dem/bodies.hpp"
 
 #include <algorithm>
@@ -32,12 +32,12 @@ Shape rod_shape(const RodSupply& rods, double scale, const LocationOf& place) {
 }
 
 double mean_area(const BeadSupply& beads) {
-    double areas = 0.0, parts = 0.0;
+    double areas = 0.0, weights = 0.0;
     for (std::size_t i = 0; i < beads.diameters.size(); ++i) {
-        areas += beads.parts[i] * pi / 4.0 * beads.diameters[i] * beads.diameters[i];
-        parts += beads.parts[i];
+        areas += beads.proportions[i] * pi / 4.0 * beads.diameters[i] * beads.diameters[i];
+        weights += beads.proportions[i];
     }
-    return areas / parts;
+    return areas / weights;
 }
 
 std::int64_t count_of(int count, double area_fraction, double area_cell, double area_body) {
@@ -45,12 +45,12 @@ std::int64_t count_of(int count, double area_fraction, double area_cell, double 
     return static_cast<std::int64_t>(std::round(area_fraction * area_cell / area_body));
 }
 
-std::vector<std::int64_t> dealt(std::int64_t count, const std::vector<double>& parts) {
-    const double sum = std::accumulate(parts.begin(), parts.end(), 0.0);
+std::vector<std::int64_t> apportioned(std::int64_t count, const std::vector<double>& proportions) {
+    const double sum = std::accumulate(proportions.begin(), proportions.end(), 0.0);
     std::vector<std::int64_t> result;
     std::vector<double> remainder;
     std::int64_t left = count;
-    for (const double part : parts) {
+    for (const double part : proportions) {
         const double share = static_cast<double>(count) * part / sum;
         result.push_back(static_cast<std::int64_t>(std::floor(share)));
         remainder.push_back(share - std::floor(share));
@@ -67,7 +67,7 @@ std::vector<std::int64_t> dealt(std::int64_t count, const std::vector<double>& p
 namespace {
 void add_beads(const BeadSupply& supply, double area_cell, const LocationOf& place, Bodies& bodies) {
     const std::int64_t count = count_of(supply.count, supply.area_fraction, area_cell, mean_area(supply));
-    const std::vector<std::int64_t> counts = dealt(count, supply.parts);
+    const std::vector<std::int64_t> counts = apportioned(count, supply.proportions);
     std::vector<double> known;
     for (std::size_t i = 0; i < counts.size(); ++i) {
         if (counts[i] == 0) continue;
@@ -117,6 +117,15 @@ Bodies make_bodies(const Setup& setup, std::uint64_t seed, const LocationOf& pla
             "rods.size_tolerance = {} too",
             setup.plates.gap, thickness(shape), setup.rods.size_tolerance);
     return bodies;
+}
+
+std::vector<Shape> shapes_of(const Setup& setup, const LocationOf& place) {
+    std::vector<Shape> shapes;
+    if (setup.beads.count > 0 || setup.beads.area_fraction > 0.0)
+        for (const double diameter : setup.beads.diameters)
+            shapes.push_back(make_ball(diameter, setup.beads.density, place("beads.diameters")));
+    if (setup.rods.count > 0 || setup.rods.area_fraction > 0.0) shapes.push_back(rod_shape(setup.rods, 1.0, place));
+    return shapes;
 }
 
 double area(const Cell& cell) {

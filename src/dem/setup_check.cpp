@@ -1,4 +1,4 @@
-// dem/setup.cpp: what the keys of a particle world ask of each other.
+// dem/setup_check.cpp: consistency of the parameters of a particle world.
 #include "drover/dem/setup.hpp"
 
 #include <algorithm>
@@ -12,7 +12,8 @@
 namespace drover::dem {
 
 namespace {
-/// The ranges and words of a section's own rows: a scene was held against them when it was read, a setup made by hand was not.
+/// Checks the ranges and choices of a section's rows.  Those of a scene were checked when it was read, those of a setup
+/// made in code were not.
 template <class Struct>
 void check_rows(const Struct& section, const std::string& name, const LocationOf& place) {
     const std::vector<std::pair<std::string, Value>> values = values_of(section);
@@ -35,23 +36,23 @@ void check_rows(const Setup& setup, const LocationOf& place) {
     check_rows(setup.packing, "packing", place);
 }
 
-/// Where the first of these keys was given, which are at odds with each other: one of them may stand at its default.
+/// The location of the first of these conflicting keys that the scene gives.
 SourceLocation first_given(const LocationOf& place, std::initializer_list<const char*> keys) {
     for (const char* key : keys)
         if (SourceLocation where = place(key); where.line > 0) return where;
     return place(*keys.begin());
 }
 
-/// What a supply comes to.
-struct Asked {
+/// Number and dimensions of the bodies of a supply.
+struct SupplySize {
     double count = 0.0, area = 0.0;         ///< of all its bodies [mm^2]
     double thickest = 0.0, thinnest = 0.0;  ///< diameters of its spheres, 0 where there are none [mm]
     double length = 0.0;                    ///< [mm]
 };
 
 template <class Supply>
-Asked asked(const Supply& supply, const std::string& name, double area_cell, double area_body,
-            const LocationOf& place) {
+SupplySize asked(const Supply& supply, const std::string& name, double area_cell, double area_body,
+                 const LocationOf& place) {
     const std::string key = name + ".area_fraction";
     require(supply.count == 0 || supply.area_fraction == 0.0, place(name + ".count"),
             "{}.count = {} and {} = {}; expected one of the two: set the other to 0", name, supply.count, key,
@@ -68,26 +69,27 @@ Asked asked(const Supply& supply, const std::string& name, double area_cell, dou
     return {.count = count, .area = count * area_body, .thickest = *greatest, .thinnest = *least};
 }
 
-Asked check_beads(const BeadSupply& beads, double area_cell, const LocationOf& place) {
+SupplySize check_beads(const BeadSupply& beads, double area_cell, const LocationOf& place) {
     require(!beads.diameters.empty(), place("beads.diameters"), "beads.diameters is empty; expected at least one");
-    require(beads.parts.size() == beads.diameters.size(), first_given(place, {"beads.parts", "beads.diameters"}),
-            "beads.parts has {} numbers beside {} of beads.diameters; expected one for each diameter",
-            beads.parts.size(), beads.diameters.size());
-    const double parts = std::accumulate(beads.parts.begin(), beads.parts.end(), 0.0);
-    require(parts > 0.0 && std::isfinite(parts), place("beads.parts"),
-            "beads.parts sum to {}; expected at least one number above 0", parts);
-    Asked result = asked(beads, "beads", area_cell, mean_area(beads), place);
+    require(beads.proportions.size() == beads.diameters.size(),
+            first_given(place, {"beads.proportions", "beads.diameters"}),
+            "beads.proportions has {} numbers beside {} of beads.diameters; expected one for each diameter",
+            beads.proportions.size(), beads.diameters.size());
+    const double sum = std::accumulate(beads.proportions.begin(), beads.proportions.end(), 0.0);
+    require(sum > 0.0 && std::isfinite(sum), place("beads.proportions"),
+            "beads.proportions sum to {}; expected at least one number above 0", sum);
+    SupplySize result = asked(beads, "beads", area_cell, mean_area(beads), place);
     result.length = result.thickest;
     return result;
 }
 
-Asked check_rods(const RodSupply& rods, double area_cell, const LocationOf& place) {
+SupplySize check_rods(const RodSupply& rods, double area_cell, const LocationOf& place) {
     require(!rods.diameters.empty(), place("rods.diameters"), "rods.diameters is empty; expected at least one");
     require(!rods.densities.empty(), place("rods.densities"), "rods.densities is empty; expected at least one");
     require(*std::max_element(rods.densities.begin(), rods.densities.end()) > 0.0, place("rods.densities"),
             "rods.densities holds no number above 0; expected one at least, or rods have no mass");
     const Shape shape = rod_shape(rods, 1.0, place);
-    Asked result = asked(rods, "rods", area_cell, shape.projected_area, place);
+    SupplySize result = asked(rods, "rods", area_cell, shape.projected_area, place);
     if (result.count > 0.0) result.length = shape.head - shape.tail;
     return result;
 }
@@ -95,7 +97,7 @@ Asked check_rods(const RodSupply& rods, double area_cell, const LocationOf& plac
 void check_flower(const Cell& cell, const LocationOf& place) {
     if (cell.shape != "flower") return;
     const double least = cell.radius * std::sin(std::numbers::pi / cell.petals);
-    // Half circles are typed as decimals.
+    // Allows for rounding of half circles given as decimals.
     require(
         cell.petal_radius >= (1.0 - 1e-9) * least, place("cell.petal_radius"),
         "cell.petal_radius = {} mm does not span the {:.6g} mm between two inner corners; expected at least {:.6g}, or "
@@ -103,15 +105,15 @@ void check_flower(const Cell& cell, const LocationOf& place) {
         cell.petal_radius, 2.0 * least, least);
 }
 
-/// The directions in which a body must fit the cell.
-void check_room(const Setup& setup, double thickest, double longest, const LocationOf& place) {
+/// Checks that bodies fit the cell in every direction.
+void check_cell_size(const Setup& setup, double thickest, double longest, const LocationOf& place) {
     const Cell& cell = setup.cell;
     const double reach = 2.0 * (thickest + setup.contacts.skin);
     for (const auto& [key, side] : {std::pair{"cell.lx", cell.lx}, std::pair{"cell.ly", cell.ly}}) {
         if (is_periodic(cell) && thickest > 0.0) {
             require(side > reach, place(key),
                     "{} = {} mm; expected more than {} mm, twice the largest diameter and contacts.skin together, or a "
-                    "body could touch another on both sides of the periodic cell",
+                    "body could overlap another on both sides of the periodic cell",
                     key, side, reach);
             require(side >= longest, place(key),
                     "{} = {} mm; expected at least {} mm, the length of a body, or it would lie on itself", key, side,
@@ -141,9 +143,9 @@ void check_forces(const Setup& setup, double beads, const LocationOf& place) {
 }
 
 void check_contacts(const Setup& setup, double thinnest, const LocationOf& place) {
-    require(thinnest == 0.0 || setup.contacts.together < 0.5 * thinnest, place("contacts.together"),
-            "contacts.together = {} mm with spheres of radius {} mm; expected much less", setup.contacts.together,
-            0.5 * thinnest);
+    require(thinnest == 0.0 || setup.contacts.simultaneity_gap < 0.5 * thinnest, place("contacts.simultaneity_gap"),
+            "contacts.simultaneity_gap = {} mm with spheres of radius {} mm; expected much less",
+            setup.contacts.simultaneity_gap, 0.5 * thinnest);
     constexpr double periods = 0.05;
     require(
         setup.contacts.substep * setup.plates.frequency <= periods,
@@ -163,13 +165,14 @@ void check(const Setup& setup, const LocationOf& place) {
     check_rows(setup, place);
     check_flower(setup.cell, place);
     const double area_cell = area(setup.cell);
-    const Asked beads = check_beads(setup.beads, area_cell, place), rods = check_rods(setup.rods, area_cell, place);
+    const SupplySize beads = check_beads(setup.beads, area_cell, place),
+                     rods = check_rods(setup.rods, area_cell, place);
     const double thickest = std::max(beads.thickest, rods.thickest);
     require(!setup.plates.lid || thickest < setup.plates.gap,
             first_given(place, {"plates.gap", beads.thickest > rods.thickest ? "beads.diameters" : "rods.diameters"}),
             "plates.gap = {} mm, with bodies {} mm thick; expected a larger gap, or plates.lid = false",
             setup.plates.gap, thickest);
-    check_room(setup, thickest, std::max(beads.length, rods.length), place);
+    check_cell_size(setup, thickest, std::max(beads.length, rods.length), place);
     require(beads.area + rods.area <= area_cell,
             beads.area >= rods.area ? first_given(place, {"beads.area_fraction", "beads.count"})
                                     : first_given(place, {"rods.area_fraction", "rods.count"}),
