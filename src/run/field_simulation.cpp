@@ -10,7 +10,7 @@
 #include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/energy.hpp"
-#include "drover/run/field_evolution.hpp"
+#include "drover/physics/field_evolution.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {
@@ -270,14 +270,14 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
 
 namespace {
 /// The choices of the adaptive stepper.
-std::string describe(const StepCount& count, const io::Scene& scene) {
+std::string describe(const physics::FieldEvolution& evolution, const io::Scene& scene) {
     std::string words;
     if (scene.time.tolerance > 0.0)
-        words = text("{} steps taken, {} rejected; the last were of {:.4g} s (time.dt/{})", count.accepted,
-                     count.refused, scene.time.dt / count.division, count.division);
-    if (count.references > 0)
-        words += text("{}the reference density followed the beads {} time{}", words.empty() ? "" : "; ",
-                      count.references, count.references == 1 ? "" : "s");
+        words = text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", evolution.count().accepted,
+                     evolution.count().rejected, scene.time.dt / evolution.division(), evolution.division());
+    if (const auto changes = evolution.reference_changes(); changes > 0)
+        words += text("{}the reference density changed {} time{}", words.empty() ? "" : "; ", changes,
+                      changes == 1 ? "" : "s");
     return words;
 }
 }  // namespace

@@ -112,7 +112,7 @@ TEST(CoefficientTable, that_does_not_fit_is_refused) {
 
 TEST(Model, with_a_table_and_a_polynomial_for_one_coefficient_is_refused) {
     Model model{.relaxation = {.rate_terms = {"1 sigma"}},
-                .table = {.rod_density = {0.5, 2.0}, .relaxation_rate = {0.1, 0.2}}};
+                .table = {.rod_density = {0.5, 2.0}, .columns = {{"relaxation.rate", {{0.1, 0.2}, {}}}}}};
     EXPECT_THROW(check(model), Error);
     model.relaxation.rate_terms.clear();
     EXPECT_NO_THROW(check(model));

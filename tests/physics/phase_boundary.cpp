@@ -194,7 +194,7 @@ TEST(PhaseBoundary, beyond_a_table_is_not_drawn) {
     Plane plane = density_plane(0.0, {});
     plane.model.table = {.bead_density = {0.5, 1.0, 1.5},
                          .rod_density = {0.5, 1.5},
-                         .relaxation_rate = {0.5, 0.4, 0.0, -0.1, -0.5, -0.6}};
+                         .columns = {{"relaxation.rate", {{0.5, 0.4, 0.0, -0.1, -0.5, -0.6}, {}}}}};
     plane.model.uniform = {.rod_density = 1.0, .bead_density = 1.0};
     Threads threads(1);
     const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, threads);
@@ -213,7 +213,7 @@ TEST(PhaseBoundary, beyond_a_table_is_not_drawn) {
 
 TEST(PhaseBoundary, beyond_a_table_is_not_drawn_beside_another_number_either) {
     Plane plane = density_plane(0.0, {});
-    plane.model.table = {.bead_density = {0.5, 1.5}, .relaxation_rate = {1.0, -1.0}};
+    plane.model.table = {.bead_density = {0.5, 1.5}, .columns = {{"relaxation.rate", {{1.0, -1.0}, {}}}}};
     plane.model.uniform = {.rod_density = 1.0, .bead_density = 1.0};
     plane.x = beads(0.6, 3.0);
     plane.y =

@@ -100,7 +100,9 @@ TEST(StationaryStates, of_beads_without_drag_balance_a_force_by_order) {
 
 TEST(StationaryStates, beyond_a_table_are_refused_with_its_range) {
     Model model = flock_model({});
-    model.table = {.bead_density = {1.0, 1.5}, .rod_density = {0.5, 1.0}, .relaxation_rate = {0.1, 0.2, 0.3, 0.4}};
+    model.table = {.bead_density = {1.0, 1.5},
+                   .rod_density = {0.5, 1.0},
+                   .columns = {{"relaxation.rate", {{0.1, 0.2, 0.3, 0.4}, {}}}}};
     const Equations e(model);
     EXPECT_EQ(stationary_states(e, 1.2, 0.9).states.size(), 2u);
     try {
