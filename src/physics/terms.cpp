@@ -213,29 +213,38 @@ Term saturation() {
 }  // namespace
 
 const std::vector<Term>& built_in_terms() {
+    // clang-format off
     static const std::vector<Term> terms{
         // d_t rho
-        bead_current(), linear("d_t rho: D_rho lap rho", "diffusion.beads", laplacian<rho>),
+        bead_current(),
+        linear("d_t rho: D_rho lap rho", "diffusion.beads", laplacian<rho>),
 
         // d_t sigma
-        rod_current(), linear("d_t sigma: D_sigma lap sigma", "diffusion.rods", laplacian<sigma>),
+        rod_current(),
+        linear("d_t sigma: D_sigma lap sigma", "diffusion.rods", laplacian<sigma>),
 
         // m rho d_t v
-        bead_advection(), proportional("m rho d_t v: -Gamma v", "drag.coefficient", -1.0, v_x, v_x),
+        bead_advection(),
+        proportional("m rho d_t v: -Gamma v", "drag.coefficient", -1.0, v_x, v_x),
         linear("m rho d_t v: eta lap v", "viscosity.shear", vector_laplacian<v_x>),
         linear("m rho d_t v: zeta grad(div v)", "viscosity.bulk", gradient_of_divergence<v_x>),
         proportional("m rho d_t v: alpha p", "driving.strength", 1.0, p_x, v_x),
         linear("m rho d_t v: -E grad rho", "stiffness.beads", minus_gradient<rho, v_x>),
-        linear("m rho d_t v: -F grad sigma", "stiffness.rods", minus_gradient<sigma, v_x>), uniform_force(),
+        linear("m rho d_t v: -F grad sigma", "stiffness.rods", minus_gradient<sigma, v_x>),
+        uniform_force(),
         point_force(),
 
         // d_t p
-        self_advection(), proportional("d_t p: -a p", "relaxation.rate", -1.0, p_x, p_x), saturation(),
+        self_advection(),
+        proportional("d_t p: -a p", "relaxation.rate", -1.0, p_x, p_x),
+        saturation(),
         linear("d_t p: K3 lap p", "elasticity.stiffness", vector_laplacian<p_x>),
         linear("d_t p: K1 grad(div p)", "elasticity.splay", gradient_of_divergence<p_x>),
         proportional("d_t p: lambda v", "weathercock.strength", 1.0, v_x, p_x),
         linear("d_t p: -A grad rho", "pressure.beads", minus_gradient<rho, p_x>),
-        linear("d_t p: -B grad sigma", "pressure.rods", minus_gradient<sigma, p_x>), orienting_field()};
+        linear("d_t p: -B grad sigma", "pressure.rods", minus_gradient<sigma, p_x>),
+        orienting_field()};
+    // clang-format on
     return terms;
 }
 
