@@ -176,6 +176,27 @@ Term self_advection() {
         });
 }
 
+Term divergence_advection() {
+    return product(
+        "d_t p: -lambda_2 p div p", "advection.divergence",
+        {.reads = reads_order | reads(Input::order_divergence), .writes = writes(Output::order), .degree = 2},
+        [](double lambda, const UniformPoint& about, const Wavevector& q, Symbol& m) {
+            for (int i = 0; i < 2; ++i) {
+                m(p_x + i, p_x) -= i_unit * lambda * about.order(i) * q.x;
+                m(p_x + i, p_y) -= i_unit * lambda * about.order(i) * q.y;
+            }
+        },
+        [](double lambda, const PointFields& f, const PointRates& r) {
+            const double* divergence = f[Input::order_divergence];
+            const auto p = f.order();
+            const auto rate = r.vector(Output::order);
+            for (std::size_t i = 0; i < f.size; ++i) {
+                rate.x[i] -= lambda * divergence[i] * p.x[i];
+                rate.y[i] -= lambda * divergence[i] * p.y[i];
+            }
+        });
+}
+
 Term saturation() {
     return {.name = "relaxation.saturation",
             .is_active = [](const CompiledModel& e) { return e.saturation.is_active(); },
@@ -236,6 +257,7 @@ const std::vector<Term>& built_in_terms() {
 
         // d_t p
         self_advection(),
+        divergence_advection(),
         proportional("d_t p: -a p", "relaxation.rate", -1.0, p_x, p_x),
         saturation(),
         linear("d_t p: K3 lap p", "elasticity.stiffness", vector_laplacian<p_x>),
