@@ -197,6 +197,23 @@ Term divergence_advection() {
         });
 }
 
+Term gradient_advection() {
+    return product(
+        "d_t p: -lambda_3 grad |p|^2", "advection.gradient",
+        {.reads = reads_order, .writes = writes(Output::order_potential), .degree = 2},
+        [](double lambda, const UniformPoint& about, const Wavevector& q, Symbol& m) {
+            for (int j = 0; j < 2; ++j) {
+                m(p_x, p_x + j) -= 2.0 * i_unit * lambda * q.x * about.order(j);
+                m(p_y, p_x + j) -= 2.0 * i_unit * lambda * q.y * about.order(j);
+            }
+        },
+        [](double lambda, const PointFields& f, const PointRates& r) {
+            const auto p = f.order();
+            double* potential = r[Output::order_potential];
+            for (std::size_t i = 0; i < f.size; ++i) potential[i] -= lambda * (p.x[i] * p.x[i] + p.y[i] * p.y[i]);
+        });
+}
+
 Term saturation() {
     return {.name = "relaxation.saturation",
             .is_active = [](const CompiledModel& e) { return e.saturation.is_active(); },
@@ -258,6 +275,7 @@ const std::vector<Term>& built_in_terms() {
         // d_t p
         self_advection(),
         divergence_advection(),
+        gradient_advection(),
         proportional("d_t p: -a p", "relaxation.rate", -1.0, p_x, p_x),
         saturation(),
         linear("d_t p: K3 lap p", "elasticity.stiffness", vector_laplacian<p_x>),

@@ -5,7 +5,7 @@
 //     m rho d_t v   = -m rho v.grad v [optional] - Gamma v + eta lap v + zeta grad(div v) + alpha p
 //                     - E grad rho - F grad sigma + force                                                  (beadmom)
 //     d_t p         = -w p.grad p - (a + b |p|^2) p + K3 lap p + K1 grad(div p) + lambda v
-//                     - A grad rho - B grad sigma - lambda_2 p div p
+//                     - A grad rho - B grad sigma - lambda_2 p div p - lambda_3 grad |p|^2
 //                     + orienting field + noise                                                            (polarfull)
 //
 // rho, sigma: densities of beads and rods [1/mm^2]; v: velocity of the beads; p: polar order, either the density sigma
@@ -62,7 +62,7 @@ struct Weathercock {
     std::string convention = "mean";
 };
 struct SelfAdvection {
-    double strength = 0.0, divergence = 0.0;
+    double strength = 0.0, divergence = 0.0, gradient = 0.0;
 };
 struct Pressure {
     double beads = 0.0, rods = 0.0;
