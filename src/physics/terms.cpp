@@ -214,6 +214,17 @@ Term gradient_advection() {
         });
 }
 
+template <int Vector>
+void minus_vector_bilaplacian(double constant, const Wavevector& q, Symbol& m) {
+    const double square = q.x * q.x + q.y * q.y;
+    for (const int i : {Vector, Vector + 1}) m(i, i) -= constant * square * square;
+}
+
+Term of_fourth_degree(Term term) {
+    term.degree_in_q = 4;
+    return term;
+}
+
 Term saturation() {
     return {.name = "relaxation.saturation",
             .is_active = [](const CompiledModel& e) { return e.saturation.is_active(); },
@@ -280,6 +291,7 @@ const std::vector<Term>& built_in_terms() {
         saturation(),
         linear("d_t p: K3 lap p", "elasticity.stiffness", vector_laplacian<p_x>),
         linear("d_t p: K1 grad(div p)", "elasticity.splay", gradient_of_divergence<p_x>),
+        of_fourth_degree(linear("d_t p: -K4 lap^2 p", "elasticity.bilaplacian", minus_vector_bilaplacian<p_x>)),
         proportional("d_t p: lambda v", "weathercock.strength", 1.0, v_x, p_x),
         linear("d_t p: -A grad rho", "pressure.beads", minus_gradient<rho, p_x>),
         linear("d_t p: -B grad sigma", "pressure.rods", minus_gradient<sigma, p_x>),

@@ -4,7 +4,7 @@
 //     d_t rho       = -div(rho v) + D_rho lap rho + noise                                                 (beadcont)
 //     m rho d_t v   = -m rho v.grad v [optional] - Gamma v + eta lap v + zeta grad(div v) + alpha p
 //                     - E grad rho - F grad sigma + force                                                  (beadmom)
-//     d_t p         = -w p.grad p - (a + b |p|^2) p + K3 lap p + K1 grad(div p) + lambda v
+//     d_t p         = -w p.grad p - (a + b |p|^2) p + K3 lap p + K1 grad(div p) - K4 lap^2 p + lambda v
 //                     - A grad rho - B grad sigma - lambda_2 p div p - lambda_3 grad |p|^2
 //                     + orienting field + noise                                                            (polarfull)
 //
@@ -52,7 +52,7 @@ struct Relaxation {
     std::vector<std::string> saturation_terms;
 };
 struct Elasticity {
-    double stiffness = 0.0, splay = 0.0;
+    double stiffness = 0.0, splay = 0.0, bilaplacian = 0.0;
 };
 struct Weathercock {
     double strength = 0.0;
