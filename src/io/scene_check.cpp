@@ -27,7 +27,7 @@ void check_fields(const Scene& scene, const LocationOf& at) {
     require(
         scene.time.tolerance == 0.0 || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
         at("time.tolerance"),
-        "time.tolerance = {} with noise: there is no error estimate for a noisy step; set the tolerance or the noise "
+        "time.tolerance = {} with noise: there is no error estimate for a noisy step; set it or the noise "
         "to 0",
         scene.time.tolerance);
     require(

@@ -217,7 +217,7 @@ def test_a_table_with_errors_below_zero_is_refused(folder):
 
 def test_scenes_of_particles_have_no_calibrated_section(folder):
     (folder / "rods.toml").write_text(scene_text({"cell.lx": 10.0, "calibrated.table": "table.h5"}))
-    refused(folder, ["check", "rods.toml"], ["[calibrated]", "of a scene of fields"])
+    refused(folder, ["check", "rods.toml"], ["[calibrated]", "belongs to a scene of fields"])
 
 
 def test_a_scene_without_a_table_is_as_before(folder):
