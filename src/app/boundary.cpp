@@ -1,48 +1,14 @@
-// app/boundary.cpp: drover boundary SCENE.
+// app/boundary.cpp: drover boundary SCENE, or drover boundary TABLE.
 #include "drover/run/boundary.hpp"
 
-#include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 
-#include "boundary_table.hpp"
-#include "drover/run/field_simulation.hpp"
+#include "command.hpp"
+#include "drover/io/calibration.hpp"
+#include "drover/run/onset.hpp"
 
 namespace drover::app {
-
-namespace {
-nlohmann::json line_json(const physics::BoundaryLine& line) {
-    nlohmann::json points = nlohmann::json::array();
-    for (const physics::BoundaryPoint& point : line.points)
-        points.push_back({{"x", point.x},
-                          {"y", point.y},
-                          {"error_x", number_json(point.error_x)},
-                          {"error_y", number_json(point.error_y)},
-                          {"angle", point.angle * 180.0 / std::numbers::pi}});
-    return {{"closed", line.closed}, {"points", points}};
-}
-
-nlohmann::json report_json(const run::BoundaryReport& report) {
-    nlohmann::json traced = nlohmann::json::array();
-    for (const run::TracedLines& one : report.traced) {
-        nlohmann::json lines = nlohmann::json::array(), sharp = nlohmann::json::array();
-        for (const physics::BoundaryLine& line : one.boundary.lines) lines.push_back(line_json(line));
-        for (const numerics::PlanePoint& point : one.boundary.sharp) sharp.push_back({point.x, point.y});
-        traced.push_back({{"limit", physics::limit_name(one.limit)},
-                          {"convention", one.convention},
-                          {"lines", lines},
-                          {"sharp", sharp},
-                          {"complete", one.boundary.complete},
-                          {"evaluations", one.boundary.evaluations}});
-    }
-    const auto axis = [](const physics::PlaneAxis& a) {
-        return nlohmann::json{{"name", a.name}, {"unit", a.unit}, {"from", a.from}, {"to", a.to}};
-    };
-    return {{"x", axis(report.x)}, {"y", axis(report.y)}, {"uncertain_numbers", report.uncertain}, {"traced", traced}};
-}
-}  // namespace
 
 namespace {
 struct Options : SceneOptions {
@@ -51,6 +17,14 @@ struct Options : SceneOptions {
     std::optional<double> varied;
     bool json = false, overwrite = false;
 };
+
+ResultOutput output_of(const Options& options, const char* what, const char* contents) {
+    return {.file = options.output,
+            .what = what,
+            .contents = contents,
+            .json = options.json,
+            .overwrite = options.overwrite};
+}
 
 int print_scene_boundary(const Options& options) {
     require(!options.varied, {.file = options.scene},
@@ -62,54 +36,54 @@ int print_scene_boundary(const Options& options) {
     const io::Scene scene = io::read_scene(options.scene, overrides);
     io::require_kind(scene, io::SceneKind::fields, "boundary");
     Threads threads(options.threads > 0 ? options.threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
-    const run::BoundaryReport report = run::make_boundary(scene, threads);
-    if (!options.output.empty())
-        write_results(options.output, "boundary", scene, threads.count(), run::boundary_tables(report),
-                      {{"boundary_x", report.x.name}, {"boundary_y", report.y.name}}, options.overwrite);
-    if (options.json) std::puts(report_json(report).dump(2).c_str());
-    else std::fputs(run::boundary_text(report).c_str(), stdout);
-    if (!options.json && !options.output.empty())
-        std::printf("\n%s: all vertices, and the map of states\n", options.output.c_str());
-    return run::exit_done;
+    return print_result(run::make_boundary(scene, threads),
+                        output_of(options, "boundary", "all vertices, and the map of regimes"), scene, threads.count());
 }
 
-int print_boundary(const Options& options) {
-    if (!files::is_hdf5(options.scene)) return print_scene_boundary(options);
-    require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(),
-            {.file = options.scene},
+int print_table_boundary(const Options& options) {
+    const SourceLocation file{.file = options.scene};
+    require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected the command without them");
-    return print_table_boundary({.file = options.scene,
-                                 .output = options.output,
-                                 .varied = options.varied,
-                                 .json = options.json,
-                                 .overwrite = options.overwrite});
+    const files::ArchiveReader archive(options.scene);
+    const calibrate::Table table = io::read_calibration(archive, options.scene);
+    const calibrate::Onset onset =
+        calibrate::find_onset(table, calibrate::varied_index(table, options.varied, "--varied", file));
+    const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), options.scene + " (its scene)");
+    run::Result result = run::onset_result(onset, table);
+    result.attributes.emplace_back("table", options.scene);
+    return print_result(result, output_of(options, "onset", "curves and thresholds, with standard errors"), scene, 1);
 }
 }  // namespace
 
 void add_boundary(CLI::App& program, Action& action) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command = program.add_subcommand("boundary",
-                                               "phase boundaries in a plane of two numbers of a scene: onset of a "
-                                               "flock, banding, oblique waves; or where a table of coefficients says "
-                                               "that flocks begin; runs nothing");
-    add_scene_options(*command, *options);
-    command->add_option("--x", options->x, "\"driving.strength = 0.5:2\", in place of boundary.x")
+    CLI::App* command = program.add_subcommand(
+        "boundary", "Phase boundaries in a plane of two parameters of a scene, or the flocking threshold of a table");
+    command->add_option("scene", options->scene, "Scene (TOML input file), or table of coefficients (HDF5)")
+        ->required();
+    add_set_option(*command, *options);
+    command->add_option("--x", options->x, "First axis, \"driving.strength = 0.5:2\"; overrides boundary.x")
         ->type_name("KEY=FROM:TO");
-    command->add_option("--y", options->y, "\"relaxation.rate = 0.1:1\", in place of boundary.y")
+    command->add_option("--y", options->y, "Second axis, \"relaxation.rate = 0.1:1\"; overrides boundary.y")
         ->type_name("KEY=FROM:TO");
     command
-        ->add_option(
-            "--convention", options->conventions,
-            "what weathercock.strength is: mean (lambda) or single-rod (lambda_s = 2 lambda); both may be given")
+        ->add_option("--convention", options->conventions,
+                     "Meaning of weathercock.strength: mean (lambda) or single-rod (lambda_s = 2 lambda); repeatable")
         ->type_name("NAME");
-    command->add_option("--varied", options->varied, "of a table: which value of the key that it varies")
+    command
+        ->add_option("--varied", options->varied, "For a table that varies a further key: the value of that key to use")
         ->type_name("VALUE");
-    command->add_option("-o,--output", options->output, "also write lines and map to this archive (HDF5)");
-    command->add_option("--threads", options->threads, "threads, in place of run.threads")->check(CLI::Range(1, 1024));
-    command->add_flag("--overwrite", options->overwrite, "replace an archive that exists");
-    command->add_flag("--json", options->json, "as JSON, every vertex");
-    command->callback([options, &action] { action = [options] { return print_boundary(*options); }; });
+    command->add_option("-o,--output", options->output, "Also write the result to this archive (HDF5)");
+    command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")
+        ->check(CLI::Range(1, 1024));
+    command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
+    command->add_flag("--json", options->json, "Print the result as JSON, with all vertices");
+    command->callback([options, &action] {
+        action = [options] {
+            return files::is_hdf5(options->scene) ? print_table_boundary(*options) : print_scene_boundary(*options);
+        };
+    });
 }
 
 }  // namespace drover::app

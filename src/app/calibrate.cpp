@@ -25,7 +25,7 @@ void read_share(const std::string& written, run::CalibrationOptions& to) {
             "--share {}; expected I/N with I from 1 to N, such as 2/8", written);
 }
 
-/// A word as the shell takes it.
+/// Quoted for the shell.
 std::string shell_word(const std::string& word) {
     std::string quoted = "'";
     for (const char letter : word) quoted += letter == '\'' ? "'\\''" : std::string(1, letter);
@@ -39,9 +39,11 @@ std::string slurm_script(const Options& options, const std::filesystem::path& fo
              shell_word(std::filesystem::absolute(folder).string()));
     for (const std::string& setting : options.overrides) command += " --set " + shell_word(setting);
     return text(R"(#!/bin/sh
-# Measures the coefficients of {0} as {1} array tasks of Slurm and makes their table; run it with sh, and with options for sbatch, such as
+# Measures the coefficients of {0} as {1} array tasks of Slurm and makes their table.
+# Run it with sh; options are passed to sbatch, as in
 #     sh calibrate.sh --partition=short --time=12:00:00 --cpus-per-task=8
-# Given again after a time limit or a failure it goes on: no trial that has ended is run twice.  All tasks need the same folder.
+# Re-run it to resume after a time limit or a failure: no trial that has ended is run again.
+# All tasks need access to the same folder.
 set -eu
 calibrate={2}
 array=$(sbatch --parsable --job-name=drover --array=1-{1} "$@" \
@@ -51,7 +53,7 @@ sbatch --parsable --job-name=drover-table --dependency="afterany:${{array%%;*}}"
                 options.scene, options.slurm, shell_word(command));
 }
 
-int tell(const Options& options, const run::CalibrationOutcome& outcome) {
+int print_outcome(const Options& options, const run::CalibrationOutcome& outcome) {
     if (outcome.table && options.json) {
         const nlohmann::json result{{"table", outcome.file.string()},
                                     {"trials_run", outcome.trials},
@@ -60,22 +62,21 @@ int tell(const Options& options, const run::CalibrationOutcome& outcome) {
         std::puts(result.dump(2).c_str());
     } else if (outcome.table) {
         std::fputs(run::calibration_text(*outcome.table).c_str(), stdout);
-        std::printf("\n%s: all coefficients, with errors, trials and origins; table.toml beside it\n",
+        std::printf("\n%s: all coefficients, with errors, trials and origins; as text: table.toml\n",
                     outcome.file.c_str());
     }
-    if (outcome.shortfalls > 0)
-        log_warning("{} of {} measurements have a larger error than was asked; they are marked, and kept",
-                    outcome.shortfalls, outcome.units);
+    if (outcome.unmet_targets > 0)
+        log_warning("{} of {} measurements have a larger error than requested; they are kept and marked",
+                    outcome.unmet_targets, outcome.units);
     if (outcome.stopped) {
-        log_information("stopped by a signal; the same command goes on");
+        log_information("stopped by a signal; re-run the same command to resume");
         return run::exit_stopped;
     }
-    if (outcome.refused > 0)
-        log_warning("{} of {} measurements were refused, see above", outcome.refused, outcome.units);
+    if (outcome.failed > 0) log_warning("{} of {} measurements failed, see above", outcome.failed, outcome.units);
     if (outcome.unfinished > 0)
-        log_warning("{} of {} measurements are not finished; the same command without --collect goes on",
+        log_warning("{} of {} measurements are not finished; re-run the same command without --collect to resume",
                     outcome.unfinished, outcome.units);
-    return outcome.refused + outcome.unfinished > 0 ? run::exit_run_failed : run::exit_done;
+    return outcome.failed + outcome.unfinished > 0 ? run::exit_run_failed : run::exit_done;
 }
 
 int calibrate_scene(const Options& options) {
@@ -89,13 +90,13 @@ int calibrate_scene(const Options& options) {
                                 .quiet = options.quiet};
     if (!options.share.empty()) read_share(options.share, how);
     require(!options.json || options.share.empty(), {},
-            "--json with --share, which makes no table; give it to --collect");
+            "--json with --share, which makes no table; give --json to --collect");
     if (options.slurm > 0) {
         run::plan_calibration(scene);
         std::fputs(slurm_script(options, how.folder).c_str(), stdout);
         return run::exit_done;
     }
-    return tell(options, run::run_calibration(scene, how));
+    return print_outcome(options, run::run_calibration(scene, how));
 }
 }  // namespace
 
@@ -104,8 +105,8 @@ nlohmann::json table_json(const calibrate::Table& table) {
     for (const calibrate::TableRow& row : table.rows) {
         nlohmann::json points = nlohmann::json::array();
         const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1, beads = table.bead_fractions.size();
-        for (std::size_t place = 0; place < row.known.size(); ++place) {
-            const calibrate::TableEntry& known = row.known[place];
+        for (std::size_t place = 0; place < row.entries.size(); ++place) {
+            const calibrate::TableEntry& known = row.entries[place];
             nlohmann::json point{{"bead_area_fraction", table.bead_fractions[place / rods % beads]},
                                  {"value", number_json(known.value)},
                                  {"error", number_json(known.error)},
@@ -123,29 +124,29 @@ nlohmann::json table_json(const calibrate::Table& table) {
 
 void add_calibrate(CLI::App& program, Action& action) {
     const auto options = std::make_shared<Options>();
-    CLI::App* command = program.add_subcommand("calibrate",
-                                               "measure coefficients on particles over area fractions, into one table "
-                                               "with errors; given again, it goes on");
+    CLI::App* command =
+        program.add_subcommand("calibrate",
+                               "Measure the coefficients in particle simulations over area fractions and "
+                               "tabulate; re-run to resume");
     add_scene_options(*command, *options);
     command->add_option("-o,--output", options->output,
-                        "folder of the trials and the table; by default the scene's name with .calibration");
-    command->add_option("--workers", options->workers, "trials at a time")->check(CLI::Range(1, 1024));
+                        "Folder of the trials and the table; default: the name of the scene with .calibration");
+    command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
     CLI::Option* share =
         command
-            ->add_option("--share", options->share, "work on the I-th of N shares in a common folder; makes no table")
+            ->add_option("--share", options->share, "Run only the I-th of N shares in a common folder; writes no table")
             ->type_name("I/N");
     CLI::Option* collect =
-        command->add_flag("--collect", options->collect, "run nothing: make the table of what is there")
+        command->add_flag("--collect", options->collect, "Run no trials: make the table from those that have ended")
             ->excludes(share);
     command
-        ->add_option("--slurm", options->slurm,
-                     "print a script that does it in N shares on Slurm, and the table after them")
+        ->add_option("--slurm", options->slurm, "Print a script that runs N shares on Slurm and then makes the table")
         ->type_name("N")
         ->check(CLI::Range(1, 100000))
         ->excludes(share)
         ->excludes(collect);
-    command->add_flag("--json", options->json, "the table as JSON");
-    command->add_flag("-q,--quiet", options->quiet, "no log");
+    command->add_flag("--json", options->json, "Print the table as JSON");
+    command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] { action = [options] { return calibrate_scene(*options); }; });
 }
 

@@ -14,10 +14,10 @@ void add_check(CLI::App& program, Action& action) {
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command =
-        program.add_subcommand("check", "read a scene and see that this machine can run it; runs nothing");
+        program.add_subcommand("check", "Check a scene, and that this machine has the memory and disk to run it");
     add_scene_options(*command, *options);
     add_output_options(*command, *options);
-    command->add_flag("--resolved", options->resolved, "print every key with its value, as TOML");
+    command->add_flag("--resolved", options->resolved, "Print every key with its value, as TOML");
     command->callback([options, &action] {
         action = [options] {
             const io::Scene scene = scene_of(*options);
@@ -25,7 +25,7 @@ void add_check(CLI::App& program, Action& action) {
             if (!scene.sweep.vary.empty()) run::plan_sweep(scene);
             if (!scene.calibration.bead_area_fractions.empty()) run::plan_calibration(scene);
             if (options->resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
-            else std::printf("%s: good\n", options->scene.c_str());
+            else std::printf("%s: valid\n", options->scene.c_str());
             return run::exit_done;
         };
     });

@@ -6,21 +6,24 @@
 #include <nlohmann/json.hpp>
 
 #include "drover/base/log.hpp"
-#include "drover/run/provenance.hpp"
 
 namespace drover::app {
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
-    command.add_option("scene", options.scene, "the scene, a TOML file (see drover schema)")->required();
-    command
-        .add_option("--set", options.overrides, "section.key=value, in place of what the scene says; may be repeated")
+    command.add_option("scene", options.scene, "Scene (TOML input file; see drover schema)")->required();
+    add_set_option(command, options);
+}
+
+void add_set_option(CLI::App& command, SceneOptions& options) {
+    command.add_option("--set", options.overrides, "Override a key of the scene, section.key=value; repeatable")
         ->type_name("KEY=VALUE");
 }
 
 void add_output_options(CLI::App& command, SceneOptions& options) {
-    command.add_option("-o,--output", options.output, "the archive to write, in place of output.file");
+    command.add_option("-o,--output", options.output, "Archive to write; overrides output.file");
     command
-        .add_option("--threads", options.threads, "threads, in place of run.threads; the results are the same bytes")
+        .add_option("--threads", options.threads,
+                    "Number of threads; overrides run.threads and does not change results")
         ->check(CLI::Range(1, 1024));
 }
 
@@ -33,16 +36,6 @@ io::Scene scene_of(const SceneOptions& options) {
 
 nlohmann::json number_json(double value) {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
-
-void write_results(const std::string& file, const std::string& what, const io::Scene& scene, int threads,
-                   const std::vector<files::ResultTable>& tables, const std::vector<files::Attribute>& more,
-                   bool overwrite) {
-    std::vector<files::Attribute> attributes = run::provenance(scene, threads, what);
-    attributes.insert(attributes.end(), more.begin(), more.end());
-    files::Archive archive = files::Archive::create(file, {}, attributes, overwrite);
-    for (const files::ResultTable& table : tables) archive.replace(table);
-    archive.commit();
 }
 
 namespace {
@@ -89,7 +82,7 @@ nlohmann::json attributes_json(const files::ArchiveReader& archive) {
 
 int print_outcome(const run::RunOutcome& outcome, bool json) {
     if (outcome.loop.signal != 0) {
-        log_information("stopped by signal {} at step {} (t = {} s) after a checkpoint; go on with: drover restart {}",
+        log_information("stopped by signal {} at step {} (t = {} s) after a checkpoint; to resume: drover restart {}",
                         outcome.loop.signal, outcome.loop.step, outcome.checkpoint_time, outcome.archive.string());
         return run::exit_stopped;
     }

@@ -1,4 +1,4 @@
-// app/command.hpp: what the commands share: each adds itself to the command line and says what it does.
+// app/command.hpp: options and output that several commands share; each command adds itself to the command line.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -11,11 +11,12 @@
 #include "drover/io/scene_text.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/report.hpp"
+#include "drover/run/result.hpp"
 #include "drover/run/run_scene.hpp"
 
 namespace drover::app {
 
-/// What the command line asked for; returns the exit status.
+/// Runs the chosen command; returns the exit status.
 using Action = std::function<int()>;
 
 void add_run(CLI::App& program, Action& action);
@@ -30,7 +31,6 @@ void add_info(CLI::App& program, Action& action);
 void add_export(CLI::App& program, Action& action);
 void add_schema(CLI::App& program, Action& action);
 
-/// Options that several commands have.
 struct SceneOptions {
     std::string scene;
     std::vector<std::string> overrides;
@@ -39,7 +39,8 @@ struct SceneOptions {
 };
 /// The positional SCENE and --set.
 void add_scene_options(CLI::App& command, SceneOptions& options);
-/// --output and --threads, as the overrides that they are.
+void add_set_option(CLI::App& command, SceneOptions& options);
+/// --output and --threads, which override keys of the scene.
 void add_output_options(CLI::App& command, SceneOptions& options);
 /// The scene with all its overrides.
 io::Scene scene_of(const SceneOptions& options);
@@ -50,12 +51,20 @@ void explain_particles(const io::Scene& scene, bool json);
 /// A number, or null when it is not finite.
 nlohmann::json number_json(double value);
 
-/// Writes groups of results, with where they came from, as an archive of their own.  Throws as files::Archive::create.
-void write_results(const std::string& file, const std::string& what, const io::Scene& scene, int threads,
-                   const std::vector<files::ResultTable>& tables, const std::vector<files::Attribute>& more,
-                   bool overwrite);
+nlohmann::json result_json(const run::Result& result);
 
-/// The results, for programs; numbers that are not finite become null.
+/// How a result is printed and stored.
+struct ResultOutput {
+    std::string file;      ///< archive to write as well; "": none
+    std::string what;      ///< of its title: "stability", "boundary"
+    std::string contents;  ///< of the file, in one line for people
+    bool json = false, overwrite = false;
+};
+/// Prints as text or JSON, writes the archive with its provenance, and returns the exit status.  Throws as
+/// files::Archive::create.
+int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads);
+
+/// Numbers that are not finite become null.
 nlohmann::json report_json(const run::Report& report);
 /// The provenance of an archive.
 nlohmann::json attributes_json(const files::ArchiveReader& archive);
@@ -63,7 +72,7 @@ nlohmann::json attributes_json(const files::ArchiveReader& archive);
 /// Coefficients by name, each with its points.
 nlohmann::json table_json(const calibrate::Table& table);
 
-/// Prints how a run ended and what came out; returns its exit status.
+/// Prints the outcome and the results of a run; returns its exit status.
 int print_outcome(const run::RunOutcome& outcome, bool json);
 
 }  // namespace drover::app

@@ -23,7 +23,7 @@ struct Explanation {
     double fastest_rate = 0.0;  ///< |s|max [1/s]
     Cost cost;
     physics::TransformCount transforms;  ///< per right-hand side
-    int stages = 0;                      ///< right-hand sides per step; none when every term is linear
+    int stages = 0;                      ///< right-hand sides per step; 0 when every term is linear
     bool saturates = false;              ///< a term stops the growth of order
     int degree = 1;                      ///< of the products
     int kept_x = 0, kept_y = 0;          ///< the largest mode number kept on each axis
@@ -64,9 +64,9 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
                           {"fields", fields},
                           {"terms", terms},
                           {"transforms_per_right_hand_side",
-                           {{"back", e.transforms.back}, {"forth", e.transforms.forth}}},
+                           {{"inverse", e.transforms.inverse}, {"forward", e.transforms.forward}}},
                           {"right_hand_sides_per_step", e.stages},
-                          {"transforms_per_step", e.stages * (e.transforms.back + e.transforms.forth)},
+                          {"transforms_per_step", e.stages * (e.transforms.inverse + e.transforms.forward)},
                           {"degree", e.degree},
                           {"largest_mode_kept", {{"x", e.kept_x}, {"y", e.kept_y}}},
                           {"fastest_rate", e.fastest_rate},
@@ -79,14 +79,14 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
 
 void print_transforms(const Explanation& e) {
     if (e.stages == 0) {
-        std::printf("  no transforms: every term is linear and acts exactly on the Fourier coefficients\n");
+        std::printf("  no transforms: every term is linear and acts exactly on the Fourier modes\n");
     } else {
-        const int each = e.transforms.back + e.transforms.forth;
-        std::printf("  %d real transforms per right-hand side (%d to the grid, %d back from it), %d per step\n", each,
-                    e.transforms.back, e.transforms.forth, each * e.stages);
+        const int each = e.transforms.inverse + e.transforms.forward;
+        std::printf("  %d real transforms per right-hand side (%d inverse, %d forward), %d per step\n", each,
+                    e.transforms.inverse, e.transforms.forward, each * e.stages);
     }
-    std::printf("  products of degree %d: modes up to %d along x and %d along y are kept\n", e.degree, e.kept_x,
-                e.kept_y);
+    std::printf("  products of degree %d: modes up to %d along x and %d along y are kept (dealiasing)\n", e.degree,
+                e.kept_x, e.kept_y);
 }
 
 void print(const io::Scene& scene, const Explanation& e) {
@@ -94,21 +94,21 @@ void print(const io::Scene& scene, const Explanation& e) {
     std::printf("form: %s\n", e.form.c_str());
     std::printf("fields on %d by %d points, %g by %g mm\n", scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
     for (const physics::Component& field : e.fields)
-        std::printf("  %-16s [%s]  %s\n", field.name.c_str(), field.unit.c_str(), field.meaning.c_str());
+        std::printf("  %-16s %-9s %s\n", field.name.c_str(), ("[" + field.unit + "]").c_str(), field.meaning.c_str());
     std::printf("terms\n");
     for (const physics::ActiveTerm& term : e.terms)
         std::printf("  %-21s %s\n", term.name.c_str(), term.equation.c_str());
     std::printf("stepper %s, order %d: %s\n", stepper.name.c_str(), stepper.order, stepper.citation.c_str());
     print_transforms(e);
-    std::printf("  %lld steps of dt = %g s%s; linear terms: dt |s|max = %.3g (exact at any)\n",
+    std::printf("  %lld steps of dt = %g s%s; dt |s|max = %.3g for the linear terms (exact for any dt)\n",
                 static_cast<long long>(e.cost.steps), scene.time.dt,
-                scene.time.tolerance > 0.0 && e.stages > 0 ? ", each cut into as many as time.tolerance asks for" : "",
+                scene.time.tolerance > 0.0 && e.stages > 0 ? ", each divided as time.tolerance requires" : "",
                 scene.time.dt * e.fastest_rate);
-    const char* state = e.stages > 0 ? "the state without order is " : "";
+    const char* state = e.stages > 0 ? "the isotropic state is " : "";
     if (e.growth.rate > 0.0)
-        std::printf("  %sunstable: a mode grows at %.4g /s at |q| = %.3g /mm, by e^%.3g in this run%s\n", state,
-                    e.growth.rate, e.growth.q, e.growth.rate * scene.time.end,
-                    e.saturates ? " until relaxation.saturation stops it" : ", and no term stops it");
+        std::printf("  %sunstable: a mode grows at %.4g /s at |q| = %.3g /mm, by a factor e^%.3g in this run%s\n",
+                    state, e.growth.rate, e.growth.q, e.growth.rate * scene.time.end,
+                    e.saturates ? " until relaxation.saturation limits it" : "; no term saturates it");
     else if (e.growth.rate == 0.0)
         std::printf("  %sneutral: a mode neither grows nor decays at |q| = %.3g /mm\n", state, e.growth.q);
     else
@@ -124,10 +124,10 @@ void add_explain(CLI::App& program, Action& action) {
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command = program.add_subcommand(
-        "explain", "what a scene computes and what it costs: fields and terms, or bodies; memory, disk, time");
+        "explain", "Describe a scene and its cost: fields and terms, or particles; memory, disk, wall time");
     add_scene_options(*command, *options);
     add_output_options(*command, *options);
-    command->add_flag("--json", options->json, "as JSON");
+    command->add_flag("--json", options->json, "Print as JSON");
     command->callback([options, &action] {
         action = [options] {
             const io::Scene scene = scene_of(*options);

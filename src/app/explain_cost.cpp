@@ -1,4 +1,4 @@
-// app/explain_cost.cpp: what a run of a scene takes.
+// app/explain_cost.cpp: memory, disk and wall time of a scene.
 #include "explain_cost.hpp"
 
 #include <cstdio>
@@ -22,7 +22,7 @@ nlohmann::json cost_json(const io::Scene& scene, const Cost& cost) {
     return {{"steps", cost.steps},
             {"threads", cost.threads},
             {"seconds_per_step_estimate", seconds(&run::ExpectedTime::step)},
-            {"seconds_estimate", seconds(&run::ExpectedTime::whole)},
+            {"seconds_estimate", seconds(&run::ExpectedTime::total)},
             {"memory_bytes", cost.needs.memory_bytes},
             {"disk_bytes", cost.needs.disk_bytes},
             {"archive", run::archive_path(scene).string()}};
@@ -35,8 +35,8 @@ void print_cost(const io::Scene& scene, const Cost& cost, const char* smaller) {
                 cost.threads == 1 ? "" : "s");
     if (cost.time) {
         const std::string timed = text("scaled from a few steps {}", smaller);
-        std::printf("wall time about %s, an estimate: %.3g ms a step, %s\n", duration_text(cost.time->whole).c_str(),
-                    1e3 * cost.time->step, cost.time->scaled ? timed.c_str() : "from a few steps made just now");
+        std::printf("wall time about %s (estimate): %.3g ms per step, %s\n", duration_text(cost.time->total).c_str(),
+                    1e3 * cost.time->step, cost.time->scaled ? timed.c_str() : "measured on a few steps");
     }
     std::printf("archive %s\n", run::archive_path(scene).c_str());
 }

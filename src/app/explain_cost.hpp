@@ -1,4 +1,4 @@
-// app/explain_cost.hpp: what a run of a scene takes, as explain tells it of every kind of scene.
+// app/explain_cost.hpp: memory, disk and wall time of a scene, for drover explain.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,16 +12,17 @@ struct Cost {
     std::int64_t steps = 0;
     int threads = 1;
     run::Needs needs;
-    std::optional<run::ExpectedTime> time;  ///< nothing when the scene cannot be stepped
+    std::optional<run::ExpectedTime> time;  ///< empty when the scene cannot be stepped
 };
 
-/// Measures it on the spot, where the memory is there.
+/// Times a few steps, where there is enough memory.
 Cost cost_of(const io::Scene& scene);
 
-/// The keys of --json that it has.
+/// Its keys of --json.
 nlohmann::json cost_json(const io::Scene& scene, const Cost& cost);
 
-/// Memory, disk, threads, wall time and archive; `smaller`: where a scene too large to be timed was timed, "on a smaller grid".
+/// Memory, disk, threads, wall time and archive; `smaller`: the substitute on which a large scene is timed, "on a
+/// smaller grid".
 void print_cost(const io::Scene& scene, const Cost& cost, const char* smaller);
 
 }  // namespace drover::app

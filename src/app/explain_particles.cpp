@@ -1,4 +1,4 @@
-// app/explain_particles.cpp: drover explain SCENE, of a scene of particles.
+// app/explain_particles.cpp: drover explain SCENE for particles.
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -41,7 +41,7 @@ Supply supply_of(const std::vector<Body>& list, const dem::Bodies& bodies, const
 struct Explanation {
     Supply beads, rods;
     std::size_t spheres = 0;
-    double acceleration = 0.0;  ///< of the plates, beside gravity
+    double acceleration = 0.0;  ///< of the plates, in units of gravity
     double steps_per_period = 0.0;
     Cost cost;
 };
@@ -79,14 +79,14 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
     return result;
 }
 
-std::string range_text(double least, double most) {
-    return least == most ? text("{:.4g}", least) : text("{:.4g} to {:.4g}", least, most);
+std::string range_text(double min, double max) {
+    return min == max ? text("{:.4g}", min) : text("{:.4g} to {:.4g}", min, max);
 }
 
 void print_supply(const char* name, const Supply& supply) {
     if (supply.count == 0) return;
-    std::printf("  %zu %s: area fraction %.4g, %s long, %s, %zu shape%s\n", supply.count, name, supply.area_fraction,
-                (range_text(supply.min_length, supply.max_length) + " mm").c_str(),
+    std::printf("  %zu %s: area fraction %.4g, length %s, mass %s, %zu shape%s\n", supply.count, name,
+                supply.area_fraction, (range_text(supply.min_length, supply.max_length) + " mm").c_str(),
                 (range_text(supply.min_mass, supply.max_mass) + " mg").c_str(), supply.shapes,
                 supply.shapes == 1 ? "" : "s");
 }
@@ -96,23 +96,25 @@ void print(const io::Scene& scene, const Explanation& e) {
     const io::Box box = io::box_of(setup);
     std::printf("particles in a %s cell, %g by %g mm, area %.5g mm2\n", setup.cell.shape.c_str(), box.sides[0],
                 box.sides[1], dem::area(setup.cell));
-    std::printf("  base%s, %g mm apart, shaken by %g mm at %g Hz: %.3g times gravity\n",
-                setup.plates.lid ? " and lid" : " without lid", setup.plates.gap, setup.plates.amplitude,
+    std::printf("  %s, gap %g mm; vertical vibration: amplitude %g mm, frequency %g Hz, acceleration %.3g g\n",
+                setup.plates.lid ? "base and lid" : "base without lid", setup.plates.gap, setup.plates.amplitude,
                 setup.plates.frequency, e.acceleration);
     print_supply("beads", e.beads);
     print_supply("rods", e.rods);
-    std::printf("  %zu spheres in all; packing: %s\n", e.spheres, setup.packing.kind.c_str());
-    std::printf("  contacts: %s, restitution %s\n", setup.contacts.law.c_str(), setup.contacts.restitution.c_str());
-    std::printf("  %lld steps of dt = %g s, %.4g a period of the plates\n", static_cast<long long>(e.cost.steps),
+    std::printf("  %zu spheres in total; packing: %s\n", e.spheres, setup.packing.kind.c_str());
+    if (setup.contacts.model == "impulse")
+        std::printf("  contacts: %s, restitution %s\n", setup.contacts.law.c_str(), setup.contacts.restitution.c_str());
+    else std::printf("  contacts: %s\n", setup.contacts.model.c_str());
+    std::printf("  %lld steps of dt = %g s, %.4g per vibration period\n", static_cast<long long>(e.cost.steps),
                 scene.time.dt, e.steps_per_period);
     print_cost(scene, e.cost, "in a smaller cell");
     if (scene.calibration.bead_area_fractions.empty()) return;
     const run::CalibrationLayout layout = run::plan_calibration(scene);
-    std::printf("drover calibrate: %zu measurements of %zu to %zu trials each\n", layout.units.size(),
+    std::printf("drover calibrate: %zu measurements with %zu to %zu trials each\n", layout.units.size(),
                 layout.goal.round * layout.goal.min_rounds,
                 layout.goal.max_trials / layout.goal.round * layout.goal.round);
     for (const calibrate::Assay& assay : layout.assays)
-        std::printf("  %-16s over Phi_b%s\n", assay.name.c_str(),
+        std::printf("  %-16s as a function of Phi_b%s\n", assay.name.c_str(),
                     assay.population == calibrate::Population::all ? " and Phi_r" : "");
 }
 }  // namespace

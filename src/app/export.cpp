@@ -1,4 +1,4 @@
-// app/export.cpp: drover export ARCHIVE: frames of a run of particles as extended XYZ.
+// app/export.cpp: drover export ARCHIVE: frames of a particle run as extended XYZ.
 #include <cstdio>
 #include <memory>
 
@@ -15,16 +15,17 @@ void add_export(CLI::App& program, Action& action) {
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command =
-        program.add_subcommand("export", "frames of a run of particles as extended XYZ text, for viewers");
-    command->add_option("archive", options->archive, "the archive of a run of particles")->required();
-    command->add_option("-o,--output", options->output, "the file to write, such as tapered.xyz")->required();
-    CLI::Option* frame = command->add_option("--frame", options->plan.frame, "this frame alone, counted from 0")
+        program.add_subcommand("export", "Export frames of a particle run as extended XYZ text, for viewers");
+    command->add_option("archive", options->archive, "Archive of a particle run")->required();
+    command->add_option("-o,--output", options->output, "File to write, such as tapered.xyz")->required();
+    CLI::Option* frame = command->add_option("--frame", options->plan.frame, "Export only this frame, counted from 0")
                              ->check(CLI::Range(std::int64_t{0}, std::int64_t{1000000000000}));
-    command->add_option("--every", options->plan.every, "each k-th frame, from the first on")
+    command->add_option("--every", options->plan.every, "Export every k-th frame, starting with the first")
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000000000000}))
         ->excludes(frame);
-    command->add_flag("--bodies", options->plan.bodies, "one line a body, with its direction, instead of one a sphere");
-    command->add_flag("--overwrite", options->overwrite, "replace a file that exists");
+    command->add_flag("--bodies", options->plan.bodies,
+                      "Write one line per body, with its direction, instead of one per sphere");
+    command->add_flag("--overwrite", options->overwrite, "Replace an existing file");
     command->callback([options, &action] {
         action = [options] {
             const files::ArchiveReader archive(options->archive);

@@ -22,7 +22,7 @@ constexpr const char* frames_path = "/time";
 
 std::string times_text(double first, double last) { return text("t = {:.6g} to {:.6g} s", first, last); }
 
-/// What an archive of particles has besides results.
+/// Trajectory of a particle archive.
 void print_trajectory(const files::ArchiveReader& archive, const io::Scene& scene) {
     const std::string spheres = io::spheres_group;
     const std::vector<double> times = archive.read(spheres + "/position/time").values;
@@ -56,7 +56,7 @@ void print(const files::ArchiveReader& archive, const run::Report& report, bool 
     std::fputs(run::report_text(report).c_str(), stdout);
 }
 
-/// A table of coefficients: where it came from, and what it holds.
+/// Provenance and contents of a table of coefficients.
 void print_calibration(const files::ArchiveReader& archive, const Options& options) {
     const calibrate::Table table = io::read_calibration(archive, options.archive);
     if (options.json) {
@@ -70,7 +70,7 @@ void print_calibration(const files::ArchiveReader& archive, const Options& optio
                         std::visit([](const auto& held) { return text("{}", held); }, value).c_str());
     std::array<std::size_t, calibrate::origin_count> origins{};
     for (const calibrate::TableRow& row : table.rows)
-        for (const calibrate::TableEntry& known : row.known) ++origins[static_cast<std::size_t>(known.origin)];
+        for (const calibrate::TableEntry& known : row.entries) ++origins[static_cast<std::size_t>(known.origin)];
     std::printf("%-20s %zu:", "coefficients", table.rows.size());
     for (std::size_t i = 0; i < origins.size(); ++i)
         std::printf("%s %zu %s", i == 0 ? "" : ",", origins[i],
@@ -108,10 +108,10 @@ void print_xyz(const std::string& file, bool json) {
 void add_info(CLI::App& program, Action& action) {
     const auto options = std::make_shared<Options>();
     CLI::App* command = program.add_subcommand(
-        "info", "where an archive or a table came from, and its results so far; or what an XYZ file holds");
-    command->add_option("archive", options->archive, "the archive, such as isotropic.h5")->required();
-    command->add_flag("--scene", options->scene, "also the scene, every key with its value");
-    command->add_flag("--json", options->json, "as JSON");
+        "info", "Provenance and results of an archive or a table of coefficients; contents of an XYZ file");
+    command->add_option("archive", options->archive, "Archive, such as isotropic.h5")->required();
+    command->add_flag("--scene", options->scene, "Print the scene too, every key with its value");
+    command->add_flag("--json", options->json, "Print as JSON");
     command->callback([options, &action] {
         action = [options] {
             if (io::is_xyz(options->archive)) {

@@ -9,8 +9,8 @@
 namespace drover::app {
 namespace {
 
-/// A first word that is no command, said before CLI11 asks for one.
-void refuse_unknown_command(const CLI::App& program, const std::vector<std::string>& words) {
+/// Checked before CLI11 asks for a command.
+void reject_unknown_command(const CLI::App& program, const std::vector<std::string>& words) {
     if (words.empty() || words.front().starts_with('-')) return;
     std::vector<std::string> names;
     for (const CLI::App* command : program.get_subcommands(nullptr)) names.push_back(command->get_name());
@@ -22,7 +22,7 @@ void refuse_unknown_command(const CLI::App& program, const std::vector<std::stri
 }
 
 int act(CLI::App& program, int count, char** words, Action& action) {
-    refuse_unknown_command(program, std::vector<std::string>(words + 1, words + count));
+    reject_unknown_command(program, std::vector<std::string>(words + 1, words + count));
     try {
         program.parse(count, words);
     } catch (const CLI::ParseError& error) {
@@ -39,12 +39,15 @@ int act(CLI::App& program, int count, char** words, Action& action) {
 
 int main(int count, char** words) {
     using namespace drover;
-    CLI::App program{"drover: hydrodynamics of flocks carried by a passive medium"};
+    CLI::App program{
+        "drover: hydrodynamics of flocks carried by a passive medium.\n"
+        "A scene (input file, TOML) describes a run; drover schema lists its keys.\n"
+        "drover COMMAND --help lists the options of a command."};
     const Version built = version();
     program.set_version_flag("--version",
-                             text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : ""));
+                             text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", modified" : ""));
     program.require_subcommand(1);
-    program.footer("Exit status: 0 done, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
+    program.footer("Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
     app::Action action;
     for (const auto add :
          {app::add_run, app::add_restart, app::add_sweep, app::add_calibrate, app::add_stability, app::add_boundary,
@@ -53,7 +56,7 @@ int main(int count, char** words) {
     return run::status_of([&] {
         const int status = app::act(program, count, words, action);
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-            fail_run("the results could not be written to standard output; is it a full disk or a closed pipe?");
+            fail_run("the results could not be written to standard output; check for a full disk or a closed pipe");
         return status;
     });
 }

@@ -14,15 +14,16 @@ void add_restart(CLI::App& program, Action& action) {
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command =
-        program.add_subcommand("restart", "go on with a run from its newest whole checkpoint, to the same bytes");
-    command->add_option("archive", options->archive, "the archive of the run, such as isotropic.h5")->required();
-    command->add_option("--set", options->overrides, "time.end=..., output.checkpoint_minutes=... or run.threads=...")
+        program.add_subcommand("restart", "Resume a run from its latest valid checkpoint; bitwise reproducible");
+    command->add_option("archive", options->archive, "Archive of the run, such as isotropic.h5")->required();
+    command->add_option("--set", options->overrides, "Override time.end, output.checkpoint_minutes or run.threads")
         ->type_name("KEY=VALUE");
     command
-        ->add_option("--threads", options->threads, "threads, in place of run.threads; the results are the same bytes")
+        ->add_option("--threads", options->threads,
+                     "Number of threads; overrides run.threads and does not change results")
         ->check(CLI::Range(1, 1024));
-    command->add_flag("--json", options->json, "results as JSON");
-    command->add_flag("-q,--quiet", options->quiet, "no log and no progress");
+    command->add_flag("--json", options->json, "Print the results as JSON");
+    command->add_flag("-q,--quiet", options->quiet, "Print no log and no progress");
     command->callback([options, &action] {
         action = [options] {
             std::vector<std::string> overrides = options->overrides;

@@ -10,12 +10,12 @@ void add_run(CLI::App& program, Action& action) {
         bool overwrite = false, json = false, quiet = false;
     };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = program.add_subcommand("run", "run a scene from its start; prints its results");
+    CLI::App* command = program.add_subcommand("run", "Run a scene from t = 0 and print its results");
     add_scene_options(*command, *options);
     add_output_options(*command, *options);
-    command->add_flag("--overwrite", options->overwrite, "replace an archive that exists");
-    command->add_flag("--json", options->json, "results as JSON");
-    command->add_flag("-q,--quiet", options->quiet, "no log and no progress");
+    command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
+    command->add_flag("--json", options->json, "Print the results as JSON");
+    command->add_flag("-q,--quiet", options->quiet, "Print no log and no progress");
     command->callback([options, &action] {
         action = [options] {
             return print_outcome(run::run_scene(scene_of(*options),

@@ -26,7 +26,7 @@ nlohmann::json row_json(const Description& row) {
 }
 
 void print(const std::vector<io::SectionDescription>& sections) {
-    std::printf("# Plain numbers are in mm, s and mg.\n");
+    std::printf("# Units are mm, s and mg.\n");
     for (const io::SectionDescription& section : sections) {
         const std::string scenes = section.kind.empty() ? "" : text("scenes of {}: ", section.kind);
         std::printf("\n[%s]  # %s%s\n", section.name.c_str(), scenes.c_str(), section.doc.c_str());
@@ -50,9 +50,9 @@ void add_schema(CLI::App& program, Action& action) {
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command =
-        program.add_subcommand("schema", "all that a scene may say: types, units, ranges, defaults, meaning");
-    command->add_flag("--json", options->json, "as JSON");
-    command->add_option("--kind", options->kind, "scenes of fields or of particles alone, with their defaults")
+        program.add_subcommand("schema", "List all input keys: types, units, ranges, defaults, meaning");
+    command->add_flag("--json", options->json, "Print as JSON");
+    command->add_option("--kind", options->kind, "Only the keys of scenes of fields, or of particles")
         ->check(CLI::IsMember({"fields", "particles"}));
     command->callback([options, &action] {
         action = [options] {

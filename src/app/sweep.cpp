@@ -41,19 +41,22 @@ void add_sweep(CLI::App& program, Action& action) {
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command =
-        program.add_subcommand("sweep",
-                               "run a scene over parameters, seeds or a ramp, into one table; given again, it goes on");
+        program.add_subcommand("sweep", "Run a scene over parameters, seeds or a ramp and tabulate; re-run to resume");
     add_scene_options(*command, *options);
-    command->add_option("-o,--output", options->output, "folder of the sweep; by default the scene's name with .sweep");
+    command->add_option("-o,--output", options->output,
+                        "Folder of the sweep; default: the name of the scene with .sweep");
     command
-        ->add_option("--vary", options->vary,
-                     "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"; may be repeated")
+        ->add_option(
+            "--vary", options->vary,
+            "Key and values, \"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\" (first:last:count); "
+            "repeatable")
         ->type_name("KEY=VALUES");
-    command->add_option("--seeds", options->seeds, "runs at each point")->check(CLI::Range(1, 1000000));
-    command->add_option("--ramp", options->ramp, "none, up or up-down: carry the state from point to point");
-    command->add_option("--workers", options->workers, "runs at a time")->check(CLI::Range(1, 1024));
-    command->add_flag("--json", options->json, "the table as JSON");
-    command->add_flag("-q,--quiet", options->quiet, "no log");
+    command->add_option("--seeds", options->seeds, "Number of runs at each point")->check(CLI::Range(1, 1000000));
+    command->add_option("--ramp", options->ramp,
+                        "Start each point from the final state of the one before: none, up or up-down");
+    command->add_option("--workers", options->workers, "Number of simultaneous runs")->check(CLI::Range(1, 1024));
+    command->add_flag("--json", options->json, "Print the table as JSON");
+    command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] {
         action = [options] {
             std::vector<std::string> overrides = options->overrides;
@@ -70,11 +73,11 @@ void add_sweep(CLI::App& program, Action& action) {
             else std::fputs(run::table_text(outcome.table).c_str(), stdout);
             if (!options->json) std::printf("\n%s: all observables\n", (folder / "table.csv").c_str());
             if (outcome.stopped) {
-                log_information("stopped by a signal after checkpoints; the same command goes on");
+                log_information("stopped by a signal after checkpoints; re-run the same command to resume");
                 return run::exit_stopped;
             }
             if (outcome.failed > 0) {
-                log_warning("{} jobs failed, see above; the same command tries them again", outcome.failed);
+                log_warning("{} jobs failed, see above; re-run the same command to try them again", outcome.failed);
                 return run::exit_run_failed;
             }
             return run::exit_done;

@@ -1,4 +1,4 @@
-// calibrate/assay.cpp: seeds of trials, errors over trials, and the rule that says when they are enough.
+// calibrate/assay.cpp: seeds of trials, errors over trials, and the stopping rule.
 #include "drover/calibrate/assay.hpp"
 
 #include <algorithm>
@@ -12,9 +12,10 @@ namespace drover::calibrate {
 
 namespace {
 constexpr std::size_t resamples = 400;
-constexpr double max_failing = 0.02;  // of resamples: they lie in the tails, and an error without them is too small
+constexpr double max_failing =
+    0.02;  // fraction of resamples; they lie in the tails, so the error without them is too small
 
-/// Mean of each number over the chosen trials.
+/// Mean of each number over the selected trials.
 std::vector<double> means_of(std::span<const Trial> trials, std::span<const std::size_t> chosen) {
     std::vector<double> means(trials.front().size(), 0.0);
     for (const std::size_t t : chosen)
@@ -23,7 +24,8 @@ std::vector<double> means_of(std::span<const Trial> trials, std::span<const std:
     return means;
 }
 
-/// The spread of one quantity over resamples; and what they lie beside the estimate on average, which it lies beside the truth.
+/// Sets the error to the spread over resamples, and subtracts the bias: resamples deviate from the estimate on average
+/// as the estimate deviates from the true value.
 void set_error_and_bias(measure::Estimate& estimate, const std::vector<std::vector<double>>& values,
                         std::size_t quantity) {
     double sum = 0.0, squares = 0.0, count = 0.0;
@@ -33,7 +35,7 @@ void set_error_and_bias(measure::Estimate& estimate, const std::vector<std::vect
             sum += apart, squares += apart * apart, count += 1.0;
         }
     if (!std::isfinite(estimate.mean) || count < (1.0 - max_failing) * static_cast<double>(values.size())) {
-        estimate.refusal = text("error refused: {} of {} resamples of the {} trials give no value",
+        estimate.refusal = text("no error estimate: {} of {} resamples of the {} trials give no value",
                                 static_cast<double>(values.size()) - count, values.size(), estimate.samples);
         return;
     }
@@ -44,43 +46,46 @@ void set_error_and_bias(measure::Estimate& estimate, const std::vector<std::vect
 
 void check(const Goal& goal) {
     require(goal.relative_error > 0.0 && std::isfinite(goal.relative_error), {},
-            "a relative error of {} is asked; expected a number above 0", goal.relative_error);
+            "the requested relative error is {}; expected a number > 0", goal.relative_error);
     require(goal.round >= 1 && goal.round * goal.min_rounds >= measure::min_blocks, {},
-            "{} rounds of {} trials before the first look; expected {} trials or more, or their spread says little",
+            "{} rounds of {} trials before the first evaluation; expected at least {} trials for a meaningful error",
             goal.min_rounds, goal.round, measure::min_blocks);
     require(goal.max_trials >= goal.round * goal.min_rounds, {},
-            "at most {} trials, with {} rounds of {} before the first look; expected at least as many", goal.max_trials,
-            goal.min_rounds, goal.round);
+            "max_trials = {} with {} rounds of {} before the first evaluation; expected at least as many",
+            goal.max_trials, goal.min_rounds, goal.round);
 }
 
-/// Error beside what is allowed: at most 1 when it is good enough.
+/// Error divided by the target: at most 1 if the target is met.
 double excess(const measure::Estimate& estimate, const Goal& goal) {
     if (!estimate.error || !std::isfinite(estimate.mean)) return std::numeric_limits<double>::infinity();
     if (*estimate.error == 0.0) return 0.0;
     return *estimate.error / (goal.relative_error * std::abs(estimate.mean));
 }
 
-/// What the worst of the wanted quantities lacks, as a sentence.
-std::string shortfall_of(const Assay& assay, const Measurement& measurement, const Goal& goal) {
+/// Describes the wanted quantity that misses its target by most; "" if all targets are met.
+std::string unmet_target_of(const Assay& assay, const Measurement& measurement, const Goal& goal) {
     std::size_t worst = assay.quantities.size();
-    double most = 1.0;
+    double largest = 1.0;
     for (std::size_t q = 0; q < assay.quantities.size(); ++q)
-        if (const double found = excess(measurement.estimates[q], goal); assay.quantities[q].wanted && found > most)
-            worst = q, most = found;
+        if (const double found = excess(measurement.estimates[q], goal); assay.quantities[q].wanted && found > largest)
+            worst = q, largest = found;
     if (worst == assay.quantities.size()) return "";
     const std::string& name = assay.quantities[worst].name;
     const measure::Estimate& estimate = measurement.estimates[worst];
     if (!estimate.error)
-        return text("{}: {} is not known after {} trials: {}", assay.name, name, measurement.trials, estimate.refusal);
-    const double trials = std::ceil(static_cast<double>(measurement.trials) * most * most);
+        return text("{}: {} has no error estimate after {} trials: {}", assay.name, name, measurement.trials,
+                    estimate.refusal);
+    const double trials = std::ceil(static_cast<double>(measurement.trials) * largest * largest);
     if (std::abs(estimate.mean) < 2.0 * *estimate.error)
         return text(
-            "{}: {} = {:.3g} +- {:.2g} {} after {} trials cannot be told from 0; an error of {:.3g} % was asked",
+            "{}: {} = {:.3g} +- {:.2g} {} after {} trials is not significantly different from 0; the target error is "
+            "{:.3g} %",
             assay.name, name, estimate.mean, *estimate.error, assay.quantities[worst].unit, measurement.trials,
             100.0 * goal.relative_error);
-    return text("{}: {} is known to {:.3g} % after {} trials; {:.3g} % was asked: about {:.0f} trials would do",
-                assay.name, name, 100.0 * *estimate.error / std::abs(estimate.mean), measurement.trials,
-                100.0 * goal.relative_error, trials);
+    return text(
+        "{}: {} has an error of {:.3g} % after {} trials; the target is {:.3g} %: about {:.0f} trials are needed",
+        assay.name, name, 100.0 * *estimate.error / std::abs(estimate.mean), measurement.trials,
+        100.0 * goal.relative_error, trials);
 }
 }  // namespace
 
@@ -89,20 +94,21 @@ std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint
     for (const char letter : assay) named = (named ^ static_cast<unsigned char>(letter)) * 1099511628211u;
     double drawn = 0.0;
     fill_uniform({.seed = seed, .stream = Stream::trial, .step = named}, trial, 1, {&drawn, 1});
-    return static_cast<std::uint64_t>(std::ldexp(drawn, 52));  // fits a double: a checkpoint may hold it as one
+    return static_cast<std::uint64_t>(std::ldexp(drawn, 52));  // 52 bits: exact as a double, which a checkpoint may use
 }
 
 Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial) {
-    require(dem::is_periodic(conditions.setup.cell), {}, "{}: a cell of shape \"{}\"; expected \"periodic\"",
+    require(dem::is_periodic(conditions.setup.cell), {}, "{}: the cell shape is \"{}\"; expected \"periodic\"",
             assay.name, conditions.setup.cell.shape);
     return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
 }
 
 std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials) {
-    require(trials.size() >= 2, {}, "{}: {} trials; expected two or more", assay.name, trials.size());
+    require(trials.size() >= 2, {}, "{}: {} trials; expected at least two", assay.name, trials.size());
     for (const Trial& trial : trials)
-        require(trial.size() == trials.front().size(), {}, "{}: trials of {} and of {} numbers; expected as many",
-                assay.name, trials.front().size(), trial.size());
+        require(trial.size() == trials.front().size(), {},
+                "{}: trials with {} and with {} numbers; expected equal lengths", assay.name, trials.front().size(),
+                trial.size());
     const Estimator estimator = assay.estimator(trials);
     std::vector<std::size_t> chosen(trials.size());
     for (std::size_t t = 0; t < chosen.size(); ++t) chosen[t] = t;
@@ -127,7 +133,7 @@ StoppingDecision judge(const Assay& assay, std::span<const Trial> trials, const 
         if (count > trials.size()) return {.begin = trials.size(), .end = count};
         Measurement found{.estimates = estimate(assay, trials.first(count)), .trials = count};
         found.diagnosis = assay.conclude ? assay.conclude(found.estimates) : "";
-        found.unmet_target = shortfall_of(assay, found, goal);
+        found.unmet_target = unmet_target_of(assay, found, goal);
         found.reached = found.unmet_target.empty();
         if (found.reached || count + goal.round > goal.max_trials)
             return {.begin = count, .end = count, .measurement = std::move(found)};
@@ -137,9 +143,9 @@ StoppingDecision judge(const Assay& assay, std::span<const Trial> trials, const 
 Measurement carry_out(const Assay& assay, const SystemFactory& make, const Conditions& conditions, const Goal& goal) {
     std::vector<Trial> trials;
     for (;;) {
-        StoppingDecision judgement = judge(assay, trials, goal);
-        if (judgement.measurement) return std::move(*judgement.measurement);
-        for (std::size_t t = judgement.begin; t < judgement.end; ++t)
+        StoppingDecision decision = judge(assay, trials, goal);
+        if (decision.measurement) return std::move(*decision.measurement);
+        for (std::size_t t = decision.begin; t < decision.end; ++t)
             trials.push_back(run_trial(assay, make, conditions, t));
     }
 }

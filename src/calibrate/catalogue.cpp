@@ -1,4 +1,4 @@
-// calibrate/catalogue.cpp: all assays there are.
+// calibrate/catalogue.cpp: the list of all assays.
 #include "drover/calibrate/catalogue.hpp"
 
 #include "drover/base/error.hpp"
@@ -6,9 +6,7 @@
 namespace drover::calibrate {
 
 std::vector<Assay> make_assays(const Plans& plans) {
-    return {
-        relaxation(plans.relaxation), weathercock(plans.weathercock), drag(plans.drag),          damping(plans.damping),
-        shear(plans.shear),           propulsion(plans.propulsion),   stiffness(plans.stiffness)};
+    return std::apply([&](const auto&... row) { return std::vector<Assay>{row.make(plans.*row.plan)...}; }, catalogue);
 }
 
 const Assay& find_assay(std::span<const Assay> assays, const std::string& name) {

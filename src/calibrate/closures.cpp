@@ -1,10 +1,11 @@
-// calibrate/closures.cpp: conversions of what assays measure, and closures for independent rods.
+// calibrate/closures.cpp: conversions of measured quantities, and closures for independent rods.
 #include "calibrate/closures.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "drover/calibrate/alignment.hpp"
+#include "drover/physics/coefficient_registry.hpp"
 
 namespace drover::calibrate {
 
@@ -19,7 +20,7 @@ const char* row_name(Input input) {
 namespace {
 using M = const Measured&;
 
-// D_r is the rate of relaxation, P the mean orientation.
+// D_r is the relaxation rate, P the mean orientation.
 std::vector<Closure> of_densities() {
     return {{.key = "uniform.rod_density",
              .of = {rod_area},
@@ -38,8 +39,7 @@ std::vector<Closure> of_beads() {
     return {{.key = "inertia.bead_mass", .of = {bead_mass}, .value = [](M m) { return m[bead_mass]; }},
             {.row = "friction",
              .key = "drag.coefficient",
-             .unit = "mg/(mm^2 s)",
-             .formula = "Gamma = m rho/tau: plates and rods together",
+             .formula = "Gamma = m rho/tau: friction of plates and rods",
              .origin = Origin::measured,
              .of = {bead_area, bead_mass, response},
              .under = {bead_area},
@@ -53,16 +53,12 @@ std::vector<Closure> of_beads() {
              .value = [](M m) { return m[damping] * m.mass_density(); }},
             {.row = "viscosity",
              .key = "viscosity.shear",
-             .unit = "mg/s",
              .formula = "eta = [eta/(m rho)] m rho",
              .origin = Origin::measured,
              .of = {bead_area, bead_mass, viscosity},
              .under = {bead_area},
              .value = [](M m) { return m[viscosity] * m.mass_density(); }},
-            {.row = "viscosity_bulk",
-             .key = "viscosity.bulk",
-             .unit = "mg/s",
-             .formula = "zeta = 0: no assay and no closure"},
+            {.row = "viscosity_bulk", .key = "viscosity.bulk", .formula = "zeta = 0: no assay and no closure"},
             {.row = "driving_strength",
              .key = "driving.strength",
              .unit = "mg/s",
@@ -70,16 +66,12 @@ std::vector<Closure> of_beads() {
              .origin = Origin::measured,
              .of = {bead_area, bead_mass, response, drag},
              .under = {bead_area},
-             .order_power = -1,
              .value = [](M m) { return m[drag] * m.friction(); }},
             {.key = "stiffness.beads",
              .origin = Origin::measured,
              .of = {stiffness},
              .value = [](M m) { return m[stiffness]; }},
-            {.row = "stiffness_rods",
-             .key = "stiffness.rods",
-             .unit = "mg mm^2/s^2",
-             .formula = "F = 0: no assay and no closure"}};
+            {.row = "stiffness_rods", .key = "stiffness.rods", .formula = "F = 0: no assay and no closure"}};
 }
 
 std::vector<Closure> of_relaxation() {
@@ -90,71 +82,58 @@ std::vector<Closure> of_relaxation() {
             {.row = "relaxation_saturation",
              .key = "relaxation.saturation",
              .unit = "mm^2 s",
-             .formula = "b = D_r (g/2 - 1)/(sigma u P)^2 at P = I1(gP)/I0(gP), D_r g^2/(8 sigma^2 u^2) up to onset, "
+             .formula = "b = D_r (g/2 - 1)/(sigma u P)^2 at P = I1(gP)/I0(gP), D_r g^2/(8 sigma^2 u^2) below onset, "
                         "for p = sigma u P",
              .origin = Origin::closure,
              .of = {relaxation, weathercock, drag},
              .under = {relaxation},
-             .order_power = -2,
              .value = [](M m) { return m[relaxation] * saturation_of_alignment(m.alignment()); }},
             {.row = "elasticity_stiffness",
              .key = "elasticity.stiffness",
-             .unit = "mm^2/s",
              .formula = "K3 = u^2/(16 D_r)",
              .origin = Origin::closure,
              .of = {speed, relaxation},
              .under = {relaxation},
              .value = [](M m) { return m[speed] * m[speed] / (16.0 * m[relaxation]); }},
-            {.row = "elasticity_splay",
-             .key = "elasticity.splay",
-             .unit = "mm^2/s",
-             .formula = "K1 = 0",
-             .origin = Origin::closure}};
+            {.row = "elasticity_splay", .key = "elasticity.splay", .formula = "K1 = 0", .origin = Origin::closure}};
 }
 
 std::vector<Closure> of_order() {
-    return {{.row = "weathercock_strength",
-             .key = "weathercock.strength",
-             .unit = "1/(mm^2 s)",
-             .formula = "lambda sigma u, for p = sigma u P",
-             .origin = Origin::measured,
-             .of = {weathercock},
-             .order_power = 1,
-             .value = [](M m) { return m[weathercock]; }},
-            {.row = "advection",
-             .key = "advection.strength",
-             .unit = "mm^2",
-             .formula = "w = 0: no assay and no closure",
-             .order_power = -1},
-            {.row = "pressure_beads",
-             .key = "pressure.beads",
-             .unit = "mm^2/s^2",
-             .formula = "A = 0: no assay and no closure",
-             .order_power = 1},
-            {.row = "pressure_rods",
-             .key = "pressure.rods",
-             .unit = "mm^2/s^2",
-             .formula = "B = u^2/2, for p = sigma u P",
-             .origin = Origin::closure,
-             .of = {speed, rod_area},
-             .under = {rod_area},
-             .order_power = 1,
-             .value = [](M m) { return 0.5 * m[speed] / m.rod_density(); }},
-            {.row = "noise_order",
-             .key = "noise.order",
-             .unit = "1/s^3",
-             .formula = "Delta = D_r sigma u^2, for p = sigma u P",
-             .origin = Origin::closure,
-             .of = {relaxation, rod_area},
-             .under = {rod_area},
-             .order_power = 2,
-             .value = [](M m) { return m[relaxation] / m.rod_density(); }}};
+    return {
+        {.row = "weathercock_strength",
+         .key = "weathercock.strength",
+         .unit = "1/(mm^2 s)",
+         .formula = "lambda sigma u, for p = sigma u P",
+         .origin = Origin::measured,
+         .of = {weathercock},
+         .value = [](M m) { return m[weathercock]; }},
+        {.row = "advection", .key = "advection.strength", .unit = "mm^2", .formula = "w = 0: no assay and no closure"},
+        {.row = "pressure_beads",
+         .key = "pressure.beads",
+         .unit = "mm^2/s^2",
+         .formula = "A = 0: no assay and no closure"},
+        {.row = "pressure_rods",
+         .key = "pressure.rods",
+         .unit = "mm^2/s^2",
+         .formula = "B = u^2/2, for p = sigma u P",
+         .origin = Origin::closure,
+         .of = {speed, rod_area},
+         .under = {rod_area},
+         .value = [](M m) { return 0.5 * m[speed] / m.rod_density(); }},
+        {.row = "noise_order",
+         .key = "noise.order",
+         .unit = "1/s^3",
+         .formula = "Delta = D_r sigma u^2, for p = sigma u P",
+         .origin = Origin::closure,
+         .of = {relaxation, rod_area},
+         .under = {rod_area},
+         .value = [](M m) { return m[relaxation] / m.rod_density(); }}};
 }
 
 std::vector<Closure> of_onset() {
     return {{.row = "relaxation_over_weathercock",
              .unit = "mm/s",
-             .formula = "a/lambda: a flock forms where alpha/Gamma is more",
+             .formula = "a/lambda: a flock forms where alpha/Gamma is larger",
              .origin = Origin::measured,
              .of = {relaxation, weathercock},
              .under = {weathercock},
@@ -167,6 +146,14 @@ std::vector<Closure> of_onset() {
              .under = {relaxation},
              .value = [](M m) { return m.alignment(); }}};
 }
+/// The unit of a coefficient that does not depend on that of p, and the power of sigma that it takes with p.
+void take_from_registry(Closure& closure) {
+    const auto& rows = physics::coefficient_registry();
+    const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& one) { return one.key() == closure.key; });
+    if (row == rows.end()) return;
+    closure.order_power = row->order_power;
+    if (row->order_power == 0) closure.unit = row->unit;
+}
 }  // namespace
 
 const std::vector<Closure>& closures() {
@@ -174,6 +161,7 @@ const std::vector<Closure>& closures() {
         std::vector<Closure> list;
         for (const auto& part : {of_densities(), of_beads(), of_relaxation(), of_order(), of_onset()})
             list.insert(list.end(), part.begin(), part.end());
+        for (Closure& closure : list) take_from_registry(closure);
         return list;
     }();
     return all;
@@ -194,7 +182,8 @@ Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formul
 std::string divisor_refusal(Input input, double value, double error) {
     constexpr double errors_from_zero = 3.0;
     if (std::abs(value) > errors_from_zero * error) return "";
-    return text("{} = {:.3g} +- {:.2g}, by which it is divided, cannot be told from 0", row_name(input), value, error);
+    return text("the divisor {} = {:.3g} +- {:.2g} is not significantly different from 0", row_name(input), value,
+                error);
 }
 
 void put(Measured& at, Input input, double value, double error) {

@@ -1,4 +1,4 @@
-// calibrate/closures.hpp: what follows from measured coefficients at one state: one list, for tables and for the models of fields.
+// calibrate/closures.hpp: formulas for what follows from measured coefficients, shared by tables and calibrated models.
 #pragma once
 #include <array>
 #include <functional>
@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "drover/calibrate/table.hpp"
+#include "drover/physics/coefficients.hpp"
 
 namespace drover::calibrate {
 
-/// Rows of a table that others follow from.
+/// Rows of a table from which others follow.
 enum Input {
     bead_area,
     rod_area,
@@ -26,7 +27,7 @@ enum Input {
 constexpr std::size_t input_count = 11;
 const char* row_name(Input input);
 
-/// The numbers that one closure needs, at one state; others are zero.
+/// The numbers that one closure needs at one point; others are zero.
 struct Measured {
     double bead_fraction = 0.0, rod_fraction = 0.0;
     std::array<double, input_count> numbers{}, errors{};
@@ -37,39 +38,42 @@ struct Measured {
     double mass_density() const { return numbers[bead_mass] * bead_density(); }
     double friction() const { return mass_density() / numbers[response]; }
     /// g = lambda_s alpha/(Gamma D_r); lambda_s is 2 lambda.
-    double alignment() const { return 2.0 * numbers[weathercock] * numbers[drag] / numbers[relaxation]; }
+    double alignment() const {
+        return physics::single_rod_factor * numbers[weathercock] * numbers[drag] / numbers[relaxation];
+    }
 };
 
-/// Whether a coefficient is to be taken no less than its error: response_time alone.  No flow follows in less than no time, and one that follows faster than was
-/// resolved has that for a bound.
+/// Whether a coefficient is replaced by its error because it is smaller: response_time alone.  A response time is
+/// positive, and its error bounds a response that is faster than the resolution.
 inline bool is_below_error(Input input, double value, double error) { return input == response && value < error; }
 
-/// Why a coefficient cannot be divided by: it lies within three errors of zero.  "" when it can.
+/// Why a coefficient cannot be a divisor (it lies within three errors of zero); "" if it can.
 std::string divisor_refusal(Input input, double value, double error);
 
-/// Gives a closure one of the numbers that it needs.
+/// Sets one of the inputs of a closure.
 void put(Measured& at, Input input, double value, double error);
 
 using Formula = std::function<double(const Measured&)>;
 
 struct Closure {
-    std::string row = {};  ///< of a table, where p = sigma u P; "" for none, or one that an assay or the setup gives
-    std::string key = {};  ///< of a model; "" for none
+    std::string row = {};  ///< of a table, for p = sigma u P; "" if there is none, or an assay or the setup gives it
+    std::string key = {};  ///< of a model; "" if there is none
     std::string unit = {}, formula = {};                  ///< of the row
-    Origin origin = Origin::set;                          ///< unless what it follows from is less
-    std::vector<Input> of = {};                           ///< what it follows from
-    std::vector<Input> under = {};                        ///< those of them that it is divided by
-    double order_power = 0.0;                             ///< of p/P, by which it is multiplied when p is not P
+    Origin origin = Origin::set;                          ///< unless an input has a lesser origin
+    std::vector<Input> of = {};                           ///< its inputs
+    std::vector<Input> under = {};                        ///< those inputs that are divisors
+    double order_power = 0.0;                             ///< power of p/P by which it is multiplied if p is not P
     Formula value = [](const Measured&) { return 0.0; };  ///< for p = P
 };
 
-/// The closure for a p that is P times this scale, which follows from these; one that does not know of p, or is zero, as it is.
+/// The closure for p = P times this scale, which has these inputs.  Unchanged if it does not depend on p, or is zero.
 Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formula& scale);
 
-/// Those of a model in the order of a scene, and the others.
+/// All closures; those with a key are in the order of a scene.
 const std::vector<Closure>& closures();
 
-/// The formula and its error to first order in those of `of`, taken as independent: half of what lies between `part` of an error to either side.
+/// The formula and its error to first order in the errors of `of`, taken as independent, from central differences over
+/// `part` of each error.
 Uncertain evaluated(Measured at, const std::vector<Input>& of, const Formula& value, double part = 1e-3);
 
 }  // namespace drover::calibrate

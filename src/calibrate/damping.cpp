@@ -1,4 +1,4 @@
-// calibrate/damping.cpp: how plates stop the beads.
+// calibrate/damping.cpp: damping of bead flow by the plates.
 #include "drover/calibrate/damping.hpp"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace drover::calibrate {
 
 namespace {
-/// v and x along the imposed flow after 0, 1, ... frames, means over releases: v0, x0, v1, x1, ...
+/// v and x along the imposed flow after 0, 1, ... frames, averaged over releases: v0, x0, v1, x1, ...
 Trial release(const DampingPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "damping");
     dem::Setup setup = beads_alone(given);
@@ -39,51 +39,51 @@ Trial release(const DampingPlan& plan, const SystemFactory& make, const dem::Set
     return trial;
 }
 
-/// First frame whose speed is below this, or the last there is.
+/// First frame with a lower speed than this, or the last frame.
 std::size_t frame_below(std::span<const double> means, double speed) {
     std::size_t frame = 0;
     while (2 * (frame + 1) < means.size() && means[2 * frame] >= speed) ++frame;
     return frame;
 }
 
-/// Frames at which the decade and its thirds end, and whether beads came down to the speed of the flock.
-struct Stretch {
+/// Frames at which the fit and its thirds end, and whether the beads slowed down to the flock speed.
+struct FitRange {
     std::array<std::size_t, 4> ends{};
-    bool to_flock = false;
+    bool reaches_flock = false;
 };
-Stretch stretch_of(const DampingPlan& plan, std::span<const Trial> trials) {
+FitRange fit_range(const DampingPlan& plan, std::span<const Trial> trials) {
     const std::vector<double> means = means_over(trials);
-    Stretch stretch;
-    auto& ends = stretch.ends;
+    FitRange range;
+    auto& ends = range.ends;
     for (std::size_t third = 1; third <= 3; ++third) {
         const double speed = plan.speed * std::pow(plan.min_speed / plan.speed, static_cast<double>(third) / 3.0);
         ends[third] = std::max(frame_below(means, speed), ends[third - 1] + 1);
         ends[third] = std::min(ends[third], means.size() / 2 - 1);
     }
-    stretch.to_flock = means[2 * ends.back()] <= plan.speed_flock;
-    return stretch;
+    range.reaches_flock = means[2 * ends.back()] <= plan.speed_flock;
+    return range;
 }
 
-/// g, c, and the rate at the flock's speed; where beads stay faster than that, the mean rate of the speeds they had alone.
-std::array<double, 3> law_of(const DampingPlan& plan, const Stretch& stretch, std::span<const double> means) {
-    const std::size_t last = stretch.ends.back();
-    if (!stretch.to_flock) {
+/// g, c and the rate at the flock speed; if the beads stay faster, only the mean rate over the observed speeds.
+std::array<double, 3> fit_law(const DampingPlan& plan, const FitRange& range, std::span<const double> means) {
+    const std::size_t last = range.ends.back();
+    if (!range.reaches_flock) {
         constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
         return {unknown, unknown, (means[0] - means[2 * last]) / (means[2 * last + 1] - means[1])};
     }
-    std::vector<double> ways, times, losses;
+    std::vector<double> distances, times, losses;
     for (std::size_t frame = 0; frame < last; ++frame) {
         losses.push_back(means[2 * frame] - means[2 * frame + 2]);
-        ways.push_back(means[2 * frame + 3] - means[2 * frame + 1]);
+        distances.push_back(means[2 * frame + 3] - means[2 * frame + 1]);
         times.push_back(plan.frame);
     }
-    const std::vector<double> fit = least_squares({ways, times}, losses);
+    const std::vector<double> fit = least_squares({distances, times}, losses);
     return {fit[0], fit[1], fit[0] + fit[1] / plan.speed_flock};
 }
 
-std::vector<double> estimates_of(const DampingPlan& plan, const Stretch& stretch, std::span<const double> means) {
-    const auto [linear, coulomb, rate] = law_of(plan, stretch, means);
-    const auto& ends = stretch.ends;
+std::vector<double> estimates_of(const DampingPlan& plan, const FitRange& range, std::span<const double> means) {
+    const auto [linear, coulomb, rate] = fit_law(plan, range, means);
+    const auto& ends = range.ends;
     std::vector<double> values{rate, linear, coulomb, coulomb / plan.speed_flock / rate};
     for (std::size_t third = 0; third < 3; ++third) {
         const std::size_t a = 2 * ends[third], b = 2 * ends[third + 1];
@@ -96,34 +96,34 @@ std::string conclude(const DampingPlan& plan, std::vector<measure::Estimate>& es
     const measure::Estimate& share = estimates[3];
     if (!share.error)
         return text(
-            "the beads did not come down to {} mm/s: the rate is the mean over the speeds they had, and whether it is "
-            "linear is not known",
+            "the beads did not slow down to {} mm/s: the rate is a mean over the observed speeds, and its linearity is "
+            "not known",
             plan.speed_flock);
-    const std::string told = text("at {} mm/s {:.2g} +- {:.2g} of it does not depend on the speed", plan.speed_flock,
-                                  share.mean, *share.error);
-    if (std::abs(share.mean) <= 2.0 * *share.error) return "the damping is linear as far as can be told: " + told;
-    if (share.mean < 0.0) return "the damping is weaker at low speeds than a linear one: " + told;
+    const std::string detail = text("at {} mm/s a fraction {:.2g} +- {:.2g} of it is independent of the speed",
+                                    plan.speed_flock, share.mean, *share.error);
+    if (std::abs(share.mean) <= 2.0 * *share.error) return "the damping is linear within its error: " + detail;
+    if (share.mean < 0.0) return "the damping is weaker than linear at low speeds: " + detail;
     return (share.mean > 0.5 ? "the damping is Coulomb-like: " : "the damping is linear with a Coulomb-like part: ") +
-           told;
+           detail;
 }
 }  // namespace
 
 Assay damping(const DampingPlan& plan) {
     require(plan.speed > plan.speed_flock && plan.speed_flock > plan.min_speed && plan.min_speed > 0.0, {},
-            "damping: speeds {}, {} and {} mm/s; expected that of the flock between the least and that at the release",
+            "damping: min_speed, speed_flock, speed = {}, {}, {} mm/s; expected 0 < min_speed < speed_flock < speed",
             plan.min_speed, plan.speed_flock, plan.speed);
     require(plan.releases >= 1 && plan.frame > 0.0 && plan.time >= 4.0 * plan.frame, {},
-            "damping: {} releases of {} s in frames of {} s; expected one or more, and four frames or more",
+            "damping: {} releases of {} s in frames of {} s; expected at least one release of at least four frames",
             plan.releases, plan.time, plan.frame);
     return {.name = "damping",
             .population = Population::beads,
             .quantities =
                 {{"damping_rate", "1/s",
-                  "Gamma/(m rho) = g + c/v at the flock's speed v; the mean over the speeds there were, where the "
-                  "remark says so"},
+                  "Gamma/(m rho) = g + c/v at the flock speed v; a mean over the observed speeds if the remark says "
+                  "so"},
                  {"damping_linear", "1/s", "g: dv/dt = -g v - c", false},
                  {"damping_coulomb", "mm/s^2", "c", false},
-                 {"coulomb_share", "1", "(c/v)/(g + c/v) at the flock's speed", false},
+                 {"coulomb_share", "1", "(c/v)/(g + c/v) at the flock speed", false},
                  {"damping_rate_fast", "1/s", "-dv/dx, fastest third of the decade", false},
                  {"damping_rate_middle", "1/s", "-dv/dx, middle third", false},
                  {"damping_rate_slow", "1/s", "-dv/dx, slowest third", false}},
@@ -131,8 +131,8 @@ Assay damping(const DampingPlan& plan) {
                             std::uint64_t seed) { return release(plan, make, setup, seed); },
             .estimator =
                 [plan](std::span<const Trial> trials) {
-                    return [plan, stretch = stretch_of(plan, trials)](std::span<const double> means) {
-                        return estimates_of(plan, stretch, means);
+                    return [plan, range = fit_range(plan, trials)](std::span<const double> means) {
+                        return estimates_of(plan, range, means);
                     };
                 },
             .conclude = [plan](std::vector<measure::Estimate>& estimates) { return conclude(plan, estimates); }};
@@ -150,33 +150,33 @@ const std::vector<Row<calibrate::DampingPlan>>& schema<calibrate::DampingPlan>()
          .member = &Plan::speed,
          .unit = "mm/s",
          .range = positive,
-         .doc = "of the beads at the release"},
+         .doc = "initial bead speed at each release"},
         {.name = "min_speed",
          .member = &Plan::min_speed,
          .unit = "mm/s",
          .range = positive,
-         .doc = "to which the decay is read: a decade"},
+         .doc = "bead speed at which the fit of the decay ends: a decade below speed"},
         {.name = "speed_flock",
          .member = &Plan::speed_flock,
          .unit = "mm/s",
          .range = positive,
-         .doc = "at which the rate is wanted, between the two"},
+         .doc = "bead speed at which the rate is evaluated, between min_speed and speed"},
         {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
         {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .doc = "before each release"},
         {.name = "releases",
          .member = &Plan::releases,
          .range = {.min = 1, .max = 1000},
-         .doc = "of one system, along x, y, -x, -y, and so on"},
+         .doc = "per system, along x, y, -x, -y, and so on"},
         {.name = "time",
          .member = &Plan::time,
          .unit = "s",
          .range = positive,
-         .doc = "followed after each; until min_speed, some 3/(Gamma/(m rho))"},
+         .doc = "recorded after each release; until min_speed, about 3/(Gamma/(m rho))"},
         {.name = "frame",
          .member = &Plan::frame,
          .unit = "s",
          .range = positive,
-         .doc = "between looks, whole periods of the plates"}};
+         .doc = "between samples; a multiple of the plate period"}};
     return rows;
 }
 

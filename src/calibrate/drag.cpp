@@ -1,4 +1,4 @@
-// calibrate/drag.cpp: how fast aligned rods carry the beads.
+// calibrate/drag.cpp: speed at which aligned rods drag the beads.
 #include "drover/calibrate/drag.hpp"
 
 #include <algorithm>
@@ -9,27 +9,27 @@
 namespace drover::calibrate {
 
 namespace {
-constexpr std::size_t numbers = 4;  // of a window: <v>, <P>, <|P|^2 P>, [v(T) - v(0)]/T, all along x
+constexpr std::size_t numbers = 4;  // per window: <v>, <P>, <|P|^2 P>, [v(T) - v(0)]/T, all along x
 
-/// The polar order of rods, along x and its square.
+/// Polar order of the rods: its x component and its square.
 struct Order {
     double along = 0.0, square = 0.0;
 };
-Order order_of(const std::vector<RodPlace>& rods) {
+Order order_of(const std::vector<RodPose>& rods) {
     double along = 0.0, across = 0.0;
-    for (const RodPlace& rod : rods) along += std::cos(rod.angle), across += std::sin(rod.angle);
+    for (const RodPose& rod : rods) along += std::cos(rod.angle), across += std::sin(rod.angle);
     const double count = static_cast<double>(rods.size());
     return {along / count, (along * along + across * across) / (count * count)};
 }
 
 void watch(ParticleSystem& system, double& time, const DragPlan& plan, double* out) {
     const std::size_t frames = frames_in(plan.time / plan.windows, plan.frame);
-    const double part = 1.0 / static_cast<double>(frames), window = plan.frame * static_cast<double>(frames);
+    const double fraction = 1.0 / static_cast<double>(frames), window = plan.frame * static_cast<double>(frames);
     const BeadMotion start = system.beads();
     for (std::size_t frame = 0; frame <= frames; ++frame) {
         if (frame > 0) system.advance_to(time += plan.frame);
         const Order order = order_of(system.rods());
-        const double weight = frame == 0 || frame == frames ? 0.5 * part : part;
+        const double weight = frame == 0 || frame == frames ? 0.5 * fraction : fraction;
         out[1] += weight * order.along;
         out[2] += weight * order.square * order.along;
     }
@@ -38,8 +38,8 @@ void watch(ParticleSystem& system, double& time, const DragPlan& plan, double* o
     out[3] = (end.vx - start.vx) / window;
 }
 
-/// Windows of each torque, from the strongest on.  Rods start along x and beads at rest: how the flow builds up tells tau.
-Trial carry(const DragPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
+/// Windows of each torque, the strongest first.  Rods start along x and beads at rest: the growth of flow gives tau.
+Trial drag_beads(const DragPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "drag");
     dem::Setup setup = with_rods(given, "drag", true);
     setup.forces = {.torque = plan.torques.back()};
@@ -64,8 +64,8 @@ std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> m
         flow.push_back(means[numbers * w]);
         for (std::size_t i = 1; i < numbers; ++i) columns[i - 1].push_back(means[numbers * w + i]);
     }
-    const std::vector<double> bent = least_squares(columns, flow);
-    std::vector<double> values{bent[0], bent[1], -bent[2]};
+    const std::vector<double> curved = least_squares(columns, flow);
+    std::vector<double> values{curved[0], curved[1], -curved[2]};
     if (!plan.bend) {
         const std::vector<double> straight = least_squares({columns[0], columns[2]}, flow);
         values[0] = straight[0];
@@ -81,14 +81,14 @@ std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> m
 
 std::string conclude(const DragPlan& plan, std::vector<measure::Estimate>& estimates) {
     const measure::Estimate &slope = estimates[0], &bend = estimates[1];
-    if (!slope.error || !bend.error) return "whether the flow is linear in the order is not known";
+    if (!slope.error || !bend.error) return "linearity of the flow in the order is not known";
     if (std::abs(bend.mean) <= 2.0 * *bend.error)
         return text("the flow is linear in the order, to {:.2g} of its slope at P = 1",
                     *bend.error / std::abs(slope.mean));
     if (!plan.bend)
         return text(
-            "the flow is not linear in the order, and a straight line was taken: a term {:.2g} +- {:.2g} |P|^2 P "
-            "is left out",
+            "the flow is not linear in the order but a straight line was fitted: the term {:.2g} +- {:.2g} |P|^2 P "
+            "was omitted",
             bend.mean, *bend.error);
     return text("the flow is not linear in the order: at P = 1 it is {:.3g} times its slope at P = 0",
                 1.0 + bend.mean / slope.mean);
@@ -97,17 +97,18 @@ std::string conclude(const DragPlan& plan, std::vector<measure::Estimate>& estim
 
 Assay drag(const DragPlan& plan) {
     require(plan.torques.size() >= 2 && plan.torques.front() > 0.0 && is_ascending(plan.torques), {},
-            "drag: expected two torques or more, above 0 and each more than the one before");
+            "drag: expected at least two torques, > 0 and ascending");
     require(plan.windows >= 1 && plan.frame > 0.0 && plan.time >= plan.frame * plan.windows, {},
-            "drag: {} s in {} windows and frames of {} s; expected one window or more, of a frame or more", plan.time,
-            plan.windows, plan.frame);
+            "drag: {} s in {} windows and frames of {} s; expected at least one window of at least one frame",
+            plan.time, plan.windows, plan.frame);
     constexpr std::size_t unknowns = numbers - 1;
-    require(plan.torques.size() * static_cast<std::size_t>(plan.windows) >= unknowns, {},
-            "drag: {} torques of {} windows; expected {} windows or more in all: slope, bend and tau come from them",
-            plan.torques.size(), plan.windows, unknowns);
+    require(
+        plan.torques.size() * static_cast<std::size_t>(plan.windows) >= unknowns, {},
+        "drag: {} torques with {} windows each; expected at least {} windows in all to fit slope, curvature and tau",
+        plan.torques.size(), plan.windows, unknowns);
     std::vector<Quantity> quantities{{"drag", "mm/s", "alpha/Gamma: v = (alpha/Gamma) P + c |P|^2 P"},
                                      {"drag_curvature", "mm/s", "c", false},
-                                     {"response_time", "s", "tau = m rho/Gamma, rods among the beads", false}};
+                                     {"response_time", "s", "tau = m rho/Gamma, with rods among the beads", false}};
     for (const double torque : plan.torques) {
         quantities.push_back({text("order_{}", torque), "1", text("<P> at torque {}", torque), false});
         quantities.push_back({text("flow_{}", torque), "mm/s", text("<v> at torque {}", torque), false});
@@ -116,7 +117,7 @@ Assay drag(const DragPlan& plan) {
             .population = Population::all,
             .quantities = quantities,
             .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return carry(plan, make, setup, seed); },
+                            std::uint64_t seed) { return drag_beads(plan, make, setup, seed); },
             .estimator =
                 [plan](std::span<const Trial>) {
                     return [plan](std::span<const double> means) { return estimates_of(plan, means); };
@@ -136,26 +137,26 @@ const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
          .member = &Plan::torques,
          .unit = "mg mm^2/s^2",
          .range = positive,
-         .doc = "of the field that orients rods, weak to strong, for P from below a half to near one"},
+         .doc = "of the orienting field, ascending; for P from below a half to nearly one"},
         {.name = "warm_up",
          .member = &Plan::warm_up,
          .unit = "s",
          .range = not_negative,
-         .doc = "once, in the strongest; less than m rho/Gamma"},
+         .doc = "once, in the strongest field; less than m rho/Gamma"},
         {.name = "time",
          .member = &Plan::time,
          .unit = "s",
          .range = positive,
-         .doc = "in each; together some times m rho/Gamma and 1/a"},
+         .doc = "in each field; together several times m rho/Gamma and 1/a"},
         {.name = "windows",
          .member = &Plan::windows,
          .range = {.min = 1, .max = 1000},
-         .doc = "of equal length that the time is cut into"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "between looks at P"},
+         .doc = "of equal length in that time"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "between samples of P"},
         {.name = "bend",
          .member = &Plan::bend,
-         .doc = "the flow has a term in |P|^2 P beside the one in P: four times the error of its slope; false: a "
-                "straight line, and the diagnosis says whether it is one"}};
+         .doc = "fit a term in |P|^2 P besides the one in P, which makes the error of the slope four times larger; "
+                "false: fit a straight line, and the remark reports whether the data follow one"}};
     return rows;
 }
 

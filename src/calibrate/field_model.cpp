@@ -1,4 +1,4 @@
-// calibrate/field_model.cpp: numbers of the equations as functions of what was measured, with errors to first order.
+// calibrate/field_model.cpp: coefficients of the equations from measured ones, with errors to first order.
 #include "drover/calibrate/field_model.hpp"
 
 #include <algorithm>
@@ -13,16 +13,16 @@ namespace {
 const Closure& closure_of(const std::string& key) {
     const auto found = std::find_if(closures().begin(), closures().end(),
                                     [&](const Closure& one) { return !key.empty() && one.key == key; });
-    require(found != closures().end(), {}, "{} is nothing that a table of coefficients gives", key);
+    require(found != closures().end(), {}, "{} is not a key that a table of coefficients provides", key);
     return *found;
 }
 
-/// Of a message: what is wanted, and the key of a scene that does without.
+/// For messages: the wanted number, and the scene key that can replace it.
 struct Wanted {
     std::string what, give;
 };
 
-/// The smooth rows of the table at a state, of which what is wanted is divided by those `under` it.
+/// The interpolated rows of the table at a point; those `under` the wanted number are its divisors.
 Measured measured_at(const Table& table, const std::vector<Input>& of, const std::vector<Input>& under,
                      const StatePoint& point, const Wanted& wanted) {
     Measured measured{.bead_fraction = point.bead_fraction, .rod_fraction = point.rod_fraction};
@@ -31,38 +31,39 @@ Measured measured_at(const Table& table, const std::vector<Input>& of, const std
                                     .at(point.bead_fraction, point.rod_fraction);
         const bool divides = std::find(under.begin(), under.end(), input) != under.end();
         const std::string why = divides ? divisor_refusal(input, found.value, found.error) : "";
-        require(why.empty(), {}, "{}: {}; expected it better known: measure more, or give {} in the scene", wanted.what,
-                why, wanted.give);
+        require(why.empty(), {}, "{}: {}; expected a smaller error: run more trials, or set {} in the scene",
+                wanted.what, why, wanted.give);
         put(measured, input, found.value, found.error);
     }
     return measured;
 }
 
-/// Of the one or two values of an axis about a place: the first and one past the last.
-std::pair<std::size_t, std::size_t> nodes_about(const std::vector<double>& axis, double place) {
-    const auto above = std::lower_bound(axis.begin(), axis.end(), place) - axis.begin();
+/// The one or two nodes of an axis around a position: the first, and one past the last.
+std::pair<std::size_t, std::size_t> nodes_around(const std::vector<double>& axis, double position) {
+    const auto above = std::lower_bound(axis.begin(), axis.end(), position) - axis.begin();
     const auto last = std::min<std::size_t>(static_cast<std::size_t>(above), axis.size() - 1);
-    return {axis[last] > place && last > 0 ? last - 1 : last, last + 1};
+    return {axis[last] > position && last > 0 ? last - 1 : last, last + 1};
 }
 
-/// Whether a row is, about this point, known less well than was asked.
-bool is_short_about(const Table& table, const TableRow& row, const StatePoint& point) {
-    const auto beads = nodes_about(table.bead_fractions, point.bead_fraction);
+/// Whether a row has a larger error than requested at a node around this point.
+bool is_short_around(const Table& table, const TableRow& row, const StatePoint& point) {
+    const auto beads = nodes_around(table.bead_fractions, point.bead_fraction);
     const auto rods =
-        row.by_rods ? nodes_about(table.rod_fractions, point.rod_fraction) : std::pair<std::size_t, std::size_t>{0, 1};
+        row.by_rods ? nodes_around(table.rod_fractions, point.rod_fraction) : std::pair<std::size_t, std::size_t>{0, 1};
     for (std::size_t bead = beads.first; bead < beads.second; ++bead)
         for (std::size_t rod = rods.first; rod < rods.second; ++rod)
-            if (row.known[place_in(table, row, point.varied, bead, rod)].origin == Origin::measured_short) return true;
+            if (row.entries[entry_index(table, row, point.varied, bead, rod)].origin == Origin::measured_short)
+                return true;
     return false;
 }
 
-/// Where a number came from: what it follows from may be less than the closure says.
+/// Origin of a number, which its inputs may lower.
 Origin origin_of(const Closure& closure, const Table& table, const Measured& measured, const StatePoint& point) {
     bool all_set = !closure.of.empty(), any_short = false;
     for (const Input input : closure.of) {
         const TableRow& row = *find_row(table, row_name(input));
-        all_set = all_set && row.known.front().origin == Origin::set;
-        any_short = any_short || is_short_about(table, row, point);
+        all_set = all_set && row.entries.front().origin == Origin::set;
+        any_short = any_short || is_short_around(table, row, point);
         if (input == response && measured[response] <= measured.errors[response]) return Origin::closure;
     }
     if (all_set) return Origin::set;
@@ -92,7 +93,7 @@ FieldNumber field_number(const Table& table, const std::string& key, const State
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {
-    require(!table.rod_fractions.empty(), {}, "the table has no area fractions of rods; expected one that has");
+    require(!table.rod_fractions.empty(), {}, "the table has no area fractions of rods; expected a table that has");
     physics::TableData data;
     const auto number = [&](const char* key, double beads, double rods) {
         StatePoint node = point;
@@ -105,20 +106,19 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
         data.bead_density.push_back(number("uniform.bead_density", fraction, rods).value);
     for (const double fraction : table.rod_fractions)
         data.rod_density.push_back(number("uniform.rod_density", beads, fraction).value);
-    const auto add = [](const Uncertain& found, std::vector<double>& values, std::vector<double>& errors) {
-        values.push_back(found.value);
-        errors.push_back(found.error);
+    const auto add = [&](const std::string& key, const Uncertain& found) {
+        data.columns[key].values.push_back(found.value);
+        data.columns[key].errors.push_back(found.error);
     };
     for (const double bead : table.bead_fractions)
         for (const double rod : table.rod_fractions) {
-            add(number("relaxation.rate", bead, rod), data.relaxation_rate, data.relaxation_rate_error);
-            data.relaxation_saturation.push_back(number("relaxation.saturation", bead, rod).value);
-            add(number("weathercock.strength", bead, rod), data.weathercock_strength, data.weathercock_strength_error);
-            data.drag_coefficient.push_back(number("drag.coefficient", bead, rod).value);
+            for (const char* key : {"relaxation.rate", "weathercock.strength"}) add(key, number(key, bead, rod));
+            for (const char* key : {"relaxation.saturation", "drag.coefficient"})
+                data.columns[key].values.push_back(number(key, bead, rod).value);
+            // alpha/Gamma is measured as one: its error is with alpha.
             const Uncertain ratio = SmoothCoefficient(table, row_name(drag), point.varied).at(bead, rod);
             const double driving = number("driving.strength", bead, rod).value;
-            add({.value = driving, .error = std::abs(driving / ratio.value) * ratio.error}, data.driving_strength,
-                data.driving_strength_error);
+            add("driving.strength", {.value = driving, .error = std::abs(driving / ratio.value) * ratio.error});
         }
     data.outside = point.outside == physics::Outside::hold ? "hold" : "refuse";
     return data;
@@ -129,7 +129,7 @@ MeanField mean_field(const Table& table, const StatePoint& point) {
     const Measured measured = measured_at(table, all, {relaxation}, point,
                                           {.what = "the order of the mean field", .give = "relaxation.rate"});
     const auto of = [&](const Formula& formula) { return evaluated(measured, all, formula); };
-    // P has no slope below g = 2 and an infinite one above it: the whole of an error to either side.
+    // P has zero slope below g = 2 and an infinite one just above it: use steps of a whole error.
     const auto over_errors = [&](const Formula& formula) { return evaluated(measured, all, formula, 1.0); };
     using M = const Measured&;
     return {.alignment = of([](M m) { return m.alignment(); }),

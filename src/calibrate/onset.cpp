@@ -1,4 +1,4 @@
-// calibrate/onset.cpp: crossings of two smooth functions of a table, and of tables redrawn within their errors.
+// calibrate/onset.cpp: crossings of two interpolated rows of a table, with errors from redrawn tables.
 #include "drover/calibrate/onset.hpp"
 
 #include <array>
@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "drover/base/random.hpp"
+#include "drover/physics/coefficients.hpp"
 #include "numerics/bracket.hpp"
 
 namespace drover::calibrate {
@@ -16,13 +17,14 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<const char*, 3> rows{"drag", "relaxation_rate", "weathercock"};
 
-/// The nodes with places between them: equal parts of each interval.
-std::vector<double> refined(const std::vector<double>& nodes, int parts) {
-    std::vector<double> places;
+/// The nodes and the points that divide each interval between them evenly.
+std::vector<double> refined(const std::vector<double>& nodes, int subdivisions) {
+    std::vector<double> points;
     for (std::size_t i = 0; i + 1 < nodes.size(); ++i)
-        for (int k = 0; k < parts; ++k) places.push_back(nodes[i] + (nodes[i + 1] - nodes[i]) * k / parts);
-    places.push_back(nodes.back());
-    return places;
+        for (int k = 0; k < subdivisions; ++k)
+            points.push_back(nodes[i] + (nodes[i + 1] - nodes[i]) * k / subdivisions);
+    points.push_back(nodes.back());
+    return points;
 }
 
 /// The coefficients of one table, measured or redrawn.
@@ -31,14 +33,15 @@ struct Coefficients {
     Coefficients(const Table& table, std::size_t varied)
         : drag(table, rows[0], varied), relaxation(table, rows[1], varied), weathercock(table, rows[2], varied) {}
 
-    /// Above 0 where flocks are expected; lambda alpha/Gamma - a, which knows of lambda = 0 and below.
+    /// lambda alpha/Gamma - a: positive where flocks are expected, and valid for lambda <= 0.
     double excess(double bead, double rod, Convention convention) const {
-        const double lambda = (convention == Convention::mean ? 1.0 : 2.0) * weathercock.table().at(bead, rod).value;
+        const double lambda = (convention == Convention::mean ? 1.0 : physics::single_rod_factor) *
+                              weathercock.table().at(bead, rod).value;
         return lambda * drag.table().at(bead, rod).value - relaxation.table().at(bead, rod).value;
     }
 };
 
-Table only(const Table& table) {
+Table onset_rows(const Table& table) {
     Table few = table;
     few.rows.clear();
     for (const char* name : rows)
@@ -46,21 +49,21 @@ Table only(const Table& table) {
     return few;
 }
 
-/// Every number moved by its error times a normal number of its own.
+/// Adds an independent normal error to every value.
 Table redrawn_table(const Table& table, std::uint64_t number) {
-    Table moved = table;
-    std::uint64_t part = 0;
-    for (TableRow& row : moved.rows) {
-        std::vector<double> normal(row.known.size());
+    Table redrawn = table;
+    std::uint64_t row_number = 0;
+    for (TableRow& row : redrawn.rows) {
+        std::vector<double> normal(row.entries.size());
         RandomKey key{.seed = number, .stream = Stream::bootstrap};
-        key.substep = static_cast<std::uint32_t>(part++);
+        key.substep = static_cast<std::uint32_t>(row_number++);
         fill_normal(key, 0, 1, normal);
-        for (std::size_t i = 0; i < normal.size(); ++i) row.known[i].value += normal[i] * row.known[i].error;
+        for (std::size_t i = 0; i < normal.size(); ++i) row.entries[i].value += normal[i] * row.entries[i].error;
     }
-    return moved;
+    return redrawn;
 }
 
-/// The first place where flocks begin; not-a-number when there is none.
+/// The smallest area fraction of beads at which the excess becomes positive; NaN if there is none.
 double first_crossing(const Coefficients& coefficients, const std::vector<double>& beads, double rod,
                       Convention convention) {
     constexpr double tolerance = 1e-10;
@@ -87,11 +90,11 @@ Crossing crossing_of(const Coefficients& measured, const std::vector<Coefficient
                       .above_all = measured.excess(beads.front(), rod, convention) >= 0.0};
     double count = 0.0, sum = 0.0, squares = 0.0;
     for (const Coefficients& one : redrawn) {
-        const double place = first_crossing(one, beads, rod, convention);
-        if (std::isnan(place)) continue;
-        // About the crossing that was measured, or some place: sums of small numbers.
+        const double crossed = first_crossing(one, beads, rod, convention);
+        if (std::isnan(crossed)) continue;
+        // Relative to the measured crossing, if any, to avoid cancellation.
         const double from = std::isnan(crossing.bead_fraction) ? beads.front() : crossing.bead_fraction;
-        count += 1.0, sum += place - from, squares += (place - from) * (place - from);
+        count += 1.0, sum += crossed - from, squares += (crossed - from) * (crossed - from);
     }
     if (!redrawn.empty()) crossing.share = count / static_cast<double>(redrawn.size());
     if (count > 1.0 && !std::isnan(crossing.bead_fraction))
@@ -105,17 +108,19 @@ Uncertain threshold_of(const Uncertain& a, const Uncertain& lambda) {
 }
 }  // namespace
 
-Onset find_onset(const Table& table, std::size_t varied, int parts, int redrawn) {
-    require(parts >= 1 && redrawn >= 0, {}, "{} parts of an interval, {} tables redrawn; expected 1 or more, 0 or more",
-            parts, redrawn);
+Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int redrawn) {
+    require(subdivisions >= 1 && redrawn >= 0, {},
+            "{} subdivisions of an interval, {} redrawn tables; expected at least 1 and at least 0", subdivisions,
+            redrawn);
     require(table.bead_fractions.size() >= 2 && !table.rod_fractions.empty(), {},
-            "the table has {} area fractions of beads and {} of rods; a boundary needs two or more, and one",
+            "the table has {} area fractions of beads and {} of rods; a boundary needs at least two of beads and one "
+            "of rods",
             table.bead_fractions.size(), table.rod_fractions.size());
-    const Table few = only(table);
+    const Table few = onset_rows(table);
     const Coefficients measured(few, varied);
     std::vector<Coefficients> others;
     for (int i = 0; i < redrawn; ++i) others.emplace_back(redrawn_table(few, static_cast<std::uint64_t>(i)), varied);
-    Onset onset{.bead_fractions = refined(table.bead_fractions, parts), .curves = {}, .line = {}};
+    Onset onset{.bead_fractions = refined(table.bead_fractions, subdivisions), .curves = {}, .line = {}};
     const auto crossings = [&](OnsetCurve& curve) {
         for (const Convention convention : {Convention::mean, Convention::single_rod})
             curve.crossings[static_cast<int>(convention)] =
@@ -131,7 +136,7 @@ Onset find_onset(const Table& table, std::size_t varied, int parts, int redrawn)
         crossings(curve);
         onset.curves.push_back(std::move(curve));
     }
-    for (const double rod : refined(table.rod_fractions, parts)) {
+    for (const double rod : refined(table.rod_fractions, subdivisions)) {
         OnsetCurve point{.rod_fraction = rod, .drag = {}, .threshold = {}};
         crossings(point);
         onset.line.push_back(point);

@@ -1,4 +1,4 @@
-// calibrate/plan_support.cpp: least squares in a few unknowns.
+// calibrate/plan_support.cpp: least squares with few unknowns.
 #include "calibrate/plan_support.hpp"
 
 #include <Eigen/Dense>

@@ -1,4 +1,4 @@
-// calibrate/plan_support.hpp: what the plans of several assays share: setups, held flows, lines.
+// calibrate/plan_support.hpp: setups, forces and fits shared by several assays.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -8,6 +8,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/calibrate/assay.hpp"
+#include "drover/numerics/line_fit.hpp"
 
 namespace drover::calibrate {
 
@@ -20,10 +21,10 @@ inline dem::Setup beads_alone(dem::Setup setup) {
     return setup;
 }
 
-/// The setup with its rods lying along x, or in any direction, and nothing imposed.
+/// The setup with its rods along x or in random directions, and without forces.
 inline dem::Setup with_rods(dem::Setup setup, const char* assay, bool aligned) {
     require(setup.rods.count > 0 || setup.rods.area_fraction > 0.0, {},
-            "{}: a setup without rods; expected rods.area_fraction or rods.count above 0", assay);
+            "{}: the setup has no rods; expected rods.area_fraction or rods.count > 0", assay);
     setup.packing = {.kind = aligned ? "aligned" : "random"};
     setup.forces = {};
     return setup;
@@ -31,20 +32,20 @@ inline dem::Setup with_rods(dem::Setup setup, const char* assay, bool aligned) {
 
 inline void require_beads(const dem::Setup& setup, const char* assay) {
     require(setup.beads.count > 0 || setup.beads.area_fraction > 0.0, {},
-            "{}: a setup without beads; expected beads.area_fraction or beads.count above 0", assay);
+            "{}: the setup has no beads; expected beads.area_fraction or beads.count > 0", assay);
 }
 
-/// Forces that keep beads from flowing as a whole, where there are any: a rod in a small periodic cell would follow its own wake.
+/// Forces that hold the mean bead velocity, if any, at zero: in a small periodic cell a rod would follow its own wake.
 inline dem::BodyForces bed_at_rest(const dem::Setup& setup) {
     return {.hold_beads = setup.beads.count > 0 || setup.beads.area_fraction > 0.0};
 }
 
-/// Whether each is more than the one before: quantities are named by them.
+/// Whether values ascend strictly, as quantities that are named after them require.
 inline bool is_ascending(const std::vector<double>& values) {
     return std::adjacent_find(values.begin(), values.end(), std::greater_equal<>{}) == values.end();
 }
 
-/// How many frames a time holds, at least 1.
+/// Number of frames in a time, at least 1.
 inline std::size_t frames_in(double time, double frame) {
     return static_cast<std::size_t>(std::max(1.0, std::round(time / frame)));
 }
@@ -57,26 +58,10 @@ inline std::vector<double> means_over(std::span<const Trial> trials) {
     return means;
 }
 
-/// Line y = at_zero + slope x by weighted least squares.
-struct Line {
-    double at_zero = 0.0, slope = 0.0;
-};
-inline Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights) {
-    double weight = 0.0, mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        weight += weights[i];
-        mean_x += weights[i] * x[i];
-        mean_y += weights[i] * y[i];
-    }
-    mean_x /= weight, mean_y /= weight;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        xx += weights[i] * (x[i] - mean_x) * (x[i] - mean_x);
-        xy += weights[i] * (x[i] - mean_x) * (y[i] - mean_y);
-    }
-    return {mean_y - xy / xx * mean_x, xy / xx};
-}
+using numerics::fit_line;
+using numerics::Line;
 
-/// The factors of these columns whose sum is nearest to y, by least squares; not-a-number where columns are not independent.
+/// Coefficients of these columns in the least-squares fit to y; NaN if the columns are linearly dependent.
 std::vector<double> least_squares(const std::vector<std::vector<double>>& columns, const std::vector<double>& y);
 
 }  // namespace drover::calibrate

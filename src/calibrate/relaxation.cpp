@@ -1,4 +1,4 @@
-// calibrate/relaxation.cpp: how fast rods in the bed lose their direction.
+// calibrate/relaxation.cpp: rotational diffusion of single rods in the bed.
 #include "drover/calibrate/relaxation.hpp"
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 namespace drover::calibrate {
 
 namespace {
-constexpr double max_fall = 0.5;     // of -ln C, where it is fitted
-constexpr std::size_t min_lags = 4;  // of a fit
+constexpr double max_decay = 0.5;    // of -ln C in the fit
+constexpr std::size_t min_lags = 4;  // in a fit
 
-/// Lags [first, end) in frames; found: whether the slope no longer changes there.
+/// Lags [first, end) in frames; found: whether the slope is constant there.
 struct Regime {
     std::size_t first = 1, end = 1;
     bool found = false;
@@ -21,16 +21,16 @@ struct Regime {
 
 /// -ln C = at_zero + slope t over these lags; means[i] is C after i + 1 frames.
 Line line_of(std::span<const double> means, std::size_t first, std::size_t end, double frame) {
-    std::vector<double> times, fall, weights;
+    std::vector<double> times, decay, weights;
     for (std::size_t lag = first; lag < end; ++lag) {
         times.push_back(static_cast<double>(lag) * frame);
-        fall.push_back(-std::log(means[lag - 1]));
+        decay.push_back(-std::log(means[lag - 1]));
         weights.push_back(1.0 / (times.back() * times.back()));
     }
-    return fit_line(times, fall, weights);
+    return fit_line(times, decay, weights);
 }
 
-/// Whether the slopes from two lags on agree, by the jackknife over trials.
+/// Whether the slopes from lag `first` on and from twice that on agree, by the jackknife over trials.
 bool slopes_agree(std::span<const Trial> trials, const std::vector<double>& means, std::size_t first, std::size_t end,
                   double frame) {
     const auto difference = [&](std::span<const double> of) {
@@ -41,8 +41,8 @@ bool slopes_agree(std::span<const Trial> trials, const std::vector<double>& mean
     double sum = 0.0, squares = 0.0;
     for (const Trial& trial : trials) {
         for (std::size_t i = 0; i < means.size(); ++i) without[i] = (n * means[i] - trial[i]) / (n - 1.0);
-        const double left = difference(without);
-        sum += left, squares += left * left;
+        const double change = difference(without);
+        sum += change, squares += change * change;
     }
     const double variance = std::max(squares - sum * sum / n, 0.0) * (n - 1.0) / n;
     return std::abs(difference(means)) <= std::sqrt(variance);
@@ -51,8 +51,9 @@ bool slopes_agree(std::span<const Trial> trials, const std::vector<double>& mean
 Regime regime_of(std::span<const Trial> trials, double frame) {
     const std::vector<double> means = means_over(trials);
     Regime regime;
-    while (regime.end <= means.size() && means[regime.end - 1] > std::exp(-max_fall)) ++regime.end;
-    regime.end = std::min(std::max(regime.end, min_lags + 1), means.size() + 1);  // C fell at once: the first lags
+    while (regime.end <= means.size() && means[regime.end - 1] > std::exp(-max_decay)) ++regime.end;
+    regime.end =
+        std::min(std::max(regime.end, min_lags + 1), means.size() + 1);  // at least min_lags, if C decays at once
     for (; 4 * regime.first + min_lags <= regime.end && !regime.found; regime.first *= 2)
         regime.found = slopes_agree(trials, means, regime.first, regime.end, frame);
     return regime;
@@ -69,7 +70,8 @@ Trial correlation(const std::vector<std::vector<double>>& angles, std::size_t la
     return found;
 }
 
-Trial follow(const RelaxationPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
+Trial angle_correlation(const RelaxationPlan& plan, const SystemFactory& make, const dem::Setup& given,
+                        std::uint64_t seed) {
     dem::Setup setup = with_rods(given, "relaxation", false);
     setup.forces = bed_at_rest(setup);
     const auto system = make(setup, seed);
@@ -77,7 +79,7 @@ Trial follow(const RelaxationPlan& plan, const SystemFactory& make, const dem::S
     std::vector<std::vector<double>> angles(system->rods().size());
     for (std::size_t frame = 0; frame <= frames; ++frame) {
         system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
-        const std::vector<RodPlace> rods = system->rods();
+        const std::vector<RodPose> rods = system->rods();
         for (std::size_t r = 0; r < rods.size(); ++r) angles[r].push_back(rods[r].angle);
     }
     return correlation(angles, frames_in(plan.max_lag, plan.frame));
@@ -86,23 +88,24 @@ Trial follow(const RelaxationPlan& plan, const SystemFactory& make, const dem::S
 std::string conclude(std::vector<measure::Estimate>& estimates) {
     const double from = estimates[2].mean;
     if (std::isnan(from))
-        return "no exponential regime: the rate of loss still changes at the longest lags; follow for longer";
-    return text("C(t) = {:.4g} exp(-{:.3g} t) from {:.3g} s on", 1.0 - estimates[1].mean, estimates[0].mean, from);
+        return "no exponential regime: the decay rate still changes at the longest lags; use a longer max_lag and time";
+    return text("C(t) = {:.4g} exp(-{:.3g} t) from t = {:.3g} s", 1.0 - estimates[1].mean, estimates[0].mean, from);
 }
 }  // namespace
 
 Assay relaxation(const RelaxationPlan& plan) {
-    require(plan.frame > 0.0 && plan.max_lag >= 8.0 * plan.frame && plan.time > plan.max_lag, {},
-            "relaxation: frames of {} s, lags up to {} s, a trial of {} s; expected lags of 8 frames or more, and a "
-            "longer trial",
-            plan.frame, plan.max_lag, plan.time);
+    require(
+        plan.frame > 0.0 && plan.max_lag >= 8.0 * plan.frame && plan.time > plan.max_lag, {},
+        "relaxation: frames of {} s, lags up to {} s, a trial of {} s; expected max_lag of at least 8 frames, and a "
+        "trial longer than max_lag",
+        plan.frame, plan.max_lag, plan.time);
     return {.name = "relaxation",
             .population = Population::single_rods,
             .quantities = {{"relaxation_rate", "1/s", "a = D_r = -d ln C/dt, C(t) = <cos(theta(t) - theta(0))>"},
                            {"rotational_jitter", "1", "1 - c, C(t) = c exp(-a t)", false},
-                           {"exponential_from", "s", "t0, from which on ln C is straight", false}},
+                           {"exponential_from", "s", "t0, the lag from which ln C is a straight line", false}},
             .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return follow(plan, make, setup, seed); },
+                            std::uint64_t seed) { return angle_correlation(plan, make, setup, seed); },
             .estimator =
                 [plan](std::span<const Trial> trials) {
                     const Regime regime = regime_of(trials, plan.frame);
@@ -128,18 +131,18 @@ const std::vector<Row<calibrate::RelaxationPlan>>& schema<calibrate::RelaxationP
          .member = &Plan::warm_up,
          .unit = "s",
          .range = not_negative,
-         .doc = "before anything is followed"},
+         .doc = "before rods are recorded"},
         {.name = "frame",
          .member = &Plan::frame,
          .unit = "s",
          .range = positive,
-         .doc = "between looks; whole periods of the plates, which tilt rods at their own frequency"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "for which rods are followed"},
+         .doc = "between samples; a multiple of the plate period, at which rods tilt"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded in each trial"},
         {.name = "max_lag",
          .member = &Plan::max_lag,
          .unit = "s",
          .range = positive,
-         .doc = "longest lag t of C(t): less than time; some 0.5/a, or what there is time for"}};
+         .doc = "longest lag t of C(t), less than time; about 0.5/a if affordable"}};
     return rows;
 }
 

@@ -1,4 +1,4 @@
-// calibrate/shear.cpp: how beads drag each other along.
+// calibrate/shear.cpp: shear viscosity of the beads.
 #include "drover/calibrate/shear.hpp"
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace drover::calibrate {
 
 namespace {
-/// The amplitude after 0, 1, ... frames, wave after wave, means over releases; and q^2 of each wave at the end.
+/// Amplitudes after 0, 1, ... frames of one wave after the other, averaged over releases; then q^2 of each wave.
 Trial release(const ShearPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "shear");
     dem::Setup setup = beads_alone(given);
@@ -56,18 +56,18 @@ std::vector<double> estimates_of(const ShearPlan& plan, const std::vector<std::s
         weights.push_back(1.0 / (rates.back() * rates.back()));
     }
     const Line line = fit_line(squares, rates, weights);
-    // Two points lie on any line.
+    // Two points always lie on a line.
     double bend = waves > 2 ? 0.0 : std::numeric_limits<double>::quiet_NaN();
     for (std::size_t k = 0; waves > 2 && k < waves; ++k) {
-        const double beside = (rates[k] - line.at_zero - line.slope * squares[k]) / rates[k];
-        if (std::abs(beside) > std::abs(bend)) bend = beside;
+        const double residual = (rates[k] - line.at_zero - line.slope * squares[k]) / rates[k];
+        if (std::abs(residual) > std::abs(bend)) bend = residual;
     }
     std::vector<double> values{line.slope, line.at_zero, bend};
     values.insert(values.end(), rates.begin(), rates.end());
     return values;
 }
 
-/// The last frame of each wave that is read, from all trials.
+/// The last frame of each fit, from all trials.
 std::vector<std::size_t> ends_of(const ShearPlan& plan, std::span<const Trial> trials) {
     const std::vector<double> means = means_over(trials);
     const std::size_t length = frames_in(plan.time, plan.frame) + 1;
@@ -82,22 +82,22 @@ std::vector<std::size_t> ends_of(const ShearPlan& plan, std::span<const Trial> t
 
 std::string conclude(std::vector<measure::Estimate>& estimates) {
     const measure::Estimate& bend = estimates[2];
-    if (!bend.error) return "whether the rates lie on a line in q^2 is not known";
-    if (std::abs(bend.mean) <= 2.5 * *bend.error) return "the rates lie on a straight line in q^2 within their errors";
-    return text("the rates do not lie on a straight line in q^2: {:.2g} off", std::abs(bend.mean));
+    if (!bend.error) return "linearity of the rates in q^2 is not known";
+    if (std::abs(bend.mean) <= 2.5 * *bend.error) return "the rates are linear in q^2 within their errors";
+    return text("the rates are not linear in q^2: largest relative residual {:.2g}", std::abs(bend.mean));
 }
 }  // namespace
 
 Assay shear(const ShearPlan& plan) {
     require(plan.waves.size() >= 2 && plan.waves.front() >= 1 && is_ascending(plan.waves) &&
                 std::all_of(plan.waves.begin(), plan.waves.end(), [](double k) { return k == std::floor(k); }),
-            {}, "shear: expected two whole numbers of waves or more, above 0 and each more than the one before");
+            {}, "shear: expected at least two integer numbers of waves, > 0 and ascending");
     require(plan.releases >= 1 && plan.frame > 0.0 && plan.time >= 4.0 * plan.frame, {},
-            "shear: {} releases of {} s in frames of {} s; expected one or more, and four frames or more",
+            "shear: {} releases of {} s in frames of {} s; expected at least one release of at least four frames",
             plan.releases, plan.time, plan.frame);
     std::vector<Quantity> quantities{{"viscosity_kinematic", "mm^2/s", "eta/(m rho): r = (Gamma + eta q^2)/(m rho)"},
                                      {"damping_intercept", "1/s", "Gamma/(m rho): r at q = 0", false},
-                                     {"shear_bend", "1", "largest of (r - line)/r, of three waves or more", false}};
+                                     {"shear_bend", "1", "largest (r - line)/r, of three or more waves", false}};
     for (const double waves : plan.waves)
         quantities.push_back({text("shear_rate_{}", waves), "1/s", text("r of {} waves", waves), false});
     return {.name = "shear",
@@ -125,24 +125,28 @@ const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>() {
         {.name = "waves",
          .member = &Plan::waves,
          .range = {.min = 1, .max = 1000},
-         .doc = "across the cell, whole numbers, ascending: q = 2 pi waves/ly"},
-        {.name = "speed", .member = &Plan::speed, .unit = "mm/s", .range = positive, .doc = "amplitude at the release"},
+         .doc = "across the cell, integers, ascending: q = 2 pi waves/ly"},
+        {.name = "speed",
+         .member = &Plan::speed,
+         .unit = "mm/s",
+         .range = positive,
+         .doc = "initial amplitude at each release"},
         {.name = "min_fraction",
          .member = &Plan::min_fraction,
          .range = {.min = 0.0, .max = 0.99, .min_open = true},
-         .doc = "of the amplitude, to which the decay is read"},
+         .doc = "of the initial amplitude, at which the fit of the decay ends"},
         {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
         {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .doc = "before each release"},
         {.name = "releases",
          .member = &Plan::releases,
          .range = {.min = 1, .max = 1000},
-         .doc = "of each wave, to either side in turn"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "followed after each"},
+         .doc = "of each wave, with alternating sign"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded after each release"},
         {.name = "frame",
          .member = &Plan::frame,
          .unit = "s",
          .range = positive,
-         .doc = "between looks, whole periods of the plates"}};
+         .doc = "between samples; a multiple of the plate period"}};
     return rows;
 }
 

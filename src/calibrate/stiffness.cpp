@@ -1,4 +1,4 @@
-// calibrate/stiffness.cpp: how beads resist being pushed together.
+// calibrate/stiffness.cpp: response of the bead density to a force.
 #include "drover/calibrate/stiffness.hpp"
 
 #include <cmath>
@@ -10,10 +10,10 @@
 namespace drover::calibrate {
 
 namespace {
-constexpr double min_errors = 3.0;  // of a response that is told from none
+constexpr double min_errors = 3.0;  // of a significant response
 
-/// -d under each push, mean of both signs; and q at the end.
-Trial push(const CompressibilityPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
+/// -d under each force, averaged over both signs; then q.
+Trial push(const StiffnessPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "stiffness");
     const dem::Setup setup = beads_alone(given);
     const auto system = make(setup, seed);
@@ -50,20 +50,21 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
         modulus.mean = std::numeric_limits<double>::quiet_NaN();
         modulus.error.reset();
         modulus.refusal =
-            "the density does not answer to the force beyond its fluctuations: push harder, or for longer";
-        return "refused: " + modulus.refusal;
+            "the density response does not exceed its fluctuations: use larger forces (pushes) or a longer time";
+        return "not available: " + modulus.refusal;
     }
-    if (!ratio.error) return "whether the density answers linearly is not known";
+    if (!ratio.error) return "linearity of the density response is not known";
     const bool linear = std::abs(ratio.mean - 1.0) <= 2.0 * *ratio.error;
     return text(
-        "the density {} to the force: beside the weaker push, the stronger has {:.3g} +- {:.2g} of the response",
-        linear ? "answers linearly" : "does not answer linearly", ratio.mean, *ratio.error);
+        "the density response is {} in the force: d/f at the larger force is {:.3g} +- {:.2g} times that at the "
+        "smaller",
+        linear ? "linear" : "not linear", ratio.mean, *ratio.error);
 }
 }  // namespace
 
-Assay stiffness(const CompressibilityPlan& plan) {
+Assay stiffness(const StiffnessPlan& plan) {
     require(plan.pushes.size() == 2 && plan.pushes[0] > 0.0 && plan.pushes[1] > plan.pushes[0], {},
-            "stiffness: expected two amplitudes of the force, above 0 and ascending");
+            "stiffness: expected two force amplitudes (pushes), > 0 and ascending");
     return {.name = "stiffness",
             .population = Population::beads,
             .quantities = {{"stiffness", "mg mm^2/s^2", "E = f/(q d), density rho (1 - d cos(qx))"},
@@ -83,8 +84,8 @@ Assay stiffness(const CompressibilityPlan& plan) {
 namespace drover {
 
 template <>
-const std::vector<Row<calibrate::CompressibilityPlan>>& schema<calibrate::CompressibilityPlan>() {
-    using Plan = calibrate::CompressibilityPlan;
+const std::vector<Row<calibrate::StiffnessPlan>>& schema<calibrate::StiffnessPlan>() {
+    using Plan = calibrate::StiffnessPlan;
     static const std::vector<Row<Plan>> rows{
         {.name = "waves",
          .member = &Plan::waves,
@@ -94,15 +95,15 @@ const std::vector<Row<calibrate::CompressibilityPlan>>& schema<calibrate::Compre
          .member = &Plan::pushes,
          .unit = "mg mm/s^2",
          .range = positive,
-         .doc = "two amplitudes of the force on a bead, ascending"},
+         .doc = "two force amplitudes on a bead, ascending"},
         {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
         {.name = "settle",
          .member = &Plan::settle,
          .unit = "s",
          .range = not_negative,
-         .doc = "after each change of the force, for its sound to die: some 4 m rho/(Gamma + eta q^2)"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "of the mean under each force"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "between looks"}};
+         .doc = "after each change of the force, until sound has decayed: about 4 m rho/(Gamma + eta q^2)"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "averaged under each force"},
+        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "between samples"}};
     return rows;
 }
 

@@ -1,4 +1,4 @@
-// calibrate/system_factory.cpp: specimens of the particle world.
+// calibrate/system_factory.cpp: systems of the particle world.
 #include <cmath>
 #include <numbers>
 
@@ -10,9 +10,9 @@
 namespace drover::calibrate {
 
 namespace {
-class ParticleSpecimen : public ParticleSystem {
+class WorldSystem : public ParticleSystem {
 public:
-    ParticleSpecimen(const dem::Setup& setup, double dt, std::uint64_t seed)
+    WorldSystem(const dem::Setup& setup, double dt, std::uint64_t seed)
         : world_(setup, dem::pack(setup, seed).bodies, dt, seed, threads_), bodies_(world_.bodies()) {}
 
     void impose(const dem::BodyForces& forces) override { world_.set_forces(forces); }
@@ -24,11 +24,11 @@ public:
         bodies_ = world_.bodies();
     }
 
-    std::vector<RodPlace> rods() const override {
-        std::vector<RodPlace> places;
+    std::vector<RodPose> rods() const override {
+        std::vector<RodPose> poses;
         for (const dem::Rod& rod : bodies_.rods)
-            places.push_back({.x = rod.position.x, .y = rod.position.y, .angle = std::atan2(rod.axis.y, rod.axis.x)});
-        return places;
+            poses.push_back({.x = rod.position.x, .y = rod.position.y, .angle = std::atan2(rod.axis.y, rod.axis.x)});
+        return poses;
     }
 
     BeadMotion beads() const override {
@@ -38,12 +38,18 @@ public:
                 .vy = mean([](const dem::Bead& bead) { return bead.velocity.y; })};
     }
 
+    std::vector<Position> bead_positions() const override {
+        std::vector<Position> positions;
+        for (const dem::Bead& bead : bodies_.beads) positions.push_back({.x = bead.position.x, .y = bead.position.y});
+        return positions;
+    }
+
     double shear_wave(int waves) const override {
         const double q = 2.0 * std::numbers::pi * waves / world_.setup().cell.ly;
-        const auto share = [q](const dem::Bead& bead) { return std::sin(q * bead.position.y); };
-        // The best fit to the velocities, as the force that holds the wave takes it.
-        return mean([&](const dem::Bead& bead) { return bead.velocity.x * share(bead); }) /
-               mean([&](const dem::Bead& bead) { return share(bead) * share(bead); });
+        const auto wave = [q](const dem::Bead& bead) { return std::sin(q * bead.position.y); };
+        // Least-squares fit to the velocities, as in the force that holds the wave.
+        return mean([&](const dem::Bead& bead) { return bead.velocity.x * wave(bead); }) /
+               mean([&](const dem::Bead& bead) { return wave(bead) * wave(bead); });
     }
 
     double density_wave(int waves) const override {
@@ -67,9 +73,7 @@ private:
 }  // namespace
 
 SystemFactory system_factory(double dt) {
-    return [dt](const dem::Setup& setup, std::uint64_t seed) {
-        return std::make_unique<ParticleSpecimen>(setup, dt, seed);
-    };
+    return [dt](const dem::Setup& setup, std::uint64_t seed) { return std::make_unique<WorldSystem>(setup, dt, seed); };
 }
 
 }  // namespace drover::calibrate

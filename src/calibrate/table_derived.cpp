@@ -1,4 +1,4 @@
-// calibrate/table_derived.cpp: rows that follow from measured ones, at each point of a table.
+// calibrate/table_derived.cpp: rows that follow from measured rows, at each point of a table.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,33 +8,33 @@
 namespace drover::calibrate {
 
 namespace {
-TableEntry refused(const std::string& why) {
+TableEntry missing(const std::string& why) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    return {.value = none, .error = none, .origin = Origin::refused, .remark = why};
+    return {.value = none, .error = none, .origin = Origin::missing, .remark = why};
 }
 
 /// p/P for p = sigma u P.
 double current_scale(const Measured& at) { return at.rod_density() * at[speed]; }
 
-TableEntry known_of(const Closure& closure, const std::vector<const TableEntry*>& known, Measured at) {
+TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>& inputs, Measured at) {
     const std::vector<Input>&of = closure.of, &under = closure.under;
     TableEntry result{.origin = closure.origin};
     for (std::size_t i = 0; i < of.size(); ++i) {
-        const TableEntry& one = *known[i];
+        const TableEntry& one = *inputs[i];
         const char* name = row_name(of[i]);
-        if (one.origin == Origin::refused) return refused(text("{} is refused", name));
+        if (one.origin == Origin::missing) return missing(text("{} is missing", name));
         if (std::find(under.begin(), under.end(), of[i]) != under.end())
-            if (std::string why = divisor_refusal(of[i], one.value, one.error); !why.empty()) return refused(why);
+            if (std::string why = divisor_refusal(of[i], one.value, one.error); !why.empty()) return missing(why);
         if (one.origin == Origin::measured_short) {
             if (closure.origin == Origin::measured) result.origin = Origin::measured_short;
-            result.remark += text("{}{} is not as well known as was asked", result.remark.empty() ? "" : "; ", name);
+            result.remark += text("{}{} has a larger error than requested", result.remark.empty() ? "" : "; ", name);
         }
         if (one.origin != Origin::set)
             result.trials = result.trials == 0 ? one.trials : std::min(result.trials, one.trials);
         if (is_below_error(of[i], one.value, one.error)) {
             result.origin = Origin::closure;
-            result.remark += text("{}{} = {:.3g} +- {:.2g}: its error is taken for it",
-                                  result.remark.empty() ? "" : "; ", name, one.value, one.error);
+            result.remark += text("{}{} = {:.3g} +- {:.2g}: replaced by its error", result.remark.empty() ? "" : "; ",
+                                  name, one.value, one.error);
         }
         put(at, of[i], one.value, one.error);
     }
@@ -44,7 +44,7 @@ TableEntry known_of(const Closure& closure, const std::vector<const TableEntry*>
     return result;
 }
 
-/// The row of a closure; false where the table has not all that it follows from.
+/// Fills the row of a closure; false if the table does not have all its inputs.
 bool make_row(const Closure& closure, const Table& table, TableRow& row) {
     std::vector<const TableRow*> from;
     for (const Input input : closure.of) {
@@ -54,13 +54,13 @@ bool make_row(const Closure& closure, const Table& table, TableRow& row) {
     }
     if (row.by_rods && table.rod_fractions.empty()) return false;
     const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1;
-    for (std::size_t place = 0; place < count_of(table, row.by_rods); ++place) {
-        const std::size_t bead = place / rods;
-        std::vector<const TableEntry*> known;
-        for (const TableRow* one : from) known.push_back(&one->known[one->by_rods ? place : bead]);
-        row.known.push_back(known_of(closure, known,
-                                     {.bead_fraction = table.bead_fractions[bead % table.bead_fractions.size()],
-                                      .rod_fraction = row.by_rods ? table.rod_fractions[place % rods] : 0.0}));
+    for (std::size_t point = 0; point < count_of(table, row.by_rods); ++point) {
+        const std::size_t bead = point / rods;
+        std::vector<const TableEntry*> inputs;
+        for (const TableRow* one : from) inputs.push_back(&one->entries[one->by_rods ? point : bead]);
+        row.entries.push_back(entry_of(closure, inputs,
+                                       {.bead_fraction = table.bead_fractions[bead % table.bead_fractions.size()],
+                                        .rod_fraction = row.by_rods ? table.rod_fractions[point % rods] : 0.0}));
     }
     return true;
 }
@@ -71,8 +71,8 @@ void add_derived(Table& table) {
         table.rows.push_back(
             {.name = row_name(stiffness),
              .unit = "mg mm^2/s^2",
-             .formula = "E = 0: its assay was not made",
-             .known = std::vector<TableEntry>(count_of(table, false), TableEntry{.origin = Origin::set})});
+             .formula = "E = 0: not measured",
+             .entries = std::vector<TableEntry>(count_of(table, false), TableEntry{.origin = Origin::set})});
     std::vector<TableRow> rows;
     for (const Closure& closure : closures()) {
         if (closure.row.empty()) continue;

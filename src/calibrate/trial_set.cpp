@@ -1,4 +1,4 @@
-// calibrate/trial_set.cpp: looks after whole rounds of attempts, in the order of their numbers.
+// calibrate/trial_set.cpp: evaluation of trials after whole rounds, in order of their numbers.
 #include "drover/calibrate/trial_set.hpp"
 
 #include <algorithm>
@@ -9,9 +9,9 @@
 namespace drover::calibrate {
 
 TrialSet::TrialSet(Assay assay, const Goal& goal, double max_failed)
-    : assay_(std::move(assay)), goal_(goal), failed_most_(max_failed), look_(goal.round * goal.min_rounds) {
-    judge(assay_, {}, goal_);  // refuses a goal that cannot be
-    require(max_failed >= 0.0 && max_failed < 1.0, {}, "a part of {} of the trials may fail; expected 0 to below 1",
+    : assay_(std::move(assay)), goal_(goal), max_failed_(max_failed), next_evaluation_(goal.round * goal.min_rounds) {
+    judge(assay_, {}, goal_);  // throws for an invalid goal
+    require(max_failed >= 0.0 && max_failed < 1.0, {}, "max_failed = {}; expected a fraction from 0 to below 1",
             max_failed);
 }
 
@@ -20,42 +20,42 @@ void TrialSet::add(Attempt attempt) {
     attempts_.emplace(number, std::move(attempt));
     while (!ended() && attempts_.contains(taken_)) {
         const Attempt& next = attempts_.at(taken_++);
-        if (next.failure.empty()) good_.push_back(next.numbers);
-        else if (failed_++ == 0) failure_ = next.failure;
-        if (taken_ == look_) look();
+        if (next.failure.empty()) successful_.push_back(next.numbers);
+        else if (failed_++ == 0) first_failure_ = next.failure;
+        if (taken_ == next_evaluation_) evaluate();
     }
 }
 
 std::optional<Measurement> TrialSet::so_far() const {
     Goal goal = goal_;
-    const std::size_t rounds = good_.size() / goal.round;
+    const std::size_t rounds = successful_.size() / goal.round;
     if (ended() || rounds < goal.min_rounds) return {};
     goal.min_rounds = rounds;
     goal.max_trials = rounds * goal.round;
-    return judge(assay_, good_, goal).measurement;
+    return judge(assay_, successful_, goal).measurement;
 }
 
-void TrialSet::look() {
+void TrialSet::evaluate() {
     const double tried = static_cast<double>(taken_), failed = static_cast<double>(failed_);
-    const double allowed = failed_most_ * tried;
-    const auto refuse = [&] {
-        refusal_ = text("{}: {} of {} trials failed; expected at most {:.3g} %: {}", assay_.name, failed_, taken_,
-                        100.0 * failed_most_, failure_);
+    const double allowed = max_failed_ * tried;
+    const auto fail = [&] {
+        failure_reason_ = text("{}: {} of {} trials failed; expected at most {:.3g} %: {}", assay_.name, failed_,
+                               taken_, 100.0 * max_failed_, first_failure_);
     };
-    // Twice the spread of their number beyond what is allowed: it will not become fewer.
-    if (failed > allowed + 2.0 * std::sqrt(allowed)) return refuse();
-    // A look that was in vain need not be taken again.
+    // Two standard deviations above the allowed number: further trials will not help.
+    if (failed > allowed + 2.0 * std::sqrt(allowed)) return fail();
+    // Do not repeat evaluations that asked for more trials.
     Goal goal = goal_;
-    goal.min_rounds = std::max(goal_.min_rounds, judged_ + 1);
-    if (good_.size() >= goal.round * goal.min_rounds) {
-        StoppingDecision judgement = judge(assay_, good_, goal);
-        judged_ = good_.size() / goal.round;
-        if (judgement.measurement && failed > allowed) return refuse();
-        measurement_ = std::move(judgement.measurement);
+    goal.min_rounds = std::max(goal_.min_rounds, judged_rounds_ + 1);
+    if (successful_.size() >= goal.round * goal.min_rounds) {
+        StoppingDecision decision = judge(assay_, successful_, goal);
+        judged_rounds_ = successful_.size() / goal.round;
+        if (decision.measurement && failed > allowed) return fail();
+        measurement_ = std::move(decision.measurement);
         if (measurement_) return;
     }
-    const std::size_t missing = goal_.round - good_.size() % goal_.round;
-    look_ += missing;
+    const std::size_t missing = goal_.round - successful_.size() % goal_.round;
+    next_evaluation_ += missing;
 }
 
 }  // namespace drover::calibrate

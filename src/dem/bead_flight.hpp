@@ -2,8 +2,8 @@
 #pragma once
 #include <cstddef>
 
+#include "drover/dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
-#include "plate_motion.hpp"
 #include "spheres.hpp"
 
 namespace drover::dem {
@@ -13,11 +13,19 @@ struct BeadRules {
     Vector force;         ///< on each bead [mg mm/s^2]
     double restitution = 0.0, friction = 0.0;
     double skin = 0.0;  ///< [mm]
+
+    Vec4d acceleration_of(double mass_inverse) const {
+        return Vec4d{acceleration.x, acceleration.y, acceleration.z, 0.0} +
+               Vec4d{force.x, force.y, force.z, 0.0} * mass_inverse;
+    }
 };
 
-/// Moves the beads [begin, end) by dt with all their impacts on the plates, which stand at the start.  Returns whether one has gone half a skin
-/// from where it was listed (or no_location at all).
+/// Moves the beads [begin, end) by dt with all their impacts on the plates.  `plates` are at the start of the step.
+/// Returns whether a bead has moved by half a skin since the neighbour list was made, or has no finite position.
 bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, double dt,
                const BeadRules& rules, EnergyBalance& balance, Counts& counts);
+
+/// The same without plates: uniformly accelerated motion.
+bool drift_beads(Spheres& spheres, std::size_t begin, std::size_t end, double dt, const BeadRules& rules);
 
 }  // namespace drover::dem

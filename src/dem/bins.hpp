@@ -1,4 +1,4 @@
-// dem/bins.hpp: a grid of squares over a cell, for those that are near a place.
+// dem/bins.hpp: a grid of squares over a cell, for searches near a point.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -10,12 +10,12 @@
 
 namespace drover::dem {
 
-/// Numbered places, each in its square; squares are at least `reach` wide, so that all within reach are in nine of them.
+/// Numbered points in squares at least `reach` wide: all points within reach of one are in nine squares.
 class Bins {
 public:
     Bins(const Cell& cell, double reach) : periodic_(is_periodic(cell)) {
         const double width = 2.0 * half_width(cell), height = 2.0 * half_height(cell);
-        // No finer than pays: many empty squares cost more than they save.
+        // A limit: many empty squares cost more than they save.
         constexpr double most = 2048.0;
         columns_ = static_cast<int>(std::clamp(width / reach, 1.0, most));
         rows_ = static_cast<int>(std::clamp(height / reach, 1.0, most));
@@ -30,7 +30,7 @@ public:
         head = static_cast<std::uint32_t>(next_.size() - 1);
     }
 
-    /// Calls visit(number) once for every place in the squares about this one.
+    /// Calls visit(number) once for every point in the squares around this one.
     template <class Visit>
     void for_near(const Vector& place, const Visit& visit) const {
         const Span across = span(column_of(place.x), columns_), along = span(row_of(place.y), rows_);
@@ -47,7 +47,7 @@ private:
     };
 
     static int wrapped(int i, int count) { return i < 0 ? i + count : i >= count ? i - count : i; }
-    /// With fewer than three squares round a periodic side each comes once.
+    /// With fewer than three squares along a periodic side each is visited once.
     Span span(int i, int count) const {
         if (periodic_) return count < 3 ? Span{0, count - 1} : Span{i - 1, i + 1};
         return {std::max(i - 1, 0), std::min(i + 1, count - 1)};

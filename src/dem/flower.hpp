@@ -1,4 +1,4 @@
-// dem/flower.hpp: the lengths of a flower's outline.
+// dem/flower.hpp: geometry of the outline of a flower.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -10,15 +10,15 @@
 
 namespace drover::dem {
 
-/// The petals.  Each, seen along its own middle line, is an arc over a chord between two inner corners.
+/// Each petal, in the frame of its middle line, is an arc over a chord between two inner corners.
 struct Flower {
-    double half_turn = 0.0;   ///< pi/petals, between the middle line and a corner [rad]
-    double half_chord = 0.0;  ///< [mm]
-    double chord_at = 0.0;    ///< of the chord from the origin [mm]
-    double arc_radius = 0.0;  ///< [mm]
-    double arc_at = 0.0;      ///< of the arc's centre from the origin [mm]; < 0 where petals are flatter than a circle
-    double half_angle = 0.0;  ///< of the arc, seen from its centre [rad]
-    double cosine = 1.0, sine = 0.0;            ///< of half_angle
+    double half_turn = 0.0;           ///< pi/petals, between the middle line and a corner [rad]
+    double half_chord = 0.0;          ///< [mm]
+    double chord_at = 0.0;            ///< distance of the chord from the origin [mm]
+    double arc_radius = 0.0;          ///< [mm]
+    double arc_at = 0.0;              ///< distance of the arc's centre from the origin [mm]; < 0 for flat petals
+    double half_angle = 0.0;          ///< of the arc, seen from its centre [rad]
+    double cosine = 1.0, sine = 0.0;  ///< of half_angle
     std::vector<std::array<double, 2>> middle;  ///< of each petal, the direction of its middle line
     std::vector<std::array<double, 2>> corner;  ///< after each petal [mm]
 };

@@ -1,4 +1,4 @@
-// dem/impact_frame.hpp: a contact in its own frame: how velocities there answer impulses there.
+// dem/impact_frame.hpp: the frame of a contact, and the response of its relative velocity to impulses.
 #pragma once
 #include <array>
 #include <cmath>
@@ -15,7 +15,7 @@ struct Response {
     double ixx = 0.0, ixy = 0.0, iyy = 0.0;  ///< the inverse of its tangential part [mg]
 };
 
-/// What one body of a contact does along n, x and y.
+/// One body of a contact: its motion along the normal and the tangents.
 struct Lever {
     std::array<Vector, 3> turn;  ///< arm x direction: velocity there per angular velocity
     std::array<Vector, 3> spin;  ///< angular velocity per impulse
@@ -27,37 +27,43 @@ struct Frame {
     Response response;
 };
 
-/// Normal and slip do not feel each other, and no direction of slip differs from another.
+/// Normal impulses do not change the slip, and all directions of slip are alike.
 inline bool is_sphere_like(const Response& w) {
     const double small = 1e-12 * w.nn;
     return std::abs(w.nx) < small && std::abs(w.ny) < small && std::abs(w.xy) < small && std::abs(w.xx - w.yy) < small;
 }
 
-/// A tangent that turns with the scene, so that a turned scene gives turned results: along the slip, else along the arm.
-inline Vector tangent(const Contact& contact, std::span<const Mover> movers) {
+/// A tangent along the slip, or else along the arm, so that a rotated scene gives rotated results.
+inline Vector tangent(const Contact& contact, std::span<const ImpactBody> bodies) {
     const Vector& n = contact.normal;
-    for (const Vector& v : {relative_velocity(contact, movers), contact.arm_first}) {
+    for (const Vector& v : {relative_velocity(contact, bodies), contact.arm_first}) {
         const Vector across = v - dot(v, n) * n;
         if (dot(across, across) > 1e-18 * dot(v, v)) return across;
     }
     return std::abs(n.z) > 0.7 ? Vector{n.z, 0.0, -n.x} : Vector{-n.y, n.x, 0.0};
 }
 
-inline Lever lever_of(const Mover& mover, const Vector& arm, const std::array<Vector, 3>& axes) {
+/// Change of the angular velocity by an angular impulse.
+inline Vector spin_change(const ImpactBody& body, const Vector& impulse) {
+    return body.across_inverse * impulse +
+           ((body.along_inverse - body.across_inverse) * dot(impulse, body.axis)) * body.axis;
+}
+
+inline Lever lever_of(const ImpactBody& body, const Vector& arm, const std::array<Vector, 3>& axes) {
     Lever lever;
     for (std::size_t i = 0; i < 3; ++i) {
         lever.turn[i] = cross(arm, axes[i]);
-        lever.spin[i] = mover.across_inverse * lever.turn[i] +
-                        ((mover.along_inverse - mover.across_inverse) * dot(lever.turn[i], mover.axis)) * mover.axis;
+        lever.spin[i] = spin_change(body, lever.turn[i]);
     }
     return lever;
 }
 
-inline Response response_of(const Contact& contact, const Frame& frame, std::span<const Mover> movers) {
-    const Mover& first = movers[static_cast<std::size_t>(contact.first)];
-    const bool image = contact.second == contact.first;  // a body and its own image: it cannot push itself, but turn
+inline Response response_of(const Contact& contact, const Frame& frame, std::span<const ImpactBody> bodies) {
+    const ImpactBody& first = bodies[static_cast<std::size_t>(contact.first)];
+    const bool image =
+        contact.second == contact.first;  // a body and its own image: the impulses turn it and cannot move it
     double mass_inverse = image ? 0.0 : first.mass_inverse;
-    if (contact.second >= 0 && !image) mass_inverse += movers[static_cast<std::size_t>(contact.second)].mass_inverse;
+    if (contact.second >= 0 && !image) mass_inverse += bodies[static_cast<std::size_t>(contact.second)].mass_inverse;
     const auto entry = [&](std::size_t i, std::size_t j) {
         if (image) return dot(frame.first.turn[i] - frame.second.turn[i], frame.first.spin[j] - frame.second.spin[j]);
         double value = (i == j ? mass_inverse : 0.0) + dot(frame.first.turn[i], frame.first.spin[j]);
@@ -77,36 +83,38 @@ inline Response response_of(const Contact& contact, const Frame& frame, std::spa
     return w;
 }
 
-inline Frame frame_of(const Contact& contact, std::span<const Mover> movers) {
+inline Frame frame_of(const Contact& contact, std::span<const ImpactBody> bodies) {
     const Vector& n = contact.normal;
-    Vector x = tangent(contact, movers);
+    Vector x = tangent(contact, bodies);
     x = x - dot(x, n) * n;
     x = 1.0 / length(x) * x;
     Frame frame{.axes = {n, x, cross(n, x)}, .first = {}, .second = {}, .response = {}};
-    frame.first = lever_of(movers[static_cast<std::size_t>(contact.first)], contact.arm_first, frame.axes);
+    frame.first = lever_of(bodies[static_cast<std::size_t>(contact.first)], contact.arm_first, frame.axes);
     if (contact.second >= 0)
-        frame.second = lever_of(movers[static_cast<std::size_t>(contact.second)], contact.arm_second, frame.axes);
-    frame.response = response_of(contact, frame, movers);
+        frame.second = lever_of(bodies[static_cast<std::size_t>(contact.second)], contact.arm_second, frame.axes);
+    frame.response = response_of(contact, frame, bodies);
     return frame;
 }
 
 /// Relative velocity along one of the axes.
-inline double velocity_along(const Contact& contact, const Frame& frame, std::size_t i, std::span<const Mover> movers) {
-    const Mover& first = movers[static_cast<std::size_t>(contact.first)];
+inline double velocity_along(const Contact& contact, const Frame& frame, std::size_t i,
+                             std::span<const ImpactBody> bodies) {
+    const ImpactBody& first = bodies[static_cast<std::size_t>(contact.first)];
     const double at_first = dot(frame.first.turn[i], first.spin);
     if (contact.second < 0) return dot(frame.axes[i], first.velocity - contact.wall_velocity) + at_first;
-    const Mover& second = movers[static_cast<std::size_t>(contact.second)];
+    const ImpactBody& second = bodies[static_cast<std::size_t>(contact.second)];
     return dot(frame.axes[i], first.velocity - second.velocity) + at_first - dot(frame.second.turn[i], second.spin);
 }
 
-/// Gives both bodies an impulse of components n, x, y; returns it as a vector.
-inline Vector apply(const Contact& contact, const Frame& frame, double n, double x, double y, std::span<Mover> movers) {
+/// Applies an impulse of components n, x, y to both bodies; returns it as a vector.
+inline Vector apply(const Contact& contact, const Frame& frame, double n, double x, double y,
+                    std::span<ImpactBody> bodies) {
     const Vector impulse = n * frame.axes[0] + x * frame.axes[1] + y * frame.axes[2];
-    Mover& first = movers[static_cast<std::size_t>(contact.first)];
+    ImpactBody& first = bodies[static_cast<std::size_t>(contact.first)];
     first.velocity = first.velocity + first.mass_inverse * impulse;
     first.spin = first.spin + (n * frame.first.spin[0] + x * frame.first.spin[1] + y * frame.first.spin[2]);
     if (contact.second < 0) return impulse;
-    Mover& second = movers[static_cast<std::size_t>(contact.second)];
+    ImpactBody& second = bodies[static_cast<std::size_t>(contact.second)];
     second.velocity = second.velocity - second.mass_inverse * impulse;
     second.spin = second.spin - (n * frame.second.spin[0] + x * frame.second.spin[1] + y * frame.second.spin[2]);
     return impulse;

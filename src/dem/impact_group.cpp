@@ -1,4 +1,4 @@
-// dem/impact_group.cpp: the springs of a group, in the space of its contacts: velocities and impulses there, and the response that joins them.
+// dem/impact_group.cpp: simultaneous impacts, solved for the velocities and impulses at the contacts of a group.
 #include "impact_group.hpp"
 
 #include <algorithm>
@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "impact_increment.hpp"
-#include "lane.hpp"
+#include "vec4d.hpp"
 
 namespace drover::dem {
 
 namespace {
 using Memory = std::pmr::memory_resource;
-using Lanes = std::pmr::vector<Lane>;  // of each contact, along its normal and its tangents
+using ContactVectors = std::pmr::vector<Vec4d>;  // of each contact: components along its normal and its tangents
 
-/// One body of a contact: what the contact's frame does there.
+/// One of the bodies of a contact.
 struct Side {
     int body = -1;
     double sign = 0.0;
@@ -27,28 +27,28 @@ std::array<Side, 2> sides_of(const Contact& contact, const Frame& frame) {
     return {Side{contact.first, 1.0, &frame.first}, Side{contact.second, -1.0, &frame.second}};
 }
 
-/// The velocities at contact `at` that unit impulses of another along its normal and tangents make.
+/// Changes of the velocities at contact `at` by unit impulses of another contact along its normal and tangents.
 struct Coupling {
     std::size_t at = 0;
-    std::array<Lane, 3> change{};
+    std::array<Vec4d, 3> change{};
 };
 
-/// For each contact, all those that it shares a body with, itself among them.
+/// For each contact, the couplings to all contacts that share a body with it, itself included.
 class Couplings {
 public:
-    Couplings(std::span<const Mover> movers, std::span<const Contact> contacts, std::span<const Frame> frames,
+    Couplings(std::span<const ImpactBody> bodies, std::span<const Contact> contacts, std::span<const Frame> frames,
               Memory* memory)
         : start_(memory), all_(memory) {
         start_.reserve(contacts.size() + 1);
         all_.reserve(3 * contacts.size());
         for (std::size_t by = 0; by < contacts.size(); ++by) {
             start_.push_back(all_.size());
-            for (std::size_t at = 0; at < contacts.size(); ++at) add(movers, contacts, frames, by, at);
+            for (std::size_t at = 0; at < contacts.size(); ++at) add(bodies, contacts, frames, by, at);
         }
         start_.push_back(all_.size());
     }
     /// Changes the velocities at all contacts by an impulse at one.
-    void push(std::size_t by, double n, double x, double y, Lanes& slips) const {
+    void push(std::size_t by, double n, double x, double y, ContactVectors& slips) const {
         for (std::size_t k = start_[by]; k < start_[by + 1]; ++k) {
             const Coupling& to = all_[k];
             slips[to.at] += n * to.change[0] + x * to.change[1] + y * to.change[2];
@@ -56,7 +56,7 @@ public:
     }
 
 private:
-    void add(std::span<const Mover> movers, std::span<const Contact> contacts, std::span<const Frame> frames,
+    void add(std::span<const ImpactBody> bodies, std::span<const Contact> contacts, std::span<const Frame> frames,
              std::size_t by, std::size_t at) {
         Coupling coupling{.at = at};
         bool shared = false;
@@ -65,7 +65,7 @@ private:
                 if (here.body < 0 || here.body != there.body) continue;
                 shared = true;
                 const double sign = here.sign * there.sign,
-                             inverse = movers[static_cast<std::size_t>(here.body)].mass_inverse;
+                             inverse = bodies[static_cast<std::size_t>(here.body)].mass_inverse;
                 for (std::size_t j = 0; j < 3; ++j)
                     for (std::size_t i = 0; i < 3; ++i)
                         coupling.change[j][i] += sign * (inverse * dot(frames[at].axes[i], frames[by].axes[j]) +
@@ -78,110 +78,115 @@ private:
     std::pmr::vector<Coupling> all_;
 };
 
-/// A group with all that its springs need.
+/// A group of contact springs.
 struct Springs {
     std::span<const Contact> contacts;
     std::span<const Frame> frames;
     const Couplings& couplings;
-    const Lanes& before;  ///< velocities
-    double slow = 0.0;    ///< approaches below this times 1 - e end without rebound
+    const ContactVectors& before;      ///< velocities
+    double inelastic_threshold = 0.0;  ///< approaches below this times 1 - e end without rebound
 };
 
-/// One way through the impact.
-struct Passage {
-    Lanes slips, impulses;
-    std::pmr::vector<double> stored;  ///< work in each spring
+/// The course of an impact.
+struct ImpactPath {
+    ContactVectors slips, impulses;
+    std::pmr::vector<double> stored;  ///< energy of each spring
     double normal_work = 0.0, friction_work = 0.0;
     int sweeps = 0;
 
-    Passage(const Springs& springs, Memory* memory)
+    ImpactPath(const Springs& springs, Memory* memory)
         : slips(springs.before, memory),
-          impulses(springs.contacts.size(), Lane{}, memory),
+          impulses(springs.contacts.size(), Vec4d{}, memory),
           stored(springs.contacts.size(), 0.0, memory) {}
 };
 
-/// Changes all velocities by what one contact gave.
-void take(const Springs& springs, std::size_t c, const Bounce& bounce, Passage& passage) {
-    springs.couplings.push(c, bounce.n, bounce.x, bounce.y, passage.slips);
-    passage.impulses[c] += Lane{bounce.n, bounce.x, bounce.y, 0.0};
-    passage.normal_work += bounce.normal_work;
-    passage.friction_work += bounce.friction_work;
+/// Applies the impulse of one contact.
+void apply_bounce(const Springs& springs, std::size_t c, const Bounce& bounce, ImpactPath& path) {
+    springs.couplings.push(c, bounce.n, bounce.x, bounce.y, path.slips);
+    path.impulses[c] += Vec4d{bounce.n, bounce.x, bounce.y, 0.0};
+    path.normal_work += bounce.normal_work;
+    path.friction_work += bounce.friction_work;
 }
 
-/// Ends a slow approach at once and without rebound.
-void stop(const Springs& springs, std::size_t c, Slip slip, Passage& passage) {
+/// Stops a slow approach at once, without rebound.
+void stop_approach(const Springs& springs, std::size_t c, Slip slip, ImpactPath& path) {
     const Response& w = springs.frames[c].response;
     Bounce bounce;
     bool stopped = false;
     add(increment_to_speed(w, springs.contacts[c].friction, slip, -2.0 * slip.n / w.nn, 0.0, stopped), bounce, slip);
-    take(springs, c, bounce, passage);
+    apply_bounce(springs, c, bounce, path);
 }
 
-/// One contact over a time h of the springs' own clock: pressed until it turns, then giving back.
-void press(const Springs& springs, std::size_t c, double h, double enough, Passage& passage) {
-    double& stored = passage.stored[c];
-    const Lane& now = passage.slips[c];
+/// Advances one contact by a time h of the springs' clock: compression until the approach ends, then restitution.
+void advance_contact(const Springs& springs, std::size_t c, double h, double enough, ImpactPath& path) {
+    double& stored = path.stored[c];
+    const Vec4d& now = path.slips[c];
     Slip slip{now[0], now[1], now[2]};
-    if (std::abs(slip.n) < enough) slip.n = 0.0;  // turned, but for rounding
+    if (std::abs(slip.n) < enough) slip.n = 0.0;  // zero up to rounding
     if (slip.n >= 0.0 && stored == 0.0) return;
     const Contact& contact = springs.contacts[c];
-    if (stored == 0.0 && -slip.n < (1.0 - contact.restitution) * springs.slow) return stop(springs, c, slip, passage);
+    if (stored == 0.0 && -slip.n < (1.0 - contact.restitution) * springs.inelastic_threshold)
+        return stop_approach(springs, c, slip, path);
     const double mu = contact.friction, e2 = contact.restitution * contact.restitution;
     const Response& w = springs.frames[c].response;
     Bounce bounce;
     if (slip.n < 0.0) {
-        bool turned = false;
+        bool reversed = false;
         const double dp = (std::sqrt(2.0 * stored) - 0.5 * slip.n * h) * h;
-        const Increment part = increment_to_speed(w, mu, slip, dp, 0.0, turned);
+        const Increment part = increment_to_speed(w, mu, slip, dp, 0.0, reversed);
         stored = std::max(0.0, stored - part.normal_work);
         add(part, bounce, slip);
-        h = turned ? h * (1.0 - part.n / dp) : 0.0;
+        h = reversed ? h * (1.0 - part.n / dp) : 0.0;
     }
+    if (e2 == 0.0 && h > 0.0) stored = 0.0;  // nothing is given back: the contact ends when its approach does
     if (h > 0.0 && stored > 0.0) {
         const double energy = e2 * stored, force = std::sqrt(2.0 * stored);
         const double parting = std::max(0.0, slip.n), later = force - parting * h / std::max(e2, 1e-300);
-        // Once its force would end, all it has left, exactly.
+        // When the force would end within h: all of the remaining energy, exactly.
         const double dp = later > 0.0 ? 0.5 * (force + later) * h : 2.0 * impulse_of_work(w.nn, parting, energy);
         bool ended = false;
         const Increment part = increment_to_work(w, mu, slip, dp, energy, ended);
         stored = ended || later <= 0.0 ? 0.0 : std::max(0.0, stored - part.normal_work / e2);
         add(part, bounce, slip);
     }
-    take(springs, c, bounce, passage);
+    apply_bounce(springs, c, bounce, path);
 }
 
-/// All contacts together, pressed one after another in each moment: as they stand, or the other way round.
-Passage press_all(const Springs& springs, const ImpactLaw& law, double approach, bool forth, Memory* memory) {
-    Passage passage(springs, memory);
+/// Advances all contacts until none approaches.  Within a sweep they follow one another, from the first to the last or
+/// in reverse.
+ImpactPath follow_impact(const Springs& springs, const ImpactLaw& law, double approach, bool ascending,
+                         Memory* memory) {
+    ImpactPath path(springs, memory);
     const std::size_t count = springs.contacts.size();
     const double enough = law.tolerance * approach, rounding = 1e-12 * approach;
     double stiffest = 0.0;
     for (const Frame& frame : springs.frames) stiffest = std::max(stiffest, frame.response.nn);
-    // A quarter of a period takes about half of `increments` sweeps; one that gives back is 1/e times faster.
+    // A quarter of a period takes about half of `increments` sweeps; restitution is 1/e times faster.
     const double step = 3.0 / (law.increments * std::sqrt(stiffest));
     constexpr double fastest_release = 0.05;
     constexpr int max_sweeps = 3000;
-    for (; passage.sweeps < max_sweeps; ++passage.sweeps) {
+    for (; path.sweeps < max_sweeps; ++path.sweeps) {
         double h = step;
         bool any = false;
         for (std::size_t c = 0; c < count; ++c) {
-            const double n = passage.slips[c][0];
-            any = any || passage.stored[c] > 0.0 || n < -enough;
-            if (passage.stored[c] > 0.0 && n > 0.0)
+            const double n = path.slips[c][0];
+            any = any || path.stored[c] > 0.0 || n < -enough;
+            if (path.stored[c] > 0.0 && n > 0.0)
                 h = std::min(h, step * std::max(springs.contacts[c].restitution, fastest_release));
         }
         if (!any) break;
-        for (std::size_t i = 0; i < count; ++i) press(springs, forth ? i : count - 1 - i, h, rounding, passage);
+        for (std::size_t i = 0; i < count; ++i)
+            advance_contact(springs, ascending ? i : count - 1 - i, h, rounding, path);
     }
-    return passage;
+    return path;
 }
 
-/// The mean of two impacts from one start.  Its energy is the mean of theirs, less that of half their difference: half the impulses that differ
-/// times half the velocities that do.
-void take_mean(Passage& one, const Passage& other) {
+/// Replaces one by the mean of two paths with the same start.  Its energy is the mean of theirs minus the energy of
+/// half their difference.
+void average(ImpactPath& one, const ImpactPath& other) {
     double apart = 0.0;
     for (std::size_t c = 0; c < one.slips.size(); ++c) {
-        const Lane d = 0.25 * (one.impulses[c] - other.impulses[c]) * (one.slips[c] - other.slips[c]);
+        const Vec4d d = 0.25 * (one.impulses[c] - other.impulses[c]) * (one.slips[c] - other.slips[c]);
         apart += 0.5 * (d[0] + d[1] + d[2]);
         one.impulses[c] = 0.5 * (one.impulses[c] + other.impulses[c]);
     }
@@ -195,46 +200,46 @@ bool is_elastic(std::span<const Contact> contacts) {
                        [](const Contact& c) { return c.restitution == 1.0 && c.friction == 0.0; });
 }
 
-/// Stretches the impulses of a group that may lose nothing until it has lost nothing: impulses p that change normal velocities from u to u + w
-/// do the work p.u + p.w/2, which is zero for s p with s = -p.u/(p.w/2).
-void give_back(const Springs& springs, Passage& passage) {
-    passage.slips = springs.before;
-    for (std::size_t c = 0; c < passage.impulses.size(); ++c)
-        springs.couplings.push(c, passage.impulses[c][0], 0.0, 0.0, passage.slips);
+/// Scales the impulses of a lossless group so that it loses nothing: impulses p that change normal velocities from u to
+/// u + w do the work p.u + p.w/2, which is zero for s p with s = -p.u/(p.w/2).
+void restore_energy(const Springs& springs, ImpactPath& path) {
+    path.slips = springs.before;
+    for (std::size_t c = 0; c < path.impulses.size(); ++c)
+        springs.couplings.push(c, path.impulses[c][0], 0.0, 0.0, path.slips);
     double first = 0.0, second = 0.0;
-    for (std::size_t c = 0; c < passage.impulses.size(); ++c) {
-        const double before = springs.before[c][0], impulse = passage.impulses[c][0];
+    for (std::size_t c = 0; c < path.impulses.size(); ++c) {
+        const double before = springs.before[c][0], impulse = path.impulses[c][0];
         first += impulse * before;
-        second += 0.5 * impulse * (passage.slips[c][0] - before);
+        second += 0.5 * impulse * (path.slips[c][0] - before);
     }
     const double stretch = second > 0.0 ? -first / second : 1.0;
-    for (Lane& impulse : passage.impulses) impulse *= stretch;
-    passage.normal_work = stretch * first + stretch * stretch * second;
+    for (Vec4d& impulse : path.impulses) impulse *= stretch;
+    path.normal_work = stretch * first + stretch * stretch * second;
 }
 }  // namespace
 
-void resolve_together(std::span<Mover> movers, std::span<Contact> contacts, std::span<const Frame> frames,
-                      const ImpactLaw& law, ImpactOutcome& outcome) {
-    alignas(32) std::array<std::byte, 8192> few;  // what up to half a dozen contacts need
+void resolve_simultaneously(std::span<ImpactBody> bodies, std::span<Contact> contacts, std::span<const Frame> frames,
+                            const ImpactLaw& law, ImpactOutcome& outcome) {
+    alignas(32) std::array<std::byte, 8192> few;  // enough for six contacts
     std::pmr::monotonic_buffer_resource memory(few.data(), few.size());
-    const Couplings couplings(movers, contacts, frames, &memory);
-    Lanes before(contacts.size(), Lane{}, &memory);
+    const Couplings couplings(bodies, contacts, frames, &memory);
+    ContactVectors before(contacts.size(), Vec4d{}, &memory);
     for (std::size_t c = 0; c < contacts.size(); ++c)
-        for (std::size_t i = 0; i < 3; ++i) before[c][i] = velocity_along(contacts[c], frames[c], i, movers);
+        for (std::size_t i = 0; i < 3; ++i) before[c][i] = velocity_along(contacts[c], frames[c], i, bodies);
     const Springs springs{.contacts = contacts,
                           .frames = frames,
                           .couplings = couplings,
                           .before = before,
-                          .slow = law.slow * outcome.approach};
-    Passage mean = press_all(springs, law, outcome.approach, true, &memory);
-    take_mean(mean, press_all(springs, law, outcome.approach, false, &memory));
-    if (is_elastic(contacts)) give_back(springs, mean);
+                          .inelastic_threshold = law.inelastic_threshold * outcome.approach};
+    ImpactPath mean = follow_impact(springs, law, outcome.approach, true, &memory);
+    average(mean, follow_impact(springs, law, outcome.approach, false, &memory));
+    if (is_elastic(contacts)) restore_energy(springs, mean);
     outcome.normal = mean.normal_work;
     outcome.friction = mean.friction_work;
     outcome.sweeps = mean.sweeps;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
-        const Lane& p = mean.impulses[c];
-        contacts[c].impulse = apply(contacts[c], frames[c], p[0], p[1], p[2], movers);
+        const Vec4d& p = mean.impulses[c];
+        contacts[c].impulse = apply(contacts[c], frames[c], p[0], p[1], p[2], bodies);
         if (contacts[c].second < 0) outcome.walls += dot(contacts[c].impulse, contacts[c].wall_velocity);
     }
 }

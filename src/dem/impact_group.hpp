@@ -1,4 +1,4 @@
-// dem/impact_group.hpp: all contacts of a group pressed together.
+// dem/impact_group.hpp: simultaneous impacts of a group of contacts.
 #pragma once
 #include <span>
 
@@ -6,9 +6,9 @@
 
 namespace drover::dem {
 
-/// The law `simultaneous` of resolve(), for a group that approaches at outcome.approach: changes the movers, gives the contacts their impulses
-/// and says what they did.
-void resolve_together(std::span<Mover> movers, std::span<Contact> contacts, std::span<const Frame> frames,
-                      const ImpactLaw& law, ImpactOutcome& outcome);
+/// The law `simultaneous` of resolve(), for a group that approaches at outcome.approach.  Changes the bodies'
+/// velocities, the contacts' impulses and the outcome.
+void resolve_simultaneously(std::span<ImpactBody> bodies, std::span<Contact> contacts, std::span<const Frame> frames,
+                            const ImpactLaw& law, ImpactOutcome& outcome);
 
 }  // namespace drover::dem

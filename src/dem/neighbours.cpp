@@ -1,4 +1,4 @@
-// dem/neighbours.cpp: sorting by place, and the list of pairs.
+// dem/neighbours.cpp: sorting by position, and lists of pairs.
 #include "neighbours.hpp"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace drover::dem {
 namespace {
 using Place = std::array<double, 2>;
 
-/// Square cells of a mesh over the rectangle that holds the spheres.
+/// Square cells of a mesh over the rectangle that contains the spheres.
 struct Mesh {
     double x0 = 0.0, y0 = 0.0, per_x = 0.0, per_y = 0.0;  // per: cells per mm
     int nx = 1, ny = 1;
@@ -29,7 +29,7 @@ struct Mesh {
 
 Mesh mesh_of(const Cell& cell, double reach, std::size_t spheres) {
     const double half_x = half_width(cell), half_y = half_height(cell);
-    // No more cells than spheres, or so: an empty plain is not walked through.
+    // About as many cells as spheres at most: walking empty cells costs time.
     reach = std::max(reach, std::sqrt(4.0 * half_x * half_y / static_cast<double>(spheres + 16)));
     Mesh mesh{.x0 = -half_x, .y0 = -half_y};
     mesh.nx = std::max(1, static_cast<int>(2.0 * half_x / reach));
@@ -41,7 +41,7 @@ Mesh mesh_of(const Cell& cell, double reach, std::size_t spheres) {
 
 double largest_radius(const Spheres& spheres) {
     double largest = 0.0;
-    for (const Lane& place : spheres.place) largest = std::max(largest, place[3]);
+    for (const Vec4d& place : spheres.position) largest = std::max(largest, place[3]);
     return largest;
 }
 
@@ -52,7 +52,7 @@ void wrap(double& x, std::int32_t& image, double side) {
     image += static_cast<std::int32_t>(cells);
 }
 
-void check_finite(const Lane& place, const char* kind, std::size_t number) {
+void check_finite(const Vec4d& place, const char* kind, std::size_t number) {
     const double sum = place[0] + place[1] + place[2];
     if (!std::isfinite(sum) || std::abs(place[0]) > 1e9 || std::abs(place[1]) > 1e9)
         fail_run(
@@ -64,21 +64,21 @@ void check_finite(const Lane& place, const char* kind, std::size_t number) {
 
 void wrap_bodies(const Cell& cell, Spheres& spheres) {
     for (std::size_t s = 0; s < spheres.beads.size(); ++s) {
-        check_finite(spheres.place[s], "bead", spheres.beads.number[s]);
+        check_finite(spheres.position[s], "bead", spheres.beads.number[s]);
         if (!is_periodic(cell)) continue;
-        double x = spheres.place[s][0], y = spheres.place[s][1];
+        double x = spheres.position[s][0], y = spheres.position[s][1];
         wrap(x, spheres.beads.image[s][0], cell.lx);
         wrap(y, spheres.beads.image[s][1], cell.ly);
-        spheres.place[s][0] = x;
-        spheres.place[s][1] = y;
+        spheres.position[s][0] = x;
+        spheres.position[s][1] = y;
     }
     for (std::size_t r = 0; r < spheres.rods.size(); ++r) {
-        check_finite(spheres.place[spheres.rods.first[r]], "rod", r);
+        check_finite(spheres.position[spheres.rods.first[r]], "rod", r);
         if (is_periodic(cell)) {
             wrap(spheres.rods.rod[r].position.x, spheres.rods.image[r][0], cell.lx);
             wrap(spheres.rods.rod[r].position.y, spheres.rods.image[r][1], cell.ly);
         }
-        place_spheres(spheres, r);
+        set_rod_spheres(spheres, r);
     }
 }
 
@@ -89,32 +89,32 @@ void reorder(const std::vector<std::uint32_t>& order, std::vector<Item>& items, 
     std::copy(spare.begin(), spare.end(), items.begin());
 }
 
-/// Row after row of the mesh: neighbours are near in memory.
+/// In the order of the mesh rows, so that neighbours are close in memory.
 void sort_beads(const Mesh& mesh, Spheres& spheres) {
     BeadArrays& beads = spheres.beads;
     const std::size_t count = beads.size();
     std::vector<std::uint32_t> start(static_cast<std::size_t>(mesh.nx) * static_cast<std::size_t>(mesh.ny) + 1, 0),
         order(count);
     std::vector<std::uint32_t> cells(count);
-    const auto cell_of = [&](std::size_t s) { return mesh.cell({spheres.place[s][0], spheres.place[s][1]}); };
+    const auto cell_of = [&](std::size_t s) { return mesh.cell({spheres.position[s][0], spheres.position[s][1]}); };
     for (std::size_t s = 0; s < count; ++s) {
         cells[s] = static_cast<std::uint32_t>(cell_of(s));
         ++start[cells[s] + 1];
     }
     std::partial_sum(start.begin(), start.end(), start.begin());
     for (std::size_t s = 0; s < count; ++s) order[start[cells[s]]++] = static_cast<std::uint32_t>(s);
-    std::vector<Lane> lanes;
+    std::vector<Vec4d> vectors;
     std::vector<std::uint32_t> words;
     std::vector<std::array<std::int32_t, 2>> images;
-    reorder(order, spheres.place, lanes);
-    reorder(order, beads.velocity, lanes);
-    reorder(order, beads.spin, lanes);
+    reorder(order, spheres.position, vectors);
+    reorder(order, beads.velocity, vectors);
+    reorder(order, beads.spin, vectors);
     reorder(order, beads.number, words);
     reorder(order, beads.shape, words);
     reorder(order, beads.image, images);
 }
 
-/// Who is in which cell of the mesh.
+/// The spheres of each cell of the mesh.
 struct Filled {
     std::vector<std::uint32_t> start, spheres;
 };
@@ -133,10 +133,10 @@ Filled fill(const Mesh& mesh, const std::vector<Place>& places) {
     return filled;
 }
 
-/// Places as they were listed, each in the cell: a rod may reach over an edge.
+/// Listed positions wrapped into the cell: a rod may extend over an edge.
 struct Wrapped {
     std::vector<Place> places;
-    std::vector<std::array<double, 2>> moved;  ///< what was added [mm]
+    std::vector<std::array<double, 2>> moved;  ///< the displacement by wrapping [mm]
 };
 Wrapped wrapped(const Cell& cell, const std::vector<Place>& listed) {
     Wrapped result{listed, std::vector<std::array<double, 2>>(listed.size(), {0.0, 0.0})};
@@ -157,11 +157,11 @@ public:
     Lister(const Cell& cell, double skin, const Spheres& spheres)
         : cell_(cell), skin_(skin), spheres_(spheres), wrapped_(wrapped(cell, spheres.listed_wide)) {}
 
-    /// x, y: added to the wrapped place of b.
+    /// x, y: added to the wrapped position of b.
     void consider(std::uint32_t a, std::uint32_t b, double x, double y, Neighbours& to) const {
         const double dx = wrapped_.places[b][0] + x - wrapped_.places[a][0],
                      dy = wrapped_.places[b][1] + y - wrapped_.places[a][1];
-        const double reach = spheres_.place[a][3] + spheres_.place[b][3] + skin_;
+        const double reach = spheres_.position[a][3] + spheres_.position[b][3] + skin_;
         if (dx * dx + dy * dy >= reach * reach) return;
         x += wrapped_.moved[b][0] - wrapped_.moved[a][0];
         y += wrapped_.moved[b][1] - wrapped_.moved[a][1];
@@ -170,7 +170,7 @@ public:
         else if (spheres_.body(a) != spheres_.body(b)) to.pairs.push_back({a, b});
     }
 
-    /// Few spheres: all with all, over every edge.
+    /// For few spheres: all pairs, over every edge.
     void list_all(Neighbours& to) const {
         const auto count = static_cast<std::uint32_t>(spheres_.size());
         const int edges = is_periodic(cell_) ? 1 : 0;
@@ -196,7 +196,7 @@ public:
         }
     }
 
-    /// The pairs of one cell of the mesh with itself and with the half of the cells around it.
+    /// The pairs of one cell of the mesh with itself and with half of the cells around it.
     void list_cell(const Mesh& mesh, const Filled& filled, int i, int j, Neighbours& to) const {
         constexpr int half[4][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};
         const bool periodic = is_periodic(cell_);
@@ -229,7 +229,7 @@ public:
         WallPoint found[4];
         for (std::uint32_t s = 0; s < spheres_.size(); ++s)
             if (const Place& at = spheres_.listed_wide[s];
-                walls.near(at[0], at[1], spheres_.place[s][3] + skin_, found) > 0)
+                walls.near(at[0], at[1], spheres_.position[s][3] + skin_, found) > 0)
                 to.near_wall.push_back(s);
     }
 
@@ -251,7 +251,7 @@ void list_wide(const Cell& cell, double skin, const Spheres& spheres, Neighbours
     lister.list_walls(neighbours);
 }
 
-/// The pairs of the wide list that were near each other when the spheres were listed last.
+/// The pairs of the wide list that were within the near skin when the spheres were listed last.
 void list_near(double skin, const Spheres& spheres, Neighbours& neighbours, Threads& threads) {
     constexpr std::size_t pairs_per_chunk = 4096;
     const std::vector<SpherePair>& pairs = neighbours.pairs;
@@ -266,9 +266,9 @@ void list_near(double skin, const Spheres& spheres, Neighbours& neighbours, Thre
             for (std::size_t p = from; p < to; ++p) {
                 const Place &a = spheres.listed[pairs[p].first], &b = spheres.listed[pairs[p].second];
                 const double dx = a[0] - b[0], dy = a[1] - b[1];
-                const double reach = spheres.place[pairs[p].first][3] + spheres.place[pairs[p].second][3] + skin;
+                const double reach = spheres.position[pairs[p].first][3] + spheres.position[pairs[p].second][3] + skin;
                 near[count] = pairs[p];
-                count += dx * dx + dy * dy < reach * reach ? 1 : 0;  // without a jump, which would be guessed wrong
+                count += dx * dx + dy * dy < reach * reach ? 1 : 0;  // no branch: it would be mispredicted
             }
             near.resize(count);
         }
@@ -277,7 +277,7 @@ void list_near(double skin, const Spheres& spheres, Neighbours& neighbours, Thre
 
 std::vector<Place> places_of(const Spheres& spheres) {
     std::vector<Place> places(spheres.size());
-    for (std::size_t s = 0; s < spheres.size(); ++s) places[s] = {spheres.place[s][0], spheres.place[s][1]};
+    for (std::size_t s = 0; s < spheres.size(); ++s) places[s] = {spheres.position[s][0], spheres.position[s][1]};
     return places;
 }
 }  // namespace
@@ -295,10 +295,11 @@ void make_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbours
 }
 
 bool renew_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours, Threads& threads) {
-    // The wide list holds all pairs within the near skin as long as none has gone half of what is left of it.
+    // The wide list contains all pairs within the near skin until a sphere has moved by half of the difference of the
+    // skins.
     const double left = skin - near_skin(skin), square = 0.25 * left * left;
     for (std::size_t s = 0; s < spheres.size(); ++s)
-        if (is_astray(spheres.place[s], spheres.listed_wide[s], square)) {
+        if (has_left_skin(spheres.position[s], spheres.listed_wide[s], square)) {
             make_neighbours(cell, skin, spheres, neighbours, threads);
             return true;
         }

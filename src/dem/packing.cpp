@@ -1,4 +1,4 @@
-// dem/packing.cpp: random places without overlaps: rods side by side, beads anywhere, and then pushed apart.
+// dem/packing.cpp: random initial positions: rods without overlaps, beads outside rods, then relaxation of overlaps.
 #include "drover/dem/packing.hpp"
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dem/crowd.hpp"
+#include "dem/overlap_relaxation.hpp"
 #include "dem/supply.hpp"
 #include "drover/base/random.hpp"
 #include "drover/dem/wall.hpp"
@@ -16,7 +16,7 @@ namespace drover::dem {
 namespace {
 using std::numbers::pi;
 
-/// Uniform numbers in (0, 1), one after the other.
+/// A sequence of uniform random numbers in (0, 1).
 class Draws {
 public:
     Draws(std::uint64_t seed, std::uint32_t substep)
@@ -39,125 +39,130 @@ private:
 };
 enum : std::uint32_t { draws_of_rods = 1, draws_of_beads = 2 };  // 0: the sizes of rods
 
-/// The spheres of a body in the lists of a crowd.
+/// The range of the spheres of a body.
 struct Span {
     std::size_t first = 0, last = 0;
 };
 
-/// Rods that have their places, for those that come next.
+/// The rods placed so far.
 struct Placed {
     Bins bins;
-    std::vector<std::uint32_t> sphere;  ///< of each number of the bins
+    std::vector<std::uint32_t> sphere;  ///< by number in the bins
 };
 
-Placed no_rods(const Crowd& crowd) {
+Placed no_rods(const OverlapRelaxation& relaxation) {
     double largest = 0.0;
-    for (const double radius : crowd.radius) largest = std::max(largest, radius);
-    return {.bins = Bins(crowd.cell, 2.0 * (1.0 + crowd.margin) * std::max(largest, 1e-3)), .sphere = {}};
+    for (const double radius : relaxation.radius) largest = std::max(largest, radius);
+    return {.bins = Bins(relaxation.cell, 2.0 * (1.0 + relaxation.margin) * std::max(largest, 1e-3)), .sphere = {}};
 }
 
-Vector place_in(const Crowd& crowd, double reach, Draws& draws) {
-    const double x = half_width(crowd.cell), y = half_height(crowd.cell);
+Vector place_in(const OverlapRelaxation& relaxation, double reach, Draws& draws) {
+    const double x = half_width(relaxation.cell), y = half_height(relaxation.cell);
     const double px = draws.between(-x, x), py = draws.between(-y, y);
-    return {px, py, draws.between(crowd.floor + reach, crowd.ceiling - reach)};
+    return {px, py, draws.between(relaxation.floor + reach, relaxation.ceiling - reach)};
 }
 
-bool is_inside(const Crowd& crowd, const Span& spheres) {
+bool is_inside(const OverlapRelaxation& relaxation, const Span& spheres) {
     WallPoint found[4];
     for (std::size_t s = spheres.first; s < spheres.last; ++s)
-        if (walls_near(crowd.cell, crowd.centre[s].x, crowd.centre[s].y, crowd.reach[s], found) > 0) return false;
+        if (walls_near(relaxation.cell, relaxation.centre[s].x, relaxation.centre[s].y, relaxation.reach[s], found) > 0)
+            return false;
     return true;
 }
 
-/// Whether a rod as it lies meets its own images.
-bool meets_itself(const Crowd& crowd, const Span& spheres) {
-    const NearestImage apart(crowd.cell);
+/// Whether a rod overlaps its own images.
+bool meets_itself(const OverlapRelaxation& relaxation, const Span& spheres) {
+    const NearestImage apart(relaxation.cell);
     for (std::size_t a = spheres.first; a < spheres.last; ++a)
         for (std::size_t b = spheres.first; b < a; ++b) {
-            const Vector straight = crowd.centre[b] - crowd.centre[a], d = apart(crowd.centre[a], crowd.centre[b]);
+            const Vector straight = relaxation.centre[b] - relaxation.centre[a],
+                         d = apart(relaxation.centre[a], relaxation.centre[b]);
             const bool over_edge = d.x != straight.x || d.y != straight.y;
-            if (over_edge && length(d) < crowd.reach[a] + crowd.reach[b]) return true;
+            if (over_edge && length(d) < relaxation.reach[a] + relaxation.reach[b]) return true;
         }
     return false;
 }
 
-bool meets(const Crowd& crowd, const Span& spheres, const Placed& placed) {
-    const NearestImage apart(crowd.cell);
+bool meets(const OverlapRelaxation& relaxation, const Span& spheres, const Placed& placed) {
+    const NearestImage apart(relaxation.cell);
     bool met = false;
     for (std::size_t a = spheres.first; a < spheres.last && !met; ++a)
-        placed.bins.for_near(crowd.centre[a], [&](std::uint32_t n) {
+        placed.bins.for_near(relaxation.centre[a], [&](std::uint32_t n) {
             const std::uint32_t b = placed.sphere[n];
-            const Vector d = apart(crowd.centre[a], crowd.centre[b]);
-            const double reach = crowd.reach[a] + crowd.reach[b];
+            const Vector d = apart(relaxation.centre[a], relaxation.centre[b]);
+            const double reach = relaxation.reach[a] + relaxation.reach[b];
             met = met || dot(d, d) < reach * reach;
         });
     return met;
 }
 
-void move_rod(Crowd& crowd, std::size_t rod, const Span& spheres, const Vector& to) {
-    const std::size_t body = crowd.place.size() - crowd.axis.size() + rod;
-    crowd.place[body] = to;
+void move_rod(OverlapRelaxation& relaxation, std::size_t rod, const Span& spheres, const Vector& to) {
+    const std::size_t body = relaxation.position.size() - relaxation.axis.size() + rod;
+    relaxation.position[body] = to;
     for (std::size_t s = spheres.first; s < spheres.last; ++s)
-        crowd.centre[s] = to + crowd.size * crowd.at[s] * crowd.axis[rod];
+        relaxation.centre[s] = to + relaxation.size * relaxation.at[s] * relaxation.axis[rod];
 }
 
-/// A free place for a rod.  Its direction is drawn once and only places are tried again: what is hard to place then has no say in
-/// the directions.  A further direction is for cells where the first has no place at all, such as across a narrow one.
-bool place_rod(Crowd& crowd, std::size_t rod, const Span& spheres, const Placed& placed, Draws& draws) {
+/// Finds a free position for a rod.  The direction is drawn first and only positions are drawn again, so that crowding
+/// does not bias directions.  Further directions are tried only if the first fits nowhere, such as across a narrow
+/// cell.
+bool place_rod(OverlapRelaxation& relaxation, std::size_t rod, const Span& spheres, const Placed& placed,
+               Draws& draws) {
     constexpr int directions = 50, places = 2000;
-    const double reach = *std::max_element(crowd.reach.begin() + static_cast<std::ptrdiff_t>(spheres.first),
-                                           crowd.reach.begin() + static_cast<std::ptrdiff_t>(spheres.last));
+    const double reach = *std::max_element(relaxation.reach.begin() + static_cast<std::ptrdiff_t>(spheres.first),
+                                           relaxation.reach.begin() + static_cast<std::ptrdiff_t>(spheres.last));
     for (int d = 0; d < directions; ++d) {
-        const double angle = crowd.turns ? 2.0 * pi * draws() : 0.0;
-        crowd.axis[rod] = crowd.turns ? Vector{std::cos(angle), std::sin(angle), 0.0} : Vector{1.0, 0.0, 0.0};
-        move_rod(crowd, rod, spheres, {});
-        if (meets_itself(crowd, spheres)) continue;
+        const double angle = relaxation.turns ? 2.0 * pi * draws() : 0.0;
+        relaxation.axis[rod] = relaxation.turns ? Vector{std::cos(angle), std::sin(angle), 0.0} : Vector{1.0, 0.0, 0.0};
+        move_rod(relaxation, rod, spheres, {});
+        if (meets_itself(relaxation, spheres)) continue;
         for (int n = 0; n < places; ++n) {
-            move_rod(crowd, rod, spheres, place_in(crowd, reach, draws));
-            if (is_inside(crowd, spheres) && !meets(crowd, spheres, placed)) return true;
+            move_rod(relaxation, rod, spheres, place_in(relaxation, reach, draws));
+            if (is_inside(relaxation, spheres) && !meets(relaxation, spheres, placed)) return true;
         }
     }
     return false;
 }
 
-/// All rods, at the size that crowd.size says; false when one found no place.
-bool place_rods(Crowd& crowd, Draws& draws, Placed& placed) {
-    const std::size_t beads = crowd.place.size() - crowd.axis.size();
-    set_spheres(crowd);
+/// Places all rods, scaled by relaxation.size; false if one fits nowhere.
+bool place_rods(OverlapRelaxation& relaxation, Draws& draws, Placed& placed) {
+    const std::size_t beads = relaxation.position.size() - relaxation.axis.size();
+    set_spheres(relaxation);
     std::size_t sphere = beads;
-    for (std::size_t rod = 0; rod < crowd.axis.size(); ++rod) {
+    for (std::size_t rod = 0; rod < relaxation.axis.size(); ++rod) {
         Span spheres{.first = sphere, .last = sphere};
-        while (spheres.last < crowd.body.size() && crowd.body[spheres.last] == beads + rod) ++spheres.last;
+        while (spheres.last < relaxation.body.size() && relaxation.body[spheres.last] == beads + rod) ++spheres.last;
         sphere = spheres.last;
-        if (!place_rod(crowd, rod, spheres, placed, draws)) return false;
+        if (!place_rod(relaxation, rod, spheres, placed, draws)) return false;
         for (std::size_t s = spheres.first; s < spheres.last; ++s) {
-            placed.bins.add(crowd.centre[s]);
+            placed.bins.add(relaxation.centre[s]);
             placed.sphere.push_back(static_cast<std::uint32_t>(s));
         }
     }
     return true;
 }
 
-/// Beads overlap each other here, but no centre lies in a rod: from there the way out could be through its other side.
-void place_beads(Crowd& crowd, const Placed& placed, Draws& draws, const LocationOf& place) {
+/// Beads may overlap each other, but no centre lies inside a rod, from where it could leave through the other side.
+void place_beads(OverlapRelaxation& relaxation, const Placed& placed, Draws& draws, const LocationOf& place) {
     constexpr int places = 10000;
-    const NearestImage apart(crowd.cell);
-    for (std::size_t bead = 0; bead < crowd.place.size() - crowd.axis.size(); ++bead) {
+    const NearestImage apart(relaxation.cell);
+    for (std::size_t bead = 0; bead < relaxation.position.size() - relaxation.axis.size(); ++bead) {
         int inside = 0, n = 0;
         for (bool free = false; n < places && !free; ++n) {
-            crowd.centre[bead] = crowd.place[bead] = place_in(crowd, crowd.reach[bead], draws);
-            if (!is_inside(crowd, {bead, bead + 1})) continue;
+            relaxation.centre[bead] = relaxation.position[bead] = place_in(relaxation, relaxation.reach[bead], draws);
+            if (!is_inside(relaxation, {bead, bead + 1})) continue;
             ++inside;
             free = true;
-            placed.bins.for_near(crowd.centre[bead], [&](std::uint32_t k) {
-                const Vector d = apart(crowd.centre[bead], crowd.centre[placed.sphere[k]]);
-                const double reach = crowd.reach[placed.sphere[k]];
+            placed.bins.for_near(relaxation.centre[bead], [&](std::uint32_t k) {
+                const Vector d = apart(relaxation.centre[bead], relaxation.centre[placed.sphere[k]]);
+                const double reach = relaxation.reach[placed.sphere[k]];
                 free = free && dot(d, d) > reach * reach;
             });
         }
-        require(inside > 0, place("beads.diameters"),
-                "beads.diameters holds {} mm, and no place of the cell is wide enough for such a bead; expected less",
-                2.0 * crowd.radius[bead]);
+        require(
+            inside > 0, place("beads.diameters"),
+            "beads.diameters holds {} mm, and the cell is nowhere wide enough for such a bead; expected a smaller one",
+            2.0 * relaxation.radius[bead]);
     }
 }
 
@@ -167,78 +172,79 @@ double area_of_rods(const Bodies& bodies) {
     return sum;
 }
 
-/// Places for all.  Where rods lie too densely to be dropped one after the other they begin smaller.
-void place_all(const Setup& setup, const Bodies& bodies, std::uint64_t seed, Crowd& crowd, const LocationOf& place) {
+/// Places all bodies.  Rods too dense for random sequential placement start smaller.
+void place_all(const Setup& setup, const Bodies& bodies, std::uint64_t seed, OverlapRelaxation& relaxation,
+               const LocationOf& place) {
     constexpr double easy = 0.2, least = 0.05;  // area fraction of rods, and size
-    crowd.size = std::min(1.0, std::sqrt(easy * area(setup.cell) / std::max(area_of_rods(bodies), 1e-300)));
+    relaxation.size = std::min(1.0, std::sqrt(easy * area(setup.cell) / std::max(area_of_rods(bodies), 1e-300)));
     Draws draws(seed, draws_of_rods), draws_beads(seed, draws_of_beads);
-    Placed placed = no_rods(crowd);
-    for (; !place_rods(crowd, draws, placed); crowd.size *= 0.9) {
-        require(crowd.size > least, place("rods.length"),
-                "rods.length = {} mm, and the cell has no room for such rods; expected shorter or fewer ones",
-                setup.rods.length);
-        placed = no_rods(crowd);
+    Placed placed = no_rods(relaxation);
+    for (; !place_rods(relaxation, draws, placed); relaxation.size *= 0.9) {
+        require(relaxation.size > least, place("rods.length"),
+                "rods.length = {} mm, which do not fit the cell; expected shorter or fewer rods", setup.rods.length);
+        placed = no_rods(relaxation);
     }
-    place_beads(crowd, placed, draws_beads, place);
+    place_beads(relaxation, placed, draws_beads, place);
 }
 
-/// Grows rods to their size in steps that leave no overlap to speak of.
-void grow(Crowd& crowd) {
+/// Grows rods to their full size in small steps.
+void grow(OverlapRelaxation& relaxation) {
     constexpr double by = 1.03, shallow = 0.02;
     constexpr int steps = 300;
-    while (crowd.size < 1.0) {
-        push_apart(crowd, shallow, steps);
-        crowd.size = std::min(1.0, by * crowd.size);
+    while (relaxation.size < 1.0) {
+        relax_overlaps(relaxation, shallow, steps);
+        relaxation.size = std::min(1.0, by * relaxation.size);
     }
 }
 
-/// Between which heights the spheres have to be at t = 0.
-void set_heights(const Setup& setup, double thickest, Crowd& crowd) {
-    crowd.floor = 2.0 * setup.plates.amplitude;
-    // Without a lid a little more room than one layer needs; what lies high falls.
-    crowd.ceiling = crowd.floor + (setup.plates.lid ? setup.plates.gap : std::max(setup.plates.gap, 1.5 * thickest));
+/// Sets the range of heights at t = 0.
+void set_heights(const Setup& setup, double thickest, OverlapRelaxation& relaxation) {
+    relaxation.floor = 2.0 * setup.plates.amplitude;
+    // Without a lid: somewhat more than one layer; high bodies fall.
+    relaxation.ceiling =
+        relaxation.floor + (setup.plates.lid ? setup.plates.gap : std::max(setup.plates.gap, 1.5 * thickest));
 }
 
-/// No larger than what the gap leaves to the thickest.
+/// At most a quarter of the play of the thickest body in the gap.
 double margin_of(const Setup& setup, double thickest, double most) {
     return setup.plates.lid && thickest > 0.0 ? std::min(most, 0.25 * (setup.plates.gap / thickest - 1.0)) : most;
 }
 
 constexpr int steps_of_round = 500;
 
-/// Pushes bodies apart in rounds until none overlap; the overlap after each.  Ends early when the rounds are used up, about a minute at the
-/// paper's size, or bring no more.
-std::vector<double> resolve(Crowd& crowd) {
+/// Relaxes overlaps in rounds; returns the largest overlap after each.  Stops when none is left, when it no longer
+/// decreases, or after a number of rounds that takes about a minute at 70,000 beads.
+std::vector<double> resolve(OverlapRelaxation& relaxation) {
     constexpr double sphere_steps = 8e8;
     constexpr std::size_t back = 4, least = 6, most = 40;
-    const double rounds = sphere_steps / steps_of_round / static_cast<double>(crowd.body.size());
+    const double rounds = sphere_steps / steps_of_round / static_cast<double>(relaxation.body.size());
     const std::size_t last = std::clamp(static_cast<std::size_t>(rounds), least, most);
     std::vector<double> overlaps;
     while (overlaps.size() < last) {
-        push_apart(crowd, 0.8 * crowd.margin, steps_of_round);
-        overlaps.push_back(largest_overlap(crowd));
+        relax_overlaps(relaxation, 0.8 * relaxation.margin, steps_of_round);
+        overlaps.push_back(largest_overlap(relaxation));
         const std::size_t n = overlaps.size();
         if (overlaps.back() <= 0.0 || (n > back && overlaps.back() > 0.9 * overlaps[n - 1 - back])) break;
     }
     return overlaps;
 }
 
-/// Spreads bodies that do not overlap as far from each other as a larger margin brings them: from a start in which all nearly touch, the first
-/// stroke of the plates would be one impact of hundreds.
-void loosen(Crowd& crowd, double margin) {
-    if (margin <= crowd.margin) return;
-    const Crowd before = crowd;
-    set_margin(crowd, margin);
-    push_apart(crowd, 0.2 * margin, steps_of_round);
-    if (largest_overlap(crowd) > 0.0) crowd = before;
+/// Spreads bodies apart by a larger margin.  If all nearly touch, the first stroke of the plates makes one impact of
+/// hundreds of contacts.
+void loosen(OverlapRelaxation& relaxation, double margin) {
+    if (margin <= relaxation.margin) return;
+    const OverlapRelaxation before = relaxation;
+    set_margin(relaxation, margin);
+    relax_overlaps(relaxation, 0.2 * margin, steps_of_round);
+    if (largest_overlap(relaxation) > 0.0) relaxation = before;
 }
 
-void write_back(const Crowd& crowd, Bodies& bodies) {
-    const NearestImage apart(crowd.cell);
-    for (std::size_t i = 0; i < bodies.beads.size(); ++i) bodies.beads[i].position = apart({}, crowd.place[i]);
+void write_back(const OverlapRelaxation& relaxation, Bodies& bodies) {
+    const NearestImage apart(relaxation.cell);
+    for (std::size_t i = 0; i < bodies.beads.size(); ++i) bodies.beads[i].position = apart({}, relaxation.position[i]);
     for (std::size_t i = 0; i < bodies.rods.size(); ++i) {
-        bodies.rods[i].position = apart({}, crowd.place[bodies.beads.size() + i]);
-        bodies.rods[i].axis = crowd.axis[i];
+        bodies.rods[i].position = apart({}, relaxation.position[bodies.beads.size() + i]);
+        bodies.rods[i].axis = relaxation.axis[i];
     }
 }
 }  // namespace
@@ -246,25 +252,25 @@ void write_back(const Crowd& crowd, Bodies& bodies) {
 Packed pack(const Setup& setup, std::uint64_t seed, const LocationOf& place) {
     check(setup, place);
     require(setup.packing.kind != "file", place("packing.kind"),
-            "packing.kind = \"file\" asks for bodies of a file, which are read where the run begins; expected "
+            "packing.kind = \"file\": a packing cannot be made from a file; expected "
             "\"random\" or \"aligned\" here");
     Packed packed{.bodies = make_bodies(setup, seed, place)};
     if (packed.bodies.beads.empty() && packed.bodies.rods.empty()) return packed;
     double thickest = 0.0;
     for (const Shape& shape : packed.bodies.shapes) thickest = std::max(thickest, thickness(shape));
-    Crowd crowd = make_crowd(setup, packed.bodies, margin_of(setup, thickest, 2e-3));
-    set_heights(setup, thickest, crowd);
-    place_all(setup, packed.bodies, seed, crowd, place);
-    grow(crowd);
-    const std::vector<double> overlaps = resolve(crowd);
+    OverlapRelaxation relaxation = make_relaxation(setup, packed.bodies, margin_of(setup, thickest, 2e-3));
+    set_heights(setup, thickest, relaxation);
+    place_all(setup, packed.bodies, seed, relaxation, place);
+    grow(relaxation);
+    const std::vector<double> overlaps = resolve(relaxation);
     packed.rounds = static_cast<int>(overlaps.size());
     if (overlaps.back() > 0.0)
         fail_run(
             "no packing without overlaps was found for {} beads and {} rods: after {} rounds of {} steps two still "
             "overlap by {:.3g} of a radius; expected 0: ask for fewer, or give them a larger gap",
             packed.bodies.beads.size(), packed.bodies.rods.size(), packed.rounds, steps_of_round, overlaps.back());
-    loosen(crowd, margin_of(setup, thickest, 0.04));
-    write_back(crowd, packed.bodies);
+    loosen(relaxation, margin_of(setup, thickest, 0.04));
+    write_back(relaxation, packed.bodies);
     return packed;
 }
 

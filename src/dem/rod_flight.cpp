@@ -3,41 +3,35 @@
 
 #include <algorithm>
 
+#include "closing_time.hpp"
 #include "drover/base/random.hpp"
 #include "drover/dem/rotation.hpp"
 
 namespace drover::dem {
 
 namespace {
-/// Gaps of all bearing spheres at the moment at which the base is `base`.
-void find_gaps(const Rod& rod, const RodKind& kind, double gravity, const PlateMotion& plates, const Flight& base,
+/// Gaps of all bearing spheres when the base is at `base`.
+void find_gaps(const Rod& rod, const RodKind& kind, double gravity, const PlateMotion& plates, const PlateState& base,
                std::vector<PlateGap>& gaps) {
     const Shape& shape = kind.shape;
     const double across = 1.0 / shape.inertia_across;
-    // The axis goes round L: n' = L x n/I, n'' = L x n'/I.
+    // The axis precesses about L: n' = L x n/I, n'' = L x n'/I.
     const Vector& l = rod.angular_momentum;
     const Vector turn = across * cross(l, rod.axis);
     const double lift = across * (l.x * turn.y - l.y * turn.x);
     gaps.clear();
     for (const std::uint32_t k : kind.bearing) {
         const double a = shape.at[k], z = rod.position.z + a * rod.axis.z, speed = rod.velocity.z + a * turn.z;
-        const double push = gravity + a * lift;
-        gaps.push_back({k, 1.0, z - shape.radius[k] - base.at, speed - base.speed, push - base.push});
+        const double acceleration = gravity + a * lift;
+        gaps.push_back(
+            {k, 1.0, z - shape.radius[k] - base.height, speed - base.velocity, acceleration - base.acceleration});
         if (plates.lid())
-            gaps.push_back(
-                {k, -1.0, base.at + plates.gap() - z - shape.radius[k], base.speed - speed, base.push - push});
+            gaps.push_back({k, -1.0, base.height + plates.gap() - z - shape.radius[k], base.velocity - speed,
+                            base.acceleration - acceleration});
     }
 }
 
-void move(Rod& rod, const Shape& shape, const Vector& acceleration, double tau, EnergyBalance& balance) {
-    const Vector shift = tau * rod.velocity + (0.5 * tau * tau) * acceleration;
-    balance.gravity += shape.mass * dot(acceleration, shift);
-    rod.position = rod.position + shift;
-    rod.velocity = rod.velocity + tau * acceleration;
-    rod.axis = turned_freely(rod.axis, rod.angular_momentum, shape.inertia_across, tau);
-}
-
-/// +1 or -1 with equal chances, a pure function of (seed, rod, number of the hit).
+/// +1 or -1 with equal probability, a pure function of (seed, rod, number of the hit).
 double sign_of_kick(PlateMemory& memory, std::uint64_t number, std::uint64_t seed) {
     constexpr std::int64_t block = 32;
     if (memory.hits % block == 0) {
@@ -51,17 +45,11 @@ double sign_of_kick(PlateMemory& memory, std::uint64_t number, std::uint64_t see
     return up ? 1.0 : -1.0;
 }
 
-/// omega_z += turn.
-void kick(Mover& mover, double turn, EnergyBalance& balance) {
-    const double before = energy_kinetic(mover);
-    mover.spin.z += turn;
-    balance.kicks += energy_kinetic(mover) - before;
-}
-
-/// Takes the rod out of the plates, without changing its kinetic energy: moved and turned as impulses would.
-void take_out(Rod& rod, const RodKind& kind, const PlateMotion& plates, const Flight& base) {
+/// Removes overlaps of the rod with the plates.  The rod moves and turns as impulses at the contacts would move it; its
+/// kinetic energy stays.
+void remove_plate_overlaps(Rod& rod, const RodKind& kind, const PlateMotion& plates, const PlateState& base) {
     const Shape& shape = kind.shape;
-    const double middle = base.at + 0.5 * plates.gap(), half = 0.5 * plates.gap();
+    const double middle = base.height + 0.5 * plates.gap(), half = 0.5 * plates.gap();
     const Vector upright{0.0, 0.0, 1.0};
     for (int round = 0; round < 4; ++round) {
         bool any = false;
@@ -71,11 +59,11 @@ void take_out(Rod& rod, const RodKind& kind, const PlateMotion& plates, const Fl
             const double gap = half - shape.radius[k] + side * (z - middle);
             if (gap >= 0.0) continue;
             any = true;
-            const double push = -side * gap / (1.0 / shape.mass + a * a * (1.0 - nz * nz) / shape.inertia_across);
-            rod.position.z += push / shape.mass;
-            const double rise = a * push / shape.inertia_across;  // of the axis, across itself
+            const double shift = -side * gap / (1.0 / shape.mass + a * a * (1.0 - nz * nz) / shape.inertia_across);
+            rod.position.z += shift / shape.mass;
+            const double rise = a * shift / shape.inertia_across;  // of the axis, across itself
             const Vector axis = rod.axis + rise * (upright - nz * rod.axis);
-            // The angular momentum turns with it: the same energy.
+            // The angular momentum turns with the axis, which keeps the energy.
             const double size = length(rod.angular_momentum);
             const Vector turned = rod.angular_momentum + cross(rise * cross(rod.axis, upright), rod.angular_momentum);
             rod.axis = 1.0 / length(axis) * axis;
@@ -86,7 +74,7 @@ void take_out(Rod& rod, const RodKind& kind, const PlateMotion& plates, const Fl
 }
 }  // namespace
 
-Mover mover_of(const Rod& rod, const Shape& shape) {
+ImpactBody impact_body_of(const Rod& rod, const Shape& shape) {
     return {.velocity = rod.velocity,
             .spin = angular_velocity(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across),
             .axis = rod.axis,
@@ -95,20 +83,36 @@ Mover mover_of(const Rod& rod, const Shape& shape) {
             .along_inverse = 1.0 / shape.inertia_along};
 }
 
-Vector angular_momentum(const Mover& mover) {
-    const double along = dot(mover.spin, mover.axis);
-    return 1.0 / mover.across_inverse * (mover.spin - along * mover.axis) + along / mover.along_inverse * mover.axis;
+Vector angular_momentum(const ImpactBody& body) {
+    const double along = dot(body.spin, body.axis);
+    return 1.0 / body.across_inverse * (body.spin - along * body.axis) + along / body.along_inverse * body.axis;
+}
+
+void drift_rod(Rod& rod, const Shape& shape, const Vector& acceleration, double tau, EnergyBalance& balance) {
+    const Vector shift = tau * rod.velocity + (0.5 * tau * tau) * acceleration;
+    balance.gravity += shape.mass * dot(acceleration, shift);
+    rod.position = rod.position + shift;
+    rod.velocity = rod.velocity + tau * acceleration;
+    rod.axis = turned_freely(rod.axis, rod.angular_momentum, shape.inertia_across, tau);
+}
+
+void kick_spin(ImpactBody& rod, double size, PlateMemory& memory, std::uint64_t number, std::uint64_t seed,
+               EnergyBalance& balance) {
+    const double before = energy_kinetic(rod);
+    rod.spin.z += size * sign_of_kick(memory, number, seed);
+    balance.kicks += energy_kinetic(rod) - before;
 }
 
 namespace {
-/// The impact of all that touches at this moment.
-void strike(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const FlightRules& rules,
-            const Flight& base, FlightSpace& space, EnergyBalance& balance, Counts& counts) {
+/// The impact of all contacts that are closed now.
+void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind,
+                          const FlightRules& rules, const PlateState& base, FlightSpace& space, EnergyBalance& balance,
+                          Counts& counts) {
     space.contacts.clear();
     space.approach.clear();
     bool any = false;
     for (const PlateGap& gap : space.gaps) {
-        if (gap.gap > rules.together) continue;
+        if (gap.gap > rules.simultaneity_gap) continue;
         const Vector normal{0.0, 0.0, gap.side};
         const Shape& shape = kind.shape;
         space.contacts.push_back({.first = 0,
@@ -116,7 +120,7 @@ void strike(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& 
                                   .normal = normal,
                                   .arm_first = shape.at[gap.sphere] * rod.axis - shape.radius[gap.sphere] * normal,
                                   .arm_second = {},
-                                  .wall_velocity = {0.0, 0.0, base.speed},
+                                  .wall_velocity = {0.0, 0.0, base.velocity},
                                   .restitution = kind.restitution,
                                   .friction = kind.friction,
                                   .impulse = {}});
@@ -124,18 +128,18 @@ void strike(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& 
         any = any || gap.speed < 0.0;
     }
     if (!any) return;
-    Mover mover = mover_of(rod, kind.shape);
-    const ImpactOutcome outcome = resolve({&mover, 1}, space.contacts, rules.law);
+    ImpactBody body = impact_body_of(rod, kind.shape);
+    const ImpactOutcome outcome = resolve({&body, 1}, space.contacts, rules.law);
     balance.plates += outcome.walls;
     balance.impact += outcome.normal;
     balance.friction += outcome.friction;
     for (const double approach : space.approach) {
         if (approach <= 0.0) continue;
         if (approach > counted_speed) ++counts.rod_plate;
-        if (rules.kick > 0.0) kick(mover, rules.kick * approach * sign_of_kick(memory, number, rules.seed), balance);
+        if (rules.kick > 0.0) kick_spin(body, rules.kick * approach, memory, number, rules.seed, balance);
     }
-    rod.velocity = mover.velocity;
-    rod.angular_momentum = angular_momentum(mover);
+    rod.velocity = body.velocity;
+    rod.angular_momentum = angular_momentum(body);
 }
 }  // namespace
 
@@ -143,7 +147,7 @@ RodKind make_rod_kind(const Shape& shape, double restitution, double friction) {
     RodKind kind{.shape = shape, .bearing = {}, .restitution = restitution, .friction = friction};
     const std::size_t count = shape.at.size();
     for (std::size_t k = 0; k < count; ++k) {
-        // Left out: a sphere inside the cone of two others, or not wider than one at its own place.
+        // A sphere inside the cone of two others cannot touch a plate.
         bool covered = false;
         for (std::size_t i = 0; i < k && !covered; ++i)
             for (std::size_t j = k + 1; j < count && !covered; ++j) {
@@ -155,28 +159,29 @@ RodKind make_rod_kind(const Shape& shape, double restitution, double friction) {
     return kind;
 }
 
-void fly(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
-         const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
-         Counts& counts) {
+void fly_rod(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
+             const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
+             Counts& counts) {
     double now = 0.0;
-    Flight base = plates.base(0.0);
+    PlateState base = plates.base(0.0);
     for (;;) {
         find_gaps(rod, kind, acceleration.z, plates, base, space.gaps);
         double next = never;
-        for (const PlateGap& gap : space.gaps) next = std::min(next, closing_time(gap.gap, gap.speed, gap.push));
+        for (const PlateGap& gap : space.gaps)
+            next = std::min(next, closing_time(gap.gap, gap.speed, gap.acceleration));
         next = std::max(next, rules.substep - memory.since_impact);
         if (now + next >= dt) break;
         if (next > 0.0) {
-            move(rod, kind.shape, acceleration, next, balance);
+            drift_rod(rod, kind.shape, acceleration, next, balance);
             now += next;
             base = plates.base(now);
         }
-        take_out(rod, kind, plates, base);
+        remove_plate_overlaps(rod, kind, plates, base);
         find_gaps(rod, kind, acceleration.z, plates, base, space.gaps);
-        strike(rod, memory, number, kind, rules, base, space, balance, counts);
+        resolve_plate_impact(rod, memory, number, kind, rules, base, space, balance, counts);
         memory.since_impact = 0.0;
     }
-    move(rod, kind.shape, acceleration, dt - now, balance);
+    drift_rod(rod, kind.shape, acceleration, dt - now, balance);
     memory.since_impact += dt - now;
 }
 

@@ -5,55 +5,63 @@
 
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/impact.hpp"
+#include "drover/dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
-#include "plate_motion.hpp"
 
 namespace drover::dem {
 
-/// What a rod of one shape needs while it flies.
+/// Constants of all rods of one shape.
 struct RodKind {
     Shape shape;
-    std::vector<std::uint32_t> bearing;  ///< spheres that can touch a plate: those on the hull
+    std::vector<std::uint32_t> bearing;  ///< spheres that can touch a plate: those on the convex hull
     double restitution = 0.0, friction = 0.0;
 };
 RodKind make_rod_kind(const Shape& shape, double restitution, double friction);
 
-/// What all rods share.
+/// Constants of all rods.
 struct FlightRules {
     ImpactLaw law;
-    double substep = 0.0;   ///< least time between impacts on the plates [s]
-    double together = 0.0;  ///< gaps that act at once [mm]
-    double kick = 0.0;      ///< [rad/mm]
+    double substep = 0.0;           ///< minimum time between impacts on the plates [s]
+    double simultaneity_gap = 0.0;  ///< contacts with smaller gaps act in one impact [mm]
+    double kick = 0.0;              ///< [rad/mm]
     std::uint64_t seed = 0;
 };
 
-/// What a rod keeps of its impacts on the plates.
+/// State of a rod that comes from its impacts on the plates.
 struct PlateMemory {
     std::int64_t hits = 0;      ///< since the start: the number of the next kick
     std::uint32_t signs = 0;    ///< of the kicks of this block of 32 hits
-    double since_impact = 1.0;  ///< time from the last one [s]
+    double since_impact = 1.0;  ///< time since the last impact [s]
 };
 
-/// A sphere of a rod over the base (side +1) or under the lid (-1): its gap and how it changes.
+/// Gap of a sphere over the base (side +1) or under the lid (-1), with its first and second derivative in time.
 struct PlateGap {
     std::uint32_t sphere;
-    double side, gap, speed, push;
+    double side, gap, speed, acceleration;
 };
 
-/// Room for the gaps and contacts of one rod, used again for the next.
+/// Scratch memory, reused from rod to rod.
 struct FlightSpace {
     std::vector<PlateGap> gaps;
     std::vector<Contact> contacts;
     std::vector<double> approach;
 };
 
-/// Moves a rod by dt under a uniform acceleration, with all its impacts on base and lid.  `plates` stand at the start.
-void fly(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
-         const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
-         Counts& counts);
+/// Moves a rod by dt under a uniform acceleration, with all its impacts on base and lid.  `plates` are at the start of
+/// the step.
+void fly_rod(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
+             const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
+             Counts& counts);
 
-/// The rod as an impact sees it, and its momentum after one.
-Mover mover_of(const Rod& rod, const Shape& shape);
-Vector angular_momentum(const Mover& mover);
+/// Free motion under a uniform acceleration.
+void drift_rod(Rod& rod, const Shape& shape, const Vector& acceleration, double tau, EnergyBalance& balance);
+
+/// omega_z += size or -size, with equal probability.
+void kick_spin(ImpactBody& rod, double size, PlateMemory& memory, std::uint64_t number, std::uint64_t seed,
+               EnergyBalance& balance);
+
+/// The rod as the impact laws see it, and its angular momentum after an impact.
+ImpactBody impact_body_of(const Rod& rod, const Shape& shape);
+Vector angular_momentum(const ImpactBody& body);
 
 }  // namespace drover::dem

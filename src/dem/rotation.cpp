@@ -18,7 +18,7 @@ Vector turned_freely(const Vector& axis, const Vector& angular_momentum, double 
     const double size = length(angular_momentum);
     if (size == 0.0) return axis;
     const double angle = size * dt / inertia_across;
-    // Steps turn by little: below 0.02 the series is exact to the last bit and a tenth of the work.
+    // Below 0.02 the series is exact to the last bit and ten times faster; rotations in a step are small.
     const auto sine_of = [](double x) {
         const double square = x * x;
         return square < 4e-4 ? x * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0))) : std::sin(x);

@@ -1,4 +1,5 @@
-// dem/setup_schema.cpp: what a scene may say of each section of a particle world.
+// dem/setup_schema.cpp: the input keys of each section of a particle world.
+#include "drover/dem/contact_law.hpp"
 #include "drover/dem/setup.hpp"
 
 namespace drover {
@@ -11,8 +12,8 @@ const std::vector<Row<Cell>>& schema<Cell>() {
         {.name = "shape",
          .member = &Cell::shape,
          .choices = {"periodic", "rectangle", "circle", "flower"},
-         .doc = "the sides: periodic in x and y; or an upright wall: a rectangle, a circle, or arcs that meet in "
-                "inner corners and turn bodies back inwards"},
+         .doc = "shape of the cell: periodic in x and y, or with a vertical side wall: a rectangle, a circle, or a "
+                "flower of arcs that meet in inner corners and turn bodies back inwards"},
         {.name = "lx",
          .member = &Cell::lx,
          .unit = "mm",
@@ -42,35 +43,37 @@ const std::vector<Row<Cell>>& schema<Cell>() {
 
 template <>
 const std::vector<Row<Plates>>& schema<Plates>() {
-    static const std::vector<Row<Plates>> rows{
-        {.name = "amplitude",
-         .member = &Plates::amplitude,
-         .unit = "mm",
-         .range = not_negative,
-         .doc = "A: base and lid move together, the base at z = A (1 + cos(2 pi f t)); 0: they are still"},
-        {.name = "frequency",
-         .member = &Plates::frequency,
-         .unit = "1/s",
-         .range = positive,
-         .doc = "f: of the vibration"},
-        {.name = "gap",
-         .member = &Plates::gap,
-         .unit = "mm",
-         .range = positive,
-         .doc = "w: height of the lid above the base; every body must be thinner"},
-        {.name = "lid", .member = &Plates::lid, .doc = "whether there is a lid"}};
+    static const std::vector<Row<Plates>> rows{{.name = "amplitude",
+                                                .member = &Plates::amplitude,
+                                                .unit = "mm",
+                                                .range = not_negative,
+                                                .doc = "amplitude A of the vibration: the base is at z = A (1 + cos(2 "
+                                                       "pi f t)), and the lid moves with it; 0: at rest"},
+                                               {.name = "frequency",
+                                                .member = &Plates::frequency,
+                                                .unit = "1/s",
+                                                .range = positive,
+                                                .doc = "frequency f of the vibration"},
+                                               {.name = "gap",
+                                                .member = &Plates::gap,
+                                                .unit = "mm",
+                                                .range = positive,
+                                                .doc = "height of the lid above the base; every body must be thinner"},
+                                               {.name = "lid",
+                                                .member = &Plates::lid,
+                                                .doc = "whether there is a lid"}};
     return rows;
 }
 
 template <>
 const std::vector<Row<Gravity>>& schema<Gravity>() {
     static const std::vector<Row<Gravity>> rows{
-        {.name = "x", .member = &Gravity::x, .unit = "mm/s^2", .doc = "acceleration along x, of tilted plates"},
-        {.name = "y", .member = &Gravity::y, .unit = "mm/s^2", .doc = "acceleration along y, of tilted plates"},
+        {.name = "x", .member = &Gravity::x, .unit = "mm/s^2", .doc = "acceleration along x; not 0 for tilted plates"},
+        {.name = "y", .member = &Gravity::y, .unit = "mm/s^2", .doc = "acceleration along y; not 0 for tilted plates"},
         {.name = "z",
          .member = &Gravity::z,
          .unit = "mm/s^2",
-         .doc = "acceleration along z, upwards: below 0 on Earth"}};
+         .doc = "acceleration along z (upwards); negative on Earth"}};
     return rows;
 }
 
@@ -80,7 +83,7 @@ const std::vector<Row<BeadSupply>>& schema<BeadSupply>() {
         {.name = "area_fraction",
          .member = &BeadSupply::area_fraction,
          .range = {.min = 0.0, .max = 1.0},
-         .doc = "Phi_b: projected area of all beads over the area of the cell, when count is 0"},
+         .doc = "area fraction Phi_b: projected area of all beads over the area of the cell, if count is 0"},
         {.name = "count",
          .member = &BeadSupply::count,
          .range = {.min = 0, .max = 1e7},
@@ -89,16 +92,16 @@ const std::vector<Row<BeadSupply>>& schema<BeadSupply>() {
          .member = &BeadSupply::diameters,
          .unit = "mm",
          .range = positive,
-         .doc = "of the beads of a mixture; a list of one, as [0.8]: all beads alike"},
-        {.name = "parts",
-         .member = &BeadSupply::parts,
+         .doc = "diameters of the beads, one for each component of a mixture"},
+        {.name = "proportions",
+         .member = &BeadSupply::proportions,
          .range = not_negative,
-         .doc = "proportions, by number, of the diameters; only their ratios count"},
+         .doc = "proportions of the diameters, by number; only their ratios matter"},
         {.name = "density",
          .member = &BeadSupply::density,
          .unit = "mg/mm^3",
          .range = positive,
-         .doc = "of the material: 2.7 aluminium, 7.8 steel, 2.5 glass"}};
+         .doc = "density of the material: 2.7 aluminium, 7.8 steel, 2.5 glass"}};
     return rows;
 }
 
@@ -108,7 +111,7 @@ const std::vector<Row<RodSupply>>& schema<RodSupply>() {
         {.name = "area_fraction",
          .member = &RodSupply::area_fraction,
          .range = {.min = 0.0, .max = 1.0},
-         .doc = "Phi_r: projected area of all rods, lying, over the area of the cell, when count is 0"},
+         .doc = "area fraction Phi_r: projected area of all lying rods over the area of the cell, if count is 0"},
         {.name = "count",
          .member = &RodSupply::count,
          .range = {.min = 0, .max = 1e6},
@@ -117,29 +120,29 @@ const std::vector<Row<RodSupply>>& schema<RodSupply>() {
          .member = &RodSupply::diameters,
          .unit = "mm",
          .range = positive,
-         .doc = "of the spheres, equally spaced on the axis from tail to head, whose union a rod is"},
+         .doc = "diameters of the spheres whose union is a rod, equally spaced on its axis from tail to head"},
         {.name = "length",
          .member = &RodSupply::length,
          .unit = "mm",
          .range = positive,
-         .doc = "from tip to tip; of no effect on a rod of one sphere"},
+         .doc = "length from tip to tip; ignored for a rod of one sphere"},
         {.name = "densities",
          .member = &RodSupply::densities,
          .unit = "mg/mm^3",
          .range = not_negative,
-         .doc =
-             "of the material: a list of one, or of one for each sphere, which holds where that sphere is the widest"},
+         .doc = "density of the material: one number, or one for each sphere, which applies where that sphere is the "
+                "widest"},
         {.name = "size_tolerance",
          .member = &RodSupply::size_tolerance,
          .range = {.min = 0.0, .max = 0.1},
-         .doc = "standard deviation of the sizes of rods, beside their mean: all lengths of a rod are scaled alike"}};
+         .doc = "standard deviation of the relative size of rods; all lengths of a rod have the same scale factor"}};
     return rows;
 }
 
 namespace {
 template <class Struct>
-Row<Struct> coefficient(const char* name, double Struct::*member, const Range& range, const char* sentence) {
-    return {.name = name, .member = member, .range = range, .doc = sentence};
+Row<Struct> coefficient(const char* name, double Struct::*member, const Range& range, const char* doc) {
+    return {.name = name, .member = member, .range = range, .doc = doc};
 }
 }  // namespace
 
@@ -148,7 +151,7 @@ const std::vector<Row<Restitution>>& schema<Restitution>() {
     constexpr Range range{.min = 0.0, .max = 1.0};
     static const std::vector<Row<Restitution>> rows{
         coefficient("bead_bead", &Restitution::bead_bead, range,
-                    "e of two beads: 0: they part without rebound, 1: they lose no energy"),
+                    "coefficient of restitution e of two beads: 0: no rebound, 1: no loss of energy"),
         coefficient("rod_bead", &Restitution::rod_bead, range, "e of a rod and a bead"),
         coefficient("rod_rod", &Restitution::rod_rod, range, "e of two rods"),
         coefficient("bead_plate", &Restitution::bead_plate, range, "e of a bead on base or lid"),
@@ -161,7 +164,7 @@ const std::vector<Row<Restitution>>& schema<Restitution>() {
 template <>
 const std::vector<Row<Friction>>& schema<Friction>() {
     static const std::vector<Row<Friction>> rows{
-        coefficient("bead_bead", &Friction::bead_bead, not_negative, "mu of two beads, as Coulomb's law has it"),
+        coefficient("bead_bead", &Friction::bead_bead, not_negative, "coefficient of Coulomb friction mu of two beads"),
         coefficient("rod_bead", &Friction::rod_bead, not_negative, "mu of a rod and a bead"),
         coefficient("rod_rod", &Friction::rod_rod, not_negative, "mu of two rods"),
         coefficient("bead_plate", &Friction::bead_plate, not_negative, "mu of a bead on base or lid"),
@@ -178,8 +181,8 @@ const std::vector<Row<Kick>>& schema<Kick>() {
          .member = &Kick::strength,
          .unit = "rad/mm",
          .range = not_negative,
-         .doc = "epsilon: when a rod hits base or lid with normal approach speed v its spin about z changes by "
-                "epsilon v, to either side with equal probability"}};
+         .doc = "epsilon: an impact of a rod on base or lid with normal approach speed v changes its spin about z by "
+                "+epsilon v or -epsilon v with equal probability"}};
     return rows;
 }
 
@@ -195,79 +198,101 @@ const std::vector<Row<BodyForces>>& schema<BodyForces>() {
          .member = &BodyForces::torque,
          .unit = "mg mm^2/s^2",
          .range = not_negative,
-         .doc = "h: of a field that orients rods by the torque n x h"},
-        {.name = "angle", .member = &BodyForces::angle, .unit = "rad", .doc = "direction of that field, from x"},
+         .doc = "strength of the field h that orients rods by the torque n x h"},
+        {.name = "angle", .member = &BodyForces::angle, .unit = "rad", .doc = "direction of the field h, from x"},
         {.name = "hold_beads",
          .member = &BodyForces::hold_beads,
-         .doc = "whether a force, the same on every bead, keeps the mean velocity of the beads"},
+         .doc = "whether an equal force on every bead keeps the mean velocity of the beads constant"},
         {.name = "bead_velocity_x",
          .member = &BodyForces::bead_velocity_x,
          .unit = "mm/s",
-         .doc = "the mean velocity that hold_beads keeps, along x"},
+         .doc = "mean velocity that hold_beads keeps, along x"},
         {.name = "bead_velocity_y",
          .member = &BodyForces::bead_velocity_y,
          .unit = "mm/s",
-         .doc = "the mean velocity that hold_beads keeps, along y"},
+         .doc = "mean velocity that hold_beads keeps, along y"},
         {.name = "held_waves",
          .member = &BodyForces::held_waves,
          .range = not_negative,
-         .doc = "what hold_beads keeps: 0: the mean velocity; k: the part of the flow that goes as "
-                "sin(2 pi k y/ly), with bead_velocity_x and bead_velocity_y its amplitude"},
+         .doc =
+             "0: hold_beads keeps the mean velocity; k: it keeps the mode sin(2 pi k y/ly) of the flow, with amplitude "
+             "bead_velocity_x, bead_velocity_y"},
         {.name = "push",
          .member = &BodyForces::push,
          .unit = force,
-         .doc = "of a force push sin(2 pi push_waves x/lx) along x on each bead"},
+         .doc = "amplitude of the force push sin(2 pi push_waves x/lx) along x on each bead"},
         {.name = "push_waves",
          .member = &BodyForces::push_waves,
          .range = {.min = 1},
-         .doc = "waves of push across the cell"}};
+         .doc = "number of periods of push across the cell"}};
     return rows;
 }
 
 template <>
 const std::vector<Row<ContactControl>>& schema<ContactControl>() {
     static const std::vector<Row<ContactControl>> rows{
+        {.name = "model",
+         .member = &ContactControl::model,
+         .choices = contact_models(),
+         .doc = "contact law: impulse: bodies are rigid and impacts take no time; spring-dashpot: bodies are soft, "
+                "and contacts are linear springs with damping and friction (an independent check, with far smaller "
+                "time steps)"},
         {.name = "law",
          .member = &ContactControl::law,
          .choices = {"simultaneous", "approaching-first", "first-to-last", "last-to-first"},
-         .doc = "how contacts of one group share an impact: all at once, or one after the other, beginning with "
-                "the one that approaches fastest, the first or the last"},
+         .doc =
+             "impulse: how contacts of one group share an impact: simultaneously, or one after another, starting with "
+             "the fastest approach, the first or the last contact"},
         {.name = "restitution",
          .member = &ContactControl::restitution,
          .choices = {"energetic", "kinetic", "kinematic"},
-         .doc = "what e is the ratio of: squared, of the work in restitution and compression (Stronge); of the "
-                "impulses (Poisson); of the velocities (Newton), which can make energy where the slip turns"},
+         .doc =
+             "impulse: definition of e: energetic: e^2 is the ratio of the work of restitution to that of compression "
+             "(Stronge); kinetic: of the impulses (Poisson); kinematic: of the velocities (Newton), which can create "
+             "energy where the slip turns"},
         {.name = "track_slip",
          .member = &ContactControl::track_slip,
-         .doc = "whether friction follows the slip through the impact; false: it keeps its first direction"},
+         .doc = "impulse: whether friction follows the slip through the impact; false: it keeps its initial direction"},
         {.name = "increments",
          .member = &ContactControl::increments,
          .range = {.min = 1, .max = 100000},
-         .doc = "into how many parts an impact whose slip turns is cut"},
-        {.name = "slow",
-         .member = &ContactControl::slow,
+         .doc = "impulse: number of increments of an impact whose slip turns"},
+        {.name = "inelastic_threshold",
+         .member = &ContactControl::inelastic_threshold,
          .range = {.min = 0.0, .max = 1.0},
-         .doc = "approaches in a group of contacts slower than this times 1 - e of its fastest end without "
+         .doc = "impulse: approaches in a group of contacts slower than this times 1 - e of its fastest end without "
                 "rebound; 0: none do"},
         {.name = "substep",
          .member = &ContactControl::substep,
          .unit = "s",
          .range = positive,
-         .doc = "least time between two impacts of a rod on the plates; shorter ones are taken together"},
-        {.name = "together",
-         .member = &ContactControl::together,
+         .doc = "impulse: minimum time between two impacts of a rod on the plates; faster ones are merged"},
+        {.name = "simultaneity_gap",
+         .member = &ContactControl::simultaneity_gap,
          .unit = "mm",
          .range = not_negative,
-         .doc = "contacts of a body whose gaps are below this act in one impact"},
+         .doc = "impulse: contacts of a body with smaller gaps act in one impact"},
+        {.name = "stiffness",
+         .member = &ContactControl::stiffness,
+         .unit = "mg/s^2",
+         .range = positive,
+         .doc = "spring-dashpot: normal stiffness of all contacts; a larger one needs a smaller time.dt"},
+        {.name = "tangential_stiffness_ratio",
+         .member = &ContactControl::tangential_stiffness_ratio,
+         .range = positive,
+         .doc = "spring-dashpot: tangential over normal stiffness; 2/7 gives both the same period in contacts of solid "
+                "spheres"},
         {.name = "skin",
          .member = &ContactControl::skin,
          .unit = "mm",
          .range = positive,
-         .doc = "width beyond touching of the neighbour list; changes the speed of a run, not its physics"},
+         .doc = "margin of the neighbour list; affects the speed of a run, not its physics"},
         {.name = "max_overlap",
          .member = &ContactControl::max_overlap,
          .range = {.min = 0.0, .max = 1.0, .min_open = true},
-         .doc = "deepest overlap allowed, beside the smaller radius; beyond it the run stops: dt is too long"}};
+         .doc = "largest allowed overlap, relative to the smaller radius; a run with a larger one fails: dt is too "
+                "long or "
+                "contacts are too soft"}};
     return rows;
 }
 
@@ -277,13 +302,12 @@ const std::vector<Row<Packing>>& schema<Packing>() {
         {.name = "kind",
          .member = &Packing::kind,
          .choices = {"random", "aligned", "file"},
-         .doc = "bodies at the start: at random places and directions; at random places, all rods along x; as in "
-                "a file"},
-        {.name = "file", .member = &Packing::file, .doc = "kind \"file\": an H5MD file of the same bodies"},
+         .doc = "initial bodies: random positions and directions; random positions with all rods along x; from a file"},
+        {.name = "file", .member = &Packing::file, .doc = "file: an H5MD file of the same bodies"},
         {.name = "frame",
          .member = &Packing::frame,
          .range = {.min = -1},
-         .doc = "kind \"file\": which frame of it, from 0; -1: the last"}};
+         .doc = "file: index of its frame, from 0; -1: the last"}};
     return rows;
 }
 

@@ -16,7 +16,7 @@ struct Stretch {
     const AxisSphere* sphere = nullptr;
 };
 
-/// Where two spheres are equally wide: r^2 of both differ by a linear function of z.
+/// Position at which two spheres are equally wide: the difference of r^2 is linear in z.
 double equal_place(const AxisSphere& a, const AxisSphere& b) {
     return (a.radius * a.radius - b.radius * b.radius - a.at * a.at + b.at * b.at) / (2.0 * (b.at - a.at));
 }
@@ -87,7 +87,7 @@ Shape make_shape(std::vector<AxisSphere> spheres, const SourceLocation& where) {
     require(shape.mass > 0.0, where, "a body without mass; expected a density > 0 somewhere");
     const double centre = first / shape.mass;
     for (const Stretch& part : parts) {
-        // About the centre of mass: z = own place + offset.
+        // Relative to the centre of mass: z = position in the sphere + offset.
         const Moments m = moments(part);
         const double offset = part.sphere->at - centre, density = pi * part.sphere->density;
         shape.inertia_along += 0.5 * density * m.fourth;

@@ -1,4 +1,4 @@
-// dem/supply.hpp: what the supplies of a setup ask for: how many bodies, and of which shape.
+// dem/supply.hpp: numbers and shapes of the bodies that a setup asks for.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -13,11 +13,11 @@ Shape rod_shape(const RodSupply& rods, double scale, const LocationOf& place);
 /// Mean projected area of a bead of the mixture [mm^2].
 double mean_area(const BeadSupply& beads);
 
-/// How many bodies an area fraction, or a count above 0, asks for; 0 where area is 0.
+/// `count` if it is above 0, or else the number of bodies that have the area fraction.
 std::int64_t count_of(int count, double area_fraction, double area_cell, double area_body);
 
-/// `count` in the proportions of `parts`, each rounded down, what is left going to the largest remainders.
-std::vector<std::int64_t> dealt(std::int64_t count, const std::vector<double>& parts);
+/// Whole numbers that sum to `count` in these proportions, by largest remainders.
+std::vector<std::int64_t> apportioned(std::int64_t count, const std::vector<double>& proportions);
 
 /// Diameter of the largest sphere of a shape [mm].
 double thickness(const Shape& shape);

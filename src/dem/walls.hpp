@@ -1,11 +1,11 @@
-// dem/walls.hpp: the side walls of one cell, for many questions.
+// dem/walls.hpp: the side walls of one cell, for repeated searches.
 #pragma once
 #include "drover/dem/wall.hpp"
 #include "flower.hpp"
 
 namespace drover::dem {
 
-/// Answers as walls_near() does, with what all places share found once.
+/// The same results as walls_near(), with the geometry of the cell computed once.
 class Walls {
 public:
     explicit Walls(const Cell& cell);
@@ -15,7 +15,7 @@ private:
     enum class Shape { none, rectangle, circle, flower };
     Cell cell_;
     Shape shape_ = Shape::none;
-    Flower flower_;  ///< of a flower alone
+    Flower flower_;  ///< if the cell is a flower
 };
 
 }  // namespace drover::dem

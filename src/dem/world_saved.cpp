@@ -7,7 +7,7 @@
 namespace drover::dem {
 
 namespace {
-/// Visits every number of the state that changes from step to step, in one order for both directions.
+/// Visits every number that changes from step to step, in the same order for saving and restoring.
 template <class Visit>
 void for_numbers(EnergyBalance& balance, Visit visit) {
     for (const auto part : balance_parts) visit(balance.*part);
@@ -24,7 +24,7 @@ void for_numbers(Counts& counts, Visit visit) {
 }
 
 template <class Visit>
-void for_numbers(Overlap& overlap, Visit visit) {
+void for_numbers(OverlapRecord& overlap, Visit visit) {
     visit(overlap.depth);
     visit(overlap.of_radius);
     visit(overlap.time);
@@ -43,20 +43,21 @@ void for_numbers(Vector& v, Visit visit) {
 }
 
 template <class Visit>
-void for_numbers(Lane& lane, Visit visit) {
+void for_numbers(Vec4d& v, Visit visit) {
     for (int k = 0; k < 4; ++k) {
-        double number = lane[k];
+        double number = v[k];
         visit(number);
-        lane[k] = number;
+        v[k] = number;
     }
 }
 
-/// The beads stand in the order of the last neighbour list and keep it, with the places of that time: the list comes out the same.
+/// Beads keep the order of the last neighbour list and the positions at which it was made, so that the same list is
+/// made again.
 template <class Visit>
 void for_numbers(Spheres& spheres, Visit visit) {
     for (std::size_t s = 0; s < spheres.beads.size(); ++s) {
-        for (Lane* lane : {&spheres.place[s], &spheres.beads.velocity[s], &spheres.beads.spin[s]})
-            for_numbers(*lane, visit);
+        for (Vec4d* v : {&spheres.position[s], &spheres.beads.velocity[s], &spheres.beads.spin[s]})
+            for_numbers(*v, visit);
         visit(spheres.beads.number[s]);
         visit(spheres.beads.shape[s]);
         for (auto& image : spheres.beads.image[s]) visit(image);
@@ -75,9 +76,19 @@ void for_numbers(Spheres& spheres, Visit visit) {
 }
 }  // namespace
 
-/// The whole of it.
 template <class Visit>
-static void for_state(Spheres& spheres, EnergyBalance& balance, Counts& counts, Overlap& overlap, double& start,
+static void for_numbers(SoftRecord& record, Visit visit) {
+    visit(record.first);
+    visit(record.second);
+    for (Vector* v : {&record.normal, &record.arm_first, &record.arm_second, &record.surface_velocity, &record.force,
+                      &record.stretch})
+        for_numbers(*v, visit);
+    for (double* number : {&record.overlap, &record.damping, &record.stored}) visit(*number);
+}
+
+/// The state without soft contacts.
+template <class Visit>
+static void for_state(Spheres& spheres, EnergyBalance& balance, Counts& counts, OverlapRecord& overlap, double& start,
                       Visit visit) {
     for_numbers(spheres, visit);
     for_numbers(balance, visit);
@@ -89,20 +100,31 @@ static void for_state(Spheres& spheres, EnergyBalance& balance, Counts& counts, 
 std::vector<double> World::save() const {
     std::vector<double> numbers;
     State& s = *state_;
-    for_state(s.spheres, s.balance, s.counts, s.overlap, s.bead_potential_start,
-              [&](const auto& number) { numbers.push_back(static_cast<double>(number)); });
+    const auto write = [&](const auto& number) { numbers.push_back(static_cast<double>(number)); };
+    for_state(s.spheres, s.balance, s.counts, s.worst_overlap, s.bead_potential_start, write);
+    for (SoftRecord& record : s.soft_contacts.records()) for_numbers(record, write);
     return numbers;
 }
 
 void World::restore(std::span<const double> numbers) {
     State& s = *state_;
-    const std::size_t wanted = save().size();
-    require(numbers.size() == wanted, {}, "the checkpoint holds {} numbers; this scene's state has {}", numbers.size(),
-            wanted);
+    std::size_t fixed = 0, each = 0;
+    SoftRecord blank;
+    for_state(s.spheres, s.balance, s.counts, s.worst_overlap, s.bead_potential_start, [&](const auto&) { ++fixed; });
+    for_numbers(blank, [&](const auto&) { ++each; });
+    const bool soft = !std::holds_alternative<ImpactLaw>(s.law);
+    const std::size_t records = soft && numbers.size() > fixed ? (numbers.size() - fixed) / each : 0;
+    require(numbers.size() == fixed + records * each, {},
+            "the checkpoint holds {} numbers; the state of this scene has {}", numbers.size(),
+            soft ? text("{} and {} for each contact", fixed, each) : text("{}", fixed));
     std::size_t next = 0;
-    for_state(s.spheres, s.balance, s.counts, s.overlap, s.bead_potential_start,
-              [&](auto& number) { number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]); });
-    for (std::size_t r = 0; r < s.spheres.rods.size(); ++r) place_spheres(s.spheres, r);
+    const auto read = [&](auto& number) {
+        number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]);
+    };
+    for_state(s.spheres, s.balance, s.counts, s.worst_overlap, s.bead_potential_start, read);
+    s.soft_contacts.records().assign(records, {});
+    for (SoftRecord& record : s.soft_contacts.records()) for_numbers(record, read);
+    for (std::size_t r = 0; r < s.spheres.rods.size(); ++r) set_rod_spheres(s.spheres, r);
     list_again(s.setup.cell, s.setup.contacts.skin, s.spheres, s.neighbours, s.threads);
 }
 

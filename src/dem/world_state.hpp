@@ -1,18 +1,21 @@
-// dem/world_state.hpp: all that a world holds, and the parts of its step.
+// dem/world_state.hpp: the state of a world, and the parts of its step.
 #pragma once
 #include <vector>
 
 #include "bead_flight.hpp"
+#include "drover/dem/contact_law.hpp"
 #include "drover/dem/world.hpp"
 #include "neighbours.hpp"
+#include "pair_impacts.hpp"
 #include "rod_flight.hpp"
+#include "soft_contacts.hpp"
 #include "spheres.hpp"
-#include "touch.hpp"
 
 namespace drover::dem {
 
 struct World::State {
     Setup setup;
+    ContactLaw law;
     double dt = 0.0;
     Threads& threads;
     std::vector<Shape> shapes;
@@ -22,40 +25,49 @@ struct World::State {
     BeadRules bead_rules;
     FlightRules rod_rules;
     Vector rod_force;
-    TouchRules touch_rules;
-    TouchSolver touches;
+    PairRules pair_rules;
+    PairImpacts pair_impacts;
+    SoftRules soft_rules;
+    SoftContacts soft_contacts;
     Walls walls;
     EnergyBalance balance;
     Counts counts;
-    Overlap overlap;
+    OverlapRecord worst_overlap;
     double bead_potential_start = 0.0;
-    bool astray = false;
+    bool left_skin = false;  // since the neighbour list was made
 
-    struct Part {
+    struct ChunkResult {
         EnergyBalance balance;
         Counts counts;
-        bool astray = false;
+        bool left_skin = false;
     };
-    std::vector<Part> parts;
+    std::vector<ChunkResult> results;
 
     State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads);
 
-    /// Sum of (m g + F) . x of the beads: its change is the work of gravity and force on them, but for what moves beads out of overlaps, which
-    /// takes itself off the balance.  So free flight keeps no books.
+    /// Sum of (m g + F) . x of the beads.  Its change is the work of gravity and force on them, except for position
+    /// corrections, which subtract theirs from the balance; so free flight needs no accounting.
     double bead_potential() const;
 
-    /// A place with the turns round a periodic cell that were taken off it.
-    Vector unwrapped(const Vector& place, const std::array<std::int32_t, 2>& image) const;
+    /// A position plus the periods that were taken off it.
+    Vector unwrapped(const Vector& position, const std::array<std::int32_t, 2>& image) const;
 
     template <class Work>
-    void in_parts(std::size_t length, std::size_t chunk, Work work);
-    void fly_all_beads();
-    void fly_rods();
+    void run_chunks(std::size_t length, std::size_t chunk, Work work);
+    template <class Move>
+    void move_rods(Move move);
+    void renew_lists();
+
+    /// The motion of one step under each kind of contact law.
+    ContactReport step_with(const ImpactLaw& law);
+    template <SoftLaw Law>
+    ContactReport step_with(const Law& law);
+
     void set_forces(const BodyForces& forces);
     void turn_rods();
     void hold_beads();
     void push_beads();
-    void notice(const TouchReport& report, std::int64_t step);
+    void record_overlap(const ContactReport& report, std::int64_t step);
 };
 
 }  // namespace drover::dem

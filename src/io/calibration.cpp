@@ -1,4 +1,4 @@
-// io/calibration.cpp: tables of coefficients to HDF5 and back.
+// io/calibration.cpp: reads and writes tables of coefficients in HDF5.
 #include "drover/io/calibration.hpp"
 
 #include <algorithm>
@@ -36,16 +36,16 @@ void add_row(const calibrate::Table& table, const calibrate::TableRow& row, file
     const std::vector<std::string> axes = axes_of(table, row.by_rods);
     to.quantities.push_back({row.name, row.unit, row.formula, axes});
     to.quantities.push_back({row.name + "_error", row.unit, "standard error of " + row.name, axes});
-    to.quantities.push_back({row.name + "_trials", "1", "trials behind " + row.name, axes, true});
+    to.quantities.push_back({row.name + "_trials", "1", "number of trials of " + row.name, axes, true});
     to.quantities.push_back({row.name + "_origin", "1",
-                             "0 refused, 1 measured, 2 measured, short of the error asked, 3 closure, 4 set", axes,
-                             true});
+                             "0 missing, 1 measured, 2 measured with a larger error than requested, 3 closure, 4 set",
+                             axes, true});
     std::vector<double> values, errors, trials, origins;
-    for (const calibrate::TableEntry& known : row.known) {
-        values.push_back(known.value);
-        errors.push_back(known.error);
-        trials.push_back(known.trials);
-        origins.push_back(static_cast<double>(known.origin));
+    for (const calibrate::TableEntry& entry : row.entries) {
+        values.push_back(entry.value);
+        errors.push_back(entry.error);
+        trials.push_back(entry.trials);
+        origins.push_back(static_cast<double>(entry.origin));
     }
     for (std::vector<double>* one : {&values, &errors, &trials, &origins}) to.values.push_back(std::move(*one));
 }
@@ -61,10 +61,9 @@ files::ResultTable results_of(const calibrate::Table& table) {
     files::ResultTable results{.group = group, .axes = {}, .quantities = {}, .values = {}};
     if (!table.varied_key.empty())
         results.axes.push_back({axis_of(table.varied_key), unit_of(table.varied_key), table.varied_key, table.varied});
-    results.axes.push_back({bead_axis, "1", "projected area of beads over that of the cell", table.bead_fractions});
+    results.axes.push_back({bead_axis, "1", "projected area of beads/area of the cell", table.bead_fractions});
     if (!table.rod_fractions.empty())
-        results.axes.push_back(
-            {rod_axis, "1", "projected area of lying rods over that of the cell", table.rod_fractions});
+        results.axes.push_back({rod_axis, "1", "projected area of lying rods/area of the cell", table.rod_fractions});
     for (const calibrate::TableRow& row : table.rows) add_row(table, row, results);
     return results;
 }
@@ -76,8 +75,8 @@ void write_calibration(const std::filesystem::path& file, const calibrate::Table
     std::string names, remarks;
     for (const calibrate::TableRow& row : table.rows) {
         names += (names.empty() ? "" : " ") + row.name;
-        for (std::size_t i = 0; i < row.known.size(); ++i)
-            if (std::string remark = row.known[i].remark; !remark.empty()) {
+        for (std::size_t i = 0; i < row.entries.size(); ++i)
+            if (std::string remark = row.entries[i].remark; !remark.empty()) {
                 std::replace(remark.begin(), remark.end(), '\n', ' ');
                 remarks += text("{}[{}]: {}\n", row.name, i, remark);
             }
@@ -97,10 +96,10 @@ void write_calibration(const std::filesystem::path& file, const calibrate::Table
 bool is_calibration(const files::ArchiveReader& archive) { return archive.has(path_of(bead_axis)); }
 
 namespace {
-/// A dataset of this shape, flattened.
+/// A dataset of this shape, flat.
 std::vector<double> read_shaped(const files::ArchiveReader& archive, const SourceLocation& where,
                                 const std::string& name, const std::vector<std::size_t>& shape) {
-    require(archive.has(path_of(name)), where, "has no {}; expected a complete table written by drover calibrate",
+    require(archive.has(path_of(name)), where, "{} is missing; expected a complete table written by drover calibrate",
             path_of(name));
     files::Array array = archive.read(path_of(name));
     const auto sizes = [](const std::vector<std::size_t>& of) {
@@ -115,7 +114,7 @@ std::vector<double> read_shaped(const files::ArchiveReader& archive, const Sourc
 
 std::vector<double> read_axis(const files::ArchiveReader& archive, const SourceLocation& where,
                               const std::string& name) {
-    require(archive.has(path_of(name)), where, "has no {}; expected a table written by drover calibrate",
+    require(archive.has(path_of(name)), where, "{} is missing; expected a table written by drover calibrate",
             path_of(name));
     files::Array array = archive.read(path_of(name));
     require(array.shape.size() == 1 && !array.values.empty(), where, "{} is not a list; expected an axis with values",
@@ -131,7 +130,7 @@ calibrate::Origin origin_of(double stored, const std::string& name, const Source
 
 void read_row(const files::ArchiveReader& archive, const SourceLocation& where, const calibrate::Table& table,
               calibrate::TableRow& row) {
-    require(archive.has(path_of(row.name)), where, "has no {}, which it lists; expected a complete table",
+    require(archive.has(path_of(row.name)), where, "{} is listed but missing; expected a complete table",
             path_of(row.name));
     std::vector<std::size_t> shape;
     if (!table.varied_key.empty()) shape.push_back(table.varied.size());
@@ -141,34 +140,34 @@ void read_row(const files::ArchiveReader& archive, const SourceLocation& where, 
     const auto read = [&](const char* part) { return read_shaped(archive, where, row.name + part, shape); };
     const std::vector<double> values = read(""), errors = read("_error"), trials = read("_trials"),
                               origins = read("_origin");
-    constexpr double max_trials = std::numeric_limits<int>::max();
+    constexpr double max_count = std::numeric_limits<int>::max();
     for (std::size_t i = 0; i < values.size(); ++i) {
-        require(trials[i] >= 0.0 && trials[i] <= max_trials, where, "{}_trials holds {}; expected 0 to {}", row.name,
-                trials[i], max_trials);
-        row.known.push_back({.value = values[i],
-                             .error = errors[i],
-                             .trials = static_cast<int>(trials[i]),
-                             .origin = origin_of(origins[i], row.name, where)});
+        require(trials[i] >= 0.0 && trials[i] <= max_count, where, "{}_trials holds {}; expected 0 to {}", row.name,
+                trials[i], max_count);
+        row.entries.push_back({.value = values[i],
+                               .error = errors[i],
+                               .trials = static_cast<int>(trials[i]),
+                               .origin = origin_of(origins[i], row.name, where)});
     }
     row.unit = archive.text_attribute(path_of(row.name), "units");
     row.formula = archive.text_attribute(path_of(row.name), "long_name");
 }
 
-/// Adds "drag[3]: a remark" to its entry; ignores other lines.
+/// Assigns "drag[3]: remark" to its entry; ignores other lines.
 void add_remark(const std::string& line, calibrate::Table& table) {
     const std::size_t open = line.find('['), close = line.find("]: ");
     if (open == std::string::npos || close == std::string::npos || close < open) return;
     for (calibrate::TableRow& row : table.rows)
         if (row.name == line.substr(0, open))
-            if (const std::size_t i = std::strtoull(line.c_str() + open + 1, nullptr, 10); i < row.known.size())
-                row.known[i].remark = line.substr(close + 3);
+            if (const std::size_t i = std::strtoull(line.c_str() + open + 1, nullptr, 10); i < row.entries.size())
+                row.entries[i].remark = line.substr(close + 3);
 }
 }  // namespace
 
 calibrate::Table read_calibration(const files::ArchiveReader& archive, const std::filesystem::path& file) {
     const SourceLocation where{.file = file.string()};
     require(is_calibration(archive), where,
-            "is not a table of coefficients: it has no {}; expected a file written by drover calibrate",
+            "not a table of coefficients: {} is missing; expected a file written by drover calibrate",
             path_of(bead_axis));
     calibrate::Table table{.varied_key = archive.text_attribute(varied_attribute),
                            .bead_fractions = read_axis(archive, where, bead_axis),
@@ -179,7 +178,7 @@ calibrate::Table read_calibration(const files::ArchiveReader& archive, const std
     std::istringstream names(archive.text_attribute(names_attribute)),
         remarks(archive.text_attribute(remarks_attribute));
     for (std::string name; names >> name;) {
-        table.rows.push_back({.name = name, .unit = {}, .formula = {}, .known = {}});
+        table.rows.push_back({.name = name, .unit = {}, .formula = {}, .entries = {}});
         read_row(archive, where, table, table.rows.back());
     }
     for (std::string line; std::getline(remarks, line);) add_remark(line, table);

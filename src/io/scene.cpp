@@ -4,32 +4,12 @@
 #include <algorithm>
 #include <array>
 
+#include "drover/physics/coefficient_registry.hpp"
+#include "io/scene_model.hpp"
+
 namespace drover::io {
 
 namespace {
-/// The sections of a model, in the order in which they are written: visit(name, doc, struct).
-template <class AnyModel, class Visit>
-void for_model_sections(AnyModel& model, Visit visit) {
-    visit("fields", "The fields of the model; the polar order p is always one.", model.fields);
-    visit("uniform", "The mean densities.", model.uniform);
-    visit("current", "Motion of rods along their order.", model.current);
-    visit("inertia", "Inertia of the beads and rods in the force balance.", model.inertia);
-    visit("drag", "Friction of the beads with the plate.", model.drag);
-    visit("viscosity", "Viscosity of the beads.", model.viscosity);
-    visit("driving", "Rods driving beads.", model.driving);
-    visit("stiffness", "Pressure on the beads.", model.stiffness);
-    visit("relaxation", "Relaxation and saturation of the order.", model.relaxation);
-    visit("elasticity", "Elasticity of the order.", model.elasticity);
-    visit("weathercock", "Beads turning rods.", model.weathercock);
-    visit("advection", "Self-advection of the order.", model.advection);
-    visit("pressure", "Rods turning away from high density.", model.pressure);
-    visit("diffusion", "Diffusion of the densities.", model.diffusion);
-    visit("noise", "Strengths of the noise.", model.noise);
-    visit("force", "An external force on the beads.", model.force);
-    visit("orienting_field", "An external field that orients rods.", model.orienting_field);
-    visit("table", "Coefficients measured on a mesh of densities.", model.table);
-}
-
 /// The sections of a particle world.
 template <class AnySetup, class Visit>
 void for_particle_sections(AnySetup& setup, Visit visit) {
@@ -48,14 +28,13 @@ void for_particle_sections(AnySetup& setup, Visit visit) {
 
 enum class SectionOf { fields, particles, both };
 
-/// All sections of all scenes.
+/// All sections of all scenes but those of the model, which come first in a scene of fields.
 template <class AnyScene, class Visit>
 void for_sections(AnyScene& scene, Visit visit) {
     const auto of = [&](SectionOf kind) {
         return [&visit, kind](const std::string& name, const char* doc, auto& part) { visit(kind, name, doc, part); };
     };
     const auto fields = of(SectionOf::fields), both = of(SectionOf::both);
-    for_model_sections(scene.model, fields);
     fields("grid", "The periodic cell and its grid.", scene.grid);
     fields("dealiasing", "Dealiasing of products of fields.", scene.dealiasing);
     for_particle_sections(scene.particles, of(SectionOf::particles));
@@ -90,6 +69,8 @@ bool is_of(const Scene& scene, const std::string& key) {
 
 std::vector<std::string> section_names(SectionOf kind) {
     std::vector<std::string> names;
+    if (kind == SectionOf::fields)
+        for (const physics::ModelSection& section : physics::model_sections()) names.push_back(section.name);
     const Scene defaults;
     for_sections(defaults, [&](SectionOf belongs, const std::string& name, const char*, const auto&) {
         if (belongs == kind) names.push_back(name);
@@ -98,11 +79,11 @@ std::vector<std::string> section_names(SectionOf kind) {
 }
 
 /// The kind of a scene, from its sections.  Throws an input Error when sections of both kinds are present.
-SceneKind kind_of(const SceneTables& tables) {
+SceneKind kind_of(const LocatedTables& tables) {
     const auto first_of = [&](SectionOf kind) {
         for (const std::string& name : section_names(kind))
             if (const auto table = tables.find(name); table != tables.end()) return table;
-        return tables.end();
+        return kind == SectionOf::fields ? tables.find("terms[1]") : tables.end();
     };
     const auto particles = first_of(SectionOf::particles), fields = first_of(SectionOf::fields);
     if (particles == tables.end()) return SceneKind::fields;
@@ -122,12 +103,13 @@ void reject_keys_of_fields(const Scene& scene) {
 
 }  // namespace
 
-Scene scene_of(const SceneTables& tables, const std::string& file) {
+Scene scene_of(const LocatedTables& tables, const std::string& file) {
     Scene scene;
     scene.file = file;
     scene.kind = kind_of(tables);
     if (scene.kind == SceneKind::particles) scene.time.dt = dt_of_particles;
-    std::vector<std::string> sections;
+    std::vector<std::string> sections = section_names(SectionOf::fields);
+    if (scene.kind == SceneKind::fields) read_model(tables, scene.model, scene.places);
     for_sections(scene, [&](SectionOf, const std::string& name, const char*, auto& part) {
         sections.push_back(name);
         const auto table = tables.find(name);
@@ -137,7 +119,7 @@ Scene scene_of(const SceneTables& tables, const std::string& file) {
     });
     if (scene.kind == SceneKind::particles) reject_keys_of_fields(scene);
     for (const auto& [name, table] : tables) {
-        if (std::find(sections.begin(), sections.end(), name) != sections.end()) continue;
+        if (std::find(sections.begin(), sections.end(), name) != sections.end() || is_model_table(name)) continue;
         const std::string near = nearest_name(name, sections);
         fail_input(table.where, "unknown table [{}]; {}", name,
                    near.empty() ? text("expected one of {}", joined(sections)) : text("did you mean [{}]?", near));
@@ -150,34 +132,26 @@ SourceLocation location_of(const Scene& scene, const std::string& key) {
     return found != scene.places.end() ? found->second : SourceLocation{.file = scene.file};
 }
 
-ModelNumber model_number(const std::string& key, const SourceLocation& where) {
-    ModelNumber found;
+ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model) {
     std::vector<std::string> numbers;
-    const physics::Model defaults;
-    for_model_sections(defaults, [&](const std::string& section, const char*, const auto& part) {
-        using Part = std::remove_cvref_t<decltype(part)>;
-        for (const Row<Part>& row : schema<Part>()) {
-            const auto* member = std::get_if<double Part::*>(&row.member);
-            if (!member) continue;
-            numbers.push_back(section + "." + row.name);
-            if (numbers.back() != key) continue;
-            found = {.unit = row.unit,
-                     .range = row.range,
-                     .in = [section, held = *member](physics::Model& model) -> double& {
-                         double* number = nullptr;
-                         for_model_sections(model, [&](const std::string& name, const char*, auto& its) {
-                             if constexpr (std::is_same_v<std::remove_cvref_t<decltype(its)>, Part>)
-                                 if (name == section) number = &(its.*held);
-                         });
-                         return *number;
-                     }};
+    for (const auto& [name, value] : model.parameters) {
+        numbers.push_back(std::string(parameter_table) + "." + name);
+        if (numbers.back() == key)
+            return {.unit = "", .range = any_number, .in = [name = name](physics::Model& m) -> double& {
+                        return m.parameters.at(name);
+                    }};
+    }
+    for (const physics::ModelSection& section : physics::model_sections())
+        for (const physics::ModelKey& one : section.keys) {
+            if (!one.number) continue;
+            numbers.push_back(section.name + "." + one.description.name);
+            if (numbers.back() == key)
+                return {.unit = one.description.unit, .range = one.description.range, .in = one.number};
         }
-    });
     const std::string near = nearest_name(key, numbers);
-    require(static_cast<bool>(found.in), where, "{} is not a number of the model; {}", key,
-            near.empty() ? text("expected one such as {} (see drover schema)", "driving.strength")
-                         : text("did you mean {}?", near));
-    return found;
+    fail_input(where, "{} is not a number of the model; {}", key,
+               near.empty() ? text("expected one such as {} (see drover schema)", "driving.strength")
+                            : text("did you mean {}?", near));
 }
 
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command) {
@@ -188,7 +162,7 @@ void require_kind(const Scene& scene, SceneKind kind, const std::string& command
 }
 
 std::string resolved_text(const Scene& scene) {
-    std::string result;
+    std::string result = scene.kind == SceneKind::fields ? model_text(scene.model) : "";
     for_sections(scene, [&](SectionOf belongs, const std::string& name, const char*, const auto& part) {
         if (!is_of(scene, belongs)) return;
         if (!result.empty()) result += '\n';
@@ -199,8 +173,12 @@ std::string resolved_text(const Scene& scene) {
     return result;
 }
 
-std::vector<SectionDescription> scene_schema() {
+std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry& registry) {
     std::vector<SectionDescription> sections;
+    for (const physics::ModelSection& section : physics::model_sections(registry)) {
+        sections.push_back({section.name, section.doc, {}, "fields"});
+        for (const physics::ModelKey& key : section.keys) sections.back().rows.push_back(key.description);
+    }
     const Scene defaults;
     for_sections(defaults, [&](SectionOf belongs, const std::string& name, const char* doc, const auto& part) {
         const char* kind = belongs == SectionOf::fields ? "fields" : belongs == SectionOf::particles ? "particles" : "";

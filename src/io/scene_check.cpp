@@ -1,8 +1,11 @@
 // io/scene_check.cpp: the schema rows of the scene's structs, and consistency checks of its keys.
 #include <cmath>
 
+#include "drover/dem/bodies.hpp"
+#include "drover/dem/contact_law.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/numerics/stepper_table.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::io {
 
@@ -24,12 +27,11 @@ void check_fields(const Scene& scene, const LocationOf& at) {
     physics::check(scene.model, at);
     physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, at);
     const physics::Noise& noise = scene.model.noise;
-    require(
-        scene.time.tolerance == 0.0 || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
-        at("time.tolerance"),
-        "time.tolerance = {} with noise: there is no error estimate for a noisy step; set it or the noise "
-        "to 0",
-        scene.time.tolerance);
+    require(scene.time.tolerance == 0.0 || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
+            at("time.tolerance"),
+            "time.tolerance = {} with noise: there is no error estimate for a noisy step; set it or the noise "
+            "to 0",
+            scene.time.tolerance);
     require(
         scene.time.tolerance == 0.0 || !numerics::stepper_table(scene.time.stepper).error.empty(), at("time.tolerance"),
         "time.tolerance = {} with the stepper \"{}\", which has no embedded error estimate; choose etdrk2 or etdrk4",
@@ -58,6 +60,7 @@ void check_calibration(const Scene& scene, const LocationOf& at) {
 
 void check_particles(const Scene& scene, const LocationOf& at) {
     dem::check(scene.particles, at);
+    dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, at), scene.time.dt, at);
     check_calibration(scene, at);
     // The motion of the plates within a step is a series in dt times the frequency.
     constexpr double min_steps = 20.0;

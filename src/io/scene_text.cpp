@@ -47,25 +47,74 @@ toml::table parsed(const std::string& text, const std::string& name) {
     }
 }
 
+/// Where the texts of a value begin, behind their quotes.
+std::vector<SourceLocation> items_of(const toml::node& node, const std::string& file) {
+    std::vector<SourceLocation> items;
+    const auto add = [&](const toml::node& one) {
+        items.push_back(where_of(one.source(), file));
+        if (one.is_string()) ++items.back().column;
+    };
+    if (const auto* list = node.as_array())
+        for (const toml::node& one : *list) add(one);
+    else add(node);
+    return items;
+}
+
 /// The keys of one section.  A table inside [calibrate] is the section calibrate.<name>.
 void add_table(const std::string& section, const toml::table& table, const SourceLocation& where,
-               const std::string& file, SceneTables& tables) {
+               const std::string& file, LocatedTables& tables) {
     LocatedTable located{.where = where, .values = {}};
     for (const auto& [key, value] : table) {
         const SourceLocation location = where_of(key.source(), file);
         const std::string name = section + "." + std::string(key.str());
+        if (section.starts_with("terms[") && key.str() == "parameters") continue;  // a section of their own
         if (const toml::table* inner = value.as_table(); inner != nullptr && section == "calibrate")
             add_table(name, *inner, location, file, tables);
-        else located.values.emplace(std::string(key.str()), LocatedValue{value_of(value, name, location), location});
+        else
+            located.values.emplace(std::string(key.str()),
+                                   LocatedValue{value_of(value, name, location), location, items_of(value, file)});
     }
     tables.emplace(section, std::move(located));
 }
 
-SceneTables tables_of(const toml::table& root, const std::string& file) {
-    SceneTables tables;
+/// [[terms]] number n is the section terms[n]; the numbers in its parameters are keys of the section terms.
+void add_terms(const toml::array& terms, const std::string& file, LocatedTables& tables) {
+    std::size_t number = 0;
+    LocatedTable parameters{.where = where_of(terms.source(), file), .values = {}};
+    for (const toml::node& node : terms) {
+        const toml::table* term = node.as_table();
+        require(term != nullptr, where_of(node.source(), file), "terms is not a list of tables; expected [[terms]]");
+        std::vector<std::string> names;
+        for (const auto& [key, value] : *term) {
+            if (key.str() != "parameters") continue;
+            const toml::table* numbers = value.as_table();
+            require(numbers != nullptr, where_of(key.source(), file),
+                    "terms.parameters is not a table; expected numbers by name, such as { W = 0.7 }");
+            for (const auto& [name, held] : *numbers) {
+                const SourceLocation where = where_of(name.source(), file);
+                names.emplace_back(name.str());
+                require(!parameters.values.contains(names.back()), where,
+                        "the parameter {} is given twice; expected each once, for all terms", names.back());
+                parameters.values.emplace(names.back(),
+                                          LocatedValue{value_of(held, "terms." + names.back(), where), where});
+            }
+        }
+        const std::string section = text("terms[{}]", ++number);
+        add_table(section, *term, where_of(node.source(), file), file, tables);
+        if (!names.empty()) tables.at(section).values.emplace("parameter_names", LocatedValue{names, {}});
+    }
+    if (!parameters.values.empty()) tables.emplace("terms", std::move(parameters));
+}
+
+LocatedTables tables_of(const toml::table& root, const std::string& file) {
+    LocatedTables tables;
     for (const auto& [name, node] : root) {
         const std::string section(name.str());
         const SourceLocation where = where_of(name.source(), file);
+        if (const toml::array* terms = node.as_array(); terms != nullptr && section == "terms") {
+            add_terms(*terms, file, tables);
+            continue;
+        }
         const toml::table* table = node.as_table();
         require(table != nullptr, where, "{} is outside a table; expected it below a line such as [grid]", section);
         add_table(section, *table, where, file, tables);
@@ -97,7 +146,7 @@ Setting read_setting(const std::string& setting) {
 }
 
 /// Sets the value, read as TOML if it is valid TOML, else as a text.
-void apply_setting(const Setting& setting, SceneTables& tables) {
+void apply_setting(const Setting& setting, LocatedTables& tables) {
     const auto& [where, section, key, written] = setting;
     Value value = written;
     try {
@@ -118,7 +167,7 @@ bool invalidates_filled(const Setting& setting) {
 }
 
 /// calibrated.filled of a resolved scene, or nullptr.
-std::vector<std::string>* filled_of(SceneTables& tables) {
+std::vector<std::string>* filled_of(LocatedTables& tables) {
     const auto calibrated = tables.find("calibrated");
     if (calibrated == tables.end()) return nullptr;
     const auto filled = calibrated->second.values.find("filled");
@@ -127,7 +176,7 @@ std::vector<std::string>* filled_of(SceneTables& tables) {
 }
 
 /// Removes the numbers that the table filled in earlier, so that they are filled in for another state.
-void remove_filled(SceneTables& tables) {
+void remove_filled(LocatedTables& tables) {
     const std::vector<std::string>* filled = filled_of(tables);
     if (filled == nullptr) return;
     for (const std::string& written : *filled) {
@@ -142,14 +191,14 @@ void remove_filled(SceneTables& tables) {
 }
 
 /// Marks a number as set by the user instead of filled in from the table.
-void mark_as_set(const Setting& setting, SceneTables& tables) {
+void mark_as_set(const Setting& setting, LocatedTables& tables) {
     if (std::vector<std::string>* filled = filled_of(tables))
         std::erase_if(*filled, [&](const std::string& written) { return filled_name(written) == setting.name(); });
 }
 }  // namespace
 
 Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides) {
-    SceneTables tables = tables_of(parsed(toml, name), name);
+    LocatedTables tables = tables_of(parsed(toml, name), name);
     std::vector<Setting> settings;
     for (const std::string& written : overrides) settings.push_back(read_setting(written));
     if (std::any_of(settings.begin(), settings.end(), invalidates_filled)) remove_filled(tables);

@@ -1,11 +1,11 @@
-// measure/plane_cells.cpp: how places are sorted into cells.
+// measure/plane_cells.cpp: sorts points into cells.
 #include "measure/plane_cells.hpp"
 
 namespace drover::measure {
 
-PlaneCells::Row PlaneCells::make_row(double from, double to, double reach, std::size_t places) {
-    const double most = 1.0 + 2.0 * std::sqrt(static_cast<double>(places));  // no more memory than the places take
-    const double fit = std::clamp((to - from) / reach, 1.0, most);
+PlaneCells::Row PlaneCells::make_row(double from, double to, double reach, std::size_t points) {
+    const double max_cells = 1.0 + 2.0 * std::sqrt(static_cast<double>(points));  // memory of the order of the points
+    const double fit = std::clamp((to - from) / reach, 1.0, max_cells);
     Row row{.from = from, .width = 1.0, .count = static_cast<int>(fit)};
     if (to > from) row.width = (to - from) / row.count;
     return row;
@@ -42,9 +42,9 @@ PlaneCells::PlaneCells(const dem::Cell& cell, const std::vector<double>& x, cons
 }
 
 PlaneCells::Range PlaneCells::range(double x, double reach, const Row& row) const {
-    const int steps = static_cast<int>(std::ceil(reach / row.width * (1.0 + 1e-12)));  // rounding may not lose a cell
+    const int steps = static_cast<int>(std::ceil(reach / row.width * (1.0 + 1e-12)));  // rounding must not drop a cell
     if (periodic_) {
-        if (2 * steps + 1 >= row.count) return {0, row.count - 1};  // each cell once
+        if (2 * steps + 1 >= row.count) return {0, row.count - 1};  // visit each cell once
         const int middle = at(&row == &across_ ? nearest_.x(x) : nearest_.y(x), row);
         return {middle - steps, middle + steps};
     }

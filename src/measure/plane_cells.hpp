@@ -1,4 +1,4 @@
-// measure/plane_cells.hpp: places in the plane sorted into cells, to visit those near a point.
+// measure/plane_cells.hpp: points in the plane sorted into cells, to visit those near a point.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -14,18 +14,18 @@ public:
     /// Cells no smaller than `reach`.
     PlaneCells(const dem::Cell& cell, const std::vector<double>& x, const std::vector<double>& y, double reach);
 
-    /// Calls visit(i, dx, dy) once for each place i nearer to (x, y) than `reach`, itself included if it is one of them.  In a periodic
-    /// cell reach must be at most half the shorter side.
+    /// Calls visit(i, dx, dy) once for each point i nearer to (x, y) than `reach`, including one at (x, y) itself.  In
+    /// a periodic cell reach must be at most half the shorter side.
     template <class Visit>
     void for_near(double x, double y, double reach, const Visit& visit) const {
         const Range columns = range(x, reach, across_), rows = range(y, reach, up_);
-        const double most = reach * reach;
+        const double max_square = reach * reach;
         for (int r = rows.first; r <= rows.last; ++r)
             for (int c = columns.first; c <= columns.last; ++c) {
                 const std::size_t cell = slot(wrapped(c, across_.count), wrapped(r, up_.count));
                 for (std::size_t k = start_[cell]; k < start_[cell + 1]; ++k) {
                     const double dx = nearest_.x(x_[k] - x), dy = nearest_.y(y_[k] - y);
-                    if (dx * dx + dy * dy < most) visit(index_[k], dx, dy);
+                    if (dx * dx + dy * dy < max_square) visit(index_[k], dx, dy);
                 }
             }
     }
@@ -39,7 +39,7 @@ private:
         int first, last;
     };
 
-    static Row make_row(double from, double to, double reach, std::size_t places);
+    static Row make_row(double from, double to, double reach, std::size_t points);
     static int wrapped(int i, int count) { return i < 0 ? i + count : i >= count ? i - count : i; }
     std::size_t slot(int column, int row) const {
         return static_cast<std::size_t>(row) * static_cast<std::size_t>(across_.count) +

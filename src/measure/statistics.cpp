@@ -20,12 +20,13 @@ using Function = std::function<double(std::span<const double> means)>;
 
 constexpr double window_per_time = 5.0;
 constexpr std::size_t samples_per_batch = 5;
-constexpr std::size_t lags_at_once = 16;      // as many sums as registers hold
-constexpr std::size_t lags_one_by_one = 512;  // beyond, a Fourier transform of the series takes less time
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr const char* no_number =
-    "error refused: the quantity is not a finite number for these means; expected means that "
-    "are not zero: look at the series it is made of";
+constexpr std::size_t lags_at_once = 16;      // as many sums as fit in registers
+constexpr std::size_t max_direct_lags = 512;  // beyond, a Fourier transform of the series takes less time
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* not_finite =
+    "no error estimate: the quantity is not finite for these means; expected nonzero means: check the series from "
+    "which "
+    "it is computed";
 
 bool all_finite(std::span<const double> values) {
     return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
@@ -33,11 +34,11 @@ bool all_finite(std::span<const double> values) {
 
 bool is_constant(std::span<const double> values) {
     if (values.empty()) return true;
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
-    return *most - *least <= rounding_spread * std::max(std::abs(*least), std::abs(*most));
+    const auto [min, max] = std::minmax_element(values.begin(), values.end());
+    return *max - *min <= rounding_spread * std::max(std::abs(*min), std::abs(*max));
 }
 
-/// About the first value, so that the mean of a constant series is that constant to the last digit.
+/// Relative to the first value, so that the mean of a constant series is exactly that constant.
 double mean_of(std::span<const double> values) {
     double sum = 0.0;
     for (const double value : values) sum += value - values[0];
@@ -47,7 +48,7 @@ double mean_of(std::span<const double> values) {
 /// Fourier transform in place; the length is a power of two.
 void transform(std::vector<std::complex<double>>& data) {
     const std::size_t n = data.size();
-    for (std::size_t i = 1, j = 0; i < n; ++i) {  // order of reversed bits
+    for (std::size_t i = 1, j = 0; i < n; ++i) {  // bit-reversed order
         std::size_t bit = n >> 1;
         for (; j & bit; bit >>= 1) j ^= bit;
         j ^= bit;
@@ -60,10 +61,10 @@ void transform(std::vector<std::complex<double>>& data) {
         for (std::size_t start = 0; start < n; start += 2 * half)
             for (std::size_t k = 0; k < half; ++k) {
                 const std::complex<double> root = roots[k * (n / (2 * half))], b = data[start + half + k];
-                const std::complex<double> turned(root.real() * b.real() - root.imag() * b.imag(),
-                                                  root.real() * b.imag() + root.imag() * b.real());
-                data[start + half + k] = data[start + k] - turned;
-                data[start + k] += turned;
+                const std::complex<double> rotated(root.real() * b.real() - root.imag() * b.imag(),
+                                                   root.real() * b.imag() + root.imag() * b.real());
+                data[start + half + k] = data[start + k] - rotated;
+                data[start + k] += rotated;
             }
 }
 
@@ -71,36 +72,35 @@ void transform(std::vector<std::complex<double>>& data) {
 std::vector<double> all_lagged_products(std::span<const double> deviations) {
     const std::size_t n = deviations.size();
     std::size_t length = 2;
-    while (length < n + n / 2 + 1) length *= 2;  // zeros after the end: no lag to n/2 wraps round
+    while (length < n + n / 2 + 1) length *= 2;  // zero padding: no lag up to n/2 wraps around
     std::vector<std::complex<double>> work(deviations.begin(), deviations.end());
     work.resize(length);
     transform(work);
-    for (auto& value : work) value = std::norm(value);  // real and even: a forward transform brings it back
+    for (auto& value : work) value = std::norm(value);  // real and even: a forward transform inverts it
     transform(work);
     std::vector<double> products(n / 2 + 1);
     for (std::size_t k = 0; k < products.size(); ++k) products[k] = work[k].real() / static_cast<double>(length);
     return products;
 }
 
-/// Makes `products`, which holds the first lags, longer: a few more lags at a time, all at once when many are asked
-/// for.
+/// Extends `products` beyond the first lags: a few lags per call, then all at once.
 void extend_lagged_products(std::span<const double> deviations, std::vector<double>& products) {
     const std::size_t n = deviations.size(), first = products.size(), lags = n / 2 + 1;
-    if (first >= lags_one_by_one) {
+    if (first >= max_direct_lags) {
         products = all_lagged_products(deviations);
         return;
     }
     std::array<double, lags_at_once> sums{};
-    const std::size_t whole = n - std::min(n, first + lags_at_once);
-    for (std::size_t i = 0; i < whole; ++i)
+    const std::size_t full = n - std::min(n, first + lags_at_once);
+    for (std::size_t i = 0; i < full; ++i)
         for (std::size_t k = 0; k < lags_at_once; ++k) sums[k] += deviations[i] * deviations[i + first + k];
-    for (std::size_t i = whole; i < n; ++i)
+    for (std::size_t i = full; i < n; ++i)
         for (std::size_t k = 0; i + first + k < n && k < lags_at_once; ++k)
             sums[k] += deviations[i] * deviations[i + first + k];
     for (std::size_t k = 0; k < lags_at_once && products.size() < lags; ++k) products.push_back(sums[k]);
 }
 
-/// A time rounded to three digits, up when it is asked for.
+/// A time rounded to three digits, upwards on request.
 std::string time_text(double time, bool up = false) {
     if (!(time > 0.0)) return text("{} s", time);
     const double unit = std::pow(10.0, std::floor(std::log10(time)) - 2.0);
@@ -108,19 +108,19 @@ std::string time_text(double time, bool up = false) {
     return text("{} s", unit < 1.0 ? steps / std::round(1.0 / unit) : steps * std::round(unit));
 }
 
-/// Why no error can be given, "" if one can.  n: samples after warm-up; tau: in samples.
-std::string refusal_of(std::size_t n, double tau, double spacing, double warm_up) {
+/// Why there is no error estimate; "" if there is one.  n: samples after warm-up; tau: in samples.
+std::string too_short(std::size_t n, double tau, double spacing, double warm_up) {
     const double min_times = autocorrelation_times_per_block * static_cast<double>(min_blocks);
     const auto min_samples = static_cast<std::size_t>(std::ceil(min_times / 2.0));
     if (n < min_samples)
-        return text("error refused: {} after warm-up; at least {} are needed: run for {}",
+        return text("no error estimate: {} after warm-up; at least {} are needed: run for {}",
                     n == 1 ? std::string("one sample") : text("{} samples", n), min_samples,
                     time_text(warm_up + static_cast<double>(min_samples) * spacing, true));
     const double times = static_cast<double>(n) / tau;
     if (times < min_times)
         return text(
-            "error refused: the run has {:.3g} autocorrelation times ({}) after warm-up; blocks need {} each and "
-            "there must be at least {}: run for {}",
+            "no error estimate: the run has {:.3g} autocorrelation times ({}) after warm-up; expected blocks of "
+            "{} each, at least {} of them: run for {}",
             times, time_text(static_cast<double>(n) * spacing), autocorrelation_times_per_block, min_blocks,
             time_text(warm_up + min_times * tau * spacing, true));
     return "";
@@ -147,54 +147,63 @@ std::vector<double> leave_one_out(const Series& series, std::size_t blocks, cons
     return results;
 }
 
-/// Sets mean and error from blocks; the series are cut at the start to whole blocks.
+/// Sets mean and error from blocks.  Samples at the start that do not fill a block are left out.
 void add_jackknife(Series series, double tau, double spacing, const Function& function, Estimate& result) {
-    const auto most =
+    const auto affordable =
         static_cast<std::size_t>(static_cast<double>(series[0].size()) / (autocorrelation_times_per_block * tau));
-    const std::size_t blocks = std::clamp(most, min_blocks, max_blocks);
+    const std::size_t blocks = std::clamp(affordable, min_blocks, max_blocks);
     const std::size_t length = series[0].size() / blocks, spare = series[0].size() % blocks;
     for (auto& values : series) values = values.subspan(spare);
     const auto count = static_cast<double>(blocks);
 
-    const double whole = function(means_of(series));
-    const std::vector<double> parts = leave_one_out(series, blocks, function);
-    if (!std::isfinite(whole) || !all_finite(parts)) {
-        result.refusal = no_number;
+    const double full = function(means_of(series));
+    const std::vector<double> estimates = leave_one_out(series, blocks, function);
+    if (!std::isfinite(full) || !all_finite(estimates)) {
+        result.refusal = not_finite;
         return;
     }
-    const double mean_part = mean_of(parts);
+    const double mean_estimate = mean_of(estimates);
     double sum = 0.0;
-    for (const double part : parts) sum += (part - mean_part) * (part - mean_part);
+    for (const double value : estimates) sum += (value - mean_estimate) * (value - mean_estimate);
     // Exact for exponential correlations: length * variance of a block mean = 2 tau variance (1 - lost).
     const double lost = (tau - 0.25 / tau) / static_cast<double>(length);
-    result.mean = whole - (count - 1.0) * (mean_part - whole);
+    result.mean = full - (count - 1.0) * (mean_estimate - full);
     result.error = std::sqrt((count - 1.0) / count * sum / (1.0 - lost));
     result.samples = blocks * length;
     result.warm_up += static_cast<double>(spare) * spacing;
     result.blocks = blocks;
 }
 
-/// The body of every estimate.  The series are whole: the warm-up is cut here.
+/// Reports which samples are not finite.
+std::string undefined_samples(std::span<const double> values, std::size_t skipped) {
+    const auto is_bad = [](double value) { return !std::isfinite(value); };
+    const auto bad = std::count_if(values.begin(), values.end(), is_bad);
+    if (static_cast<std::size_t>(bad) == values.size()) return "no mean: the value is undefined (NaN) in every sample";
+    const auto first = std::find_if(values.begin(), values.end(), is_bad);
+    return text(
+        "no mean: the value is not finite in {} of {} samples after warm-up; the first is sample {}, {}: choose a "
+        "longer warm-up, or see the formula for when it is undefined",
+        bad, values.size(), static_cast<std::size_t>(first - values.begin()) + skipped + 1, *first);
+}
+
+/// Common to all estimates.  The series include the warm-up.
 Estimate estimate(Series series, double spacing, std::size_t skip, const Function& function) {
-    require(!series.empty(), {}, "no series to take a mean of; expected at least one");
+    require(!series.empty(), {}, "no series to average; expected at least one");
     require(spacing > 0.0 && std::isfinite(spacing), {}, "samples {} s apart; expected a positive time", spacing);
     for (const auto& values : series)
         require(values.size() == series[0].size(), {}, "series of {} and of {} samples; expected the same length",
                 series[0].size(), values.size());
     const std::size_t skipped = std::min(skip, series[0].size());
-    Estimate result{.mean = not_a_number,
-                    .autocorrelation_time = not_a_number,
+    Estimate result{.mean = nan,
+                    .autocorrelation_time = nan,
                     .warm_up = static_cast<double>(skipped) * spacing,
                     .samples = series[0].size() - skipped};
     double tau = 0.5;
     bool constant = true;
     for (auto& values : series) {
         values = values.subspan(skipped);
-        const auto bad = std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
-        if (bad != values.end()) {
-            result.refusal =
-                text("error refused: sample {} of {} is {}; expected finite numbers: see where the run left them",
-                     static_cast<std::size_t>(bad - values.begin()) + skipped + 1, values.size() + skipped, *bad);
+        if (!all_finite(values)) {
+            result.refusal = undefined_samples(values, skipped);
             return result;
         }
         tau = std::max(tau, autocorrelation_time(values));
@@ -202,14 +211,14 @@ Estimate estimate(Series series, double spacing, std::size_t skip, const Functio
     }
     result.autocorrelation_time = tau * spacing;
     if (result.samples > 0) result.mean = function(means_of(series));
-    if (result.samples > 0 && !std::isfinite(result.mean)) result.refusal = no_number;
+    if (result.samples > 0 && !std::isfinite(result.mean)) result.refusal = not_finite;
     else if (result.samples > 1 && constant) result.error = 0.0;
-    else result.refusal = refusal_of(result.samples, tau, spacing, result.warm_up);
+    else result.refusal = too_short(result.samples, tau, spacing, result.warm_up);
     if (result.refusal.empty() && !constant) add_jackknife(std::move(series), tau, spacing, function, result);
     return result;
 }
 
-/// One series of the samples, made into several by functions of its values.
+/// Functions of the values of one series, as several series.
 Samples derived(const Samples& samples, std::size_t series,
                 const std::vector<std::function<double(double)>>& functions) {
     Samples result{.series = {}, .spacing = samples.spacing, .skip = samples.skip};
@@ -223,7 +232,7 @@ Samples derived(const Samples& samples, std::size_t series,
 }  // namespace
 
 double autocorrelation_time(std::span<const double> values) {
-    if (!all_finite(values)) return not_a_number;
+    if (!all_finite(values)) return nan;
     if (values.size() < 2 || is_constant(values)) return 0.5;
     std::vector<double> deviations(values.begin(), values.end()), products;
     const double mean = mean_of(values);
@@ -245,8 +254,8 @@ std::size_t warm_up_length(std::span<const double> values) {
     const std::size_t batches = values.size() / samples_per_batch;
     if (batches < 4 || !all_finite(values) || is_constant(values)) return 0;
     std::size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    double mean = 0.0, squares = 0.0, count = 0.0;  // of the batches from `cut` on
+    double best_score = std::numeric_limits<double>::infinity();
+    double mean = 0.0, squares = 0.0, count = 0.0;  // of the batches from `cut`
     for (std::size_t cut = batches; cut-- > 0;) {
         const double batch = mean_of(values.subspan(cut * samples_per_batch, samples_per_batch));
         count += 1.0;
@@ -254,8 +263,8 @@ std::size_t warm_up_length(std::span<const double> values) {
         mean += step / count;
         squares += step * (batch - mean);
         const double score = squares / (count * count);
-        if (2 * cut <= batches && score <= least) {
-            least = score;
+        if (2 * cut <= batches && score <= best_score) {
+            best_score = score;
             best = cut;
         }
     }
@@ -271,7 +280,7 @@ Estimate estimate_function(const Samples& samples, const Function& function) {
 }
 
 Estimate estimate_susceptibility(const Samples& samples, std::size_t series, double area) {
-    // About a value of the series: a variance does not change, and loses no digits where it is small.
+    // Relative to a value of the series: the variance is the same and keeps its digits where it is small.
     const auto& values = samples.series.at(series);
     const double origin = values.empty() ? 0.0 : values.back();
     const Samples moments =

@@ -1,4 +1,4 @@
-// measure/summary.cpp: time means of all observables of a run, and what follows from them.
+// measure/summary.cpp: time means of all observables of a run, and the results derived from them.
 #include "drover/measure/summary.hpp"
 
 #include <algorithm>
@@ -11,91 +11,24 @@ namespace drover::measure {
 
 namespace {
 
-std::optional<std::size_t> find_observable(const Recorded& recorded, const std::string& name) {
-    for (std::size_t i = 0; i < recorded.observables.size(); ++i)
-        if (recorded.observables[i].name == name) return i;
-    return std::nullopt;
-}
-
-std::size_t size_at(const Recorded& recorded, std::size_t observable) {
-    return size_of(recorded.observables[observable], recorded.setting);
-}
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// The samples recorded.  Throws unless all series agree.
 std::size_t checked_samples(const Recorded& recorded) {
-    require(recorded.series.size() == recorded.observables.size(), {},
-            "{} recorded series for {} observables; expected one each", recorded.series.size(),
-            recorded.observables.size());
     std::optional<std::size_t> samples;
-    for (std::size_t i = 0; i < recorded.series.size(); ++i) {
-        const std::size_t size = size_at(recorded, i), found = recorded.series[i].size();
-        if (size == 0) continue;  // a grid too small for any shell
+    for (const RecordedSeries& series : recorded.series) {
+        const std::size_t size = size_of(series.axes), found = series.values.size();
+        if (size == 0) continue;
         if (!samples) samples = found / size;
-        require(found == *samples * size, {}, "{}: {} numbers recorded; expected {} samples of {} numbers each",
-                recorded.observables[i].name, found, *samples, size);
+        require(found == *samples * size, {}, "{}: {} values recorded; expected {} samples of {} values each",
+                series.name, found, *samples, size);
     }
     return samples.value_or(0);
 }
 
-RecordedSeries series_of(const Recorded& recorded, std::size_t observable) {
-    const Observable& row = recorded.observables[observable];
-    return {row.name,
-            row.unit,
-            row.formula,
-            names_of(row.axes),
-            size_at(recorded, observable),
-            recorded.series[observable]};
-}
-
-/// Sum over all modes in shells, at each sample, of the observables named: the total power.
-std::vector<double> total_power(const Recorded& recorded, const std::vector<std::string>& names, std::size_t samples) {
-    const std::vector<double>& weight = recorded.setting.shells.weight;
-    std::vector<double> total(samples);
-    for (const std::string& name : names)
-        if (const auto i = find_observable(recorded, name))
-            for (std::size_t sample = 0; sample < samples; ++sample)
-                for (std::size_t n = 0; n < weight.size(); ++n)
-                    total[sample] += weight[n] * recorded.series[*i][sample * weight.size() + n];
-    return total;
-}
-
-std::size_t automatic_warm_up(const Recorded& recorded, std::size_t samples) {
-    std::size_t longest = 0;
-    for (const std::vector<std::string>& names : {std::vector<std::string>{"structure_factor_rods"},
-                                                  {"structure_factor_beads"},
-                                                  {"structure_factor_order_along", "structure_factor_order_across"}})
-        longest = std::max(longest, warm_up_length(total_power(recorded, names, samples)));
-    if (const auto order = find_observable(recorded, "polar_order"))
-        longest = std::max(longest, warm_up_length(recorded.series[*order]));
-    return longest;
-}
-
-/// Sectors of small shells that hold no mode are told so, not blamed on the run.
-void name_empty_sectors(const Recorded& recorded, SummaryRow& row) {
-    if (row.axes != std::vector{name_of(ObservableAxis::sector), name_of(ObservableAxis::shell)}) return;
-    const std::vector<double> ones(numerics::modes(recorded.setting.grid), 1.0);
-    const std::vector<double> present =
-        numerics::sector_means(recorded.setting.grid, recorded.setting.shells, recorded.setting.sectors, ones);
-    for (std::size_t k = 0; k < present.size(); ++k)
-        if (std::isnan(present[k])) row.estimates[k].refusal = "no mode lies in this sector of this shell";
-}
-
-/// Number fluctuations of rods or of beads, `total` of them in the cell, in boxes of one shape.
-void add_boxes(const Recorded& recorded, const std::string& what, double total, const BoxFamily& family,
-               std::size_t skip, std::vector<SummaryRow>& rows) {
-    const auto variance = find_observable(recorded, what + "_number_variance" + family.ending);
-    if (!variance) return;
-    BoxSeries boxes{series_of(recorded, *variance), what, family.ending, family.shape, total, {}};
-    for (const int side : recorded.setting.*family.sides)
-        boxes.parts.push_back(static_cast<double>(family.along_x * side) * (family.along_y * side) /
-                              static_cast<double>(numerics::points(recorded.setting.grid)));
-    add_box_rows(boxes, recorded.spacing, skip, rows);
-}
-
-}  // namespace
-
+/// Each value of an observable as a series of its own.
 Samples split(const RecordedSeries& recorded, double spacing, std::size_t skip) {
-    const std::size_t size = recorded.size;
+    const std::size_t size = size_of(recorded.axes);
     Samples result{.series = std::vector<std::vector<double>>(size), .spacing = spacing, .skip = skip};
     for (std::size_t k = 0; k < size; ++k)
         for (std::size_t i = k; i < recorded.values.size(); i += size) result.series[k].push_back(recorded.values[i]);
@@ -109,6 +42,35 @@ SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t 
     return row;
 }
 
+/// The mean rate of an observable that accumulates.
+SummaryRow rate_row(RecordedSeries series, double spacing, std::size_t skip) {
+    series.values = rates(series.values, spacing);
+    series.name += "_rate";
+    series.unit = series.unit == "1" ? "s-1" : series.unit + " s-1";
+    SummaryRow row = mean_row(series, spacing, std::min(skip, series.values.size()));
+    row.formula = "mean rate: " + series.formula;
+    return row;
+}
+
+SummaryRow quotient_row(const Quotient& quotient, const RecordedSeries& sum, const RecordedSeries& weight,
+                        double spacing, std::size_t skip) {
+    const Samples sums = split(sum, spacing, skip), weights = split(weight, spacing, skip);
+    SummaryRow row{quotient.name, quotient.unit, quotient.formula, sum.axes, {}};
+    for (std::size_t k = 0; k < sums.series.size(); ++k) {
+        const std::vector<double>& weighing = weights.series[k];
+        const auto used = weighing.begin() + static_cast<std::ptrdiff_t>(std::min(skip, weighing.size()));
+        if (std::all_of(used, weighing.end(), [](double value) { return value == 0.0; })) {
+            row.estimates.push_back(
+                {.mean = nan, .refusal = "its weight, " + quotient.weight + ", is zero in every sample"});
+            continue;
+        }
+        const Samples both{.series = {sums.series[k], weighing}, .spacing = spacing, .skip = skip};
+        row.estimates.push_back(estimate_function(both, [](auto means) { return means[0] / means[1]; }));
+    }
+    return row;
+}
+
+/// Susceptibility and Binder cumulant of the polar order, in a cell of this area [mm2].
 void add_order_rows(const RecordedSeries& order, double area, double spacing, std::size_t skip,
                     std::vector<SummaryRow>& rows) {
     const Samples samples = split(order, spacing, skip);
@@ -124,36 +86,38 @@ void add_order_rows(const RecordedSeries& order, double area, double spacing, st
                     {estimate_binder_cumulant(samples, 0)}});
 }
 
-void add_box_rows(const BoxSeries& boxes, double spacing, std::size_t skip, std::vector<SummaryRow>& rows) {
-    const Samples samples = split(boxes.variance, spacing, skip);
+/// Number fluctuations in boxes of one shape.
+void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, double spacing, std::size_t skip,
+                  std::vector<SummaryRow>& rows) {
+    const Samples samples = split(variance, spacing, skip);
     const std::string start = boxes.what + "_number", &ending = boxes.ending, &what = boxes.what;
-    const std::vector<std::string>& axes = boxes.variance.axes;
+    const std::vector<Axis>& axes = variance.axes;
     SummaryRow number{start + ending, "1", "mean number of " + what + "s in a " + boxes.shape + ", N", axes, {}};
     SummaryRow deviation{start + "_deviation" + ending,
                          "1",
-                         "DN, root of the time mean of the variance of the number of " + what + "s in a " + boxes.shape,
+                         "DN, square root of the time mean of the variance of the number of " + what + "s in a " +
+                             boxes.shape,
                          axes,
                          {}};
     SummaryRow exponent{
         start + "_exponent" + ending,
         "1",
-        "d ln DN/d ln N between a box and the next larger one; compare with linear theory of the same boxes: "
-        "the finite cell alone makes it fall",
+        "d ln DN/d ln N between a box and the next larger one; compare with linear theory of the same boxes, since "
+        "the finite cell alone reduces it",
         axes,
         {}};
-    for (std::size_t b = 0; b < boxes.parts.size(); ++b) {
-        number.estimates.push_back({.mean = boxes.total * boxes.parts[b], .error = 0.0});
+    for (std::size_t b = 0; b < boxes.fractions.size(); ++b) {
+        number.estimates.push_back({.mean = boxes.total * boxes.fractions[b], .error = 0.0});
         deviation.estimates.push_back(estimate_deviation(samples, b));
-        if (b + 1 < boxes.parts.size())
+        if (b + 1 < boxes.fractions.size())
             exponent.estimates.push_back(
-                estimate_local_exponent(samples, b, b + 1, boxes.parts[b + 1] / boxes.parts[b]));
-        else
-            exponent.estimates.push_back(
-                {.mean = std::numeric_limits<double>::quiet_NaN(), .refusal = "there is no larger box"});
+                estimate_local_exponent(samples, b, b + 1, boxes.fractions[b + 1] / boxes.fractions[b]));
+        else exponent.estimates.push_back({.mean = nan, .refusal = "there is no larger box"});
     }
     rows.insert(rows.end(), {number, deviation, exponent});
 }
 
+/// Non-empty when an automatic warm-up of so many of the samples may not have ended.
 std::string warm_up_note(std::size_t automatic, std::size_t samples) {
     if (automatic == 0 || 2 * automatic + 10 <= samples) return "";  // the last cut tried, up to the length of a batch
     return text(
@@ -162,29 +126,36 @@ std::string warm_up_note(std::size_t automatic, std::size_t samples) {
         samples);
 }
 
+}  // namespace
+
 Summary summarise(const Recorded& recorded) {
     Summary summary{.samples = checked_samples(recorded), .warm_up = 0, .note = "", .rows = {}};
-    const std::size_t automatic = recorded.warm_up ? 0 : automatic_warm_up(recorded, summary.samples);
-    summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
+    std::size_t automatic = 0;
+    for (const std::vector<double>& indicator : recorded.indicators)
+        if (!recorded.warm_up) automatic = std::max(automatic, warm_up_length(indicator));
+    const double spacing = recorded.spacing;
+    const std::size_t skip = summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
     summary.note = warm_up_note(automatic, summary.samples);
-    for (std::size_t i = 0; i < recorded.observables.size(); ++i) {
-        summary.rows.push_back(mean_row(series_of(recorded, i), recorded.spacing, summary.warm_up));
-        name_empty_sectors(recorded, summary.rows.back());
+    for (const RecordedSeries& series : recorded.series)
+        summary.rows.push_back(series.accumulates ? rate_row(series, spacing, skip) : mean_row(series, spacing, skip));
+    for (const Quotient& quotient : recorded.quotients) {
+        const RecordedSeries *sum = find_row(recorded.series, quotient.sum),
+                             *weight = find_row(recorded.series, quotient.weight);
+        if (sum && weight) summary.rows.push_back(quotient_row(quotient, *sum, *weight, spacing, skip));
     }
-    if (const auto order = find_observable(recorded, "polar_order"))
-        add_order_rows(series_of(recorded, *order), numerics::area(recorded.setting.grid), recorded.spacing,
-                       summary.warm_up, summary.rows);
-    for (const BoxFamily& family : box_families()) {
-        add_boxes(recorded, "rod", recorded.rods, family, summary.warm_up, summary.rows);
-        add_boxes(recorded, "bead", recorded.beads, family, summary.warm_up, summary.rows);
-    }
+    if (const RecordedSeries* order = find_row(recorded.series, "polar_order"))
+        add_order_rows(*order, recorded.area, spacing, skip, summary.rows);
+    for (const BoxSizes& boxes : recorded.boxes)
+        if (const auto* variance = find_row(recorded.series, boxes.what + "_number_variance" + boxes.ending))
+            add_box_rows(boxes, *variance, spacing, skip, summary.rows);
     return summary;
 }
 
-const SummaryRow* find_row(const Summary& summary, const std::string& name) {
-    for (const SummaryRow& row : summary.rows)
-        if (row.name == name) return &row;
-    return nullptr;
+std::vector<double> rates(std::span<const double> accumulated, double spacing) {
+    std::vector<double> result;
+    for (std::size_t i = 0; i + 1 < accumulated.size(); ++i)
+        result.push_back((accumulated[i + 1] - accumulated[i]) / spacing);
+    return result;
 }
 
 }  // namespace drover::measure

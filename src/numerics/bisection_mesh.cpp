@@ -32,7 +32,7 @@ void add_triangle(BisectionMesh& mesh, const std::array<MeshIndex, 3>& corner) {
         replace_triangle(edge_between(mesh, corner[n], corner[(n + 1) % 3]), mesh_none, index);
 }
 
-/// The two halves of one triangle; the edges they share with others are put right.
+/// The two halves of one triangle; updates the edges shared with other triangles.
 void split_triangle(BisectionMesh& mesh, MeshIndex triangle, MeshIndex middle) {
     const auto other = static_cast<MeshIndex>(mesh.triangles.size());
     const auto [a, b, c] = mesh.triangles[triangle].corner;
@@ -89,7 +89,7 @@ void bisect(BisectionMesh& mesh, MeshIndex triangle) {
     const MeshEdge& hypotenuse = edge_between(mesh, b, c);
     MeshIndex beyond = triangle_across(hypotenuse, triangle);
     if (beyond != mesh_none && mesh.triangles[beyond].level < mesh.triangles[triangle].level) {
-        bisect(mesh, beyond);  // it is larger, this hypotenuse being one of its legs
+        bisect(mesh, beyond);  // the neighbour is larger: this hypotenuse is one of its legs
         beyond = triangle_across(hypotenuse, triangle);
     }
     const MeshIndex middle = middle_between(mesh, b, c);

@@ -17,7 +17,8 @@ struct MeshVertex {
     double value = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Corners anticlockwise, the right angle first.  The hypotenuse is 1/cells long at level 0 and falls by sqrt(2) a level.
+/// Corners anticlockwise, the right angle first.  The hypotenuse is 1/cells long at level 0 and falls by sqrt(2) a
+/// level.
 struct MeshTriangle {
     std::array<MeshIndex, 3> corner{};
     int level = 0;
@@ -28,15 +29,15 @@ struct MeshEdge {
     std::array<MeshIndex, 2> triangle{mesh_none, mesh_none};
     double crossing =
         std::numeric_limits<double>::quiet_NaN();  ///< where the line crosses, from 0 to 1 between the ends
-    bool searched = false;                         ///< the crossing is known, or known not to exist
+    bool searched = false;                         ///< the crossing is known, or does not exist
 };
 
 struct MeshSplit {
     MeshIndex a, b, middle;
 };
 
-/// Vertices may also be points that are no corner of a triangle yet.  A bisected triangle leaves its place to its first
-/// half; the edges it had stay in the table.
+/// Vertices may also be points that are not yet corners of a triangle.  The first half of a bisected triangle replaces
+/// it; its edges stay in the table.
 struct BisectionMesh {
     int cells = 0;
     std::int64_t side = 0;  ///< of the unit square, in lattice units
@@ -44,8 +45,8 @@ struct BisectionMesh {
     std::vector<MeshTriangle> triangles;
     std::unordered_map<std::uint64_t, MeshIndex> vertex_at;
     std::unordered_map<std::uint64_t, MeshEdge> edges;
-    std::vector<MeshSplit> splits;   ///< edges cut in two, in this order, since it was last emptied
-    std::vector<MeshIndex> changed;  ///< triangles made since it was last emptied, some of them more than once
+    std::vector<MeshSplit> splits;   ///< edges bisected, in this order, since it was last emptied
+    std::vector<MeshIndex> changed;  ///< triangles created since it was last emptied, possibly repeated
 };
 
 /// cells by cells squares, each cut along both diagonals; edges down to `finest` have a middle on the lattice.
@@ -53,7 +54,7 @@ BisectionMesh bisection_mesh(int cells, double finest);
 
 MeshEdge& edge_between(BisectionMesh& mesh, MeshIndex a, MeshIndex b);
 
-/// The vertex half-way between two.  Made if there is none.
+/// The vertex half-way between two; creates it if necessary.
 MeshIndex middle_between(BisectionMesh& mesh, MeshIndex a, MeshIndex b);
 
 /// The same, or mesh_none.
@@ -62,7 +63,7 @@ MeshIndex known_middle_between(const BisectionMesh& mesh, MeshIndex a, MeshIndex
 /// The triangle on the other side of an edge, or mesh_none.
 MeshIndex triangle_across(const MeshEdge& edge, MeshIndex triangle);
 
-/// Cuts a triangle in two across its hypotenuse, and as many others as it takes to leave no vertex inside an edge.
+/// Bisects a triangle at its hypotenuse, and others as needed to leave no vertex inside an edge.
 void bisect(BisectionMesh& mesh, MeshIndex triangle);
 
 }  // namespace drover::numerics

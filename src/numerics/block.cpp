@@ -8,12 +8,14 @@
 #include <limits>
 
 #include "drover/base/error.hpp"
+#include "lyapunov_solver.hpp"
 
 namespace drover::numerics {
 
 namespace {
 using Real = long double;  // 64 bits of mantissa on x86-64
-// Sizes are known at run time alone, room for the largest is on the stack: unrolled code for each size takes minutes to compile.
+// Sizes are known at run time alone, room for the largest is on the stack: unrolled code for each size takes minutes to
+// compile.
 using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, 0, max_block, max_block>;
 using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1, 0, max_block, 1>;
 
@@ -33,7 +35,8 @@ Block rounded(const Matrix& matrix) {
     return result;
 }
 
-/// Halvings that bring the row-sum norm of m dt to 1/2 or less, after which 24 terms of a Taylor series are exact to rounding.
+/// Halvings that bring the row-sum norm of m dt to 1/2 or less, after which 24 terms of a Taylor series are exact to
+/// rounding.
 int halvings(const Matrix& m, Real dt) {
     const Real norm = m.cwiseAbs().rowwise().sum().maxCoeff() * dt;
     if (!std::isfinite(norm)) fail_run("a linear operator has entries that are not finite; check the coefficients");
@@ -125,29 +128,14 @@ std::vector<std::complex<double>> eigenvalues(const Block& m) {
 }
 
 Block stationary_covariance(const Block& m, const Block& q) {
-    const Matrix rates = extended(m), noise = extended(q);
-    const int n = m.size;
-    double slowest = -std::numeric_limits<double>::infinity();
-    for (const std::complex<double> rate : eigenvalues(m)) slowest = std::max(slowest, rate.real());
-    if (!(slowest < 0.0))
-        fail_run("no stationary state: a linear mode grows at {:.4g} /s; expected every mode to decay", slowest);
-    // m s + s m^T + q = 0 as one linear system for the n x n entries of s.
-    using System = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-    System system = System::Zero(n * n, n * n);
-    Eigen::Matrix<Real, Eigen::Dynamic, 1> right(n * n);
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-            for (int k = 0; k < n; ++k) {
-                system(i * n + j, k * n + j) += rates(i, k);
-                system(i * n + j, i * n + k) += rates(j, k);
-            }
-            right(i * n + j) = -noise(i, j);
-        }
-    const Eigen::Matrix<Real, Eigen::Dynamic, 1> solution = system.fullPivLu().solve(right);
-    Matrix covariance(n, n);
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) covariance(i, j) = (solution(i * n + j) + solution(j * n + i)) / 2.0L;
-    return rounded(covariance);
+    using ComplexMatrix = Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic, 0, max_block, max_block>;
+    const ComplexMatrix rates = extended(m).cast<std::complex<Real>>(), noise = extended(q).cast<std::complex<Real>>();
+    ComplexMatrix covariance;
+    const Real largest = solve_lyapunov(rates, noise, covariance);
+    if (!(largest < 0.0L))
+        fail_run("no stationary state: a linear mode grows at {:.4g} /s; expected every mode to decay",
+                 static_cast<double>(largest));
+    return rounded(covariance.real());
 }
 
 Block factor(const Block& c) {

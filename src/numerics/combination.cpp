@@ -1,4 +1,4 @@
-// numerics/combination.cpp: rates that share a matrix are summed before it.
+// numerics/combination.cpp: rates with a common matrix are summed before it is applied.
 #include "combination.hpp"
 
 #include <cmath>
@@ -23,7 +23,7 @@ std::vector<PhiTerm> terms_of(const Weights& weights) {
     return terms;
 }
 
-/// The number f with b = f a, if there is one.  Weights are small fractions: ratios of equal ones are equal.
+/// The number f with b = f a, if it exists.  Weights are small fractions, whose ratios are exact.
 std::optional<double> ratio(const Weights& a, const Weights& b) {
     if (a.size() != b.size() || a.empty()) return std::nullopt;
     const double factor = b.begin()->second / a.begin()->second;

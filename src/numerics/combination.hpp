@@ -1,4 +1,4 @@
-// numerics/combination.hpp: how one stage of an exponential Runge-Kutta method is put together, with the fewest matrices.
+// numerics/combination.hpp: one stage of an exponential Runge-Kutta method with the fewest matrices.
 #pragma once
 #include <vector>
 
@@ -12,19 +12,19 @@ struct WeightedInput {
     double weight = 1.0;
 };
 
-/// One matrix and what it acts on.
+/// One matrix and its inputs.
 struct MatrixUse {
     std::vector<PhiTerm> terms;  ///< dt * sum of weight * phi_order(at dt L); empty: the propagator exp(c dt L)
     std::vector<WeightedInput> inputs;
 };
 
-/// A stage as a sum of matrices times sums of inputs, begun from zero or from the stage before.
+/// A stage as a sum of matrices times sums of inputs, starting from zero or from the previous stage.
 struct StagePlan {
-    bool from_previous = false;  ///< the stage before stands at the same time: only what differs is added to it
+    bool from_previous = false;  ///< the previous stage is at the same time: only the difference is added
     std::vector<MatrixUse> uses;
 };
 
-/// Of every stage of a method; and of its estimate of the error, when it has one.
+/// For every stage of a method, and for its error estimate, where it has one.
 std::vector<StagePlan> stage_plans(const StepperTable& table);
 StagePlan error_plan(const StepperTable& table);
 

@@ -18,21 +18,21 @@ namespace drover::numerics {
 namespace {
 
 constexpr double straight = 0.9;           // cosine of the turn allowed between neighbouring segments: 26 degrees
-constexpr double chord_checked = 0.75;     // of the chord: the line may be farther off beside the middle than at it
-constexpr double bend_checked = 1 / 16.0;  // of the mesh edge: a check farther off than this may meet another line
-constexpr double root_seen = 10.0;         // in units of the root's error: a shorter segment has no direction
+constexpr double chord_checked = 0.75;     // of the chord: the line may deviate most beside the middle of a segment
+constexpr double bend_checked = 1 / 16.0;  // of the mesh edge: a check at a larger distance may find another line
+constexpr double root_seen = 10.0;  // in units of the error of the root: a shorter segment has no reliable direction
 constexpr double noise_seen = 3.0;  // in units of the noise: where f is within one of zero, samples are within two
-constexpr double speck = 100.0;     // in units of the finest edge: a smaller island is no line
+constexpr double speck = 100.0;     // in units of the finest edge: a smaller island is a singular point
 
-enum class Check : std::uint8_t { due, passed, ragged, bent };  // ragged: f is not defined all over the triangle
+enum class Check : std::uint8_t { due, passed, ragged, bent };  // ragged: f is undefined in part of the triangle
 
 /// The piece of the line in a triangle, the positive side to the left, in the unit square.
 struct Segment {
-    const MeshEdge *in = nullptr, *out = nullptr;  // null: there is none
+    const MeshEdge *in = nullptr, *out = nullptr;  // null: none
     PlanePoint from, to;
 };
 
-/// Triangles whose segments follow each other.
+/// Triangles with consecutive segments.
 struct Chain {
     std::vector<MeshIndex> triangles;
     bool closed = false;
@@ -58,7 +58,8 @@ PlanePoint in_unit_square(const BisectionMesh& mesh, const MeshVertex& vertex) {
 
 PlanePoint on_edge(const BisectionMesh& mesh, const MeshEdge& edge, double t) {
     const MeshVertex &a = mesh.vertices[edge.end[0]], &b = mesh.vertices[edge.end[1]];
-    const auto side = static_cast<double>(mesh.side);  // lattice differences are exact: a border edge stays on it
+    const auto side =
+        static_cast<double>(mesh.side);  // lattice differences are exact: a border edge stays on the border
     return {(static_cast<double>(a.i) + t * static_cast<double>(b.i - a.i)) / side,
             (static_cast<double>(a.j) + t * static_cast<double>(b.j - a.j)) / side};
 }
@@ -89,7 +90,7 @@ MeshEdge& edge_of(Tracer& tracer, MeshIndex triangle, std::size_t n) {
     return edge_between(tracer.mesh, corner[n % 3], corner[(n + 1) % 3]);
 }
 
-/// Evaluates f at the vertices made since the last time.
+/// Evaluates f at the vertices added since the last call.
 void evaluate_vertices(Tracer& tracer) {
     auto& vertices = tracer.mesh.vertices;
     const std::size_t known = tracer.vertices_known;
@@ -101,7 +102,7 @@ void evaluate_vertices(Tracer& tracer) {
     tracer.vertices_known = vertices.size();
 }
 
-/// A half of an edge that was cut has the crossing of the whole, where the signs at its ends say so.
+/// A half of a bisected edge inherits its crossing, where the signs at the ends of the half differ.
 void hand_down_crossings(Tracer& tracer) {
     for (const MeshSplit& split : tracer.mesh.splits) {
         const MeshEdge& whole = edge_between(tracer.mesh, split.a, split.b);
@@ -148,9 +149,9 @@ void find_crossings(Tracer& tracer, const std::vector<MeshIndex>& triangles) {
     for (const Search& search : searches) tracer.evaluations += search.calls;
 }
 
-/// None where a crossing is missing, f being undefined on that edge.
+/// Empty where a crossing is missing because f is undefined on that edge.
 Segment segment_in(Tracer& tracer, MeshIndex triangle) {
-    std::size_t odd = 0;  // the corner whose sign the other two have not
+    std::size_t odd = 0;  // the corner whose sign differs from the other two
     while (odd < 3 && !(is_opposite(value_at(tracer, triangle, odd), value_at(tracer, triangle, odd + 1)) &&
                         is_opposite(value_at(tracer, triangle, odd), value_at(tracer, triangle, odd + 2))))
         ++odd;
@@ -165,7 +166,7 @@ Segment segment_in(Tracer& tracer, MeshIndex triangle) {
             .to = on_edge(tracer.mesh, out, out.crossing)};
 }
 
-/// What the corners of a crossed triangle and the middles of its edges say of the line in it.
+/// Check of a crossed triangle by its corners and the middles of its edges.
 Check check_middles(Tracer& tracer, MeshIndex triangle) {
     Check check = Check::passed;
     for (std::size_t n = 0; n < 3; ++n) {
@@ -181,7 +182,7 @@ Check check_middles(Tracer& tracer, MeshIndex triangle) {
     return check;
 }
 
-/// The same of one not crossed, of which a neighbour may have asked the middle of an edge.
+/// Check of a triangle without a crossing; a neighbour may have evaluated the middle of an edge.
 Check check_known_middles(const Tracer& tracer, MeshIndex triangle) {
     const auto& corner = tracer.mesh.triangles[triangle].corner;
     Check check = Check::passed;
@@ -194,7 +195,7 @@ Check check_known_middles(const Tracer& tracer, MeshIndex triangle) {
     return check;
 }
 
-/// The neighbour with the segment that goes on from, or leads to, the one in a triangle, or mesh_none.
+/// The neighbour with the next or the previous segment of the one in a triangle, or mesh_none.
 MeshIndex next_of(const Tracer& tracer, MeshIndex triangle) {
     const MeshIndex next = triangle_across(*tracer.segments[triangle].out, triangle);
     return next != mesh_none && tracer.segments[next].in ? next : mesh_none;
@@ -210,7 +211,7 @@ bool has_direction(const Tracer& tracer, MeshIndex triangle) {
     return segment.in && distance(segment.from, segment.to) > root_seen * tracer.options.root;
 }
 
-/// Points a little way off to the left and right of the middle of a segment, in the unit square.
+/// Points near the middle of a segment, to its left and right, in the unit square.
 std::array<PlanePoint, 2> beside(const Tracer& tracer, MeshIndex triangle) {
     const Segment& segment = tracer.segments[triangle];
     const double off = std::min(chord_checked * tracer.options.chord, bend_checked * hypotenuse(tracer, triangle));
@@ -239,7 +240,7 @@ void check_sides(Tracer& tracer, const std::vector<MeshIndex>& triangles) {
     for (const std::size_t count : calls) tracer.evaluations += count;
 }
 
-/// Checks the turn from a segment to the next that has a direction; the triangles about a sharp one are bent.
+/// Checks the turn to the next segment that has a direction; triangles at a sharp turn are marked bent.
 void check_turn(Tracer& tracer, MeshIndex first) {
     if (!has_direction(tracer, first)) return;
     const Segment& before = tracer.segments[first];
@@ -267,11 +268,11 @@ void check_turns(Tracer& tracer, MeshIndex triangle) {
     if (before != mesh_none) check_turn(tracer, before);
 }
 
-/// Leaves of the triangles that are due those that may still be cut.
+/// Keeps those of the triangles due that may still be bisected.
 void keep_divisible(Tracer& tracer) {
     const auto is_done = [&](MeshIndex triangle) {
         const double size = hypotenuse(tracer, triangle);
-        if (tracer.checks[triangle] == Check::ragged) return size <= tracer.options.verge;
+        if (tracer.checks[triangle] == Check::ragged) return size <= tracer.options.domain_tolerance;
         double largest = 0.0;
         for (std::size_t n = 0; n < 3; ++n) largest = std::max(largest, std::abs(value_at(tracer, triangle, n)));
         return size < 2.0 * tracer.options.finest || largest <= noise_seen * tracer.options.noise;
@@ -287,7 +288,7 @@ void refine(Tracer& tracer) {
     tracer.due.clear();
 }
 
-/// Brings values, crossings, segments and checks up to date with the mesh.
+/// Updates values, crossings, segments and checks for the present mesh.
 void look(Tracer& tracer) {
     evaluate_vertices(tracer);
     hand_down_crossings(tracer);
@@ -324,7 +325,7 @@ void look(Tracer& tracer) {
     }
 }
 
-/// Lines as chains of segments, those that are open first.
+/// Lines as chains of segments, open ones first.
 std::vector<Chain> chains_of(const Tracer& tracer) {
     std::vector<Chain> chains;
     std::vector<bool> taken(tracer.segments.size());
@@ -342,7 +343,7 @@ std::vector<Chain> chains_of(const Tracer& tracer) {
     return chains;
 }
 
-/// The points of a chain without repetitions, in the rectangle; the ends of an open one are kept as they are.
+/// The distinct points of a chain, in the rectangle; the ends of an open chain are kept.
 ContourLine line_along(const Tracer& tracer, const Chain& chain) {
     const double apart = root_seen * tracer.options.root;
     std::vector<PlanePoint> points{tracer.segments[chain.triangles.front()].from};
@@ -356,7 +357,7 @@ ContourLine line_along(const Tracer& tracer, const Chain& chain) {
     return {.points = std::move(points), .closed = chain.closed};
 }
 
-/// Closed and small: an islet met by chance, or what the mesh left of a tongue too thin for it.
+/// Closed and small: an islet found by chance, or the remainder of a tongue too thin for the mesh.
 bool is_speck(const Tracer& tracer, const Chain& chain) {
     const PlanePoint& first = tracer.segments[chain.triangles.front()].from;
     const auto is_near = [&](MeshIndex triangle) {
@@ -365,7 +366,7 @@ bool is_speck(const Tracer& tracer, const Chain& chain) {
     return chain.closed && std::all_of(chain.triangles.begin(), chain.triangles.end(), is_near);
 }
 
-/// Adds to `found` the points of a chain, the whole of it or where it stayed bent, that are not near one found before.
+/// Adds to `found` the points of a chain, all or only where it is still bent, that are not near an earlier one.
 void add_sharp(const Tracer& tracer, const Chain& chain, bool whole, std::vector<PlanePoint>& found) {
     for (const MeshIndex triangle : chain.triangles) {
         const PlanePoint& from = tracer.segments[triangle].from;
@@ -387,8 +388,8 @@ void check_input(const Rectangle& where, const ContourOptions& options) {
     require(options.root >= 1e-15 && options.root <= options.finest / 100.0, {},
             "root = {}; expected 1e-15 to {}, a hundredth of finest", options.root, options.finest / 100.0);
     require(options.noise >= 0.0, {}, "noise = {}; expected 0 or more", options.noise);
-    require(options.verge >= 2.0 * options.finest, {}, "verge = {}; expected {} or more, twice finest", options.verge,
-            2.0 * options.finest);
+    require(options.domain_tolerance >= 2.0 * options.finest, {},
+            "domain_tolerance = {}; expected {} or more, twice finest", options.domain_tolerance, 2.0 * options.finest);
 }
 
 }  // namespace
@@ -411,10 +412,10 @@ Contour trace_zero(const PlaneFunction& f, const Rectangle& where, const Contour
     for (const Chain& chain : chains_of(tracer)) {
         ContourLine line = line_along(tracer, chain);
         if (line.points.size() < (chain.closed ? 3 : 2)) continue;
-        add_sharp(tracer, chain, is_speck(tracer, chain), result.sharp);
+        add_sharp(tracer, chain, is_speck(tracer, chain), result.singular_points);
         if (!is_speck(tracer, chain)) result.lines.push_back(std::move(line));
     }
-    for (PlanePoint& point : result.sharp) point = in_rectangle(where, point);
+    for (PlanePoint& point : result.singular_points) point = in_rectangle(where, point);
     result.evaluations = tracer.evaluations;
     return result;
 }

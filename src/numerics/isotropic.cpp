@@ -1,4 +1,4 @@
-// numerics/isotropic.cpp: layouts that no block can hold.
+// numerics/isotropic.cpp: the error for layouts without a block.
 #include "isotropic.hpp"
 
 #include "drover/base/error.hpp"

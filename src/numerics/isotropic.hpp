@@ -1,5 +1,4 @@
-// numerics/isotropic.hpp: how isotropic blocks act on the modes of a grid: the change between Cartesian components and the parts
-// along and across q.
+// numerics/isotropic.hpp: isotropic blocks on the modes of a grid: Cartesian components to parts along and across q.
 #pragma once
 #include <cstring>
 #include <vector>
@@ -20,7 +19,7 @@ inline Direction direction(const Wavevector& q, double inverse_length) {
     return {.x = q.x * inverse_length, .y = q.y * inverse_length, .turned = true};
 }
 
-/// A complex number as the vector instructions hold it: real part, imaginary part.
+/// A complex number as a vector register: real part, imaginary part.
 using Pair [[gnu::vector_size(16)]] = double;
 inline Pair load(const Complex* from) {
     Pair pair;
@@ -54,7 +53,7 @@ template <int Scalars, int Vectors>
     return parts;
 }
 
-/// The inverse of parts_of, added to what is there.
+/// Adds the inverse of parts_of.
 template <int Scalars, int Vectors>
 [[gnu::always_inline]] inline void add_parts(const ModeParts<Scalars, Vectors>& parts, Complex* values,
                                              std::size_t stride, std::size_t m, const Direction& d) {

@@ -10,9 +10,9 @@
 
 namespace drover::numerics {
 
-/// One draw of noise for every kept mode: Gaussian numbers of covariance f f^T / area, with f from `factors`: for each distinct
-/// |q| the entries of its block along q, then of that across.  Real fields: a stored mode whose conjugate is stored too repeats the
-/// numbers of its partner.
+/// One draw of noise for every kept mode: Gaussian numbers of covariance f f^T / area, with f from `factors`: for each
+/// distinct |q| the entries of its block along q, then of that across.  Real fields: a stored mode whose conjugate is
+/// stored too uses the numbers of its partner.
 struct NoiseDraw {
     const Grid& grid;
     const DistinctWavenumbers& wavenumbers;
@@ -34,7 +34,8 @@ template <std::size_t N>
     }
 }
 
-/// Adds it to the first `kept` modes of a row, whose components start at `to`, `stride` apart.  normal: room, made large enough.
+/// Adds it to the first `kept` modes of a row, whose components start at `to`, `stride` apart.  normal: scratch,
+/// resized as needed.
 template <int Scalars, int Vectors>
 void add_row_noise(const NoiseDraw& draw, std::size_t row, std::size_t kept, std::vector<double>& normal, Complex* to,
                    std::size_t stride) {
@@ -44,7 +45,7 @@ void add_row_noise(const NoiseDraw& draw, std::size_t row, std::size_t kept, std
     const double half = std::sqrt(0.5 / area(draw.grid)), whole = std::sqrt(1.0 / area(draw.grid));
     normal.resize(std::max(normal.size(), width * normals));
     fill_normal(draw.key, row * width, normals, std::span(normal.data(), kept * normals));
-    // The conjugate of a mode of column 0 is stored too: it takes the numbers of its partner.
+    // The conjugate of a mode of column 0 is stored too: it uses the numbers of its partner.
     const bool is_partner = 2 * row > rows;
     if (is_partner && kept > 0) fill_normal(draw.key, (rows - row) * width, normals, std::span(normal.data(), normals));
     for (std::size_t i = 0; i < kept; ++i) {
@@ -60,13 +61,13 @@ void add_row_noise(const NoiseDraw& draw, std::size_t row, std::size_t kept, std
     }
 }
 
-/// The kept modes of a row are its first: how many.
+/// Number of kept modes of a row, which are its first ones.
 inline std::size_t kept_in_row(const Grid& grid, const DistinctWavenumbers& wavenumbers, std::size_t row) {
     const std::int32_t* index = wavenumbers.of_mode.data() + row * columns(grid);
     return static_cast<std::size_t>(std::find(index, index + columns(grid), -1) - index);
 }
 
-/// Rows of modes that one thread takes at a time.
+/// Rows of modes in one task of a thread.
 inline std::size_t rows_per_chunk(const Grid& grid) {
     constexpr std::size_t modes_at_a_time = 1024;
     return std::max<std::size_t>(1, modes_at_a_time / columns(grid));

@@ -13,7 +13,7 @@ namespace drover::numerics {
 
 namespace {
 
-/// Radius, in units of 2 pi / longest side, within which every mode is kept: the first mode left out lies on it.
+/// Radius, in units of 2 pi / longest side, within which every mode is kept: that of the first mode not kept.
 double radius_kept(const Grid& grid, int degree, double ratio_x, double ratio_y) {
     std::size_t column = 0, row = 0;
     while (column < columns(grid) && is_kept(grid, degree, column, 0)) ++column;
@@ -27,7 +27,7 @@ std::vector<double> window_squares(int n, int cells, double dx) {
     window[0] = std::pow(dx * cells, 2);
     for (int i = 1; i < n; ++i) {
         const auto reduced =
-            static_cast<double>(std::int64_t{i} * cells % n);  // sin^2 repeats after n: no large angles
+            static_cast<double>(std::int64_t{i} * cells % n);  // sin^2 has period n: avoids large angles
         const double sine = std::sin(std::numbers::pi * reduced / n) / std::sin(std::numbers::pi * i / n);
         window[static_cast<std::size_t>(i)] = std::pow(dx * sine, 2);
     }
@@ -47,7 +47,7 @@ Shells shells(const Grid& grid, int degree) {
                   .of_mode = std::vector<int>(modes(grid), -1)};
     for (std::size_t j = 0, mode = 0; j < static_cast<std::size_t>(grid.ny); ++j)
         for (std::size_t i = 0; i < columns(grid); ++i, ++mode) {
-            // In these units, not in 1/mm, so that a square grid has no mode whose shell hangs on a rounding.
+            // In these units, not in 1/mm, so that no shell of a square grid depends on rounding.
             const double x = ratio_x * static_cast<double>(i), y = ratio_y * mode_number_y(grid, j);
             const double shell = std::floor(std::sqrt(x * x + y * y) - 0.5);
             if (shell < 0.0 || shell >= static_cast<double>(count)) continue;
@@ -107,7 +107,7 @@ double box_variance(const Grid& grid, std::span<const double> power, int cells_x
             "a box of {} by {} cells; expected 1 to {} by 1 to {}", cells_x, cells_y, grid.nx, grid.ny);
     const std::vector<double> window_x = window_squares(grid.nx, cells_x, grid.lx / grid.nx);
     const std::vector<double> window_y = window_squares(grid.ny, cells_y, grid.ly / grid.ny);
-    std::vector<double> by_column(columns(grid));  // sums over y first: loops over a row have no chain of additions
+    std::vector<double> by_column(columns(grid));  // sums over y first: the loops over a row vectorise
     for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j) {
         const double* row = power.data() + j * columns(grid);
         for (std::size_t i = j == 0 ? 1 : 0; i < by_column.size(); ++i) by_column[i] += window_y[j] * row[i];

@@ -1,4 +1,4 @@
-// numerics/stationary.cpp: states drawn from the stationary law of a linear system.
+// numerics/stationary.cpp: samples of the stationary distribution of a linear system.
 #include <algorithm>
 
 #include "drover/base/error.hpp"
@@ -8,7 +8,7 @@
 namespace drover::numerics {
 
 namespace {
-/// The factor of the stationary covariance; variables that nothing changes (a conserved mean) keep none.
+/// The factor of the stationary covariance; zero for variables that do not change (a conserved mean).
 Block stationary_factor(const Block& m, const Block& q) {
     std::vector<int> moving;
     for (int i = 0; i < m.size; ++i) {
@@ -34,7 +34,7 @@ Block stationary_factor(const Block& m, const Block& q) {
 }  // namespace
 
 void draw_stationary(const System& system, const RandomKey& key, Spectra& state) {
-    require(static_cast<bool>(system.noise), {}, "a stationary start needs noise; this system has none");
+    require(static_cast<bool>(system.noise), {}, "a stationary initial state needs noise; this system has none");
     const DistinctWavenumbers wavenumbers = distinct_wavenumbers(system.grid, system.degree);
     std::vector<double> factors;
     for (const double q : wavenumbers.q) {

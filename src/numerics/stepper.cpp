@@ -18,10 +18,10 @@ namespace {
 struct Combination {
     StagePlan plan;
     std::vector<double> matrices;  ///< for each |q|, for each use: the entries along, then across
-    int noise = -1;                ///< which part of the noise the stage has in it; -1: none
+    int noise = -1;                ///< index of the noise that the stage includes; -1: none
 };
 
-/// Noise that a stage has in it: drawn already, or to be drawn now.
+/// Noise of a stage: already drawn, or to be drawn now.
 struct NoiseSource {
     const Spectra* drawn = nullptr;
     const NoiseDraw* fresh = nullptr;
@@ -58,13 +58,13 @@ std::map<double, PhiFunctions> phi_at_fractions(const StepperTable& table, const
     return result;
 }
 
-/// Nothing but the exact propagator: all that a linear system needs of any table.
+/// The exact propagator alone: sufficient for a linear system.
 const StepperTable& linear_table() {
     static const StepperTable table{"linear", 1, "", {{1.0, {}}}};
     return table;
 }
 
-/// The noise of one part of the step: the factor of its covariance, and the propagator that brings the noise before it along.
+/// The noise of one part of the step: the factor of its covariance, and the propagator of the noise before it.
 struct NoisePart {
     double end = 1.0;  ///< as a fraction of the step
     std::vector<double> factors;
@@ -94,7 +94,7 @@ struct Stepper::Work {
     void draw_noise(std::uint64_t step_number);
     void combine(const Combination& combination, const Spectra& old, const NoiseSource& noise, Spectra& out);
     Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first, std::size_t count,
-                     Complex* room) const;
+                     Complex* scratch) const;
     void take_stages(double t, std::uint64_t step_number, const Spectra& state);
     void enforce_hermitian(Spectra& state) const;
 };
@@ -116,7 +116,7 @@ Stepper::Work::Work(const System& the_system, const StepperTable& the_table, dou
         stage = Spectra(system.grid, count);
     }
     next = Spectra(system.grid, count);
-    // Noise that one stage alone takes in is drawn where it is needed.
+    // Noise of a single stage is drawn where it is needed.
     if (noise_parts.size() > 1 || noise_users() > 1) noises.assign(noise_parts.size(), Spectra(system.grid, count));
 }
 
@@ -144,7 +144,7 @@ void Stepper::Work::prepare_stages() {
     }
 }
 
-/// Stages that take noise in themselves, not with the stage before them.
+/// Stages that include noise themselves, not through the previous stage.
 std::ptrdiff_t Stepper::Work::noise_users() const {
     return std::count_if(combinations.begin(), combinations.end(),
                          [](const Combination& c) { return c.noise >= 0 && !c.plan.from_previous; });
@@ -189,9 +189,10 @@ void Stepper::Work::draw_noise(std::uint64_t step_number) {
     }
 }
 
-/// Modes first, ..., first + count - 1 of every component of a weighted sum, made in `room` unless they stand somewhere already.
+/// Modes first, ..., first + count - 1 of every component of a weighted sum, written to `scratch` unless they exist
+/// already.
 Source Stepper::Work::source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first,
-                                std::size_t count, Complex* room) const {
+                                std::size_t count, Complex* scratch) const {
     const auto of = [&](const WeightedInput& input) -> const Spectra& {
         return input.input == 0 ? old : rates[static_cast<std::size_t>(input.input - 1)];
     };
@@ -200,13 +201,13 @@ Source Stepper::Work::source_of(const std::vector<WeightedInput>& inputs, const 
     for (std::size_t k = 0; k < inputs.size(); ++k)
         for (int c = 0; c < old.count(); ++c) {
             const Complex* from = of(inputs[k])[c].data() + first;
-            Complex* to = room + static_cast<std::size_t>(c) * count;
+            Complex* to = scratch + static_cast<std::size_t>(c) * count;
             if (k == 0)
                 for (std::size_t i = 0; i < count; ++i) to[i] = inputs[k].weight * from[i];
             else
                 for (std::size_t i = 0; i < count; ++i) to[i] += inputs[k].weight * from[i];
         }
-    return {room, count};
+    return {scratch, count};
 }
 
 void Stepper::Work::combine(const Combination& combination, const Spectra& old, const NoiseSource& noise,
@@ -219,13 +220,13 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
         const bool from_previous = combination.plan.from_previous;
         const Spectra* begun = from_previous ? &stage : noise.drawn;
         const NoiseDraw* fresh = from_previous ? nullptr : noise.fresh;
-        // A row of each component at a time: long reads from memory, then work in the first-level cache.
-        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& room,
+        // One row of each component at a time: contiguous reads from memory, then work in the first-level cache.
+        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& scratch,
                                 std::vector<double>& normal) {
-            room.resize(uses.size() * count * kept);
+            scratch.resize(uses.size() * count * kept);
             std::array<Source, max_uses> sources;
             for (std::size_t u = 0; u < uses.size(); ++u)
-                sources[u] = source_of(uses[u].inputs, old, row * width, kept, room.data() + u * count * kept);
+                sources[u] = source_of(uses[u].inputs, old, row * width, kept, scratch.data() + u * count * kept);
             for (std::size_t c = 0; c < count; ++c) {
                 Complex* to = out.values.data() + c * out.stride + row * width;
                 if (!begun) std::fill_n(to, kept, Complex(0.0));
@@ -239,7 +240,7 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
                        static_cast<std::size_t>(wavenumbers.of_mode[row * width + i]) * doubles;
             };
             for (std::size_t i = 0; i < kept; ++i) {
-                // Neighbours in a row have matrices far apart: the next is fetched while this one works.
+                // Matrices of neighbouring modes are far apart in memory: prefetch the next.
                 const double* following = matrices_of(std::min(i + 2, kept - 1));
                 for (std::size_t k = 0; k < doubles; k += 8) __builtin_prefetch(following + k);
                 const double* matrix = matrices_of(i);
@@ -254,23 +255,23 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
                 add_parts(sum, out.values.data() + row * width, out.stride, i, d);
             }
         };
-        // Rows j and -j share their matrices: one after the other, they are read from memory once.
+        // Rows j and -j share their matrices: consecutive rows read them from memory once.
         threads.for_chunks(rows / 2 + 1, rows_per_chunk(system.grid), [&](std::size_t begin, std::size_t end) {
-            std::vector<Complex> room;
+            std::vector<Complex> scratch;
             std::vector<double> normal;
             for (std::size_t row = begin; row < end; ++row) {
                 const std::size_t kept = kept_in_row(system.grid, wavenumbers, row);
                 if (kept == 0) continue;
                 const std::size_t partner = (rows - row) % rows;
-                of_row(row, kept, room, normal);
-                if (partner != row) of_row(partner, kept, room, normal);
+                of_row(row, kept, scratch, normal);
+                if (partner != row) of_row(partner, kept, scratch, normal);
             }
         });
     });
 }
 
-/// Transforms back to real space do not see the part of column 0 that belongs to no real field: rounding puts some there, and a
-/// growing linear mode would amplify it for ever.
+/// Inverse transforms ignore the part of column 0 that belongs to no real field.  Rounding creates such a part, which a
+/// growing linear mode would amplify without bound.
 void Stepper::Work::enforce_hermitian(Spectra& state) const {
     const std::size_t width = columns(system.grid), rows = static_cast<std::size_t>(system.grid.ny);
     for (int c = 0; c < state.count(); ++c) {
@@ -339,7 +340,7 @@ double stepper_bytes(const System& system, const StepperTable& table) {
         matrices += 2.0 * static_cast<double>(ends.size());
     }
     const int along = system.layout.scalars + system.layout.vectors, across = system.layout.vectors;
-    // At most a quarter of the kept modes have a |q| of their own, an eighth on a square.
+    // At most a quarter of the kept modes have distinct |q|, an eighth on a square.
     const double distinct = static_cast<double>(modes(system.grid)) / (system.grid.lx == system.grid.ly ? 4.0 : 2.0);
     return spectra * held + distinct * matrices * (along * along + across * across) * sizeof(double) +
            static_cast<double>(modes(system.grid)) * sizeof(std::int32_t);

@@ -16,7 +16,7 @@ const std::vector<Terms> fourth_order_weights{{{1, 1}, {-3, 2}, {4, 3}},
                                               {{2, 2}, {-4, 3}},
                                               {{-1, 2}, {4, 3}}};
 
-// The new state less one whose last weight goes half-way to the rate at the new state: of order 4 and 3.
+// The difference from a third-order state whose last weight is shared with the rate at the new state.
 const std::vector<Terms> fourth_order_error{{}, {}, {}, {{-0.6, 2}, {2.4, 3}}, {{0.6, 2}, {-2.4, 3}}};
 constexpr const char* fourth_order_error_citation =
     "Balac & Mahe, Comput. Phys. Commun. 184, 1211 (2013), their embedded pair 4(3) with exponential weights";

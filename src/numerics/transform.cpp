@@ -1,4 +1,5 @@
-// numerics/transform.cpp: real transforms in two dimensions, by FFTW along rows (two real rows as one complex) and columns.
+// numerics/transform.cpp: real transforms in two dimensions, by FFTW along rows (two real rows as one complex) and
+// columns.
 #include "drover/numerics/transform.hpp"
 
 #include <fftw3.h>
@@ -22,13 +23,13 @@ using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, PlanDeleter>;
 
 fftw_complex* raw(Complex* values) { return reinterpret_cast<fftw_complex*>(values); }
 
-/// FFTW's planner is one for the whole process and not safe for threads; executing plans is.
+/// The FFTW planner is global and not thread-safe; the execution of plans is.
 std::mutex& planner_mutex() {
     static std::mutex mutex;
     return mutex;
 }
 
-/// Room that FFTW's vector instructions can use; every array in it starts on a cache line.
+/// Memory aligned for the vector instructions of FFTW; every array in it starts on a cache line.
 template <class Number>
 class Aligned {
 public:
@@ -51,14 +52,14 @@ private:
     std::size_t size_ = 0;
 };
 
-/// A few neighbouring numbers: most often a whole strip's, whose number the compiler then knows.
+/// A few consecutive numbers: usually a complete strip, whose size is then a compile-time constant.
 void copy_strip(const Complex* from, std::size_t count, Complex* to) {
     if (count == strip_columns)
         for (std::size_t i = 0; i < strip_columns; ++i) to[i] = from[i];
     else std::copy_n(from, count, to);
 }
 
-/// What one thread works in.
+/// Work arrays of one thread.
 struct Workspace {
     Aligned<Complex> columns, packed, transformed;
     Aligned<double> points;
@@ -70,7 +71,7 @@ Workspace& workspace() {
     return mine;
 }
 
-/// Transforms of `length` numbers: of a whole strip of them, and of the shorter strip at the end if there is one.
+/// Transforms of `length` numbers: of a complete strip, and of a shorter strip at the end if there is one.
 struct StripPlans {
     std::size_t lines = 1, strip = 1;
     Plan whole, rest;
@@ -95,9 +96,9 @@ struct Transform::Plans {
     Grid grid;
     Threads& threads;
     std::size_t nx, ny, width;        // points, and stored modes of a row
-    std::size_t kept = 0, pitch = 0;  // kept columns, and their room in scratch: whole cache lines
+    std::size_t kept = 0, pitch = 0;  // kept columns, and their size in scratch: complete cache lines
     std::vector<std::size_t> kept_rows;
-    std::size_t first_cut_row = 0;  // the rows that are cut are neighbours
+    std::size_t first_cut_row = 0;  // the rows that are not kept are contiguous
     StripPlans rows_forward, rows_backward, columns_forward, columns_backward;
     Aligned<Complex> scratch_in, scratch_out;  // [array][row][kept column], between rows and columns
 
@@ -140,7 +141,7 @@ Transform::Plans::Plans(const Grid& the_grid, int degree, Threads& the_threads) 
     };
     rows_forward = rows_plan(FFTW_FORWARD);
     rows_backward = rows_plan(FFTW_BACKWARD);
-    // In place in a strip's own room, [ny][strip_columns]: a column by itself strides over more lines than a cache holds.
+    // In the strip's own array, [ny][strip_columns]: a single column touches more cache lines than fit in the cache.
     constexpr int stride = static_cast<int>(strip_columns);
     Complex* strip = to.room(ny * strip_columns);
     const auto columns_plan = [&](int direction) {
@@ -179,7 +180,8 @@ void Transform::Plans::forward_columns(const Complex* scratch, std::span<Complex
     });
 }
 
-/// Two real arrays a, b are the parts of the complex one whose modes are A_k + i B_k, and at -k conj(A_k) + i conj(B_k).
+/// Two real arrays a, b are the parts of the complex one whose modes are A_k + i B_k, and at -k conj(A_k) + i
+/// conj(B_k).
 void Transform::Plans::unpack_rows(const Complex* scratch, std::size_t strip, std::span<double* const> arrays) {
     const std::size_t first = rows_backward.begin(strip), count = rows_backward.size(strip);
     Complex *packed = workspace().packed.room(rows_backward.strip * nx),
@@ -244,7 +246,7 @@ const Grid& Transform::grid() const { return plans_->grid; }
 
 void Transform::forward(const Fields& from, Spectra& to) const {
     Plans& p = *plans_;
-    // Two at a time, which stay in the cache.
+    // Two at a time, so that they stay in the cache.
     for (int c = 0; c < from.count(); c += 2) {
         const int count = std::min(2, from.count() - c);
         Complex* scratch = p.scratch_out.room(p.scratch_size(2));

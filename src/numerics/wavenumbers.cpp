@@ -9,7 +9,7 @@
 namespace drover::numerics {
 
 DistinctWavenumbers distinct_wavenumbers(const Grid& grid, int degree) {
-    // Whole numbers tell equal |q| apart from nearly equal ones: k^2 in a square, the pair |kx|, |ky| in a rectangle.
+    // Integers distinguish equal |q| from nearly equal ones: k^2 in a square, the pair |kx|, |ky| in a rectangle.
     const bool square = grid.lx == grid.ly;
     const auto key = [&](std::size_t column, std::size_t row) {
         const auto kx = static_cast<std::int64_t>(column),

@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <deque>
+#include <iterator>
 
 #include "drover/numerics/linear_operator.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/transform.hpp"
+#include "drover/physics/equations.hpp"
 #include "drover/physics/right_hand_side.hpp"
-#include "drover/physics/term.hpp"
 
 namespace drover::physics {
 
@@ -48,15 +49,15 @@ struct EnergyMeter::Work {
         : e(equations),
           whole(linear_system(equations, grid, reference(equations.model.uniform), dealiasing)),
           transform(grid, whole.degree, threads) {
-        for (const Term* term : e.active) {
+        const auto is_force = [](const Term& term) { return term.of == Equation::bead_velocity; };
+        const bool slaved = e.form.velocity == Velocity::slaved;
+        for (const Term& term : e.active) {
+            if (slaved && is_force(term)) continue;
             Equations alone = e;
             alone.active = {term};
-            // What is slaved needs the whole balance of its forces.
-            if (e.form.velocity == Velocity::slaved)
-                for (const Term* other : e.active)
-                    if (other != term && is_force_on_beads(*other)) alone.active.push_back(other);
-            if (e.form.velocity == Velocity::slaved && is_force_on_beads(*term)) continue;
-            names.emplace_back(term->name);
+            // A slaved velocity needs the whole balance of its forces.
+            if (slaved) std::copy_if(e.active.begin(), e.active.end(), std::back_inserter(alone.active), is_force);
+            names.push_back(term.name);
             parts.emplace_back(alone, grid, whole, threads);
         }
     }

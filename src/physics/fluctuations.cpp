@@ -1,11 +1,11 @@
-// physics/fluctuations.cpp: Lyapunov equations of small complex matrices, and what they say of a grid.
+// physics/fluctuations.cpp: structure factors from Lyapunov equations.
 #include "drover/physics/fluctuations.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
+#include "drover/numerics/lyapunov.hpp"
 #include "drover/physics/long_waves.hpp"
 #include "drover/physics/stability.hpp"
 
@@ -13,28 +13,6 @@ namespace drover::physics {
 
 namespace {
 using Complex = std::complex<double>;
-
-/// m s + s m^H + q = 0 (Bartels & Stewart, Comm. ACM 15, 820 (1972), in the complex Schur form).
-ModeShapes stationary_covariance(const ModeShapes& m, const ModeShapes& q, const numerics::Wavevector& at) {
-    const Eigen::ComplexSchur<ModeShapes> schur(m);
-    const auto n = m.rows();
-    const ModeShapes& t = schur.matrixT();
-    const ModeShapes& u = schur.matrixU();
-    for (Eigen::Index i = 0; i < n; ++i)
-        if (!(t(i, i).real() < 0.0))
-            fail_run("no stationary state: a mode at q = ({:.4g}, {:.4g}) /mm grows at {:.3g} /s", at.x, at.y,
-                     t(i, i).real());
-    ModeShapes y = u.adjoint() * q * u;
-    for (Eigen::Index j = n; j-- > 0;)
-        for (Eigen::Index i = n; i-- > 0;) {
-            Complex sum = y(i, j);
-            for (Eigen::Index k = i + 1; k < n; ++k) sum += t(i, k) * y(k, j);
-            for (Eigen::Index k = j + 1; k < n; ++k) sum += y(i, k) * std::conj(t(j, k));
-            y(i, j) = -sum / (t(i, i) + std::conj(t(j, j)));
-        }
-    const ModeShapes s = u * y * u.adjoint();
-    return 0.5 * (s + s.adjoint());
-}
 
 /// Parts along and across q: with the components (x, y) of a vector that starts at a place.
 void parts(const Symbol& s, int place, double c, double sn, double& along, double& across) {
@@ -69,8 +47,14 @@ Symbol structure_matrix(const Equations& equations, const UniformPoint& about, c
     const std::vector<int> present = places_of(equations.form);
     const ModeShapes m = linear_symbol(equations, about, q)(present, present);
     const ModeShapes noise = noise_symbol(equations, std::hypot(q.x, q.y))(present, present);
+    ModeShapes covariance(m.rows(), m.cols());
+    const auto entries = static_cast<std::size_t>(m.size());
+    const double growth = numerics::solve_lyapunov(static_cast<int>(m.rows()), {m.data(), entries},
+                                                   {noise.data(), entries}, {covariance.data(), entries});
+    if (!(growth < 0.0))
+        fail_run("no stationary state: a mode at q = ({:.4g}, {:.4g}) /mm grows at {:.3g} /s", q.x, q.y, growth);
     Symbol result = Symbol::Zero();
-    result(present, present) = stationary_covariance(m, noise, q);
+    result(present, present) = covariance;
     return result;
 }
 
@@ -103,7 +87,8 @@ std::vector<StructureFactor> structure_factors(const Equations& equations, const
 
 double direction_diffusion(const Equations& equations, const StationaryState& about) {
     if (!about.free_direction) return 0.0;
-    // The slow mode behind those of the densities is a turn of p and v together; noise on p turns it by its dual, which is normal to p.
+    // The slow mode behind those of the densities is a turn of p and v together; noise on p turns it by its dual, which
+    // is normal to p.
     const LongWaves waves = long_waves(equations, about);
     if (!waves.undefined.empty()) return std::numeric_limits<double>::quiet_NaN();
     const auto turn = (equations.form.bead_density >= 0 ? 1 : 0) + (equations.form.rod_density >= 0 ? 1 : 0);

@@ -2,12 +2,13 @@
 #include "drover/physics/initial_state.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <cstdlib>
 #include <tuple>
 
-#include "drover/base/formula.hpp"
+#include "drover/base/expression.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
 
@@ -63,6 +64,12 @@ std::pair<const char*, const std::string*> formula_of(const InitialState& initia
     return {"", &none};
 }
 
+/// Expressions of a start in x and y: their slots are 0 and 1.
+Expression expression_in_x_y(const std::string& written, SourceLocation where) {
+    where.column = 0;  // the column is that of the key
+    return parse_expression(written, {.variables = {{"x", 0}, {"y", 1}}}, where);
+}
+
 void set_formulas(const InitialState& initial, const Form& form, const numerics::System& system, Threads& threads,
                   numerics::Spectra& state) {
     const numerics::Grid& grid = system.grid;
@@ -72,11 +79,11 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
     for (int c = 0; c < state.count(); ++c) {
         const auto [key, written] = formula_of(initial, components[static_cast<std::size_t>(c)].name);
         if (written->empty()) continue;
-        const Formula formula(*written, {});
+        const Expression formula = expression_in_x_y(*written, {});
         std::size_t cell = 0;
         for (int j = 0; j < grid.ny; ++j)
             for (int i = 0; i < grid.nx; ++i) {
-                const double value = formula(grid.lx / grid.nx * i, grid.ly / grid.ny * j);
+                const double value = evaluate(formula, std::array{grid.lx / grid.nx * i, grid.ly / grid.ny * j});
                 require(std::isfinite(value), {}, "{} = \"{}\" is {} in cell ({}, {}); expected a number everywhere",
                         key, *written, value, i, j);
                 cells[c][cell++] = value;
@@ -122,7 +129,7 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
                 key, initial.kind);
         require(std::find(names.begin(), names.end(), component) != names.end(), place(key),
                 "{} is given, but the model has no such field; expected one of {}", key, joined(names));
-        static_cast<void>(Formula(*written, place(key)));
+        static_cast<void>(expression_in_x_y(*written, place(key)));
     }
     if (initial.kind != "mode") return;
     require(component_of(initial.field, form(model)) >= 0, place("initial.field"),

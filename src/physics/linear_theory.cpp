@@ -61,8 +61,7 @@ numerics::IsotropicBlocks noise_blocks(const Noise& noise, const BlockPlaces& pl
 
 int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
     int most = 1;
-    for (const Term* term : equations.active)
-        if (term->cost) most = std::max(most, term->cost(equations).degree);
+    for (const Term& term : equations.active) most = std::max(most, point_cost(equations, term).degree);
     // 1/rho has no finite degree: its products count as quadratic, and outputs tell the tail of the spectrum.
     if (equations.form.velocity == Velocity::dynamic && equations.form.bead_density >= 0) most = std::max(most, 2);
     if (most == 1 || dealiasing.rule == "exact") return most;
@@ -79,9 +78,8 @@ numerics::System linear_system(const Equations& equations, const numerics::Grid&
                             .degree = kept_degree(equations, dealiasing)};
     const auto shared = std::make_shared<const Equations>(equations);
     const BlockPlaces places = block_places(equations.form);
-    const UniformPoint about{.bead_density = reference.bead_density, .rod_density = reference.rod_density};
-    system.linear = [shared, places, about](double q) {
-        const Symbol symbol = linear_symbol(*shared, about, {.x = q, .y = 0.0});
+    system.linear = [shared, places, reference](double q) {
+        const Symbol symbol = propagator_symbol(*shared, reference, q);
         return numerics::IsotropicBlocks{block_of(symbol, places.along), block_of(symbol, places.across)};
     };
     const Noise& noise = equations.model.noise;

@@ -8,35 +8,25 @@
 #include <cmath>
 #include <limits>
 
+#include "expansion.hpp"
+
 namespace drover::physics {
 
 namespace {
 using Small = LongWaves::Small;
-using Matrix6 = Eigen::Matrix<double, FieldIndex::count, FieldIndex::count>;
-
-/// F(q) = constant + i q first + q^2 second, all real.
-struct Expansion {
-    Matrix6 constant, first_x, first_y, second_xx, second_yy, second_xy;
+/// The expansion of the fields that the form has.
+struct Compact {
+    Expansion q;
     Matrix6 moved = Matrix6::Zero();  ///< what multiplies d/dt
-    std::vector<int> present;         ///< the places that the form has
+    std::vector<int> present;         ///< rows and columns of these fields
 };
 
-Expansion expansion(const Equations& e, const UniformPoint& about) {
-    // Even and odd parts are the real and the imaginary part; at a large q (a power of two) the even part is that in q^2, with the
-    // rounding of neither.
-    constexpr double large = 0x1p20;
-    const auto at = [&](double x, double y) { return force_symbol(e, about, {.x = x, .y = y}); };
-    const auto second = [&](double x, double y, const Matrix6& constant) -> Matrix6 {
-        return (at(large * x, large * y).real() - constant) / (large * large);
-    };
-    Expansion r{.constant = at(0.0, 0.0).real(), .first_x = at(1.0, 0.0).imag(), .first_y = at(0.0, 1.0).imag()};
-    r.second_xx = second(1.0, 0.0, r.constant);
-    r.second_yy = second(0.0, 1.0, r.constant);
-    r.second_xy = second(1.0, 1.0, r.constant) - r.second_xx - r.second_yy;
+Compact compact(const Equations& e, const UniformPoint& about) {
+    Compact r{.q = expansion(e, about), .present = {}};
     const Form& form = e.form;
-    const auto add = [&](int place, double weight) {
-        r.present.push_back(place);
-        r.moved(place, place) = weight;
+    const auto add = [&](int field, double weight) {
+        r.present.push_back(field);
+        r.moved(field, field) = weight;
     };
     if (form.bead_density >= 0) add(FieldIndex::bead_density, 1.0);
     if (form.rod_density >= 0) add(FieldIndex::rod_density, 1.0);
@@ -72,9 +62,9 @@ constexpr const char* at_threshold =
 /// block of v and p: as many as it has.
 Small uniform_changes(const Equations& e, const StationaryState& about, const Small& block) {
     const auto n = block.rows();
-    const double beads = about.point.bead_density, rods = about.point.rod_density;
-    const bool free_beads = e.form.velocity == Velocity::dynamic && e.drag.at(beads, rods).value == 0.0 &&
-                            e.driving.at(beads, rods).value * e.weathercock.at(beads, rods).value == 0.0;
+    // Nothing slows the beads down: no drag, and no driving that the flow itself would change.
+    const bool free_beads = e.form.velocity == Velocity::dynamic && block.topLeftCorner<2, 2>().isZero(0.0) &&
+                            (block.topRightCorner<2, 2>().isZero(0.0) || block.bottomLeftCorner<2, 2>().isZero(0.0));
     Small changes = Small::Zero(n, (about.free_direction ? 1 : 0) + (free_beads ? 2 : 0));
     if (about.free_direction) {
         const auto turned = [](const Eigen::Vector2d& v) { return Eigen::Vector2d(-v.y(), v.x()); };
@@ -89,8 +79,8 @@ Small uniform_changes(const Equations& e, const StationaryState& about, const Sm
     return changes;
 }
 
-Slow slow_at_rest(const Equations& e, const StationaryState& about, const Expansion& f) {
-    const Small constant = chosen(f.constant, f.present), moved = chosen(f.moved, f.present);
+Slow slow_at_rest(const Equations& e, const StationaryState& about, const Compact& f) {
+    const Small constant = chosen(f.q.constant, f.present), moved = chosen(f.moved, f.present);
     const auto n = constant.rows(), densities = n - (e.form.velocity == Velocity::absent ? 2 : 4), rest = n - densities;
     const Small block = constant.bottomRightCorner(rest, rest), mass = moved.bottomRightCorner(rest, rest);
     const Small changes = uniform_changes(e, about, block);
@@ -129,7 +119,7 @@ Slow slow_at_rest(const Equations& e, const StationaryState& about, const Expans
 
 LongWaves long_waves(const Equations& equations, const StationaryState& about) {
     LongWaves result;
-    const Expansion f = expansion(equations, about.point);
+    const Compact f = compact(equations, about.point);
     const Slow slow = slow_at_rest(equations, about, f);
     result.undefined = slow.undefined;
     if (!slow.undefined.empty() || slow.right.cols() == 0) return result;
@@ -141,11 +131,11 @@ LongWaves long_waves(const Equations& equations, const StationaryState& about) {
         return left * chosen(a, f.present) * (slow.fast * (project * chosen(b, f.present) * right));
     };
     const auto between = [&](const Matrix6& m) -> Small { return left * chosen(m, f.present) * right; };
-    result.speed_x = -between(f.first_x);
-    result.speed_y = -between(f.first_y);
-    result.damping_xx = -between(f.second_xx) - through(f.first_x, f.first_x);
-    result.damping_yy = -between(f.second_yy) - through(f.first_y, f.first_y);
-    result.damping_xy = -between(f.second_xy) - through(f.first_x, f.first_y) - through(f.first_y, f.first_x);
+    result.speed_x = -between(f.q.first_x);
+    result.speed_y = -between(f.q.first_y);
+    result.damping_xx = -between(f.q.second_xx) - through(f.q.first_x, f.q.first_x);
+    result.damping_yy = -between(f.q.second_yy) - through(f.q.first_y, f.q.first_y);
+    result.damping_xy = -between(f.q.second_xy) - through(f.q.first_x, f.q.first_y) - through(f.q.first_y, f.q.first_x);
     result.right = Small::Zero(FieldIndex::count, right.cols());
     result.left = Small::Zero(left.rows(), FieldIndex::count);
     for (Eigen::Index i = 0; i < n; ++i) {

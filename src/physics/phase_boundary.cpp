@@ -61,7 +61,7 @@ namespace {
 Margin margin_at(const Equations& e, double bead_density, double rod_density, Limit limit, const double* one_angle) {
     if (!has_values(e, bead_density, rod_density)) return {.value = none};
     const bool flock = limit == Limit::banding || limit == Limit::oblique;
-    const double abar = flock ? none : effective_coefficients(e, bead_density, rod_density).relaxation;
+    const double abar = flock ? none : effective_relaxation(e, bead_density, rod_density);
     if (limit == Limit::phase_separation && !(abar > 0.0)) return {.value = none};
     // The flock: the largest order.  With a field from outside there is no isotropic state, and nothing sets in.
     const StationaryStates found = stationary_states(e, bead_density, rod_density);
@@ -86,19 +86,13 @@ Margin margin(const Equations& equations, double bead_density, double rod_densit
 
 std::vector<Uncertain> table_errors(const Model& model) {
     std::vector<Uncertain> result;
-    const auto add = [&](const char* name, std::vector<double> TableData::*values,
-                         std::vector<double> TableData::*errors) {
-        for (std::size_t i = 0; i < (model.table.*errors).size(); ++i)
-            if (const double error = (model.table.*errors)[i]; error != 0.0)
-                result.push_back({.name = text("table.{}[{}]", name, i),
-                                  .error = error,
-                                  .add = [values, i](Model& m, double change) { (m.table.*values)[i] += change; }});
-    };
-    add("relaxation_rate", &TableData::relaxation_rate, &TableData::relaxation_rate_error);
-    add("relaxation_saturation", &TableData::relaxation_saturation, &TableData::relaxation_saturation_error);
-    add("drag_coefficient", &TableData::drag_coefficient, &TableData::drag_coefficient_error);
-    add("driving_strength", &TableData::driving_strength, &TableData::driving_strength_error);
-    add("weathercock_strength", &TableData::weathercock_strength, &TableData::weathercock_strength_error);
+    for (const auto& [key, column] : model.table.columns)
+        for (std::size_t i = 0; i < column.errors.size(); ++i)
+            if (const double error = column.errors[i]; error != 0.0)
+                result.push_back(
+                    {.name = text("table.{}[{}]", key, i),
+                     .error = error,
+                     .add = [key = key, i](Model& m, double change) { m.table.columns.at(key).values[i] += change; }});
     return result;
 }
 
@@ -236,7 +230,9 @@ Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncer
         numerics::trace_zero([&](const numerics::PlanePoint& point) { return models.margin(point, limit).value; },
                              {.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to}, options,
                              threads);
-    Boundary result{.sharp = contour.sharp, .evaluations = contour.evaluations, .complete = contour.complete};
+    Boundary result{.singular_points = contour.singular_points,
+                    .evaluations = contour.evaluations,
+                    .complete = contour.complete};
     for (const numerics::ContourLine& traced : contour.lines) {
         BoundaryLine line{.limit = limit, .closed = traced.closed};
         const std::vector<Margin> at = margins_at(models, traced.points, limit, threads);

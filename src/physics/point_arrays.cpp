@@ -1,63 +1,76 @@
-// physics/point_arrays.cpp: places of arrays, from what the terms read and write.
+// physics/point_arrays.cpp: positions of arrays, from what the terms read and write.
 #include "point_arrays.hpp"
 
 #include <algorithm>
 
-#include "drover/physics/term.hpp"
+#include "term_shapes.hpp"
 
 namespace drover::physics {
 
 namespace {
 /// The mass that forces move depends on the density: m rho d_t v.
 bool mass_varies(const Equations& e) { return e.form.velocity == Velocity::dynamic && e.form.bead_density >= 0; }
-bool has_force(const Equations& e) {
-    return std::any_of(e.active.begin(), e.active.end(), [](const Term* term) { return is_force_on_beads(*term); });
+
+bool is_force(const Term& term) { return term.of == Equation::bead_velocity; }
+
+struct Wanted {
+    std::uint64_t read = 0;
+    unsigned written = 0;
+    bool linear_force = false;
+};
+
+Wanted wanted_by(const Equations& e) {
+    const bool slaved = e.form.velocity == Velocity::slaved;
+    Wanted wanted;
+    PointCost forces;
+    for (const Term& term : e.active) {
+        const PointCost cost = point_cost(e, term);
+        if (slaved && is_force(term)) {
+            forces.reads |= cost.reads;
+            continue;
+        }
+        wanted.read |= cost.reads;
+        wanted.written |= cost.writes;
+    }
+    wanted.linear_force = mass_varies(e) && std::any_of(e.active.begin(), e.active.end(), is_force);
+    if (wanted.linear_force) {
+        wanted.read |= reads(Input::bead_density);
+        wanted.written |= writes(Output::velocity);
+    }
+    if (wanted.written & writes(Output::force)) wanted.written |= writes(Output::velocity);
+    if (has_pointwise_velocity(e) && (wanted.read & reads_velocity)) wanted.read |= forces.reads | reads_of(e.drag);
+    return wanted;
 }
 }  // namespace
 
-unsigned reads_of(const Coefficient& c) {
-    return (c.depends_on_beads() ? unsigned{reads_beads} : 0u) | (c.depends_on_rods() ? unsigned{reads_rods} : 0u);
-}
-
-bool slaved_varies(const Equations& e) {
-    return e.form.velocity == Velocity::slaved && (e.drag.varies() || e.driving.varies());
-}
-
 Arrays arrays_of(const Equations& e) {
-    unsigned reads = 0, writes = 0;
-    for (const Term* term : e.active)
-        if (term->cost) {
-            const Action action = term->cost(e);
-            reads |= action.reads;
-            writes |= action.writes;
-        }
-    const bool divides = mass_varies(e) && has_force(e);
-    if (divides) {
-        reads |= reads_beads;
-        writes |= writes_velocity;
-    }
-    if (writes & writes_force) writes |= writes_velocity;
-    if (slaved_varies(e) && (reads & reads_velocity)) reads |= reads_order | reads_of(e.drag) | reads_of(e.driving);
+    const Wanted wanted = wanted_by(e);
     Arrays a;
-    const auto place = [](bool wanted, int width, int& next, int& at) {
-        if (!wanted) return;
-        at = next;
-        next += width;
+    a.in.fill(-1);
+    a.out.fill(-1);
+    const auto place = [](bool is_wanted, int width, int* at, int& next) {
+        for (int i = 0; is_wanted && i < width; ++i) at[i] = next++;
+    };
+    const auto read = [&](int input, int width) {
+        place(wanted.read & reads(input), width, &a.in[static_cast<std::size_t>(input)], a.inverse);
     };
     // Vectors first: two arrays are transformed as one.
-    place(reads & reads_velocity, 2, a.back, a.velocity);
-    place(reads & reads_order, 2, a.back, a.order);
-    place(divides, 2, a.back, a.force);
-    place(reads & reads_beads, 1, a.back, a.beads);
-    place(reads & reads_rods, 1, a.back, a.rods);
-    place(reads & reads_velocity_curl, 1, a.back, a.velocity_curl);
-    place(reads & reads_order_curl, 1, a.back, a.order_curl);
-    place(writes & writes_bead_flux, 2, a.forth, a.bead_flux);
-    place(writes & writes_rod_flux, 2, a.forth, a.rod_flux);
-    place(writes & writes_velocity, 2, a.forth, a.velocity_rate);
-    place(writes & writes_order, 2, a.forth, a.order_rate);
-    place(writes & writes_velocity_head, 1, a.forth, a.velocity_head);
-    place(writes & writes_order_head, 1, a.forth, a.order_head);
+    read(Input::bead_velocity_x, 2);
+    read(Input::polar_order_x, 2);
+    if (wanted.linear_force) {
+        a.linear_force = a.inverse;
+        a.inverse += 2;
+    }
+    read(Input::bead_density, 1);
+    read(Input::rod_density, 1);
+    read(Input::velocity_curl, 1);
+    read(Input::order_curl, 1);
+    for (int input = Input::d_x; input < Input::x; ++input)
+        if (input != Input::velocity_curl && input != Input::order_curl) read(input, 1);
+    for (const int output : {Output::bead_flux, Output::rod_flux, Output::velocity, Output::order})
+        place(wanted.written & writes(output), 2, &a.out[static_cast<std::size_t>(output)], a.forward);
+    for (const int output : {Output::velocity_potential, Output::order_potential, Output::bead_rate, Output::rod_rate})
+        place(wanted.written & writes(output), 1, &a.out[static_cast<std::size_t>(output)], a.forward);
     return a;
 }
 

@@ -1,21 +1,21 @@
 // physics/point_arrays.hpp: which arrays the active terms of a model need at the points of the grid, and which they make.
 #pragma once
-#include "drover/physics/model.hpp"
+#include <array>
+
+#include "drover/physics/equations.hpp"
 
 namespace drover::physics {
 
-/// Places of what is brought to the grid and from it, -1 when it is not; a vector has two.
+/// Positions of what is transformed to the grid and from it, -1 for what is not; vectors take two.
 struct Arrays {
-    int beads = -1, rods = -1, velocity = -1, order = -1, force = -1, velocity_curl = -1, order_curl = -1, back = 0;
-    int bead_flux = -1, rod_flux = -1, velocity_rate = -1, order_rate = -1, velocity_head = -1, order_head = -1,
-        forth = 0;
+    std::array<int, Input::count> in{};
+    int linear_force = -1, inverse = 0;  ///< inverse: arrays transformed to the grid
+    std::array<int, Output::count> out{};
+    int forward = 0;  ///< arrays transformed from the grid
+
+    int of(Input::Value input) const { return in[static_cast<std::size_t>(input)]; }
+    int of(Output::Value output) const { return out[static_cast<std::size_t>(output)]; }
 };
 Arrays arrays_of(const Equations& equations);
-
-/// The densities that a coefficient depends on, as inputs of a term.
-unsigned reads_of(const Coefficient& coefficient);
-
-/// A slaved velocity whose drag or driving depends on the densities: it is no linear function of the fields.
-bool slaved_varies(const Equations& equations);
 
 }  // namespace drover::physics

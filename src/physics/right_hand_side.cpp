@@ -7,10 +7,9 @@
 #include <limits>
 #include <mutex>
 
-#include "body_force.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/numerics/wavenumbers.hpp"
-#include "drover/physics/term.hpp"
+#include "linear_rows.hpp"
 #include "point_arrays.hpp"
 
 namespace drover::physics {
@@ -22,34 +21,6 @@ using numerics::Wavevector;
 constexpr std::size_t points_in_cache = 256;  // of some twenty arrays: the first-level cache
 
 Complex times_i(Complex a) { return {-a.imag(), a.real()}; }
-
-/// Rows of the linear operator that give the force on the beads (dynamic) or their velocity (slaved): along q from both densities
-/// and the parts of v and p along q; across q from those across.
-struct VelocityRow {
-    std::array<double, 4> along{};
-    std::array<double, 2> across{};
-};
-
-VelocityRow velocity_row(const Equations& e, const Reference& ref, double q) {
-    const UniformPoint about{.bead_density = ref.bead_density, .rod_density = ref.rod_density};
-    Symbol m = force_symbol(e, about, {.x = q, .y = 0.0});
-    if (e.form.velocity == Velocity::slaved) {
-        // Zero where nothing holds the beads back: there is no such term then.
-        for (const int row : {FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_y}) {
-            const Complex held = -m(row, row);
-            if (held != 0.0) m.row(row) /= held;
-            m(row, row) = 0.0;
-        }
-    }
-    // Times i for the vectors: i F = a rho + b sigma + c (i v) + d (i p).
-    return {.along = {-m(FieldIndex::bead_velocity_x, FieldIndex::bead_density).imag(),
-                      -m(FieldIndex::bead_velocity_x, FieldIndex::rod_density).imag(),
-                      m(FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x).real(),
-                      m(FieldIndex::bead_velocity_x, FieldIndex::polar_order_x).real()},
-            .across = {m(FieldIndex::bead_velocity_y, FieldIndex::bead_velocity_y).real(),
-                       m(FieldIndex::bead_velocity_y, FieldIndex::polar_order_y).real()}};
-}
-
 }  // namespace
 
 struct RightHandSide::Work {
@@ -62,37 +33,51 @@ struct RightHandSide::Work {
     numerics::Transform transform;
     numerics::DistinctWavenumbers wavenumbers;
     std::vector<VelocityRow> velocity_rows;  // of each |q|
-    std::vector<const Term*> acting;         // those that are not linear
-    bool forced;                             // by the term "force"
-    Spectra made;                            // force or slaved velocity (2), curls, then what comes back
-    double drag_ref, driving_ref;
-    bool force_varies;  // with the densities, at given v and p
+    LinearRemainder remainder;
+    std::vector<const Term*> force_terms, point_terms;  // slaved: forces apart, for they make the velocity
+    std::vector<const Term*> sources;
+    Spectra scratch;                          // velocity or force (2), derived inputs, outputs
+    std::array<int, Input::count> derived{};  // positions of derived inputs in scratch, -1: none
+    int outputs_begin = 2;                    // position of the outputs in scratch
+    bool pointwise_velocity, force_varies, reads_place, reads_velocity_field;
+    double drag_ref;
     std::mutex mutex;
     Extremes extremes{};
 
     Work(const Equations& equations, const numerics::System& linear, const Reference& reference, Threads& the_threads);
     void prepare(double t, const Spectra& state);
-    void at_points(const numerics::Strip& strip);
-    void balance_velocity(const PointFields& f, const VectorStrip<double>& velocity) const;
+    void compute_linear_velocity(double t, const Spectra& state);
+    numerics::Fields bead_velocity(double t, const Spectra& state, const numerics::Transform& to);
+    void add_velocity_sources(double t);
+    void derive_inputs(const Spectra& state);
+    using Row = std::array<double, points_in_cache>;
+    void at_points(double t, const numerics::Strip& strip);
+    void act(const Term& term, const PointFields& f, const PointRates& r) const;
+    void set_position(std::size_t first, PointFields& f, Row& x, Row& y) const;
+    VectorMode slaved_by(std::size_t n, const VectorMode& force, const Wavevector& q) const;
+    void balance_velocity(const PointFields& f, const VectorStrip<const double>& force,
+                          const VectorStrip<double>& velocity) const;
     void divide_by_mass(const PointFields& f, const PointRates& r) const;
-    void add_force(double t, Spectra& rate);
-    ForceMode slaved_by(const ForceMode& force, const Wavevector& q) const;
-    void assemble(double t, Spectra& rate);
+    void assemble(double t, const Spectra& state, Spectra& rate);
+    void add_sources(double t, Spectra& rate);
+    void add_linear_remainder(const Spectra& state, Spectra& rate) const;
     std::vector<Complex*> targets(Spectra& rate);
-    std::vector<const Complex*> sources(const Spectra& state) const;
+    std::vector<const Complex*> sources_of_inputs(const Spectra& state) const;
     void note_extremes(const numerics::Strip& strip);
     void check_densities() const;
 
-    // Places in `made`.
-    int made_velocity() const { return 0; }
-    int made_curls() const { return 2; }
-    int made_rates() const { return 4; }
-    const Complex* of_state(const Spectra& state, int component) const {
-        return component < 0 ? nullptr : state[component].data();
+    bool is_slaved() const { return e.form.velocity == Velocity::slaved; }
+    double inverse_moved() const { return 1.0 / (e.model.inertia.bead_mass * ref.bead_density); }
+    bool needs_linear_velocity() const {
+        return is_slaved() && (reads_velocity_field || !sources.empty() || remainder.subtracts() || remainder.adds());
     }
+    /// Coefficients of a field: of the state, or of the slaved velocity.
+    const Complex* field(const Spectra& state, int index) const;
+    const Complex* component(const Spectra& state, int c) const { return c < 0 ? nullptr : state[c].data(); }
+    Eigen::Matrix<Complex, FieldIndex::count, 1> mode_of(const Spectra& state, std::size_t m) const;
     /// body(mode, |q| index, q) for every kept mode, on any thread.
     template <class Body>
-    void for_modes(Body body) {
+    void for_modes(Body body) const {
         const std::size_t width = numerics::columns(grid);
         threads.for_chunks(static_cast<std::size_t>(grid.ny), 8, [&](std::size_t begin, std::size_t end) {
             for (std::size_t j = begin; j < end; ++j)
@@ -115,32 +100,61 @@ RightHandSide::Work::Work(const Equations& equations, const numerics::System& li
       arrays(arrays_of(e)),
       transform(grid, degree, threads),
       wavenumbers(numerics::distinct_wavenumbers(grid, degree)),
-      forced(has_term(e, "force")),
-      made(grid, made_rates() + arrays.forth),
-      drag_ref(e.drag.at(ref.bead_density, ref.rod_density).value),
-      driving_ref(e.driving.at(ref.bead_density, ref.rod_density).value),
-      force_varies(e.form.velocity == Velocity::dynamic && (e.drag.varies() || e.driving.varies())) {
-    for (const Term* term : e.active)
-        if (term->act && term->cost(e).writes != 0) acting.push_back(term);
+      remainder(e, ref, wavenumbers.q),
+      pointwise_velocity(has_pointwise_velocity(e)),
+      force_varies(false),
+      reads_place(false),
+      reads_velocity_field(false),
+      drag_ref(e.drag.at(ref.bead_density, ref.rod_density).value) {
+    for (const Term& term : e.active) {
+        if (term.source) sources.push_back(&term);
+        const PointCost cost = point_cost(e, term);
+        if (cost.writes == 0) continue;
+        force_varies = force_varies || (cost.writes & writes(Output::force));
+        reads_place = reads_place || (cost.reads & (reads(Input::x) | reads(Input::y)));
+        (is_slaved() && term.of == Equation::bead_velocity ? force_terms : point_terms).push_back(&term);
+    }
     if (e.form.velocity != Velocity::absent)
         for (const double q : wavenumbers.q) velocity_rows.push_back(velocity_row(e, ref, q));
+    constexpr std::array velocity_inputs{Input::bead_velocity_x, Input::velocity_curl, Input::velocity_divergence};
+    for (const Input::Value input : velocity_inputs)
+        reads_velocity_field = reads_velocity_field || arrays.of(input) >= 0;
+    for (int i : {0, 1}) {
+        const int field = FieldIndex::bead_velocity_x + i;
+        for (const int input :
+             {Input::d_x + field, Input::d_y + field, Input::laplacian + field, Input::velocity_grad_div + i})
+            reads_velocity_field = reads_velocity_field || arrays.in[static_cast<std::size_t>(input)] >= 0;
+    }
+    derived.fill(-1);
+    for (int input = Input::d_x; input < Input::x; ++input)
+        if (arrays.in[static_cast<std::size_t>(input)] >= 0) derived[static_cast<std::size_t>(input)] = outputs_begin++;
+    scratch = Spectra(grid, outputs_begin + arrays.forward);
 }
 
-/// The force on the beads, or their slaved velocity, and the curls.
-void RightHandSide::Work::prepare(double t, const Spectra& state) {
+const Complex* RightHandSide::Work::field(const Spectra& state, int index) const {
     const Form& form = e.form;
-    const Complex *beads = of_state(state, form.bead_density), *rods = of_state(state, form.rod_density),
-                  *vx = of_state(state, form.bead_velocity), *px = of_state(state, form.polar_order);
+    const int second = index == FieldIndex::bead_velocity_y || index == FieldIndex::polar_order_y ? 1 : 0;
+    if (index == FieldIndex::bead_density) return component(state, form.bead_density);
+    if (index == FieldIndex::rod_density) return component(state, form.rod_density);
+    if (index >= FieldIndex::polar_order_x) return component(state, form.polar_order + second);
+    if (is_slaved()) return scratch[second].data();
+    return form.bead_velocity < 0 ? nullptr : component(state, form.bead_velocity + second);
+}
+
+void RightHandSide::Work::prepare(double t, const Spectra& state) {
+    if (needs_linear_velocity() || arrays.linear_force >= 0) compute_linear_velocity(t, state);
+    derive_inputs(state);
+}
+
+/// The force on the beads, or their slaved velocity, by the linear parts and the sources.
+void RightHandSide::Work::compute_linear_velocity(double t, const Spectra& state) {
+    const Form& form = e.form;
+    const Complex *beads = component(state, form.bead_density), *rods = component(state, form.rod_density),
+                  *vx = component(state, form.bead_velocity), *px = component(state, form.polar_order);
     const Complex *vy = vx ? vx + state.stride : nullptr, *py = px + state.stride;
-    const bool slaved = form.velocity == Velocity::slaved;
-    const bool needs_velocity = slaved && (arrays.velocity >= 0 || forced), needs_force = arrays.force >= 0;
-    if (!needs_velocity && !needs_force && arrays.velocity_curl < 0 && arrays.order_curl < 0) return;
-    Complex *out_x = made[made_velocity()].data(), *out_y = out_x + made.stride, *curl_v = made[made_curls()].data(),
-            *curl_p = curl_v + made.stride;
+    Complex *out_x = scratch[0].data(), *out_y = scratch[1].data();
+    const bool adds = remainder.adds() && !is_slaved();
     for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
-        if (arrays.order_curl >= 0) curl_p[m] = times_i(q.x * py[m] - q.y * px[m]);
-        if (arrays.velocity_curl >= 0) curl_v[m] = times_i(q.x * vy[m] - q.y * vx[m]);
-        if (!needs_velocity && !needs_force) return;
         const double inverse = wavenumbers.inverse[n], cx = inverse == 0.0 ? 1.0 : q.x * inverse, cy = q.y * inverse;
         const VelocityRow& row = velocity_rows[n];
         Complex scalars = 0.0;
@@ -154,33 +168,65 @@ void RightHandSide::Work::prepare(double t, const Spectra& state) {
         }
         out_x[m] = cx * along - cy * across;
         out_y[m] = cy * along + cx * across;
-        if (!forced) return;
-        const ForceMode force = force_mode(e.model.force, grid, t, q);
-        if (!slaved) {
-            out_x[m] += force.x;
-            out_y[m] += force.y;
-            return;
-        }
-        const ForceMode v = slaved_by(force, q);
-        out_x[m] += v.x;
-        out_y[m] += v.y;
+        if (!adds) return;
+        const auto forces = (remainder.added(q).middleRows<2>(FieldIndex::bead_velocity_x) * mode_of(state, m)).eval();
+        out_x[m] += forces(0);
+        out_y[m] += forces(1);
     });
+    add_velocity_sources(t);
 }
 
-std::vector<const Complex*> RightHandSide::Work::sources(const Spectra& state) const {
-    std::vector<const Complex*> from(static_cast<std::size_t>(arrays.back), nullptr);
-    const auto put = [&](int at, const Complex* values, int width, std::size_t stride) {
-        for (int i = 0; at >= 0 && i < width; ++i)
-            from[static_cast<std::size_t>(at + i)] = values + static_cast<std::size_t>(i) * stride;
+/// Forces from outside, on the beads or through the balance of a slaved velocity.
+void RightHandSide::Work::add_velocity_sources(double t) {
+    for (const Term* term : sources) {
+        if (term->of != Equation::bead_velocity) continue;
+        for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
+            if (term->source_is_uniform && n != 0) return;
+            const VectorMode force = term->source(e, grid, t, q), v = is_slaved() ? slaved_by(n, force, q) : force;
+            scratch[0][m] += v.x;
+            scratch[1][m] += v.y;
+        });
+    }
+}
+
+/// Derivatives of fields that terms read.
+void RightHandSide::Work::derive_inputs(const Spectra& state) {
+    const auto derive = [&](int input, auto of_mode) {
+        const int at = derived[static_cast<std::size_t>(input)];
+        if (at < 0) return;
+        Complex* out = scratch[at].data();
+        for_modes([=](std::size_t m, std::size_t, const Wavevector& q) { out[m] = of_mode(m, q); });
     };
-    const bool slaved = e.form.velocity == Velocity::slaved;
-    put(arrays.beads, of_state(state, e.form.bead_density), 1, 0);
-    put(arrays.rods, of_state(state, e.form.rod_density), 1, 0);
-    put(arrays.velocity, slaved ? made[made_velocity()].data() : of_state(state, e.form.bead_velocity), 2, made.stride);
-    put(arrays.order, of_state(state, e.form.polar_order), 2, made.stride);
-    put(arrays.force, made[made_velocity()].data(), 2, made.stride);
-    put(arrays.velocity_curl, made[made_curls()].data(), 1, 0);
-    put(arrays.order_curl, made[made_curls() + 1].data(), 1, 0);
+    for (int index = 0; index < FieldIndex::count; ++index) {
+        const Complex* f = field(state, index);
+        if (!f) continue;
+        derive(Input::d_x + index, [f](std::size_t m, const Wavevector& q) { return times_i(q.x * f[m]); });
+        derive(Input::d_y + index, [f](std::size_t m, const Wavevector& q) { return times_i(q.y * f[m]); });
+        derive(Input::laplacian + index,
+               [f](std::size_t m, const Wavevector& q) { return -(q.x * q.x + q.y * q.y) * f[m]; });
+    }
+    for (const auto& [first, curl, divergence, grad_div] :
+         {std::array<int, 4>{FieldIndex::bead_velocity_x, Input::velocity_curl, Input::velocity_divergence,
+                             Input::velocity_grad_div},
+          std::array<int, 4>{FieldIndex::polar_order_x, Input::order_curl, Input::order_divergence,
+                             Input::order_grad_div}}) {
+        const Complex *x = field(state, first), *y = field(state, first + 1);
+        if (!x) continue;
+        derive(curl, [x, y](std::size_t m, const Wavevector& q) { return times_i(q.x * y[m] - q.y * x[m]); });
+        derive(divergence, [x, y](std::size_t m, const Wavevector& q) { return times_i(q.x * x[m] + q.y * y[m]); });
+        derive(grad_div, [x, y](std::size_t m, const Wavevector& q) { return -q.x * (q.x * x[m] + q.y * y[m]); });
+        derive(grad_div + 1, [x, y](std::size_t m, const Wavevector& q) { return -q.y * (q.x * x[m] + q.y * y[m]); });
+    }
+}
+
+std::vector<const Complex*> RightHandSide::Work::sources_of_inputs(const Spectra& state) const {
+    std::vector<const Complex*> from(static_cast<std::size_t>(arrays.inverse), nullptr);
+    for (int input = 0; input < Input::x; ++input) {
+        const int at = arrays.in[static_cast<std::size_t>(input)], made = derived[static_cast<std::size_t>(input)];
+        if (at >= 0) from[static_cast<std::size_t>(at)] = made >= 0 ? scratch[made].data() : field(state, input);
+    }
+    for (int i = 0; arrays.linear_force >= 0 && i < 2; ++i)
+        from[static_cast<std::size_t>(arrays.linear_force + i)] = scratch[i].data();
     return from;
 }
 
@@ -195,165 +241,208 @@ void RightHandSide::Work::note_extremes(const numerics::Strip& strip) {
         }
         return std::pair{least, most};
     };
-    const auto [min_bead, max_bead] = range(arrays.beads);
-    const auto [min_rod, max_rod] = range(arrays.rods);
+    const auto [min_bead, max_bead] = range(arrays.of(Input::bead_density));
+    const auto [min_rod, max_rod] = range(arrays.of(Input::rod_density));
     const std::lock_guard lock(mutex);
     extremes = {std::min(extremes.min_bead, min_bead), std::max(extremes.max_bead, max_bead),
                 std::min(extremes.min_rod, min_rod), std::max(extremes.max_rod, max_rod)};
 }
 
 /// Every active term on the points of a strip, a few at a time: all it needs is then in the first-level cache.
-void RightHandSide::Work::at_points(const numerics::Strip& strip) {
+void RightHandSide::Work::at_points(double t, const numerics::Strip& strip) {
     note_extremes(strip);
-    std::array<std::array<double, points_in_cache>, 4> room;  // force, slaved velocity
+    std::array<Row, 6> room;  // force, slaved velocity, position
     for (std::size_t begin = 0; begin < strip.size; begin += points_in_cache) {
-        const std::size_t count = std::min(points_in_cache, strip.size - begin);
-        const auto in = [&](int at, int i = 0) {
-            return at < 0 ? nullptr : strip.in[static_cast<std::size_t>(at + i)] + begin;
-        };
-        const auto out = [&](int at, int i = 0) -> double* {
-            if (at < 0) return nullptr;
-            double* values = strip.out[static_cast<std::size_t>(at + i)] + begin;
-            std::fill_n(values, count, 0.0);
-            return values;
-        };
-        PointFields f{.size = count,
-                      .bead_density = in(arrays.beads),
-                      .rod_density = in(arrays.rods),
-                      .velocity = {in(arrays.velocity), in(arrays.velocity, 1)},
-                      .linear_velocity = {in(arrays.velocity), in(arrays.velocity, 1)},
-                      .order = {in(arrays.order), in(arrays.order, 1)},
-                      .linear_force = {in(arrays.force), in(arrays.force, 1)},
-                      .velocity_curl = in(arrays.velocity_curl),
-                      .order_curl = in(arrays.order_curl)};
-        if (force_varies)
-            for (auto& values : {&room[0], &room[1]}) std::fill_n(values->data(), count, 0.0);
-        const PointRates r{.bead_flux = {out(arrays.bead_flux), out(arrays.bead_flux, 1)},
-                           .rod_flux = {out(arrays.rod_flux), out(arrays.rod_flux, 1)},
-                           .force = {room[0].data(), room[1].data()},
-                           .velocity = {out(arrays.velocity_rate), out(arrays.velocity_rate, 1)},
-                           .order = {out(arrays.order_rate), out(arrays.order_rate, 1)},
-                           .velocity_head = out(arrays.velocity_head),
-                           .order_head = out(arrays.order_head)};
-        if (slaved_varies(e) && arrays.velocity >= 0) {
-            balance_velocity(f, {room[2].data(), room[3].data()});
-            f.velocity = {room[2].data(), room[3].data()};
+        PointFields f{.size = std::min(points_in_cache, strip.size - begin), .time = t};
+        PointRates r;
+        for (std::size_t i = 0; i < Input::count; ++i)
+            if (arrays.in[i] >= 0) f.values[i] = strip.in[static_cast<std::size_t>(arrays.in[i])] + begin;
+        for (std::size_t i = 0; i < Output::count; ++i) {
+            // The second component of a vector follows the first.
+            if (arrays.out[i] < 0) continue;
+            r.values[i] = strip.out[static_cast<std::size_t>(arrays.out[i])] + begin;
+            std::fill_n(r.values[i], f.size, 0.0);
         }
-        for (const Term* term : acting) term->act(e, ref, f, r);
-        if (e.form.velocity == Velocity::dynamic && arrays.velocity_rate >= 0) divide_by_mass(f, r);
+        f.linear_velocity = f.velocity();
+        if (arrays.linear_force >= 0) {
+            const auto at = static_cast<std::size_t>(arrays.linear_force);
+            f.linear_force = {strip.in[at] + begin, strip.in[at + 1] + begin};
+        }
+        for (std::size_t i : {0, 1}) {
+            r.values[Output::force + i] = room[i].data();
+            std::fill_n(room[i].data(), f.size, 0.0);
+        }
+        if (reads_place) set_position(strip.first + begin, f, room[4], room[5]);
+        if (pointwise_velocity && f.velocity().x) {
+            for (const Term* term : force_terms) act(*term, f, r);
+            balance_velocity(f, {room[0].data(), room[1].data()}, {room[2].data(), room[3].data()});
+            f.values[Input::bead_velocity_x] = room[2].data();
+            f.values[Input::bead_velocity_y] = room[3].data();
+        }
+        for (const Term* term : point_terms) act(*term, f, r);
+        if (e.form.velocity == Velocity::dynamic && r[Output::velocity]) divide_by_mass(f, r);
     }
 }
 
-/// v = (Gamma_ref v_linear + (alpha - alpha_ref) p)/Gamma: the balance of forces with Gamma and alpha at the point.
-void RightHandSide::Work::balance_velocity(const PointFields& f, const VectorStrip<double>& velocity) const {
-    std::array<double, points_in_cache> gamma, driven;
-    e.drag.evaluate(f.bead_density, f.rod_density, 0.0, std::span(gamma.data(), f.size));
-    e.driving.evaluate(f.bead_density, f.rod_density, driving_ref, std::span(driven.data(), f.size));
+void RightHandSide::Work::act(const Term& term, const PointFields& f, const PointRates& r) const {
+    (term.whole ? term.whole : term.remainder)(e, ref, f, r);
+}
+
+void RightHandSide::Work::set_position(std::size_t first, PointFields& f, Row& x, Row& y) const {
+    const auto width = static_cast<std::size_t>(grid.nx);
     for (std::size_t i = 0; i < f.size; ++i) {
-        velocity.x[i] = (drag_ref * f.linear_velocity.x[i] + driven[i] * f.order.x[i]) / gamma[i];
-        velocity.y[i] = (drag_ref * f.linear_velocity.y[i] + driven[i] * f.order.y[i]) / gamma[i];
+        x[i] = grid.lx / grid.nx * static_cast<double>((first + i) % width);
+        y[i] = grid.ly / grid.ny * static_cast<double>((first + i) / width);
+    }
+    f.values[Input::x] = x.data();
+    f.values[Input::y] = y.data();
+}
+
+/// v = (Gamma_ref v_linear + the other forces' remainder)/Gamma: the balance of forces at each point.
+void RightHandSide::Work::balance_velocity(const PointFields& f, const VectorStrip<const double>& force,
+                                           const VectorStrip<double>& velocity) const {
+    Row gamma;
+    e.drag.evaluate(f[Input::bead_density], f[Input::rod_density], 0.0, std::span(gamma.data(), f.size));
+    for (std::size_t i = 0; i < f.size; ++i) {
+        velocity.x[i] = (drag_ref * f.linear_velocity.x[i] + force.x[i]) / gamma[i];
+        velocity.y[i] = (drag_ref * f.linear_velocity.y[i] + force.y[i]) / gamma[i];
     }
 }
 
 /// d_t v += (linear force + the rest)/(m rho) - (linear force)/(m rho_ref).
 void RightHandSide::Work::divide_by_mass(const PointFields& f, const PointRates& r) const {
-    const double mass = e.model.inertia.bead_mass, moved_ref = 1.0 / (mass * ref.bead_density);
-    const bool has_linear = arrays.force >= 0;
+    const double mass = e.model.inertia.bead_mass, moved_ref = inverse_moved();
+    const bool has_linear = arrays.linear_force >= 0;
+    const double* density = f[Input::bead_density];
+    const auto rate = r.vector(Output::velocity), force = r.vector(Output::force);
     for (std::size_t i = 0; i < f.size; ++i) {
-        const double moved = has_linear ? 1.0 / (mass * f.bead_density[i]) : moved_ref;
+        const double moved = has_linear ? 1.0 / (mass * density[i]) : moved_ref;
         if (force_varies) {
-            r.velocity.x[i] += moved * r.force.x[i];
-            r.velocity.y[i] += moved * r.force.y[i];
+            rate.x[i] += moved * force.x[i];
+            rate.y[i] += moved * force.y[i];
         }
         if (!has_linear) continue;
-        r.velocity.x[i] += (moved - moved_ref) * f.linear_force.x[i];
-        r.velocity.y[i] += (moved - moved_ref) * f.linear_force.y[i];
+        rate.x[i] += (moved - moved_ref) * f.linear_force.x[i];
+        rate.y[i] += (moved - moved_ref) * f.linear_force.y[i];
     }
 }
 
-/// Where the transforms put what the points made: rates of vectors straight into `rate`, fluxes and heads into `made`.
+/// Where the transforms put the results: rates of vectors straight into `rate`, the others into `scratch`.
 std::vector<Complex*> RightHandSide::Work::targets(Spectra& rate) {
     std::vector<Complex*> to;
-    for (int c = 0; c < arrays.forth; ++c) to.push_back(made[made_rates() + c].data());
+    for (int c = 0; c < arrays.forward; ++c) to.push_back(scratch[outputs_begin + c].data());
     const auto straight = [&](int at, int component) {
         for (int i = 0; at >= 0 && i < 2; ++i) to[static_cast<std::size_t>(at + i)] = rate[component + i].data();
     };
-    straight(arrays.velocity_rate, e.form.bead_velocity);
-    straight(arrays.order_rate, e.form.polar_order);
+    straight(arrays.of(Output::velocity), e.form.bead_velocity);
+    straight(arrays.of(Output::order), e.form.polar_order);
     return to;
 }
 
-/// Divergences of the fluxes and gradients of the heads; what no term made is zero.
-void RightHandSide::Work::assemble(double t, Spectra& rate) {
+/// Divergences of the fluxes and gradients of the potentials; what no term wrote is zero.
+void RightHandSide::Work::assemble(double t, const Spectra& state, Spectra& rate) {
     const Form& form = e.form;
-    const auto back = [&](int at) { return at < 0 ? nullptr : made[made_rates() + at].data(); };
-    const std::size_t stride = made.stride;
-    const auto density = [&](int component, const Complex* flux) {
+    const auto output = [&](int at) { return at < 0 ? nullptr : scratch[outputs_begin + at].data(); };
+    const std::size_t stride = scratch.stride;
+    const auto density = [&](int component, const Complex* flux, const Complex* direct) {
         if (component < 0) return;
         Complex* out = rate[component].data();
         for_modes([=](std::size_t m, std::size_t, const Wavevector& q) {
             out[m] = flux ? -times_i(q.x * flux[m] + q.y * flux[m + stride]) : Complex(0.0);
+            if (direct) out[m] += direct[m];
         });
     };
-    const auto vector = [&](int component, bool is_made, const Complex* head) {
-        if (component < 0 || (is_made && !head)) return;
+    const auto vector = [&](int component, bool is_made, const Complex* potential) {
+        if (component < 0 || (is_made && !potential)) return;
         Complex *x = rate[component].data(), *y = rate[component + 1].data();
         for_modes([=](std::size_t m, std::size_t, const Wavevector& q) {
-            const Complex slope = head ? times_i(head[m]) : Complex(0.0);
+            const Complex slope = potential ? times_i(potential[m]) : Complex(0.0);
             x[m] = (is_made ? x[m] : Complex(0.0)) + q.x * slope;
             y[m] = (is_made ? y[m] : Complex(0.0)) + q.y * slope;
         });
     };
-    density(form.bead_density, back(arrays.bead_flux));
-    density(form.rod_density, back(arrays.rod_flux));
-    vector(form.bead_velocity, arrays.velocity_rate >= 0, back(arrays.velocity_head));
-    vector(form.polar_order, arrays.order_rate >= 0, back(arrays.order_head));
-    if (forced) add_force(t, rate);
-    if (has_term(e, "orienting_field")) {
-        rate[form.polar_order][0] += e.model.orienting_field.x;
-        rate[form.polar_order + 1][0] += e.model.orienting_field.y;
-    }
+    density(form.bead_density, output(arrays.of(Output::bead_flux)), output(arrays.of(Output::bead_rate)));
+    density(form.rod_density, output(arrays.of(Output::rod_flux)), output(arrays.of(Output::rod_rate)));
+    vector(form.bead_velocity, arrays.of(Output::velocity) >= 0, output(arrays.of(Output::velocity_potential)));
+    vector(form.polar_order, arrays.of(Output::order) >= 0, output(arrays.of(Output::order_potential)));
+    add_sources(t, rate);
+    if (remainder.adds() || remainder.subtracts()) add_linear_remainder(state, rate);
 }
 
-/// The force from outside through the linear part, which has no place for it: on the velocity, or through the slaved one on the
-/// order and the beads.
-void RightHandSide::Work::add_force(double t, Spectra& rate) {
+/// Sources through the linear part, which has no place for them: on the velocity or, through a slaved one, on what it
+/// drives; and on the order.
+void RightHandSide::Work::add_sources(double t, Spectra& rate) {
     const Form& form = e.form;
-    const bool slaved = form.velocity == Velocity::slaved, carries = has_term(e, "bead_current");
-    const double lambda = has_term(e, "weathercock") ? e.weathercock.at(ref.bead_density, ref.rod_density).value : 0.0;
-    const double moved_ref = 1.0 / (e.model.inertia.bead_mass * ref.bead_density);
-    for_modes([&](std::size_t m, std::size_t, const Wavevector& q) {
-        const ForceMode force = force_mode(e.model.force, grid, t, q);
-        if (!slaved) {
-            rate[form.bead_velocity][m] += moved_ref * force.x;
-            rate[form.bead_velocity + 1][m] += moved_ref * force.y;
-            return;
+    const double moved_ref = inverse_moved();
+    for (const Term* term : sources)
+        for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
+            if (term->source_is_uniform && n != 0) return;
+            const VectorMode source = term->source(e, grid, t, q);
+            if (term->of == Equation::polar_order || !is_slaved()) {
+                const bool force = term->of == Equation::bead_velocity;
+                const int component = force ? form.bead_velocity : form.polar_order;
+                rate[component][m] += (force ? moved_ref : 1.0) * source.x;
+                rate[component + 1][m] += (force ? moved_ref : 1.0) * source.y;
+                return;
+            }
+            const VelocityRow& row = velocity_rows[n];
+            const VectorMode v = slaved_by(n, source, q);
+            const double inverse = wavenumbers.inverse[n], cx = inverse == 0.0 ? 1.0 : q.x * inverse,
+                         cy = q.y * inverse;
+            const Complex along = cx * v.x + cy * v.y, across = cx * v.y - cy * v.x;
+            if (form.bead_density >= 0) rate[form.bead_density][m] += row.to_beads * along;
+            if (form.rod_density >= 0) rate[form.rod_density][m] += row.to_rods * along;
+            rate[form.polar_order][m] += cx * row.to_order_along * along - cy * row.to_order_across * across;
+            rate[form.polar_order + 1][m] += cy * row.to_order_along * along + cx * row.to_order_across * across;
+        });
+}
+
+/// The velocity of slaved beads under a force from outside.
+VectorMode RightHandSide::Work::slaved_by(std::size_t n, const VectorMode& force, const Wavevector& q) const {
+    const double inverse = wavenumbers.inverse[n], cx = inverse == 0.0 ? 1.0 : q.x * inverse, cy = q.y * inverse;
+    const Complex along = (cx * force.x + cy * force.y) / velocity_rows[n].held_along,
+                  across = (cx * force.y - cy * force.x) / velocity_rows[n].held_across;
+    return {cx * along - cy * across, cy * along + cx * across};
+}
+
+Eigen::Matrix<Complex, FieldIndex::count, 1> RightHandSide::Work::mode_of(const Spectra& state, std::size_t m) const {
+    Eigen::Matrix<Complex, FieldIndex::count, 1> mode;
+    for (int index = 0; index < FieldIndex::count; ++index) {
+        const Complex* f = field(state, index);
+        mode(index) = f ? f[m] : Complex(0.0);
+    }
+    return mode;
+}
+
+void RightHandSide::Work::add_linear_remainder(const Spectra& state, Spectra& rate) const {
+    const Form& form = e.form;
+    const double moved_ref = inverse_moved();
+    for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
+        Symbol symbol = Symbol::Zero();
+        if (remainder.adds()) symbol += remainder.added(q);
+        if (remainder.subtracts()) symbol += remainder.subtracted(n, q);
+        const auto change = (symbol * mode_of(state, m)).eval();
+        const auto add = [&](int component, int index, double factor) {
+            if (component >= 0) rate[component][m] += factor * change(index);
+        };
+        add(form.bead_density, FieldIndex::bead_density, 1.0);
+        add(form.rod_density, FieldIndex::rod_density, 1.0);
+        for (const int i : {0, 1}) {
+            if (form.bead_velocity >= 0) add(form.bead_velocity + i, FieldIndex::bead_velocity_x + i, moved_ref);
+            add(form.polar_order + i, FieldIndex::polar_order_x + i, 1.0);
         }
-        const ForceMode v = slaved_by(force, q);
-        rate[form.polar_order][m] += lambda * v.x;
-        rate[form.polar_order + 1][m] += lambda * v.y;
-        if (carries) rate[form.bead_density][m] -= ref.bead_density * times_i(q.x * v.x + q.y * v.y);
     });
 }
 
-/// The velocity that drag and viscosity leave to a force.
-ForceMode RightHandSide::Work::slaved_by(const ForceMode& force, const Wavevector& q) const {
-    const double square = q.x * q.x + q.y * q.y, held = drag_ref + e.model.viscosity.shear * square,
-                 held_along = held + e.model.viscosity.bulk * square;
-    const Complex along = (q.x * force.x + q.y * force.y) * (square > 0.0 ? 1.0 / square : 0.0);
-    return {(force.x - q.x * along) / held + q.x * along / held_along,
-            (force.y - q.y * along) / held + q.y * along / held_along};
-}
-
-/// What cannot be gone on with.  A number that is none is left to the health check, which says where it is.
+/// Stops a run that cannot continue.  NaN is left to the health check, which locates it.
 void RightHandSide::Work::check_densities() const {
-    if (arrays.force >= 0 && extremes.min_bead <= 0.0)
+    if (arrays.linear_force >= 0 && extremes.min_bead <= 0.0)
         fail_run(
             "the bead density reached {:.4g} mm-2 on the grid, and the inertia of beads divides by it; a vacuum needs "
             "fields.bead_velocity = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less "
             "noise",
             extremes.min_bead);
-    if (slaved_varies(e) && arrays.velocity >= 0 && !e.drag.table()) {
+    if (pointwise_velocity && arrays.of(Input::bead_velocity_x) >= 0 && !e.drag.table()) {
         for (const double beads : {extremes.min_bead, extremes.max_bead})
             for (const double rods : {extremes.min_rod, extremes.max_rod})
                 if (std::isfinite(beads) && std::isfinite(rods) && e.drag.at(beads, rods).value <= 0.0)
@@ -381,6 +470,40 @@ void RightHandSide::Work::check_densities() const {
     }
 }
 
+/// The linear velocity to the grid and, where it is not the whole, the balance of forces at every point.
+numerics::Fields RightHandSide::Work::bead_velocity(double t, const Spectra& state, const numerics::Transform& to) {
+    numerics::Fields result(grid, 2);
+    compute_linear_velocity(t, state);
+    Spectra velocity(grid, 2);
+    for (const int i : {0, 1}) std::copy(scratch[i].begin(), scratch[i].end(), velocity[i].begin());
+    to.backward(velocity, result);
+    if (!pointwise_velocity) return result;
+    numerics::Fields fields(grid, state.count());
+    to.backward(state, fields);
+    Row force_x, force_y, x, y;
+    for (std::size_t begin = 0; begin < result.size; begin += points_in_cache) {
+        PointFields f{.size = std::min(points_in_cache, result.size - begin), .time = t};
+        const auto set = [&](int input, int component) {
+            if (component >= 0) f.values[static_cast<std::size_t>(input)] = fields[component].data() + begin;
+        };
+        set(Input::bead_density, e.form.bead_density);
+        set(Input::rod_density, e.form.rod_density);
+        set(Input::polar_order_x, e.form.polar_order);
+        set(Input::polar_order_y, e.form.polar_order + 1);
+        set_position(begin, f, x, y);
+        const VectorStrip<double> v{result[0].data() + begin, result[1].data() + begin};
+        f.linear_velocity = {v.x, v.y};
+        force_x.fill(0.0);
+        force_y.fill(0.0);
+        PointRates r;
+        r.values[Output::force] = force_x.data();
+        r.values[Output::force + 1] = force_y.data();
+        for (const Term* term : force_terms) act(*term, f, r);
+        balance_velocity(f, {force_x.data(), force_y.data()}, v);
+    }
+    return result;
+}
+
 RightHandSide::RightHandSide(const Equations& equations, const numerics::System& linear, const Reference& reference,
                              Threads& threads)
     : work_(std::make_unique<Work>(equations, linear, reference, threads)) {}
@@ -391,30 +514,46 @@ void RightHandSide::operator()(double t, const Spectra& state, Spectra& rate) {
     constexpr double infinite = std::numeric_limits<double>::infinity();
     w.extremes = {infinite, -infinite, infinite, -infinite};
     w.prepare(t, state);
-    if (w.arrays.forth > 0) {
-        w.transform.products(w.sources(state), w.targets(rate),
-                             [&](const numerics::Strip& strip) { w.at_points(strip); });
+    if (w.arrays.forward > 0) {
+        w.transform.products(w.sources_of_inputs(state), w.targets(rate),
+                             [&](const numerics::Strip& strip) { w.at_points(t, strip); });
         w.check_densities();
     }
-    w.assemble(t, rate);
+    w.assemble(t, state, rate);
 }
 
 Extremes RightHandSide::extremes() const { return work_->extremes; }
 
+numerics::Fields RightHandSide::bead_velocity(double t, const Spectra& state, const numerics::Transform& transform) {
+    return work_->bead_velocity(t, state, transform);
+}
+
 TransformCount transform_count(const Equations& equations) {
     const Arrays arrays = arrays_of(equations);
-    return {.back = arrays.forth > 0 ? arrays.back : 0, .forth = arrays.forth};
+    return {.inverse = arrays.forward > 0 ? arrays.inverse : 0, .forward = arrays.forward};
 }
 
 bool is_nonlinear(const Equations& equations) {
-    return arrays_of(equations).forth > 0 || has_term(equations, "force") || has_term(equations, "orienting_field");
+    return arrays_of(equations).forward > 0 ||
+           std::any_of(equations.active.begin(), equations.active.end(), [](const Term& term) {
+               return term.source || (term.linear_part == LinearPart::averaged && !term.whole);
+           });
 }
 
 double right_hand_side_bytes(const Equations& equations, const numerics::Grid& grid, int degree) {
     if (!is_nonlinear(equations)) return 0.0;
     const Arrays arrays = arrays_of(equations);
+    int derived = 0;
+    for (int input = Input::d_x; input < Input::x; ++input)
+        if (arrays.in[static_cast<std::size_t>(input)] >= 0) ++derived;
     const double spectra = static_cast<double>(numerics::modes(grid)) * sizeof(Complex);
-    return spectra * (4.0 + arrays.forth + 2.0 * (arrays.back + arrays.forth) / (degree + 1));
+    return spectra * (2.0 + derived + arrays.forward + 2.0 * (arrays.inverse + arrays.forward) / (degree + 1));
+}
+
+numerics::Fields slaved_velocity(const Equations& equations, const numerics::System& linear, double t,
+                                 const Spectra& state, const numerics::Transform& transform) {
+    Threads one(1);
+    return RightHandSide(equations, linear, reference(equations.model.uniform), one).bead_velocity(t, state, transform);
 }
 
 }  // namespace drover::physics

@@ -3,11 +3,15 @@
 
 #include <gsl/gsl_poly.h>
 
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
-#include "drover/physics/term.hpp"
+#include "expansion.hpp"
 
 namespace drover::physics {
 
@@ -18,11 +22,7 @@ struct Values {
 };
 
 Values values_at(const Equations& e, double beads, double rods) {
-    for (const auto& [key, coefficient] : named(e))
-        require(std::isfinite(coefficient->at(beads, rods).value), {},
-                "{} has no value at the densities {} (beads) and {} (rods), beyond its table of {}; expected densities "
-                "inside, or table.outside = \"hold\"",
-                key, beads, rods, coefficient->table() ? coefficient->table()->range_text() : "");
+    require_values(e, beads, rods);
     return {.a = e.relaxation.at(beads, rods),
             .b = e.saturation.at(beads, rods),
             .drag = e.drag.at(beads, rods),
@@ -30,9 +30,15 @@ Values values_at(const Equations& e, double beads, double rods) {
             .weathercock = e.weathercock.at(beads, rods)};
 }
 
-Eigen::Vector2d outer_force(const Equations& e) {
-    if (has_term(e, "force") && e.model.force.kind == "uniform") return {e.model.force.x, e.model.force.y};
-    return Eigen::Vector2d::Zero();
+/// The uniform part of the sources of one equation.
+Eigen::Vector2d uniform_source(const Equations& e, Equation of) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (const Term& term : e.active) {
+        if (term.of != of || !term.source || !term.source_is_uniform) continue;
+        const VectorMode source = term.source(e, {}, 0.0, {});
+        sum += Eigen::Vector2d(source.x.real(), source.y.real());
+    }
+    return sum;
 }
 
 /// Real roots of b P^3 + a P = h, h >= 0, each once, largest first, polished to rounding.
@@ -54,8 +60,6 @@ std::vector<double> orders(double b, double a, double h) {
     }
     return roots;
 }
-
-UniformPoint at_rest(double beads, double rods) { return {.bead_density = beads, .rod_density = rods}; }
 
 /// States with the order along a field (its size may be zero), v = (alpha p + f)/Gamma for each.
 StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, const UniformPoint& rest,
@@ -96,7 +100,8 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
 
 /// Beads that nothing holds back are at rest relative to nothing: a steady state needs the other forces on them to vanish.
 StationaryStates without_drag(const Equations& e, const Values& c, const UniformPoint& rest) {
-    const Eigen::Vector2d force = outer_force(e), field(e.model.orienting_field.x, e.model.orienting_field.y);
+    const Eigen::Vector2d force = uniform_source(e, Equation::bead_velocity),
+                          field = uniform_source(e, Equation::polar_order);
     const double alpha = c.driving.value, lambda = c.weathercock.value;
     if (alpha == 0.0) {
         if (force.norm() == 0.0)
@@ -131,43 +136,200 @@ bool is_mirrored(const UniformPoint& point) {
     return std::abs(p.x() * v.y() - p.y() * v.x()) <= 1e-12 * p.norm() * v.norm();
 }
 
+namespace {
+/// Velocity and order of a uniform state: as many as the form has.
+using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 4, 1>;
+using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4, 4>;
+
+/// The uniform equations of any terms, at given densities.
+class UniformEquations {
+public:
+    UniformEquations(const Equations& e, const UniformPoint& rest)
+        : e_(e),
+          rest_(rest),
+          first_(e.form.velocity == Velocity::absent ? FieldIndex::polar_order_x : FieldIndex::bead_velocity_x) {}
+    Eigen::Index count() const { return FieldIndex::count - first_; }
+    UniformPoint point(const Unknowns& z) const {
+        UniformPoint at = rest_;
+        if (count() == 4) at.velocity = z.head<2>();
+        at.order = z.tail<2>();
+        return at;
+    }
+    Unknowns rates(const Unknowns& z) const { return uniform_rates(e_, point(z)).tail(count()); }
+    Jacobian jacobian(const Unknowns& z) const {
+        return force_symbol(e_, point(z), {}).real().bottomRightCorner(count(), count());
+    }
+    /// The sizes that the rates have by their parts: what their rounding is relative to.
+    Unknowns sizes(const Unknowns& z) const {
+        return jacobian(z).cwiseAbs() * z.cwiseAbs() + rates(0.0 * z).cwiseAbs();
+    }
+
+private:
+    const Equations& e_;
+    UniformPoint rest_;
+    int first_;
+};
+
+/// Newton's method with halved steps; empty where it does not converge to rounding.
+std::optional<Unknowns> root_from(const UniformEquations& equations, Unknowns z) {
+    Unknowns rates = equations.rates(z);
+    for (int step = 0; step < 60 && z.allFinite(); ++step) {
+        // A flock may turn: its Jacobian is singular along the turn, and the shortest step is taken.
+        Unknowns change = -equations.jacobian(z).completeOrthogonalDecomposition().solve(rates);
+        for (int half = 0; half < 12 && !(equations.rates(z + change).norm() <= rates.norm()); ++half) change *= 0.5;
+        z += change;
+        rates = equations.rates(z);
+        if (change.norm() <= 1e-15 * z.norm() || rates.norm() == 0.0) break;
+    }
+    const Unknowns sizes = equations.sizes(z);
+    const bool solved = z.allFinite() && (rates.cwiseAbs() - 1e-12 * sizes).maxCoeff() <= 0.0;
+    return solved ? std::optional(z) : std::nullopt;
+}
+
+/// Whether the uniform equations have no direction of their own: rates of a turned state are the turned rates.
+bool turns_freely(const UniformEquations& equations, double scale) {
+    const double c = 0.6, s = 0.8;
+    Unknowns z(equations.count());
+    for (Eigen::Index i = 0; i < z.size(); ++i) z(i) = scale * (0.3 + 0.17 * static_cast<double>(i * i));
+    Jacobian turn = Jacobian::Zero(z.size(), z.size());
+    for (Eigen::Index i = 0; i < z.size(); i += 2) turn.block<2, 2>(i, i) << c, -s, s, c;
+    const Unknowns expected = turn * equations.rates(z), found = equations.rates(turn * z);
+    return (expected - found).norm() <= 1e-12 * equations.sizes(z).norm();
+}
+
+/// Uniform states of any terms, by Newton's method from many starts: a state that none of them reaches is missed.
+StationaryStates searched_states(const Equations& e, const UniformPoint& rest, double scale) {
+    const UniformEquations equations(e, rest);
+    const bool free = turns_freely(equations, scale);
+    const int directions = free ? 1 : 16;
+    std::vector<Unknowns> roots;
+    const auto add = [&](const Unknowns& start) {
+        const std::optional<Unknowns> root = root_from(equations, start);
+        if (!root) return;
+        const Unknowns z = root->norm() < 1e-9 * scale ? Unknowns(0.0 * *root) : *root;
+        const auto is_same = [&](const Unknowns& other) { return (other - z).norm() <= 1e-7 * (scale + z.norm()); };
+        if (z.tail<2>().norm() < 1e4 * scale && std::none_of(roots.begin(), roots.end(), is_same)) roots.push_back(z);
+    };
+    add(Unknowns::Zero(equations.count()));
+    for (const double size : {0.05, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0})
+        for (int n = 0; n < directions; ++n) {
+            const double angle = 2.0 * std::numbers::pi * n / directions + (free ? 0.0 : 0.03);
+            const Eigen::Vector2d order = size * scale * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+            Unknowns start = Unknowns::Zero(equations.count());
+            start.tail<2>() = order;
+            if (start.size() == 4) {
+                // In balance with the order, as far as the linear part tells.
+                const Jacobian j = equations.jacobian(start);
+                if (std::abs(j.topLeftCorner<2, 2>().determinant()) > 0.0)
+                    start.head<2>() = -j.topLeftCorner<2, 2>().inverse() * equations.rates(start).head<2>();
+            }
+            add(start);
+        }
+    std::sort(roots.begin(), roots.end(),
+              [](const Unknowns& a, const Unknowns& b) { return a.tail<2>().norm() < b.tail<2>().norm(); });
+    StationaryStates result;
+    bool ordered = false;
+    for (const Unknowns& z : roots) {
+        if (free && z(z.size() - 2) < 0.0) continue;  // the same flock, turned
+        const bool at_zero = z.norm() == 0.0;
+        ordered = ordered || !at_zero;
+        std::string name = at_zero ? "isotropic" : "ordered";
+        if (!at_zero && !free)
+            name += text(" at {:.4g} degrees", 180.0 / std::numbers::pi * std::atan2(z(z.size() - 1), z(z.size() - 2)));
+        result.states.push_back({.name = name, .point = equations.point(z), .free_direction = free && !at_zero});
+    }
+    if (!ordered) result.no_order = "no ordered state was found by Newton's method from 7 sizes of the order";
+    return result;
+}
+
+/// A size of the order to search about.
+double order_scale(const Equations& e, const UniformPoint& rest) {
+    const double b = e.saturation.at(rest.bead_density, rest.rod_density).value,
+                 a = e.relaxation.at(rest.bead_density, rest.rod_density).value;
+    if (b > 0.0 && a != 0.0) return std::sqrt(std::abs(a / b));
+    return e.form.order_is_density ? rest.rod_density : 1.0;
+}
+}  // namespace
+
 StationaryStates stationary_states(const Equations& e, double bead_density, double rod_density) {
     const Values c = values_at(e, bead_density, rod_density);
-    const UniformPoint rest = at_rest(bead_density, rod_density);
-    const Eigen::Vector2d field(e.model.orienting_field.x, e.model.orienting_field.y);
+    const UniformPoint rest = at_rest({.bead_density = bead_density, .rod_density = rod_density});
+    if (!std::all_of(e.active.begin(), e.active.end(), [](const Term& term) { return term.closed_uniform_states; }))
+        return searched_states(e, rest, order_scale(e, rest));
+    const Eigen::Vector2d field = uniform_source(e, Equation::polar_order);
     if (e.form.velocity == Velocity::absent)
         return with_field(field, c.b.value, c.a.value, rest,
                           [](const Eigen::Vector2d&) { return Eigen::Vector2d(0.0, 0.0); });
     const double drag = c.drag.value, alpha = c.driving.value;
     if (drag == 0.0) return without_drag(e, c, rest);
-    const Eigen::Vector2d force = outer_force(e);
+    const Eigen::Vector2d force = uniform_source(e, Equation::bead_velocity);
     return with_field(field + c.weathercock.value / drag * force, c.b.value,
                       c.a.value - c.weathercock.value * alpha / drag, rest,
                       [=](const Eigen::Vector2d& order) -> Eigen::Vector2d { return (alpha * order + force) / drag; });
 }
 
+namespace {
+/// Coefficients of small v and p about a state at rest, with their slopes in the densities, whatever terms they come from.
+Values effective_values(const Equations& e, const Expansion& at, const UniformPoint& rest) {
+    constexpr int rho = FieldIndex::bead_density, sigma = FieldIndex::rod_density, v = FieldIndex::bead_velocity_x,
+                  p = FieldIndex::polar_order_x;
+    // In the columns of the densities the linearisation about a small v or p is a slope times it: a power of two, whose
+    // square is below rounding.
+    constexpr double small = 0x1p-30;
+    UniformPoint moving = rest, ordered = rest;
+    moving.velocity.x() = ordered.order.x() = small;
+    const Matrix6 by_velocity = force_symbol(e, moving, {}).real() / small,
+                  by_order = force_symbol(e, ordered, {}).real() / small;
+    const auto values = [&](int row, int column, const Matrix6& slopes, double sign) {
+        return Dependence{.value = sign * at.constant(row, column),
+                          .by_beads = sign * slopes(row, rho),
+                          .by_rods = sign * slopes(row, sigma)};
+    };
+    return {.a = values(p, p, by_order, -1.0),
+            .b = {},
+            .drag = values(v, v, by_velocity, -1.0),
+            .driving = values(v, p, by_order, 1.0),
+            .weathercock = values(p, v, by_velocity, 1.0)};
+}
+}  // namespace
+
+double effective_relaxation(const Equations& e, double bead_density, double rod_density) {
+    require_values(e, bead_density, rod_density);
+    const UniformPoint rest = at_rest({.bead_density = bead_density, .rod_density = rod_density});
+    constexpr int v = FieldIndex::bead_velocity_x, p = FieldIndex::polar_order_x;
+    const Symbol m = force_symbol(e, rest, {});
+    const double a = -m(p, p).real();
+    if (e.form.velocity == Velocity::absent) return a;
+    const double product = m(p, v).real() * m(v, p).real();
+    return product == 0.0 ? a : a - product / -m(v, v).real();
+}
+
 EffectiveCoefficients effective_coefficients(const Equations& e, double bead_density, double rod_density) {
-    const Values c = values_at(e, bead_density, rod_density);
-    const Model& m = e.model;
-    const Elasticity& k = m.elasticity;
+    require_values(e, bead_density, rod_density);
+    const UniformPoint rest = at_rest({.bead_density = bead_density, .rod_density = rod_density});
+    const Expansion at = expansion(e, rest);
+    const Values c = effective_values(e, at, rest);
+    constexpr int rho = FieldIndex::bead_density, sigma = FieldIndex::rod_density, v_x = FieldIndex::bead_velocity_x,
+                  v_y = FieldIndex::bead_velocity_y, p_x = FieldIndex::polar_order_x, p_y = FieldIndex::polar_order_y;
+    const double stiffness = 0.0 - at.second_xx(p_y, p_y);  // K3
     EffectiveCoefficients r{.relaxation = c.a.value,
                             .relaxation_by_beads = c.a.by_beads,
                             .relaxation_by_rods = c.a.by_rods,
-                            .pressure_beads = m.pressure.beads,
-                            .pressure_rods = m.pressure.rods,
-                            .stiffness_across = k.stiffness,
-                            .stiffness_along = k.stiffness + k.splay};
+                            .pressure_beads = 0.0 - at.first_x(p_x, rho),
+                            .pressure_rods = 0.0 - at.first_x(p_x, sigma),
+                            .stiffness_across = stiffness,
+                            .stiffness_along = 0.0 - at.second_xx(p_x, p_x)};
     // eta and Gamma of the order across q: (Gamma + eta q^2)(a + K3 q^2) = lambda alpha where it neither grows nor decays.
     double drag = 1.0, shear = 0.0, product = 0.0, beads_carried = 0.0;
     if (e.form.velocity != Velocity::absent) {
         drag = c.drag.value;
-        shear = m.viscosity.shear;
+        shear = 0.0 - at.second_xx(v_y, v_y);
         product = c.weathercock.value * c.driving.value;
         const auto over_drag = [&](double value) {
-            return value == 0.0 ? 0.0 : value / drag;
-        };  // nothing is carried: no drag asked
+            return value == 0.0 ? 0.0 : value / drag;  // nothing is carried: no drag is needed
+        };
         const double gain = over_drag(product);
-        const double moved = e.form.velocity == Velocity::dynamic ? m.inertia.bead_mass * bead_density : 0.0;
+        const double moved = e.form.velocity == Velocity::dynamic ? e.model.inertia.bead_mass * bead_density : 0.0;
         r.inertia = 1.0 + over_drag(moved * gain);
         r.relaxation -= gain;
         const auto slope = [&](double lambda, double alpha, double gamma) {
@@ -176,20 +338,19 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
         r.relaxation_by_beads -= slope(c.weathercock.by_beads, c.driving.by_beads, c.drag.by_beads);
         r.relaxation_by_rods -= slope(c.weathercock.by_rods, c.driving.by_rods, c.drag.by_rods);
         if (e.form.bead_density >= 0) beads_carried = over_drag(bead_density * c.driving.value);
-        r.pressure_beads += over_drag(c.weathercock.value * m.stiffness.beads);
-        r.pressure_rods += over_drag(c.weathercock.value * m.stiffness.rods);
-        r.stiffness_across += over_drag(gain * m.viscosity.shear);
-        r.stiffness_along += over_drag(gain * (m.viscosity.shear + m.viscosity.bulk));
+        r.pressure_beads += over_drag(c.weathercock.value * (0.0 - at.first_x(v_x, rho)));
+        r.pressure_rods += over_drag(c.weathercock.value * (0.0 - at.first_x(v_x, sigma)));
+        r.stiffness_across += over_drag(gain * shear);
+        r.stiffness_along += over_drag(gain * (0.0 - at.second_xx(v_x, v_x)));
     }
-    const double rods_carried =
-        e.form.rod_density < 0 ? 0.0 : m.current.speed * (e.form.order_is_density ? 1.0 : rod_density);
+    const double rods_carried = e.form.rod_density < 0 ? 0.0 : 0.0 - at.first_x(sigma, p_x);
     r.sound_stiffness = rods_carried * r.pressure_rods + beads_carried * r.pressure_beads;
-    // eta K3 Q^2 + (Gamma K3 + eta a) Q + Gamma abar = 0 for Q = q^2: the form of the root that survives eta = 0.  Order that beads do
-    // not turn knows nothing of their flow.
-    const double middle = drag * k.stiffness + shear * c.a.value;
-    const double under = middle * middle - 4.0 * shear * k.stiffness * drag * r.relaxation;
+    // eta K3 Q^2 + (Gamma K3 + eta a) Q + Gamma abar = 0 for Q = q^2: the form of the root that survives eta = 0.  Order
+    // that beads do not turn is independent of their flow.
+    const double middle = drag * stiffness + shear * c.a.value;
+    const double under = middle * middle - 4.0 * shear * stiffness * drag * r.relaxation;
     const double square =
-        product == 0.0 ? -c.a.value / k.stiffness : -2.0 * drag * r.relaxation / (middle + std::sqrt(under));
+        product == 0.0 ? -c.a.value / stiffness : -2.0 * drag * r.relaxation / (middle + std::sqrt(under));
     if (square < 0.0) r.correlation_length = 1.0 / std::sqrt(-square);
     else if (square == 0.0) r.correlation_length = std::numeric_limits<double>::infinity();
     else if (r.relaxation < 0.0) r.neutral_wavenumber = std::sqrt(square);

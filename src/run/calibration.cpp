@@ -1,4 +1,4 @@
-// run/calibration.cpp: trials on workers, each durable when it ends; then the table.
+// run/calibration.cpp: trials on workers, each stored when it ends; then the table.
 #include "drover/run/calibration.hpp"
 
 #include <algorithm>
@@ -20,37 +20,37 @@ namespace drover::run {
 namespace {
 namespace fs = std::filesystem;
 constexpr const char* manifest_name = "calibrate.toml";
-constexpr double patience = 5.0;  // for trials that run when a signal comes [s]; the program then ends within 10 s
+constexpr double grace_period = 5.0;  // for running trials after a signal [s]; the program then ends within 10 s
 
 fs::path trials_of(const fs::path& folder, const CalibrationUnit& unit) { return folder / (unit.name + ".trials"); }
 
-calibrate::TrialSet campaign_of(const CalibrationLayout& layout, const CalibrationUnit& unit, double max_failed) {
+calibrate::TrialSet trial_set_of(const CalibrationLayout& layout, const CalibrationUnit& unit, double max_failed) {
     return {layout.assays[unit.assay], layout.goal, max_failed};
 }
 
 std::string result_text(const calibrate::TrialSet& trial_set) {
-    if (!trial_set.refusal().empty()) return "refused: " + trial_set.refusal();
+    if (!trial_set.failure_reason().empty()) return "failed: " + trial_set.failure_reason();
     const calibrate::Measurement& found = *trial_set.measurement();
     const measure::Estimate& first = found.estimates.front();
     const calibrate::Quantity& quantity = trial_set.assay().quantities.front();
-    const std::string failed = trial_set.failed() > 0 ? text(", {} more failed", trial_set.failed()) : "";
+    const std::string failed = trial_set.failed() > 0 ? text(", {} failed", trial_set.failed()) : "";
     if (!first.error)
-        return text("{} refused after {} trials{}: {}", quantity.name, found.trials, failed, first.refusal);
+        return text("{}: no error estimate after {} trials{}: {}", quantity.name, found.trials, failed, first.refusal);
     return text("{} = {:.4g} +- {:.2g} {} from {} trials{}{}", quantity.name, first.mean, *first.error, quantity.unit,
-                found.trials, failed, found.reached ? "" : ", short of the error asked");
+                found.trials, failed, found.reached ? "" : ", with a larger error than requested");
 }
 
-/// Units of one process: their files, claimed, and what is wanted of them.
+/// The trials of one process: its locked trial files and the trials still needed.
 class Work {
 public:
     Work(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options)
-        : layout_(layout), options_(options), maker_(calibrate::system_factory(scene.time.dt)) {
+        : layout_(layout), options_(options), factory_(calibrate::system_factory(scene.time.dt)) {
         for (std::size_t u = 0; u < layout.units.size(); ++u)
             if (u % static_cast<std::size_t>(options.shares) == static_cast<std::size_t>(options.share - 1))
                 open(u, scene.calibration.max_failed);
     }
 
-    std::size_t units() const { return mine_.size(); }
+    std::size_t units() const { return units_.size(); }
     std::size_t already() const { return already_; }
     std::size_t ran() const { return ran_; }
 
@@ -62,41 +62,41 @@ public:
 
 private:
     using Clock = std::chrono::steady_clock;
-    struct Mine {
+    struct Unit {
         std::size_t unit;
         io::TrialFile file;
         calibrate::TrialSet trial_set;
-        std::uint64_t next = 0;  ///< trials below it are done or at work
-        bool given_up = false;   ///< a worker crashed over it
-        bool told = false;       ///< that a trial failed
+        std::uint64_t next = 0;  ///< trials below it are done or running
+        bool crashed = false;    ///< a worker crashed in it
+        bool warned = false;     ///< of a failed trial
     };
     struct Job {
-        std::size_t mine;
+        std::size_t unit;
         std::uint64_t trial;
     };
 
     void open(std::size_t u, double max_failed) {
         const CalibrationUnit& unit = layout_.units[u];
         const fs::path file = trials_of(options_.folder, unit);
-        Mine one{.unit = u,
+        Unit one{.unit = u,
                  .file = io::TrialFile(file, unit.identity),
-                 .trial_set = campaign_of(layout_, unit, max_failed)};
+                 .trial_set = trial_set_of(layout_, unit, max_failed)};
         if (one.file.cut() > 0)
             log_warning(
-                "{}: {} bytes at its end were no whole trial; they are cut off, and what was in them is done again",
+                "{}: the last {} bytes are an incomplete trial; they were removed, and the trial will be repeated",
                 file.string(), one.file.cut());
         for (const calibrate::Attempt& attempt : one.file.attempts()) one.trial_set.add(attempt);
         already_ += one.trial_set.count();
-        mine_.push_back(std::move(one));
+        units_.push_back(std::move(one));
     }
 
     std::optional<std::size_t> next() {
-        for (std::size_t m = 0; m < mine_.size(); ++m) {
-            Mine& one = mine_[m];
-            if (one.given_up || one.trial_set.ended()) continue;
-            while (one.next < one.trial_set.wanted() && one.trial_set.has(one.next)) ++one.next;
-            if (one.next >= one.trial_set.wanted()) continue;
-            jobs_.push_back({.mine = m, .trial = one.next++});
+        for (std::size_t m = 0; m < units_.size(); ++m) {
+            Unit& one = units_[m];
+            if (one.crashed || one.trial_set.ended()) continue;
+            while (one.next < one.trial_set.needed() && one.trial_set.has(one.next)) ++one.next;
+            if (one.next >= one.trial_set.needed()) continue;
+            jobs_.push_back({.unit = m, .trial = one.next++});
             return jobs_.size() - 1;
         }
         return std::nullopt;
@@ -105,10 +105,10 @@ private:
     /// In the worker.
     int run(std::size_t job, std::string& result) const {
         const auto& [m, trial] = jobs_[job];
-        const CalibrationUnit& unit = layout_.units[mine_[m].unit];
+        const CalibrationUnit& unit = layout_.units[units_[m].unit];
         calibrate::Attempt attempt{.number = trial, .numbers = {}, .failure = {}};
         try {
-            attempt.numbers = calibrate::run_trial(layout_.assays[unit.assay], maker_, unit.conditions, trial);
+            attempt.numbers = calibrate::run_trial(layout_.assays[unit.assay], factory_, unit.conditions, trial);
         } catch (const Error& error) {
             attempt.failure = error.what();
         }
@@ -118,61 +118,64 @@ private:
 
     void take(std::size_t job, int status, const std::string& result) {
         const auto& [m, trial] = jobs_[job];
-        Mine& one = mine_[m];
+        Unit& one = units_[m];
         const std::string& name = layout_.units[one.unit].name;
         if (status != 0) {
-            if (stop_signal() != 0) return;  // it was ended, and will be run again
-            log_warning("{}: the worker of trial {} ended with status {}; no more of this is tried now", name, trial,
+            if (stop_signal() != 0) return;  // interrupted: runs again on resume
+            log_warning("{}: the worker of trial {} ended with status {}; skipping this measurement", name, trial,
                         status);
-            one.given_up = true;
+            one.crashed = true;
             return;
         }
         calibrate::Attempt attempt = io::attempt_of(result);
-        if (!attempt.failure.empty() && !std::exchange(one.told, true))
-            log_warning("{}: trial {} failed: {} (others of this will be counted)", name, trial, attempt.failure);
+        if (!attempt.failure.empty() && !std::exchange(one.warned, true))
+            log_warning("{}: trial {} failed: {} (further failures are counted, not reported)", name, trial,
+                        attempt.failure);
         one.file.append(attempt);
         one.trial_set.add(std::move(attempt));
         ++ran_;
-        if (!options_.quiet) tell(one, name);
+        if (!options_.quiet) report(one, name);
     }
 
-    void tell(const Mine& one, const std::string& name) {
+    void report(const Unit& one, const std::string& name) {
         if (one.trial_set.ended()) log_information("{}: {}", name, result_text(one.trial_set));
         constexpr auto pause = std::chrono::seconds(30);
         const auto now = Clock::now();
-        if (now - told_ < pause) return;
-        told_ = now;
-        const auto ended = std::count_if(mine_.begin(), mine_.end(), [](const Mine& m) { return m.trial_set.ended(); });
+        if (now - reported_ < pause) return;
+        reported_ = now;
+        const auto ended =
+            std::count_if(units_.begin(), units_.end(), [](const Unit& m) { return m.trial_set.ended(); });
         const double seconds = std::chrono::duration<double>(now - start_).count();
-        log_information("{} of {} measured; {} trials in {}, one every {}; {} is at {} of {} or more", ended,
-                        mine_.size(), ran_, duration_text(seconds), duration_text(seconds / static_cast<double>(ran_)),
-                        name, one.trial_set.count(), one.trial_set.wanted());
+        log_information("{} of {} measurements done; {} trials in {}, one every {}; {}: {} of at least {} trials",
+                        ended, units_.size(), ran_, duration_text(seconds),
+                        duration_text(seconds / static_cast<double>(ran_)), name, one.trial_set.count(),
+                        one.trial_set.needed());
     }
 
     const CalibrationLayout& layout_;
     const CalibrationOptions& options_;
-    calibrate::SystemFactory maker_;
-    std::vector<Mine> mine_;
+    calibrate::SystemFactory factory_;
+    std::vector<Unit> units_;
     std::vector<Job> jobs_;
     std::size_t already_ = 0, ran_ = 0;
-    Clock::time_point start_ = Clock::now(), told_ = start_;
+    Clock::time_point start_ = Clock::now(), reported_ = start_;
 };
 
-/// What is there, of all units, whoever ran it.
-std::vector<calibrate::TrialSet> found_campaigns(const io::Scene& scene, const CalibrationLayout& layout,
-                                                 const fs::path& folder) {
-    std::vector<calibrate::TrialSet> campaigns;
+/// The stored trials of all units, including those of other shares.
+std::vector<calibrate::TrialSet> stored_trial_sets(const io::Scene& scene, const CalibrationLayout& layout,
+                                                   const fs::path& folder) {
+    std::vector<calibrate::TrialSet> trial_sets;
     for (const CalibrationUnit& unit : layout.units) {
-        campaigns.push_back(campaign_of(layout, unit, scene.calibration.max_failed));
+        trial_sets.push_back(trial_set_of(layout, unit, scene.calibration.max_failed));
         for (calibrate::Attempt& attempt : io::read_trials(trials_of(folder, unit), unit.identity))
-            campaigns.back().add(std::move(attempt));
+            trial_sets.back().add(std::move(attempt));
     }
-    return campaigns;
+    return trial_sets;
 }
 
 std::string hash_text(const std::string& words) { return text("{:016x}", files::fingerprint(words)); }
 
-/// Where the table came from.  Of its making, what would make its bytes depend on the moment and the machine is left out: trials may come from many.
+/// Provenance of the table, without what depends on time or machine: trials may come from several.
 std::vector<files::Attribute> attributes_of(io::Scene scene) {
     scene.calibration.workers = 0;
     std::vector<files::Attribute> attributes = provenance(scene, 1, "calibrate");
@@ -201,8 +204,8 @@ void claim(const CalibrationLayout& layout, const CalibrationOptions& options) {
     const std::string first = files::claim_folder(options.folder, manifest_name, factory, layout.manifest);
     if (first != factory)
         log_warning(
-            "{}: its first trials were {}; this is drover {} ({}): if what it changed has a part in them, "
-            "begin again in another folder",
+            "{}: its first trials were {}; this is drover {} ({}): if a change between them affects trials, "
+            "start again in another folder",
             options.folder.string(), first.substr(2), built.version, built.git_hash);
 }
 
@@ -214,15 +217,15 @@ void run_share(const io::Scene& scene, const CalibrationLayout& layout, const Ca
     outcome.units = work.units();
     outcome.already = work.already();
     if (!options.quiet)
-        log_information("{} measurements{} ({} trials done already), {} trials at a time, in {}", work.units(),
+        log_information("{} measurements{} ({} trials already done), {} trials at a time, in {}", work.units(),
                         options.shares > 1 ? text(", share {} of {}", options.share, options.shares) : "",
                         work.already(), workers, options.folder.string());
-    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .bound = true, .patience = patience});
+    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .die_with_parent = true, .grace_period = grace_period});
     outcome.trials = work.ran();
     outcome.stopped = pool.stopped;
 }
-/// Whether all that is wanted of it came out as a number with an error.
-bool is_known(const calibrate::TrialSet& trial_set) {
+/// Whether all wanted quantities have a value and an error.
+bool has_result(const calibrate::TrialSet& trial_set) {
     if (!trial_set.measurement()) return false;
     const std::vector<calibrate::Quantity>& quantities = trial_set.assay().quantities;
     for (std::size_t q = 0; q < quantities.size(); ++q)
@@ -237,19 +240,19 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
     const CalibrationLayout layout = plan_calibration(scene);
     CalibrationOutcome outcome{.units = layout.units.size()};
     require(!options.collect || fs::is_directory(options.folder), {.file = options.folder.string()},
-            "no such folder; expected one that drover calibrate made: give its name with --output");
+            "no such folder; expected the output folder of drover calibrate: set it with --output");
     if (options.collect) claim(layout, options);
     else run_share(scene, layout, options, outcome);
-    const std::vector<calibrate::TrialSet> campaigns = found_campaigns(scene, layout, options.folder);
-    for (std::size_t u = 0; u < campaigns.size(); ++u) {
+    const std::vector<calibrate::TrialSet> trial_sets = stored_trial_sets(scene, layout, options.folder);
+    for (std::size_t u = 0; u < trial_sets.size(); ++u) {
         if (u % static_cast<std::size_t>(options.shares) != static_cast<std::size_t>(options.share - 1)) continue;
-        const calibrate::TrialSet& one = campaigns[u];
+        const calibrate::TrialSet& one = trial_sets[u];
         if (!one.ended()) ++outcome.unfinished;
-        else if (!is_known(one)) ++outcome.refused;
-        else if (!one.measurement()->reached) ++outcome.shortfalls;
+        else if (!has_result(one)) ++outcome.failed;
+        else if (!one.measurement()->reached) ++outcome.unmet_targets;
     }
     if (options.shares > 1) return outcome;
-    outcome.table = table_of(layout, campaigns);
+    outcome.table = table_of(layout, trial_sets);
     write_table(scene, options.folder, outcome);
     return outcome;
 }

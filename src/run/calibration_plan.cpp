@@ -1,11 +1,12 @@
-// run/calibration_plan.cpp: from the lists of [calibrate] to assays at points.
+// run/calibration_plan.cpp: assays at points, from the section [calibrate].
 #include <algorithm>
 #include <cmath>
 
+#include "drover/calibrate/catalogue.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/trial_file.hpp"
 #include "drover/run/calibration.hpp"
-#include "run/written_values.hpp"
+#include "run/number_lists.hpp"
 
 namespace drover::run {
 
@@ -16,22 +17,30 @@ void read_varied(const io::Scene& scene, calibrate::Table& axes) {
     const std::string& written = scene.calibration.vary;
     if (written.empty()) return;
     const SourceLocation where = io::location_of(scene, list);
-    const auto [key, values] = read_written(written, list, example, where);
+    const auto [key, values] = read_assignment(written, list, example, where);
     for (const char* own : {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.",
                             "beads.area_fraction", "beads.count", "rods.area_fraction", "rods.count", "cell.shape"})
         require(!key.starts_with(own), where,
-                "calibrate.vary names {}; expected a key of the bodies, the plates or the contacts: choose one", key);
+                "calibrate.vary names {}; expected a key of the bodies, the plates or the contacts", key);
     axes.varied_key = key;
     axes.varied.clear();
     for (const std::string& word : split(values, ','))
         axes.varied.push_back(read_number(word, written, list, example, where));
-    require(!axes.varied.empty(), where, "calibrate.vary has \"{}\" without a value; expected at least one", written);
+    require(!axes.varied.empty(), where, "calibrate.vary = \"{}\" has no values; expected at least one", written);
     for (std::size_t i = 1; i < axes.varied.size(); ++i)
-        require(axes.varied[i] > axes.varied[i - 1], where,
-                "calibrate.vary has {} after {}; expected values that ascend", axes.varied[i], axes.varied[i - 1]);
+        require(axes.varied[i] > axes.varied[i - 1], where, "calibrate.vary has {} after {}; expected ascending values",
+                axes.varied[i], axes.varied[i - 1]);
 }
 
-/// The scene, with all that no trial depends on at its default.
+/// The section of a resolved scene that holds the plan of one assay.
+std::string plan_of(const std::string& resolved, const std::string& assay) {
+    const std::size_t begin = resolved.find("\n[calibrate." + assay + "]\n");
+    require(begin != std::string::npos, {}, "the scene has no section [calibrate.{}]", assay);
+    return resolved.substr(begin, resolved.find("\n[", begin + 1) - begin);
+}
+
+/// What every trial depends on, whatever its assay and point: the scene with all other keys at their defaults, and
+/// without the plans of the assays.  A new assay, or another plan of one, leaves the trials of all others valid.
 std::string manifest_of(io::Scene scene) {
     const int single_rods = scene.calibration.single_rods;
     scene.calibration = {};
@@ -45,10 +54,15 @@ std::string manifest_of(io::Scene scene) {
     scene.particles.forces = {};
     scene.particles.beads.count = scene.particles.rods.count = 0;
     scene.particles.beads.area_fraction = scene.particles.rods.area_fraction = 0.0;
-    return io::resolved_text(scene);
+    std::string resolved = io::resolved_text(scene);
+    calibrate::for_plans(scene.plans, [&](const std::string& assay, const char*, const auto&) {
+        const std::string section = plan_of(resolved, assay);
+        resolved.erase(resolved.find(section), section.size());
+    });
+    return resolved;
 }
 
-/// The world of one point; every value is refused or taken here, before anything runs.
+/// The setup of one point.  Values are checked here, before anything runs.
 dem::Setup setup_at(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationUnit& unit) {
     const calibrate::Table& axes = layout.axes;
     std::vector<std::string> overrides{"packing.kind=random", "packing.file=\"\"", "forces.hold_beads=false",
@@ -69,13 +83,13 @@ dem::Setup setup_at(const io::Scene& scene, const CalibrationLayout& layout, con
 void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& layout) {
     const calibrate::Table& axes = layout.axes;
     const calibrate::Assay& assay = layout.assays[unit.assay];
-    std::string place = text("bead-{}", axes.bead_fractions[unit.bead]);
-    if (assay.population == calibrate::Population::all) place += text("-rod-{}", axes.rod_fractions[unit.rod]);
-    if (!axes.varied_key.empty()) place += text("-{}-{}", axes.varied_key, axes.varied[unit.varied]);
-    unit.name = assay.name + "-" + place;
-    unit.identity = files::fingerprint(layout.manifest + unit.name);
+    std::string point = text("bead-{}", axes.bead_fractions[unit.bead]);
+    if (assay.population == calibrate::Population::all) point += text("-rod-{}", axes.rod_fractions[unit.rod]);
+    if (!axes.varied_key.empty()) point += text("-{}-{}", axes.varied_key, axes.varied[unit.varied]);
+    unit.name = assay.name + "-" + point;
+    unit.identity = files::fingerprint(layout.manifest + plan_of(io::resolved_text(scene), assay.name) + unit.name);
     unit.conditions = {.setup = setup_at(scene, layout, unit),
-                       .seed = calibrate::trial_seed(static_cast<std::uint64_t>(scene.run.seed), place, 0)};
+                       .seed = calibrate::trial_seed(static_cast<std::uint64_t>(scene.run.seed), point, 0)};
     layout.units.push_back(std::move(unit));
 }
 }  // namespace
@@ -86,7 +100,7 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
     require(dem::is_periodic(scene.particles.cell), io::location_of(scene, "cell.shape"),
             "cell.shape = \"{}\"; expected \"periodic\" for drover calibrate", scene.particles.cell.shape);
     require(!plan.bead_area_fractions.empty(), io::location_of(scene, "calibrate.bead_area_fractions"),
-            "nothing to calibrate: give calibrate.bead_area_fractions, such as [0.2, 0.4, 0.6]");
+            "nothing to calibrate; expected calibrate.bead_area_fractions, such as [0.2, 0.4, 0.6]");
     CalibrationLayout layout;
     layout.goal = {.relative_error = plan.relative_error,
                    .round = static_cast<std::size_t>(plan.round),
@@ -104,8 +118,8 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
                 const bool by_rods = layout.assays[a].population == calibrate::Population::all;
                 require(!by_rods || !plan.rod_area_fractions.empty(),
                         io::location_of(scene, "calibrate.rod_area_fractions"),
-                        "calibrate.rod_area_fractions is empty, and {} depends on it; give it, such as [0.05, 0.1], or "
-                        "choose other calibrate.assays",
+                        "calibrate.rod_area_fractions is empty, but {} depends on it; set it, such as [0.05, 0.1], or "
+                        "select other calibrate.assays",
                         layout.assays[a].name);
                 for (std::size_t rod = 0; rod < (by_rods ? plan.rod_area_fractions.size() : 1); ++rod)
                     add_unit(scene,

@@ -1,4 +1,4 @@
-// run/calibration_table.cpp: from trials to a table, and tables for people.
+// run/calibration_table.cpp: tables from trials, and their output as text.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,9 +13,9 @@ namespace {
 using calibrate::Origin;
 using calibrate::TableEntry;
 
-TableEntry refused(const std::string& why, int trials) {
+TableEntry missing(const std::string& why, int trials) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    return {.value = none, .error = none, .trials = trials, .origin = Origin::refused, .remark = why};
+    return {.value = none, .error = none, .trials = trials, .origin = Origin::missing, .remark = why};
 }
 
 std::string joined_remarks(std::vector<std::string> parts) {
@@ -23,45 +23,46 @@ std::string joined_remarks(std::vector<std::string> parts) {
     return joined(parts, "; ");
 }
 
-/// What a trial_set has found, or what it has so far.
-std::optional<calibrate::Measurement> found_by(const calibrate::TrialSet& trial_set) {
+/// The result of a trial set, or its result so far.
+std::optional<calibrate::Measurement> result_of(const calibrate::TrialSet& trial_set) {
     return trial_set.ended() ? trial_set.measurement() : trial_set.so_far();
 }
 
-TableEntry known_of(const CalibrationLayout& layout, const calibrate::TrialSet& trial_set,
+TableEntry entry_of(const CalibrationLayout& layout, const calibrate::TrialSet& trial_set,
                     const std::optional<calibrate::Measurement>& measured, std::size_t q) {
     const int tried = static_cast<int>(trial_set.count());
-    if (!trial_set.refusal().empty()) return refused(trial_set.refusal(), tried);
+    if (!trial_set.failure_reason().empty()) return missing(trial_set.failure_reason(), tried);
     const std::string unfinished =
-        trial_set.ended() ? "" : text("not finished: {} trials of {} or more", trial_set.count(), trial_set.wanted());
-    if (!measured) return refused(unfinished, tried);
+        trial_set.ended() ? "" : text("not finished: {} of at least {} trials", trial_set.count(), trial_set.needed());
+    if (!measured) return missing(unfinished, tried);
     const calibrate::Measurement& found = *measured;
     const measure::Estimate& estimate = found.estimates[q];
     const calibrate::Quantity& quantity = trial_set.assay().quantities[q];
     const int trials = static_cast<int>(found.trials);
     if (!estimate.error || !std::isfinite(estimate.mean))
-        return refused(estimate.refusal.empty() ? "no value" : estimate.refusal, trials);
-    TableEntry known{.value = estimate.mean, .error = *estimate.error, .trials = trials, .origin = Origin::measured};
-    if (!quantity.wanted) return known;
+        return missing(estimate.refusal.empty() ? "no value" : estimate.refusal, trials);
+    TableEntry entry{.value = estimate.mean, .error = *estimate.error, .trials = trials, .origin = Origin::measured};
+    if (!quantity.wanted) return entry;
     std::string unmet_target = unfinished;
-    if (!unfinished.empty()) known.origin = Origin::measured_short;
-    else if (known.error > layout.goal.relative_error * std::abs(known.value)) {
-        known.origin = Origin::measured_short;
+    if (!unfinished.empty()) entry.origin = Origin::measured_short;
+    else if (entry.error > layout.goal.relative_error * std::abs(entry.value)) {
+        entry.origin = Origin::measured_short;
         unmet_target = found.unmet_target.find(": " + quantity.name + " ") != std::string::npos
                            ? found.unmet_target
-                           : text("known to {:.3g} %; {:.3g} % was asked", 100.0 * known.error / std::abs(known.value),
-                                  100.0 * layout.goal.relative_error);
+                           : text("has an error of {:.3g} %; the target is {:.3g} %",
+                                  100.0 * entry.error / std::abs(entry.value), 100.0 * layout.goal.relative_error);
     }
     const std::string failed =
-        trial_set.failed() > 0 ? text("{} trials failed, the first: {}", trial_set.failed(), trial_set.failure()) : "";
-    known.remark = joined_remarks({unmet_target, found.diagnosis, failed});
-    return known;
+        trial_set.failed() > 0 ? text("{} trials failed, the first: {}", trial_set.failed(), trial_set.first_failure())
+                               : "";
+    entry.remark = joined_remarks({unmet_target, found.diagnosis, failed});
+    return entry;
 }
 
-/// Numbers of the setup that others are made from, of the whole bodies that the cell has; zero where it has none.
+/// Numbers of the setup, from the integer numbers of bodies in the cell; zero if it has none.
 struct Content {
     double rods = 0.0, beads = 0.0, bead_mass_density = 0.0;  ///< per area of the cell
-    double bead_mass = 0.0, bead_area = 0.0, rod_area = 0.0;  ///< of one; of a rod without the tolerance of its size
+    double bead_mass = 0.0, bead_area = 0.0, rod_area = 0.0;  ///< of one body; of a rod without size tolerance
 };
 Content content_of(const dem::Setup& setup) {
     const dem::Bodies bodies = dem::make_bodies(setup, 0);
@@ -73,16 +74,17 @@ Content content_of(const dem::Setup& setup) {
         content.bead_mass += shape.mass / beads;
         content.bead_area += shape.projected_area / beads;
     }
-    dem::Setup standard = setup;
-    standard.rods.size_tolerance = 0.0;
-    const dem::Bodies alike = dem::make_bodies(standard, 0);
-    if (!alike.rods.empty()) content.rod_area = alike.shapes[alike.rods.front().shape].projected_area;
+    dem::Setup nominal = setup;
+    nominal.rods.size_tolerance = 0.0;
+    const dem::Bodies nominal_bodies = dem::make_bodies(nominal, 0);
+    if (!nominal_bodies.rods.empty())
+        content.rod_area = nominal_bodies.shapes[nominal_bodies.rods.front().shape].projected_area;
     return content;
 }
 
 struct SetupRow {
     const char *name, *unit, *formula;
-    bool by_rods, of_rods;  ///< whether it depends on the area fraction of rods; whether it is of bodies that are rods
+    bool by_rods, of_rods;  ///< whether it depends on the area fraction of rods; whether it describes rods
     double Content::*number;
 };
 constexpr std::array<SetupRow, 6> setup_rows{
@@ -99,25 +101,25 @@ void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
     for (const SetupRow& row : setup_rows) {
         if (row.by_rods && table.rod_fractions.empty()) continue;
         calibrate::TableRow added{.name = row.name, .unit = row.unit, .formula = row.formula, .by_rods = row.by_rods};
-        const TableEntry none = refused("no assay was made there", 0);
-        added.known.assign(calibrate::count_of(table, row.by_rods), none);
+        const TableEntry no_entry = missing("no assay was run at this point", 0);
+        added.entries.assign(calibrate::count_of(table, row.by_rods), no_entry);
         for (const CalibrationUnit& unit : layout.units) {
             const calibrate::Population population = layout.assays[unit.assay].population;
             if (row.by_rods && population != calibrate::Population::all) continue;
             if (row.of_rods && population == calibrate::Population::beads) continue;
-            TableEntry& known = added.known[calibrate::place_in(table, added, unit.varied, unit.bead, unit.rod)];
-            if (known.origin == Origin::set) continue;
-            known = {.value = content_of(unit.conditions.setup).*row.number, .origin = Origin::set};
+            TableEntry& entry = added.entries[calibrate::entry_index(table, added, unit.varied, unit.bead, unit.rod)];
+            if (entry.origin == Origin::set) continue;
+            entry = {.value = content_of(unit.conditions.setup).*row.number, .origin = Origin::set};
         }
-        if (added.known.front().origin == Origin::set) table.rows.push_back(std::move(added));
+        if (added.entries.front().origin == Origin::set) table.rows.push_back(std::move(added));
     }
 }
 }  // namespace
 
-calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& campaigns) {
+calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& trial_sets) {
     calibrate::Table table = layout.axes;
-    std::vector<std::optional<calibrate::Measurement>> found;  // once for all numbers of a unit
-    for (const calibrate::TrialSet& trial_set : campaigns) found.push_back(found_by(trial_set));
+    std::vector<std::optional<calibrate::Measurement>> found;  // once for all quantities of a unit
+    for (const calibrate::TrialSet& trial_set : trial_sets) found.push_back(result_of(trial_set));
     for (std::size_t a = 0; a < layout.assays.size(); ++a) {
         const calibrate::Assay& assay = layout.assays[a];
         const bool by_rods = assay.population == calibrate::Population::all;
@@ -127,12 +129,12 @@ calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<cal
                                     .unit = quantity.unit,
                                     .formula = quantity.formula,
                                     .by_rods = by_rods};
-            row.known.resize(calibrate::count_of(table, by_rods));
+            row.entries.resize(calibrate::count_of(table, by_rods));
             for (std::size_t u = 0; u < layout.units.size(); ++u) {
                 const CalibrationUnit& unit = layout.units[u];
                 if (unit.assay == a)
-                    row.known[calibrate::place_in(table, row, unit.varied, unit.bead, unit.rod)] =
-                        known_of(layout, campaigns[u], found[u], q);
+                    row.entries[calibrate::entry_index(table, row, unit.varied, unit.bead, unit.rod)] =
+                        entry_of(layout, trial_sets[u], found[u], q);
             }
             table.rows.push_back(std::move(row));
         }
@@ -143,7 +145,7 @@ calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<cal
 }
 
 namespace {
-/// Columns of the table for people: row and heading.
+/// Columns of the text table: row and heading.
 constexpr std::array<std::pair<const char*, const char*>, 9> columns{{{"drag", "alpha/Gamma"},
                                                                       {"relaxation_rate", "a"},
                                                                       {"weathercock", "lambda"},
@@ -154,28 +156,28 @@ constexpr std::array<std::pair<const char*, const char*>, 9> columns{{{"drag", "
                                                                       {"viscosity_kinematic", "eta/(m rho)"},
                                                                       {"stiffness", "E"}}};
 
-/// Whether any of it was not merely set.
-bool is_found(const calibrate::TableRow& row) {
-    return std::any_of(row.known.begin(), row.known.end(),
-                       [](const TableEntry& known) { return known.origin != Origin::set; });
+/// Whether any entry is not merely set.
+bool has_results(const calibrate::TableRow& row) {
+    return std::any_of(row.entries.begin(), row.entries.end(),
+                       [](const TableEntry& entry) { return entry.origin != Origin::set; });
 }
 
-std::string cell_text(const TableEntry& known) {
-    if (known.origin == Origin::refused) return "refused";
-    return text("{:.4g} +- {:.2g}{}", known.value, known.error, known.origin == Origin::measured_short ? " !" : "");
+std::string cell_text(const TableEntry& entry) {
+    if (entry.origin == Origin::missing) return "missing";
+    return text("{:.4g} +- {:.2g}{}", entry.value, entry.error, entry.origin == Origin::measured_short ? " !" : "");
 }
 
 std::string remarks_text(const calibrate::Table& table) {
     std::string out;
     for (const calibrate::TableRow& row : table.rows)
-        for (std::size_t place = 0; place < row.known.size(); ++place) {
-            const TableEntry& known = row.known[place];
+        for (std::size_t i = 0; i < row.entries.size(); ++i) {
+            const TableEntry& entry = row.entries[i];
             const bool shown = std::any_of(columns.begin(), columns.end(),
                                            [&](const auto& column) { return column.first == row.name; });
-            const bool follows = known.remark.ends_with(" is refused");  // what it follows from is told
-            if (shown && !follows && (known.origin == Origin::refused || known.origin == Origin::measured_short))
-                out += text("{} {} at {}: {}\n", known.origin == Origin::refused ? "refused:" : "!", row.name,
-                            calibrate::point_text(table, row.by_rods, place), known.remark);
+            const bool follows = entry.remark.ends_with(" is missing");  // its input is listed
+            if (shown && !follows && (entry.origin == Origin::missing || entry.origin == Origin::measured_short))
+                out += text("{} {} at {}: {}\n", entry.origin == Origin::missing ? "missing:" : "!", row.name,
+                            calibrate::point_text(table, row.by_rods, i), entry.remark);
         }
     return out;
 }
@@ -188,7 +190,7 @@ std::string calibration_text(const calibrate::Table& table) {
     out += text("{:>6} {:>6}", "Phi_b", "Phi_r");
     std::vector<const calibrate::TableRow*> rows;
     for (const auto& [name, heading] : columns)
-        if (const calibrate::TableRow* row = calibrate::find_row(table, name); row != nullptr && is_found(*row)) {
+        if (const calibrate::TableRow* row = calibrate::find_row(table, name); row != nullptr && has_results(*row)) {
             rows.push_back(row);
             out += text(" {:>21}", text("{} [{}]", heading, row->unit));
         }
@@ -201,7 +203,7 @@ std::string calibration_text(const calibrate::Table& table) {
                 out += text("{:>6.4g} {:>6}", table.bead_fractions[b],
                             table.rod_fractions.empty() ? "-" : text("{:.4g}", table.rod_fractions[r]));
                 for (const calibrate::TableRow* row : rows)
-                    out += text(" {:>21}", cell_text(row->known[calibrate::place_in(table, *row, v, b, r)]));
+                    out += text(" {:>21}", cell_text(row->entries[calibrate::entry_index(table, *row, v, b, r)]));
                 out += '\n';
             }
     const std::string remarks = remarks_text(table);
@@ -209,17 +211,17 @@ std::string calibration_text(const calibrate::Table& table) {
 }
 
 namespace {
-/// One number of each point, in nested lists by the axes.
+/// One number of each entry, in nested lists by the axes.
 template <class Write>
 std::string nested(const calibrate::Table& table, const calibrate::TableRow& row, Write write) {
     const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1;
     std::vector<std::string> all;
-    std::size_t place = 0;
+    std::size_t i = 0;
     for (std::size_t v = 0; v < table.varied.size(); ++v) {
         std::vector<std::string> by_bead;
         for (std::size_t b = 0; b < table.bead_fractions.size(); ++b) {
             std::vector<std::string> by_rod;
-            for (std::size_t r = 0; r < rods; ++r) by_rod.push_back(write(row.known[place++]));
+            for (std::size_t r = 0; r < rods; ++r) by_rod.push_back(write(row.entries[i++]));
             by_bead.push_back(row.by_rods ? "[" + joined(by_rod) + "]" : by_rod.front());
         }
         all.push_back("[" + joined(by_bead) + "]");
@@ -230,7 +232,7 @@ std::string nested(const calibrate::Table& table, const calibrate::TableRow& row
 
 std::string calibration_toml(const calibrate::Table& table, const std::string& heading) {
     std::string out =
-        "# Coefficients over area fractions.  Lists go by the varied key, if there is one, then by beads, then by "
+        "# Coefficients over area fractions.  Lists are nested by the varied key, if any, then by beads, then by "
         "rods.\n" +
         heading;
     if (!table.varied_key.empty())
@@ -247,9 +249,9 @@ std::string calibration_toml(const calibrate::Table& table, const std::string& h
                    return toml_text(std::string(calibrate::origin_name(k.origin)));
                });
         std::vector<std::string> remarks;
-        for (std::size_t place = 0; place < row.known.size(); ++place)
-            if (!row.known[place].remark.empty())
-                remarks.push_back(calibrate::point_text(table, row.by_rods, place) + ": " + row.known[place].remark);
+        for (std::size_t i = 0; i < row.entries.size(); ++i)
+            if (!row.entries[i].remark.empty())
+                remarks.push_back(calibrate::point_text(table, row.by_rods, i) + ": " + row.entries[i].remark);
         out += remarks.empty() ? "\n" : "\nremarks = " + toml_text(remarks) + "\n";
     }
     return out;

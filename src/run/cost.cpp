@@ -36,22 +36,22 @@ std::optional<ExpectedTime> expected_time(const io::Scene& scene) {
         Simulation simulation = kind.make(timed, threads, {});
         std::int64_t step = 0;
         const auto advance = [&] { simulation.advance(step++); };
-        const auto most = std::min<std::int64_t>(simulation.steps, max_steps);
-        if (most > 1) advance();  // the first touches all memory
+        const auto last = std::min<std::int64_t>(simulation.steps, max_steps);
+        if (last > 1) advance();  // the first step touches all memory
         std::vector<double> times;
         double spent = 0.0;
-        while (times.empty() || (step < most && spent < seconds_of_steps)) {
+        while (times.empty() || (step < last && spent < seconds_of_steps)) {
             times.push_back(seconds_of(advance));
             spent += times.back();
         }
         std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
         ExpectedTime result{.step = larger * times[times.size() / 2], .scaled = larger > 1.0};
-        result.whole = result.step * static_cast<double>(simulation.steps);
+        result.total = result.step * static_cast<double>(simulation.steps);
         for (const ScheduledRecording& recording : simulation.recordings)
-            result.whole += larger * rows(recording, simulation.steps) * seconds_of([&] { recording.observe(); });
+            result.total += larger * rows(recording, simulation.steps) * seconds_of([&] { recording.observe(); });
         return result;
     } catch (const Error&) {
-        return std::nullopt;  // the run itself says why
+        return std::nullopt;  // the run itself reports the error
     }
 }
 

@@ -17,10 +17,10 @@ int status_of(const std::function<int()>& work) {
         return error.fault() == Fault::input ? exit_bad_input : exit_run_failed;
     } catch (const std::bad_alloc&) {
         std::fprintf(stderr,
-                     "error: there is not enough memory; choose a smaller grid, or see what else holds memory\n");
+                     "error: not enough memory; choose a smaller grid or cell, or free memory\n");
         return exit_run_failed;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "error: %s; this is a fault of drover: please report it with the scene\n", error.what());
+        std::fprintf(stderr, "error: %s; this is a bug in drover: please report it with the scene\n", error.what());
         return exit_run_failed;
     }
 }

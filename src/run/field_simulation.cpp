@@ -1,4 +1,4 @@
-// run/field_simulation.cpp: fields, their stepper and their observables behind the loop's functions.
+// run/field_simulation.cpp: a simulation of fields: state, stepper and recordings.
 #include "drover/run/field_simulation.hpp"
 
 #include <algorithm>
@@ -7,21 +7,22 @@
 #include <memory>
 #include <optional>
 
-#include "drover/measure/observables.hpp"
+#include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/energy.hpp"
 #include "drover/run/field_evolution.hpp"
+#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
 namespace {
 using numerics::Complex;
 
-/// All that the functions of one simulation share.
+/// The state shared by the functions of one simulation.
 struct World {
     io::Scene scene;
     physics::Form form;
-    FieldEvolution evolution;
+    physics::FieldEvolution evolution;
     numerics::Transform transform;
     numerics::Spectra state, healthy;  // healthy: at the last health check
     numerics::Fields fields;
@@ -29,22 +30,20 @@ struct World {
     numerics::Spectra velocity;  // the same as modes, of every form that has one
     std::optional<physics::EnergyMeter> energy;
     double time = 0.0;
-    measure::Setting setting;
-    std::vector<measure::Observable> observables;
-    std::vector<std::vector<double>> measured;
+    measure::FieldSetting setting;
 
     World(const io::Scene& the_scene, Threads& threads);
-    void bring_to_grid();
+    void transform_to_grid();
 };
 
-/// Where the values of a field stand along an axis.
+/// Coordinates of the points of a field along an axis.
 std::vector<double> cell_corners(int count, double side) {
     std::vector<double> result;
     for (int i = 0; i < count; ++i) result.push_back(side / count * i);
     return result;
 }
 
-/// A frame of an archive as the state; fields, points and sides of the cell must be the scene's.
+/// A frame of an archive as the state; its fields, grid and cell must be those of the scene.
 numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& scene, const physics::Form& form) {
     const SourceLocation here = io::location_of(scene, "initial.file");
     const std::vector<physics::Component> names = physics::component_names(form);
@@ -58,7 +57,7 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
                     shape[2] == static_cast<std::size_t>(scene.grid.nx) &&
                     archive.read("/x").values == cell_corners(scene.grid.nx, scene.grid.lx) &&
                     archive.read("/y").values == cell_corners(scene.grid.ny, scene.grid.ly),
-                here, "initial.file = \"{}\" is of another grid or cell; expected {} by {} points on {} by {} mm",
+                here, "initial.file = \"{}\" has another grid or cell; expected {} by {} points on {} by {} mm",
                 scene.initial.file, scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
         const auto frames = static_cast<int>(shape[0]);
         require(scene.initial.frame < frames && frames >= 1, io::location_of(scene, "initial.frame"),
@@ -68,7 +67,8 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
         const files::Array row = archive.read_row(dataset, static_cast<std::size_t>(number));
         require(std::all_of(row.values.begin(), row.values.end(), [](double value) { return std::isfinite(value); }),
                 here,
-                "initial.file = \"{}\" has a {} that is not finite in frame {}; expected numbers: choose another frame",
+                "initial.file = \"{}\" has a {} that is not finite in frame {}; expected finite values: choose another "
+                "frame",
                 scene.initial.file, names[c].name, number);
         std::copy(row.values.begin(), row.values.end(), frame[static_cast<int>(c)].begin());
     }
@@ -90,26 +90,25 @@ numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
 World::World(const io::Scene& the_scene, Threads& threads)
     : scene(the_scene),
       form(physics::form(scene.model)),
-      evolution(scene, threads),
+      evolution(scene.model, scene.grid, scene.dealiasing,
+                {.method = scene.time.stepper, .dt = scene.time.dt, .tolerance = scene.time.tolerance},
+                static_cast<std::uint64_t>(scene.run.seed), threads),
       transform(scene.grid, evolution.system().degree, threads),
       fields(scene.grid, numerics::components(evolution.system().layout)) {
     const numerics::System& system = evolution.system();
     if (scene.output.powers) energy.emplace(evolution.equations(), scene.grid, scene.dealiasing, threads);
-    setting =
-        measure::make_setting(scene.grid, form, system.degree, energy ? energy->terms() : std::vector<std::string>{});
-    observables = measure::observables(form, scene.output.powers);
+    setting = measure::make_field_setting(scene.grid, form, system.degree);
+    if (energy) setting.terms = energy->terms();
     state = scene.initial.kind == "file"
                 ? spectra_of_file(scene, *this)
                 : physics::initial_spectra(scene.initial, scene.model, system,
                                            static_cast<std::uint64_t>(scene.run.seed), threads);
     healthy = state;
     evolution.start(state);
-    for (const measure::Observable& observable : observables)
-        measured.emplace_back(measure::size_of(observable, setting));
 }
 
-/// The state on the grid, and the velocity of the beads where the form has one.
-void World::bring_to_grid() {
+/// Computes the state on the grid, and the velocity of the beads where the form has one.
+void World::transform_to_grid() {
     transform.backward(state, fields);
     if (form.velocity == physics::Velocity::absent) return;
     if (velocity.size == 0) velocity = numerics::Spectra(scene.grid, 2);
@@ -143,30 +142,9 @@ files::Recording frame_recording(const World& world) {
 }
 }  // namespace
 
-std::vector<files::Axis> observable_axes(const measure::Setting& setting) {
-    std::vector<double> directions, sides, short_sides;
-    for (int s = 0; s < setting.sectors.count; ++s) directions.push_back(180.0 / setting.sectors.count * s);
-    const double cell = setting.grid.lx / setting.grid.nx;
-    for (const int cells : setting.boxes) sides.push_back(cell * cells);
-    for (const int cells : setting.long_boxes) short_sides.push_back(cell * cells);
-    std::vector<files::Axis> axes{
-        {"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q},
-        {"direction", "degree", "angle of q from x, q and -q being one", directions},
-        {"box_side", "mm", "side of the box along x", sides},
-        {"long_box_side", "mm", "shorter side, on cells as wide as along x, of a box four times longer the other way",
-         short_sides},
-        {"separation", "mm", "mean distance in the bin", setting.separations}};
-    if (!setting.terms.empty()) {
-        std::vector<double> numbers;
-        for (std::size_t i = 0; i < setting.terms.size(); ++i) numbers.push_back(static_cast<double>(i));
-        axes.push_back({"term", "1", "number of the term: 0, 1, ... for " + joined(setting.terms), numbers});
-    }
-    return axes;
-}
-
 int choose_threads(const io::Scene& scene) {
     if (scene.run.threads > 0) return scene.run.threads;
-    // Below this much work a thread costs more to wake than it saves.
+    // With less work per thread, waking a thread costs more than it saves.
     constexpr std::size_t points_per_thread = 16384;
     const auto useful = static_cast<int>(std::min<std::size_t>(numerics::points(scene.grid) / points_per_thread, 64));
     return std::clamp(useful, 1, usable_cores());
@@ -205,32 +183,33 @@ double field_simulation_bytes(const io::Scene& scene) {
     const double spectra = static_cast<double>(numerics::modes(scene.grid)) * sizeof(Complex);
     const double reals = static_cast<double>(numerics::points(scene.grid)) * sizeof(double);
     const int count = numerics::components(system.layout);
-    // state, the healthy one, a checkpoint's copy and its file; fields; the transform's scratch; shells, sectors and powers.
-    const double rungs = scene.time.tolerance > 0.0 ? 4.0 : 1.0;
-    return rungs * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
-                    physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
+    // The state, the last finite one, a copy for the checkpoint and its file; fields; scratch; shells, sectors and
+    // powers.
+    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 1.0;
+    return steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
+                       physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
            (4.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
 
 namespace {
-/// Finite, and so far from the largest number that a sum over all modes is finite too.  False for not-a-number.
+/// Finite, and small enough that a sum over all modes is finite too.  False for NaN.
 bool is_healthy(Complex value, std::size_t modes) {
-    const double most = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
-    return std::abs(value.real()) < most && std::abs(value.imag()) < most;
+    const double max = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
+    return std::abs(value.real()) < max && std::abs(value.imag()) < max;
 }
 
-/// The non-finite mode of least wavenumber, and where the field was largest when it was last finite.
+/// Reports the non-finite mode with the smallest wavenumber, and where the field was largest when last finite.
 [[noreturn]] void report_blow_up(World& world, std::int64_t step) {
     const std::vector<physics::Component> names = physics::component_names(world.form);
     const std::size_t width = numerics::columns(world.scene.grid);
     std::size_t component = 0, mode = 0;
-    double least = INFINITY;
+    double min_q = INFINITY;
     for (std::size_t c = 0; c < names.size(); ++c)
         for (std::size_t m = 0; m < world.state.size; ++m) {
             const Complex value = world.state[static_cast<int>(c)][m];
             const numerics::Wavevector q = numerics::wavevector(world.scene.grid, m % width, m / width);
-            if (is_healthy(value, world.state.size) || std::hypot(q.x, q.y) >= least) continue;
-            least = std::hypot(q.x, q.y);
+            if (is_healthy(value, world.state.size) || std::hypot(q.x, q.y) >= min_q) continue;
+            min_q = std::hypot(q.x, q.y);
             component = c;
             mode = m;
         }
@@ -242,7 +221,8 @@ bool is_healthy(Complex value, std::size_t modes) {
                nx = static_cast<std::size_t>(world.scene.grid.nx);
     const physics::FastestGrowth growth = physics::fastest_growth(world.evolution.system());
     fail_run(
-        "the run left the finite numbers at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its largest "
+        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its "
+        "largest "
         "value was {:.3g} "
         "in cell ({}, {}) when last finite; likely cause: {}; the last checkpoint is good to restart from",
         step, static_cast<double>(step) * world.scene.time.dt, names[component].name, mode % width,
@@ -264,7 +244,7 @@ namespace {
 ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
     const io::Scene& scene = world->scene;
     const auto observe = [world] {
-        world->bring_to_grid();
+        world->transform_to_grid();
         std::vector<std::span<const double>> arrays;
         for (const numerics::Fields* fields : {&std::as_const(world->fields), &std::as_const(world->slaved)})
             for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
@@ -274,38 +254,26 @@ ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
-    const io::Scene& scene = world->scene;
-    files::Recording samples{.group = "/observables",
-                             .axes = observable_axes(world->setting),
-                             .quantities = {},
-                             .rows_per_chunk = samples_per_chunk(scene)};
-    for (const measure::Observable& observable : world->observables)
-        samples.quantities.push_back(
-            {observable.name, observable.unit, observable.formula, measure::names_of(observable.axes)});
-    const auto observe = [world] {
-        world->bring_to_grid();
-        measure::Moment moment{.setting = world->setting,
-                               .spectra = world->state,
-                               .fields = world->fields,
-                               .velocity = world->velocity.size > 0 ? &world->velocity : nullptr};
-        if (world->energy) moment.energy = world->energy->measure(world->time, world->state);
-        std::vector<std::span<const double>> arrays;
-        for (std::size_t o = 0; o < world->observables.size(); ++o) {
-            world->observables[o].measure(moment, world->measured[o]);
-            arrays.emplace_back(world->measured[o]);
-        }
-        return arrays;
-    };
-    return {std::move(samples), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), observe};
+    return sample_recording(world->scene, field_samples_group, measure::field_observables(world->setting), [world] {
+        world->transform_to_grid();
+        std::optional<physics::EnergyBudget> energy;
+        if (world->energy) energy = world->energy->measure(world->time, world->state);
+        return measure::FieldMoment{.setting = world->setting,
+                                    .spectra = world->state,
+                                    .fields = world->fields,
+                                    .velocity = world->velocity.size > 0 ? &world->velocity : nullptr,
+                                    .slaved_velocity = &world->slaved,
+                                    .energy = std::move(energy)};
+    });
 }
 }  // namespace
 
 namespace {
-/// What the stepper chose for itself.
+/// The choices of the adaptive stepper.
 std::string describe(const StepCount& count, const io::Scene& scene) {
     std::string words;
     if (scene.time.tolerance > 0.0)
-        words = text("{} steps taken, {} refused; the last were of {:.4g} s (time.dt/{})", count.accepted,
+        words = text("{} steps taken, {} rejected; the last were of {:.4g} s (time.dt/{})", count.accepted,
                      count.refused, scene.time.dt / count.division, count.division);
     if (count.references > 0)
         words += text("{}the reference density followed the beads {} time{}", words.empty() ? "" : "; ",
@@ -335,7 +303,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
             if (!is_healthy(value, world->state.size)) report_blow_up(*world, step);
         std::copy(world->state.values.begin(), world->state.values.end(), world->healthy.values.begin());
     };
-    simulation.describe = [world] { return describe(world->evolution.count(), world->scene); };
+    simulation.describe = [world] { return describe(world->evolution, world->scene); };
     simulation.save = [world] {
         std::vector<double> values = world->evolution.save();
         values.push_back(world->time);
@@ -347,11 +315,11 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         return values;
     };
     simulation.restore = [world](std::span<const double> values) {
-        constexpr std::size_t before = FieldEvolution::saved_numbers + 1;
+        constexpr std::size_t before = physics::FieldEvolution::saved_numbers + 1;
         require(values.size() == before + 2 * world->state.values.size(), {},
                 "the checkpoint holds {} numbers; this scene's state has {}", values.size(),
                 before + 2 * world->state.values.size());
-        world->evolution.restore(values.first(FieldEvolution::saved_numbers));
+        world->evolution.restore(values.first(physics::FieldEvolution::saved_numbers));
         world->time = values[before - 1];
         for (std::size_t m = 0; m < world->state.values.size(); ++m)
             world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};

@@ -1,4 +1,4 @@
-// run/loop.cpp: the one loop.
+// run/loop.cpp: the main loop.
 #include "drover/run/loop.hpp"
 
 #include <algorithm>
@@ -24,7 +24,8 @@ bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {
     return scheduled.every == 0 ? step == 0 : step % scheduled.every == 0;
 }
 
-/// Rows due at a step; true when one of them was a frame, which is committed at once so that no more than one can be lost.
+/// Appends the rows due at a step; true when one of them is a frame, which is committed at once so that at most one can
+/// be lost.
 bool append_due(const Simulation& simulation, std::int64_t step, files::Archive& archive) {
     bool frame = false;
     for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
@@ -37,18 +38,18 @@ bool append_due(const Simulation& simulation, std::int64_t step, files::Archive&
 }
 
 void save(const Simulation& simulation, std::int64_t step, files::Archive& archive, const LoopFiles& files) {
-    archive.commit();  // first: a checkpoint never counts rows that the archive has not
+    archive.commit();  // first: a checkpoint never counts rows that the archive does not have
     files::Checkpoint checkpoint{.scene = files.scene,
-                                 .step = step,
-                                 .time = static_cast<double>(step) * simulation.dt,
-                                 .rows = {},
-                                 .state = simulation.save()};
+                              .step = step,
+                              .time = static_cast<double>(step) * simulation.dt,
+                              .rows = {},
+                              .state = simulation.save()};
     for (const std::size_t rows : archive.rows()) checkpoint.rows.push_back(rows);
     files::write_checkpoint(files.archive, checkpoint);
 }
 
-/// The last step has a row in every recording.  It is written after the last checkpoint, which counts rows on the schedule
-/// alone: a run that is made longer has the same rows as one that was as long from the start.
+/// Every recording has a row of the last step.  It is written after the last checkpoint, which counts only scheduled
+/// rows: a run that is extended later has the same rows as one of that length from the start.
 void append_last(const Simulation& simulation, std::int64_t step, files::Archive& archive) {
     for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
         if (!is_due(simulation.recordings[r], step)) append_row(simulation, r, step, archive);
@@ -75,7 +76,7 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
         const auto due_now = [&](const ScheduledRecording& scheduled) { return is_due(scheduled, step); };
         if (step % simulation.health_every == 0 || step == simulation.steps ||
             std::any_of(simulation.recordings.begin(), simulation.recordings.end(), due_now))
-            simulation.check_health(step);  // no row of a state that has left the finite numbers
+            simulation.check_health(step);  // never record a diverged state
         const bool frame = append_due(simulation, step, archive);
         if (frame || seconds_since(last_commit) > seconds_between_commits) {
             archive.commit();

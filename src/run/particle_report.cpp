@@ -1,33 +1,16 @@
-// run/particle_report.cpp: from an archive of a run of particles to its results.
+// run/particle_report.cpp: the results of a run of particles from its archive.
 #include <cmath>
 
 #include "drover/io/trajectory.hpp"
-#include "drover/measure/particle_summary.hpp"
+#include "drover/measure/particles.hpp"
 #include "drover/measure/path_summary.hpp"
 #include "drover/run/particle_simulation.hpp"
+#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
-std::vector<measure::ParticleObservable> recorded_observables(const measure::ParticleSetting& setting) {
-    std::vector<measure::ParticleObservable> rows = measure::particle_observables(setting);
-    std::erase_if(rows, [&](const auto& row) { return measure::size_of(row, setting) == 0; });
-    return rows;
-}
-
-std::vector<files::Axis> series_axes(const measure::ParticleSetting& setting,
-                                     std::span<const measure::ParticleObservable> observables) {
-    std::vector<files::Axis> axes;
-    for (const measure::ParticleObservable& row : observables)
-        for (const measure::ParticleAxis axis : row.axes) {
-            const measure::AxisValues values = measure::axis_of(axis, setting);
-            if (std::none_of(axes.begin(), axes.end(), [&](const files::Axis& one) { return one.name == values.name; }))
-                axes.push_back({values.name, values.unit, values.meaning, values.values});
-        }
-    return axes;
-}
-
 namespace {
-/// Frames that stand on the schedule (the last one may not) and the first of them that is not warm-up.
+/// Frames on the schedule (the last one may be off it), from the first after the warm-up.
 struct FrameRange {
     std::size_t first = 0, end = 0;
 };
@@ -40,7 +23,8 @@ FrameRange frames_on_schedule(const std::vector<double>& times, double spacing, 
     return range;
 }
 
-/// What paths say after the warm-up, frame by frame; nothing where the scene asks for the first and the last frame alone.
+/// Results from the paths after the warm-up, read frame by frame; none where only the first and the last frame are
+/// kept.
 std::vector<measure::SummaryRow> path_rows(const files::ArchiveReader& archive, const io::Scene& scene,
                                            const dem::Bodies& bodies, double warm_up) {
     const double spacing = scene.output.frame_every;
@@ -64,22 +48,11 @@ std::vector<measure::SummaryRow> path_rows(const files::ArchiveReader& archive, 
 Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene) {
     const dem::Bodies bodies = dem::make_bodies(scene.particles, static_cast<std::uint64_t>(scene.run.seed));
     const measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
-    const std::vector<measure::ParticleObservable> observables = recorded_observables(setting);
     const Sampling sampling = sampling_of(archive, scene, io::series_group);
-    std::vector<std::vector<double>> series;
-    for (const measure::ParticleObservable& row : observables) {
-        series.push_back(archive.read(std::string(io::series_group) + "/" + row.name).values);
-        series.back().resize(sampling.samples * measure::size_of(row, setting));
-    }
-    Report report;
-    report.scene = scene;
-    report.axes = series_axes(setting, observables);
-    report.time = sampling.end;
-    report.summary = measure::summarise(measure::ParticleRecorded{.setting = setting,
-                                                                  .observables = observables,
-                                                                  .series = series,
-                                                                  .spacing = sampling.spacing,
-                                                                  .warm_up = sampling.warm_up});
+    measure::Recorded recorded =
+        measure::particle_recording(setting, read_series(archive, io::series_group,
+                                                         measure::particle_observables(setting), sampling.samples));
+    Report report = summary_report(scene, sampling, recorded);
     const double warm_up = static_cast<double>(report.summary.warm_up) * sampling.spacing;
     for (measure::SummaryRow& row : path_rows(archive, scene, bodies, warm_up))
         report.summary.rows.push_back(std::move(row));

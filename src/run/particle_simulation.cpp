@@ -1,29 +1,29 @@
-// run/particle_simulation.cpp: bodies between plates and their observables behind the loop's functions.
+// run/particle_simulation.cpp: a simulation of bodies between plates: world and recordings.
 #include "drover/run/particle_simulation.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <set>
 
 #include "drover/dem/packing.hpp"
+#include "drover/dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/measure/particles.hpp"
+#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
 namespace {
-/// All that the functions of one simulation share.
+/// The state shared by the functions of one simulation.
 struct Shared {
     io::Scene scene;
     dem::World world;
     measure::ParticleSetting setting;
-    std::vector<measure::ParticleObservable> observables;
     double time = 0.0, energy_start = 0.0;
-    std::vector<std::vector<double>> row, measured;
+    std::vector<std::vector<double>> row;
 };
 
 std::uint64_t seed_of(const io::Scene& scene) { return static_cast<std::uint64_t>(scene.run.seed); }
@@ -33,16 +33,7 @@ dem::Bodies bodies_of(const io::Scene& scene) {
                             [&](const std::string& key) { return io::location_of(scene, key); });
 }
 
-double base_height(const dem::Plates& plates, double time) {
-    return plates.amplitude * (1.0 + std::cos(2.0 * std::numbers::pi * plates.frequency * time));
-}
-
-double base_speed(const dem::Plates& plates, double time) {
-    const double rate = 2.0 * std::numbers::pi * plates.frequency;
-    return -plates.amplitude * rate * std::sin(rate * time);
-}
-
-/// A cell in words, by the keys that its shape has.
+/// The shape and size of a cell, for messages.
 std::string cell_text(const dem::Cell& cell) {
     if (cell.shape == "circle") return text("circle of radius {} mm", cell.radius);
     if (cell.shape == "flower")
@@ -51,7 +42,8 @@ std::string cell_text(const dem::Cell& cell) {
     return text("{} cell of {} by {} mm", cell.shape, cell.lx, cell.ly);
 }
 
-/// The frame of the file that a packing asks for.  Heights and velocities are those beside the base, which is elsewhere at t = 0.
+/// The frame of a file that a packing names.  Heights and velocities are relative to the base, whose phase differs at t
+/// = 0.
 dem::Bodies bodies_of_file(const io::Scene& scene) {
     const dem::Packing& packing = scene.particles.packing;
     const SourceLocation where = io::location_of(scene, "packing.file");
@@ -78,8 +70,9 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     require(theirs == ours, where, "{} lies in a {} and this scene in a {}; expected the same cell", what, theirs,
             ours);
     const double time = archive->read(std::string(io::spheres_group) + "/position/time").values.at(frame);
-    const double lift = base_height(scene.particles.plates, 0.0) - base_height(source.particles.plates, time),
-                 push = -base_speed(source.particles.plates, time);
+    const dem::PlateState now = dem::PlateMotion(scene.particles.plates).base(),
+                          then = dem::PlateMotion(source.particles.plates, time).base();
+    const double lift = now.height - then.height, push = -then.velocity;
     const auto move = [&](auto& body) {
         body.position.z += lift;
         body.velocity.z += push;
@@ -89,7 +82,7 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     return bodies;
 }
 
-/// The vectors of each body, in one order.
+/// Visits the vectors of all bodies in a fixed order.
 template <class AnyBodies, class Visit>
 void for_vectors(AnyBodies& bodies, Visit visit) {
     for (auto& bead : bodies.beads)
@@ -102,7 +95,7 @@ std::size_t saved_of_bodies(const dem::Bodies& bodies) { return 9 * bodies.beads
 
 constexpr std::size_t saved_before = 2;  // time and energy_start; then the bodies, then the world's own state
 
-/// Bodies where a checkpoint has them: a world is made of bodies that lie in its cell.
+/// The bodies of a checkpoint.
 dem::Bodies bodies_of_saved(const io::Scene& scene, std::span<const double> saved) {
     dem::Bodies bodies = bodies_of(scene);
     require(saved.size() > saved_before + saved_of_bodies(bodies), {},
@@ -144,10 +137,6 @@ void restore(Shared& shared, std::span<const double> saved) {
     shared.world.restore(saved.subspan(before));
 }
 
-std::vector<std::span<const double>> spans(const std::vector<std::vector<double>>& arrays) {
-    return {arrays.begin(), arrays.end()};
-}
-
 std::vector<ScheduledRecording> frames_of(const std::shared_ptr<Shared>& shared) {
     const io::Scene& scene = shared->scene;
     const std::int64_t every = io::whole_steps(scene, "output.frame_every", scene.output.frame_every);
@@ -155,38 +144,20 @@ std::vector<ScheduledRecording> frames_of(const std::shared_ptr<Shared>& shared)
     for (const io::BodyRecording& one : io::trajectory_recordings(scene.particles, shared->world.bodies()))
         result.push_back({one.recording, every, [shared, make_row = one.row] {
                               shared->row = make_row(shared->scene.particles, shared->world.bodies());
-                              return spans(shared->row);
+                              return std::vector<std::span<const double>>(shared->row.begin(), shared->row.end());
                           }});
     return result;
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<Shared>& shared) {
-    const io::Scene& scene = shared->scene;
-    files::Recording samples{.group = io::series_group,
-                             .axes = series_axes(shared->setting, shared->observables),
-                             .quantities = {},
-                             .rows_per_chunk = samples_per_chunk(scene)};
-    for (const measure::ParticleObservable& row : shared->observables) {
-        std::vector<std::string> axes;
-        for (const measure::ParticleAxis axis : row.axes) axes.push_back(measure::axis_of(axis, shared->setting).name);
-        samples.quantities.push_back({row.name, row.unit, row.formula, axes});
-        shared->measured.emplace_back(measure::size_of(row, shared->setting));
-    }
-    const auto observe = [shared] {
-        const dem::Bodies bodies = shared->world.bodies();
-        const dem::EnergyBalance balance = shared->world.balance();
-        const dem::Counts counts = shared->world.counts();
-        const measure::ParticleMoment moment{.setting = shared->setting,
-                                             .bodies = bodies,
-                                             .time = shared->time,
-                                             .balance = balance,
-                                             .counts = counts,
-                                             .energy_kinetic = shared->world.energy_kinetic()};
-        for (std::size_t o = 0; o < shared->observables.size(); ++o)
-            shared->observables[o].measure(moment, shared->measured[o]);
-        return spans(shared->measured);
-    };
-    return {std::move(samples), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), observe};
+    return sample_recording(shared->scene, io::series_group, measure::particle_observables(shared->setting), [shared] {
+        return measure::ParticleMoment{.setting = shared->setting,
+                                       .bodies = shared->world.bodies(),
+                                       .time = shared->time,
+                                       .balance = shared->world.balance(),
+                                       .counts = shared->world.counts(),
+                                       .energy_kinetic = shared->world.energy_kinetic()};
+    });
 }
 
 void check_health(const Shared& shared, std::int64_t step) {
@@ -201,20 +172,21 @@ void check_health(const Shared& shared, std::int64_t step) {
                             : rod != bodies.rods.end() ? text("rod {}", rod - bodies.rods.begin())
                                                        : std::string("the kinetic energy");
     fail_run(
-        "the run left the finite numbers at or before step {} (t = {:.6g} s): {}; dt = {}; likely cause: the time step "
+        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; dt = {}; likely cause: the time "
+        "step "
         "is "
         "too large; the last checkpoint is good to restart from",
         step, static_cast<double>(step) * shared.scene.time.dt, who, shared.scene.time.dt);
 }
 
-/// Impacts, groups, overlaps and where the energy went.
+/// Impacts, groups, overlaps and the energy balance.
 std::string describe(const Shared& shared) {
     const dem::Counts counts = shared.world.counts();
     const dem::EnergyBalance balance = shared.world.balance();
-    const dem::Overlap worst = shared.world.worst_overlap();
+    const dem::OverlapRecord worst = shared.world.worst_overlap();
     const double now = shared.world.energy_kinetic(), change = now - shared.energy_start;
     double largest = std::abs(now);
-    for (const auto part : dem::balance_parts) largest = std::max(largest, std::abs(balance.*part));
+    for (const auto entry : dem::balance_parts) largest = std::max(largest, std::abs(balance.*entry));
     std::string words =
         text("impacts: {} bead-bead, {} rod-bead, {} rod-rod, {} bead-plate, {} rod-plate, {} bead-wall, {} rod-wall",
              counts.bead_bead, counts.rod_bead, counts.rod_rod, counts.bead_plate, counts.rod_plate, counts.bead_wall,
@@ -238,7 +210,7 @@ double spheres_of(const io::Scene& scene) { return static_cast<double>(io::spher
 
 int particle_threads(const io::Scene& scene) {
     if (scene.run.threads > 0) return scene.run.threads;
-    // Below this much work a thread costs more to wake than it saves.
+    // With less work per thread, waking a thread costs more than it saves.
     constexpr double spheres_per_thread = 20000.0;
     return std::clamp(static_cast<int>(std::min(spheres_of(scene) / spheres_per_thread, 64.0)), 1, usable_cores());
 }
@@ -252,8 +224,8 @@ double particle_disk_bytes(const io::Scene& scene) {
     const dem::Bodies bodies = bodies_of(scene);
     const measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
     double sample = 1.0;
-    for (const measure::ParticleObservable& row : measure::particle_observables(setting))
-        sample += static_cast<double>(measure::size_of(row, setting));
+    for (const auto& row : measure::particle_observables(setting))
+        sample += static_cast<double>(measure::size_of(row.axes));
     const auto frame = static_cast<double>(9 * io::sphere_count(bodies) + saved_of_bodies(bodies) + 20);
     return recorded_bytes(scene, frame, sample);
 }
@@ -264,6 +236,7 @@ std::string particle_size(const io::Scene& scene) {
 }
 
 std::string particle_advice(const io::Scene& scene) {
+    if (scene.particles.contacts.model != "impulse") return {};  // check_contact_law() limits the step
     // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
     constexpr double min_dt = 2e-6, max_dt = 5e-5, max_substep = 5e-5, frequency = 200.0;
     const double faster = std::max(1.0, scene.particles.plates.frequency / frequency);
@@ -276,7 +249,7 @@ std::string particle_advice(const io::Scene& scene) {
         words += text("{}contacts.substep = {} s", words.empty() ? "" : " and ", scene.particles.contacts.substep);
     if (words.empty()) return words;
     return words + text(
-                       ": outside what the study of the step covers ({} to {} s, substep at most {} s, plates of {} "
+                       ": outside the range of the time-step study ({} to {} s, substep at most {} s, plates of {} "
                        "/s): compare with a "
                        "run of half the step",
                        min_dt, max_dt, max_substep, frequency);
@@ -284,30 +257,28 @@ std::string particle_advice(const io::Scene& scene) {
 
 TimedScene timed_particles(const io::Scene& scene) {
     constexpr double max_spheres = 4000.0;
-    const double spheres = spheres_of(scene), part = std::sqrt(std::min(1.0, max_spheres / std::max(spheres, 1.0)));
+    const double spheres = spheres_of(scene), scale = std::sqrt(std::min(1.0, max_spheres / std::max(spheres, 1.0)));
     io::Scene timed = scene;
     if (timed.particles.packing.kind == "file") timed.particles.packing = {};
-    if (part == 1.0) return {timed, 1.0};
+    if (scale == 1.0) return {timed, 1.0};
     for (double* side : {&timed.particles.cell.lx, &timed.particles.cell.ly, &timed.particles.cell.radius,
                          &timed.particles.cell.petal_radius})
-        *side *= part;
+        *side *= scale;
     for (int* count : {&timed.particles.beads.count, &timed.particles.rods.count})
-        if (*count > 0) *count = std::max(1, static_cast<int>(part * part * *count));
+        if (*count > 0) *count = std::max(1, static_cast<int>(scale * scale * *count));
     return {timed, spheres / std::max(spheres_of(timed), 1.0)};
 }
 
 Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
-    const LocationOf place = [&](const std::string& key) { return io::location_of(scene, key); };
+    const LocationOf location = [&](const std::string& key) { return io::location_of(scene, key); };
     dem::Bodies bodies = start_bodies(scene, saved);
     measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
-    auto observables = recorded_observables(setting);
-    const auto shared = std::make_shared<Shared>(
-        Shared{.scene = scene,
-               .world = dem::World(scene.particles, std::move(bodies), scene.time.dt, seed_of(scene), threads, place),
-               .setting = std::move(setting),
-               .observables = std::move(observables),
-               .row = {},
-               .measured = {}});
+    const auto shared =
+        std::make_shared<Shared>(Shared{.scene = scene,
+                                        .world = dem::World(scene.particles, std::move(bodies), scene.time.dt,
+                                                            seed_of(scene), threads, location),
+                                        .setting = std::move(setting),
+                                        .row = {}});
     shared->energy_start = shared->world.energy_kinetic();
     Simulation simulation{.dt = scene.time.dt,
                           .steps = io::whole_steps(scene, "time.end", scene.time.end),

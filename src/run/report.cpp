@@ -1,4 +1,4 @@
-// run/report.cpp: from an archive to results and their predictions.
+// run/report.cpp: results of an archive and their predictions by linear theory.
 #include "drover/run/report.hpp"
 
 #include <Eigen/Geometry>
@@ -13,13 +13,14 @@
 #include "drover/physics/fluctuations.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
+#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
 namespace {
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// Samples that stand on the schedule: the last one may not.
+/// Number of samples on the schedule: the last one may be off it.
 std::size_t regular_samples(const std::vector<double>& times, double spacing) {
     std::size_t count = 0;
     while (count < times.size() && std::abs(times[count] - spacing * static_cast<double>(count)) < 1e-6 * spacing)
@@ -28,21 +29,17 @@ std::size_t regular_samples(const std::vector<double>& times, double spacing) {
 }
 
 /// The mean order of each sample after the warm-up.
-std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::Observable>& observables,
-                                         const std::vector<std::vector<double>>& series, std::size_t warm_up) {
-    std::array<const std::vector<double>*, 2> parts{};
-    for (std::size_t o = 0; o < observables.size(); ++o) {
-        if (observables[o].name == "polar_order_mean_x") parts[0] = &series[o];
-        if (observables[o].name == "polar_order_mean_y") parts[1] = &series[o];
-    }
+std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::RecordedSeries>& series, std::size_t warm_up) {
+    const std::vector<double>&x = measure::find_row(series, "polar_order_mean_x")->values,
+          &y = measure::find_row(series, "polar_order_mean_y")->values;
     std::vector<Eigen::Vector2d> result;
-    for (std::size_t i = warm_up; i < parts[0]->size(); ++i) result.emplace_back((*parts[0])[i], (*parts[1])[i]);
+    for (std::size_t i = warm_up; i < x.size(); ++i) result.emplace_back(x[i], y[i]);
     return result;
 }
 
-/// Number fluctuations in boxes that follow from the structure factor of each mode.
+/// Number fluctuations in boxes from the structure factor of each mode.
 void predict_boxes(const std::string& what, std::span<const double> structure_factor, Report& report) {
-    const measure::Setting& setting = report.setting;
+    const measure::FieldSetting& setting = report.setting;
     std::vector<double> power(structure_factor.begin(), structure_factor.end());
     for (double& value : power) value /= numerics::area(setting.grid);
     for (const measure::BoxFamily& family : measure::box_families()) {
@@ -57,15 +54,16 @@ void predict_boxes(const std::string& what, std::span<const double> structure_fa
             exponent.values.push_back(b + 1 < sides.size()
                                           ? 0.5 * std::log(variance.values[b + 1] / variance.values[b]) /
                                                 (2.0 * std::log(static_cast<double>(sides[b + 1]) / sides[b]))
-                                          : not_a_number);
+                                          : nan);
         }
         report.predictions.insert(report.predictions.end(), {variance, deviation, exponent});
     }
 }
 
-/// Directions that the mean order of a run has taken, by their share of its samples: p and -p are one, for S(q) is that of both.
+/// Directions of the mean order of a run, with their fraction of its samples.  p and -p are equivalent: S(q) is the
+/// same.
 struct Direction {
-    double angle = 0.0, share = 0.0;
+    double angle = 0.0, fraction = 0.0;
 };
 std::vector<Direction> directions(const std::vector<Eigen::Vector2d>& orders) {
     constexpr int bins = 16;  // of 11 degrees, each about its own mean
@@ -84,11 +82,12 @@ std::vector<Direction> directions(const std::vector<Eigen::Vector2d>& orders) {
     for (std::size_t bin = 0; bin < bins; ++bin)
         if (counts[bin] > 0)
             result.push_back({.angle = std::atan2(sums[bin].y(), sums[bin].x()),
-                              .share = counts[bin] / static_cast<double>(orders.size())});
+                              .fraction = counts[bin] / static_cast<double>(orders.size())});
     return result;
 }
 
-/// The stationary state that a run is in: by its mean order as a vector where a field holds the direction, else by the size of the order.
+/// The stationary state nearest to that of a run: by the mean order as a vector where a field sets its direction, else
+/// by its magnitude.
 const physics::StationaryState* nearest_state(const physics::StationaryStates& found,
                                               const std::vector<Eigen::Vector2d>& orders) {
     double size = 0.0;
@@ -97,18 +96,18 @@ const physics::StationaryState* nearest_state(const physics::StationaryStates& f
         size += one.norm() / static_cast<double>(orders.size());
         mean += one / static_cast<double>(orders.size());
     }
-    const bool held = std::none_of(found.states.begin(), found.states.end(),
-                                   [](const auto& state) { return state.point.order.norm() == 0.0; });
-    const auto miss = [&](const physics::StationaryState& state) {
-        return held ? (state.point.order - mean).norm() : std::abs(state.point.order.norm() - size);
+    const bool is_oriented = std::none_of(found.states.begin(), found.states.end(),
+                                          [](const auto& state) { return state.point.order.norm() == 0.0; });
+    const auto distance = [&](const physics::StationaryState& state) {
+        return is_oriented ? (state.point.order - mean).norm() : std::abs(state.point.order.norm() - size);
     };
     const physics::StationaryState* nearest = nullptr;
     for (const physics::StationaryState& state : found.states)
-        if (!nearest || miss(state) < miss(*nearest)) nearest = &state;
+        if (!nearest || distance(state) < distance(*nearest)) nearest = &state;
     return nearest;
 }
 
-/// Structure factors about a flock, over the directions that it has taken, or about a state that something from outside holds.
+/// Structure factors about a flock, averaged over its directions, or about a state whose direction is imposed.
 std::vector<physics::StructureFactor> flock_modes(const physics::Equations& equations,
                                                   const physics::StationaryState& flock, const Report& report,
                                                   const std::vector<Eigen::Vector2d>& orders) {
@@ -125,13 +124,13 @@ std::vector<physics::StructureFactor> flock_modes(const physics::Equations& equa
     if (!flock.free_direction) return about(0.0);
     std::vector<physics::StructureFactor> sum(numerics::modes(report.setting.grid));
     for (const Direction& direction : directions(orders)) {
-        const std::vector<physics::StructureFactor> part = about(direction.angle);
-        for (std::size_t m = 0; m < sum.size(); ++m) add_scaled(part[m], direction.share, sum[m]);
+        const std::vector<physics::StructureFactor> modes = about(direction.angle);
+        for (std::size_t m = 0; m < sum.size(); ++m) add_scaled(modes[m], direction.fraction, sum[m]);
     }
     return sum;
 }
 
-/// Structure factors of the modes of the grid about the state that the run is in; empty, with the reason, when there are none.
+/// Structure factors of the modes of the grid about the state of the run; empty, with the reason, when there are none.
 std::vector<physics::StructureFactor> predicted_modes(const physics::Equations& equations, Report& report,
                                                       const std::vector<Eigen::Vector2d>& orders) {
     const numerics::System system =
@@ -184,7 +183,7 @@ void predict(const physics::Equations& equations, const std::vector<Eigen::Vecto
     using Part = physics::StructureFactor;
     const physics::Form& form = report.setting.form;
     const bool beads = form.bead_density >= 0, rods = form.rod_density >= 0;
-    const bool velocity = form.bead_velocity >= 0;  // a slaved velocity is no field of the linear theory
+    const bool velocity = form.bead_velocity >= 0;  // a slaved velocity is not a field of the linear theory
     for (const auto& [name, part, has] :
          {std::tuple{"rods", &Part::rods, rods}, std::tuple{"beads", &Part::beads, beads},
           std::tuple{"beads_rods", &Part::beads_rods, beads && rods},
@@ -218,40 +217,38 @@ Report make_report(const files::ArchiveReader& archive) {
     return kind_of(scene).report(archive, scene);
 }
 
-Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene) {
+Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded) {
+    recorded.spacing = sampling.spacing;
+    recorded.warm_up = sampling.warm_up;
     Report report;
     report.scene = scene;
-    const physics::Form form = physics::form(scene.model);
+    report.time = sampling.end;
+    report.summary = measure::summarise(recorded);
+    return report;
+}
+
+Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene) {
     const physics::Equations equations(scene.model);
-    const int degree = physics::kept_degree(equations, scene.dealiasing);
-    std::vector<std::string> terms;
+    measure::FieldSetting setting = measure::make_field_setting(scene.grid, physics::form(scene.model),
+                                                                physics::kept_degree(equations, scene.dealiasing));
     if (scene.output.powers) {
         Threads one(1);
-        terms = physics::EnergyMeter(equations, scene.grid, scene.dealiasing, one).terms();
+        setting.terms = physics::EnergyMeter(equations, scene.grid, scene.dealiasing, one).terms();
     }
-    report.setting = measure::make_setting(scene.grid, form, degree, terms);
-    const std::vector<measure::Observable> observables = measure::observables(form, scene.output.powers);
-    report.axes = observable_axes(report.setting);
-    const Sampling sampling = sampling_of(archive, scene, "/observables");
-    report.time = sampling.end;
-    std::vector<std::vector<double>> series;
-    for (const measure::Observable& observable : observables) {
-        series.push_back(archive.read("/observables/" + observable.name).values);
-        series.back().resize(sampling.samples * measure::size_of(observable, report.setting));
-    }
-    measure::Recorded recorded{.setting = report.setting,
-                               .observables = observables,
-                               .series = series,
-                               .spacing = sampling.spacing,
-                               .warm_up = sampling.warm_up};
-    // What is conserved, from the run itself: a start from a file may have another mean than the scene's uniform state.
-    for (std::size_t o = 0; o < observables.size(); ++o)
-        for (const auto& [name, total] :
-             {std::pair{"rods_total", &recorded.rods}, std::pair{"beads_total", &recorded.beads}})
-            if (observables[o].name == name && !series[o].empty()) *total = series[o].front();
-    report.summary = measure::summarise(recorded);
-    predict(equations, mean_orders(observables, series, report.summary.warm_up), report);
+    const Sampling sampling = sampling_of(archive, scene, field_samples_group);
+    measure::Recorded recorded =
+        measure::field_recording(setting, read_series(archive, field_samples_group, measure::field_observables(setting),
+                                                      sampling.samples));
+    Report report = summary_report(scene, sampling, recorded);
+    report.setting = std::move(setting);
+    predict(equations, mean_orders(recorded.series, report.summary.warm_up), report);
     return report;
+}
+
+std::vector<files::Axis> file_axes(const std::vector<measure::Axis>& axes) {
+    std::vector<files::Axis> result;
+    for (const measure::Axis& axis : axes) result.push_back({axis.name, axis.unit, axis.meaning, axis.values});
+    return result;
 }
 
 const Prediction* find_prediction(const Report& report, const std::string& name) {
@@ -261,21 +258,24 @@ const Prediction* find_prediction(const Report& report, const std::string& name)
 }
 
 files::ResultTable result_table(const Report& report) {
-    files::ResultTable table{.group = "/summary", .axes = report.axes, .quantities = {}, .values = {}};
+    files::ResultTable table{.group = "/summary",
+                          .axes = file_axes(measure::axes_of(report.summary.rows)),
+                          .quantities = {},
+                          .values = {}};
     for (const measure::SummaryRow& row : report.summary.rows) {
         std::vector<double> means, errors, times;
         for (const measure::Estimate& estimate : row.estimates) {
             means.push_back(estimate.mean);
-            errors.push_back(estimate.error.value_or(not_a_number));
+            errors.push_back(estimate.error.value_or(nan));
             times.push_back(estimate.autocorrelation_time);
         }
         const auto add = [&](const std::string& ending, const std::string& unit, const std::string& meaning,
                              std::vector<double> values) {
-            table.quantities.push_back({row.name + ending, unit, meaning, row.axes});
+            table.quantities.push_back({row.name + ending, unit, meaning, measure::names_of(row.axes)});
             table.values.push_back(std::move(values));
         };
         add("", row.unit, row.formula, std::move(means));
-        add("_error", row.unit, "standard error of " + row.name + "; not-a-number where it was refused",
+        add("_error", row.unit, "standard error of " + row.name + "; NaN where there is no error estimate",
             std::move(errors));
         add("_autocorrelation_time", "s", "integrated autocorrelation time of " + row.name, std::move(times));
         if (const Prediction* prediction = find_prediction(report, row.name))

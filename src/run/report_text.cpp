@@ -12,7 +12,7 @@ std::string cell(double value) { return std::isfinite(value) ? text("{:>11.5g}",
 std::string exponent_cell(double value) { return std::isfinite(value) ? text("{:>9.4f}", value) : text("{:>9}", "-"); }
 
 std::string error_cell(const measure::Estimate& estimate) {
-    return estimate.error ? text("{:>9.2g}", *estimate.error) : text("{:>9}", "refused");
+    return estimate.error ? text("{:>9.2g}", *estimate.error) : text("{:>9}", "n/a");
 }
 
 /// (measured - predicted) in standard errors.
@@ -32,7 +32,7 @@ void add_scalars(const Report& report, std::string& out) {
     }
 }
 
-/// One measured array beside its prediction, at the places of `chosen`.
+/// One measured array with its prediction, at the chosen indices.
 void add_array(const Report& report, const std::string& name, const std::string& heading, std::span<const double> axis,
                const std::vector<std::size_t>& chosen, std::string& out) {
     const measure::SummaryRow* row = measure::find_row(report.summary, name);
@@ -62,7 +62,7 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
                 family.along_x == family.along_y ? "side [mm]" : "short side", "N", "DN", "error", "linear", "sigmas",
                 "exponent", "error", "linear");
     for (std::size_t b = 0; b < number->estimates.size(); ++b) {
-        const double side = report.setting.grid.lx / report.setting.grid.nx * (report.setting.*family.sides)[b];
+        const double side = number->axes.front().values[b];
         const double predicted = linear ? linear->values[b] : NAN;
         out += text("{} {} {} {} {} {}", cell(side), cell(number->estimates[b].mean),
                     cell(deviation->estimates[b].mean), error_cell(deviation->estimates[b]), cell(predicted),
@@ -74,28 +74,28 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
     }
 }
 
-std::vector<std::size_t> spread(std::size_t count, std::size_t most) {
+/// At most `max` indices below `count`, evenly spaced on a logarithmic scale.
+std::vector<std::size_t> log_spaced(std::size_t count, std::size_t max) {
     std::vector<std::size_t> chosen;
-    for (std::size_t i = 0; i < std::min(count, most); ++i) {
-        // Even on a logarithmic scale, each place once.
-        const double part = most <= 1 ? 0.0 : static_cast<double>(i) / static_cast<double>(std::min(count, most) - 1);
-        auto place = static_cast<std::size_t>(std::lround(std::pow(static_cast<double>(count), part))) - 1;
-        if (!chosen.empty()) place = std::max(place, chosen.back() + 1);
-        if (place < count) chosen.push_back(place);
+    for (std::size_t i = 0; i < std::min(count, max); ++i) {
+        const double power = max <= 1 ? 0.0 : static_cast<double>(i) / static_cast<double>(std::min(count, max) - 1);
+        auto index = static_cast<std::size_t>(std::lround(std::pow(static_cast<double>(count), power))) - 1;
+        if (!chosen.empty()) index = std::max(index, chosen.back() + 1);
+        if (index < count) chosen.push_back(index);
     }
     return chosen;
 }
 }  // namespace
 
 namespace {
-/// What a run of fields has beside its scalars.
+/// The arrays of a run of fields.
 void add_field_arrays(const Report& report, std::string& out) {
-    const std::vector<std::size_t> shells = spread(report.setting.shells.q.size(), 12);
+    const std::vector<std::size_t> shells = log_spaced(report.setting.shells.q.size(), 12);
     for (const char* name :
          {"structure_factor_rods", "structure_factor_beads", "structure_factor_order_along",
           "structure_factor_order_across", "structure_factor_velocity_along", "structure_factor_velocity_across"})
         add_array(report, name, "|q| [1/mm]", report.setting.shells.q, shells, out);
-    // The long boxes tell something new of a flock alone; the archive and --json have them always.
+    // Long boxes differ from square ones only in a flock; the archive and --json always contain them.
     for (const measure::BoxFamily& family : measure::box_families())
         if (family.along_x == family.along_y || report.about_flock)
             for (const char* what : {"rod", "bead"}) add_boxes(report, what, family, out);
@@ -103,17 +103,16 @@ void add_field_arrays(const Report& report, std::string& out) {
     if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
 }
 
-/// Every array over one axis, at some places of it.
+/// Every array over one axis, at some of its coordinates.
 void add_particle_arrays(const Report& report, std::string& out) {
-    for (const measure::SummaryRow& row : report.summary.rows)
-        for (const files::Axis& axis : report.axes) {
-            if (row.axes.size() != 1 || row.axes.front() != axis.name) continue;
-            out += text("\n{} [{}]\n{:>20} {:>11} {:>9}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]",
-                        "mean", "error");
-            for (const std::size_t i : spread(axis.values.size(), 12))
-                out += text("{:>20.5g} {} {}\n", axis.values[i], cell(row.estimates[i].mean),
-                            error_cell(row.estimates[i]));
-        }
+    for (const measure::SummaryRow& row : report.summary.rows) {
+        if (row.axes.size() != 1) continue;
+        const measure::Axis& axis = row.axes.front();
+        out += text("\n{} [{}]\n{:>20} {:>11} {:>9}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]", "mean",
+                    "error");
+        for (const std::size_t i : log_spaced(axis.values.size(), 12))
+            out += text("{:>20.5g} {} {}\n", axis.values[i], cell(row.estimates[i].mean), error_cell(row.estimates[i]));
+    }
 }
 }  // namespace
 
@@ -125,11 +124,11 @@ std::string report_text(const Report& report) {
     if (report.scene.kind == io::SceneKind::fields) add_field_arrays(report, out);
     else add_particle_arrays(report, out);
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
-    std::string refusal;
+    std::string reason;
     for (const measure::SummaryRow& row : summary.rows)
-        if (refusal.empty() && row.axes.empty() && !row.estimates.front().error)
-            refusal = row.name + ": " + row.estimates.front().refusal;
-    if (!refusal.empty()) out += "\nnote: " + refusal + "\n";
+        if (reason.empty() && row.axes.empty() && !row.estimates.front().error)
+            reason = row.name + ": " + row.estimates.front().refusal;
+    if (!reason.empty()) out += "\nnote: " + reason + "\n";
     return out;
 }
 

@@ -20,7 +20,7 @@ double free_memory() {
     std::string word;
     while (meminfo >> word)
         if (double kilobytes = 0.0; word == "MemAvailable:" && meminfo >> kilobytes) return 1024.0 * kilobytes;
-    return 1e300;  // not told here: the allocation itself will tell
+    return 1e300;  // unknown: the allocation itself will fail
 }
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
@@ -33,7 +33,7 @@ std::vector<files::Recording> recordings_of(const Simulation& simulation) {
     return recordings;
 }
 
-void tell_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first, const Needs& needs) {
+void log_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first, const Needs& needs) {
     if (const std::string advice = kind_of(scene).advice(scene); !advice.empty()) log_warning("{}", advice);
     log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", kind_of(scene).size(scene), simulation.steps,
                     simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
@@ -41,8 +41,8 @@ void tell_start(const io::Scene& scene, const Simulation& simulation, std::int64
                     bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
     if (needs.disk_bytes > needs.disk_free)
         log_warning(
-            "the archive may need {} and {} are free: the run will stop when the disk is full; write elsewhere or less "
-            "often",
+            "the archive may need {}, but only {} are free: the run will stop when the disk is full; write to another "
+            "disk or less often",
             bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
 }
 
@@ -58,17 +58,17 @@ RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, do
             .checkpoint_time = static_cast<double>(loop.step) * dt};
 }
 
-/// What a restart may change.
+/// Keys that a restart may change.
 constexpr std::array changeable{"time.end", "output.checkpoint_minutes", "run.threads"};
 
-void refuse_other_changes(std::span<const std::string> overrides, const io::Scene& scene) {
+void reject_other_changes(std::span<const std::string> overrides, const io::Scene& scene) {
     for (const std::string& setting : overrides) {
         const std::string key = setting.substr(0, setting.find('='));
-        require(std::find(changeable.begin(), changeable.end(), key) != changeable.end(), {.file = "--set " + setting},
-                "a restart goes on with the same scene and may change time.end, output.checkpoint_minutes and "
-                "run.threads alone; for "
-                "another scene start a new run with {}.kind = \"file\"",
-                kind_of(scene).start);
+        require(
+            std::find(changeable.begin(), changeable.end(), key) != changeable.end(), {.file = "--set " + setting},
+            "a restart can change only time.end, output.checkpoint_minutes and run.threads; for another scene start "
+            "a new run with {}.kind = \"file\"",
+            kind_of(scene).start);
     }
 }
 }  // namespace
@@ -96,21 +96,22 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
     const Needs needs = needs_of(scene);
     const Kind& kind = kind_of(scene);
     require(needs.memory_bytes <= needs.memory_free, io::location_of(scene, kind.size_key),
-            "{} {} needs {} of memory and {} are free; choose a smaller {}", kind.body, kind.size(scene),
+            "{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
             bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
             scene.kind == io::SceneKind::fields ? "grid" : "cell");
     const std::filesystem::path path = archive_path(scene), folder = folder_of(path);
     const SourceLocation where = io::location_of(scene, "output.file");
     std::error_code problem;
     require(std::filesystem::is_directory(folder, problem), where,
-            "output.file = \"{}\": there is no folder \"{}\"; make it first", path.string(), folder.string());
+            "output.file = \"{}\": the folder \"{}\" does not exist; make it first", path.string(), folder.string());
     require(!std::filesystem::is_directory(path, problem), where,
             "output.file = \"{}\" is a folder; expected the name of a file", path.string());
-    require(!options.overwrite || !std::filesystem::exists(path, problem) || files::is_hdf5(path), where,
-            "output.file = \"{}\" exists and is no HDF5 file; --overwrite replaces archives alone: choose another name",
-            path.string());
+    require(
+        !options.overwrite || !std::filesystem::exists(path, problem) || files::is_hdf5(path), where,
+        "output.file = \"{}\" exists and is not an HDF5 file, which --overwrite does not replace; choose another name",
+        path.string());
     require(options.overwrite || !std::filesystem::exists(path, problem), where,
-            "output.file = \"{}\" exists; go on with it by drover restart, choose another name, or give --overwrite",
+            "output.file = \"{}\" exists; resume it with drover restart, choose another name, or give --overwrite",
             path.string());
 }
 
@@ -121,7 +122,7 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
     const std::filesystem::path path = archive_path(scene);
     files::Archive archive =
         files::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
-    if (!options.quiet) tell_start(scene, simulation, 0, needs_of(scene));
+    if (!options.quiet) log_start(scene, simulation, 0, needs_of(scene));
     files::remove_checkpoints(path);  // of an archive that was replaced
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
@@ -130,8 +131,7 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
     try {
         loop = run_loop(simulation, 0, archive, files, options.quiet);
     } catch (...) {
-        if (!has_checkpoint(path))
-            std::filesystem::remove(path);  // it could not start: nothing to go on from, nothing left
+        if (!has_checkpoint(path)) std::filesystem::remove(path);  // the run did not start: leave no files
         throw;
     }
     return finish(loop, path, simulation.dt, std::move(archive));
@@ -140,18 +140,18 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,
                        const RunOptions& options) {
     const files::Checkpoint checkpoint = files::read_newest_checkpoint(path);
-    refuse_other_changes(overrides, io::parse_scene(checkpoint.scene, path.string() + " (its scene)"));
+    reject_other_changes(overrides, io::parse_scene(checkpoint.scene, path.string() + " (its scene)"));
     io::Scene scene = io::parse_scene(checkpoint.scene, path.string() + " (its scene)", overrides);
     scene.output.file = path.string();
     Threads threads(kind_of(scene).threads(scene));
     Simulation simulation = kind_of(scene).make(scene, threads, checkpoint.state);
     require(checkpoint.step <= simulation.steps, {.file = path.string()},
-            "the run has reached t = {} s, beyond time.end = {}; to go on, give a later end: --set time.end=...",
+            "the run has reached t = {} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
             checkpoint.time, scene.time.end);
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
     files::Archive archive =
         files::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);
-    if (!options.quiet) tell_start(scene, simulation, checkpoint.step, needs_of(scene));
+    if (!options.quiet) log_start(scene, simulation, checkpoint.step, needs_of(scene));
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
                           .checkpoint_minutes = scene.output.checkpoint_minutes};

@@ -1,4 +1,4 @@
-// run/signals.cpp: the one flag that a signal handler may set.
+// run/signals.cpp: the flag that the signal handler sets.
 #include "drover/run/signals.hpp"
 
 #include <csignal>
@@ -7,7 +7,7 @@
 namespace drover::run {
 
 namespace {
-// A signal handler has no argument to reach anything else by.
+// A global: a signal handler has no other way to report.
 volatile std::sig_atomic_t requested = 0;
 
 void request_stop(int signal) {
@@ -22,7 +22,7 @@ void catch_stop_signals() {
     sigemptyset(&action.sa_mask);
     action.sa_flags = SA_RESTART;
     for (const int signal : {SIGINT, SIGTERM, SIGUSR1}) sigaction(signal, &action, nullptr);
-    std::signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes then is an error of the write, as a full disk is
+    std::signal(SIGXFSZ, SIG_IGN);  // exceeding a file-size limit then fails the write, as a full disk does
 }
 
 int stop_signal() { return requested; }

@@ -1,295 +1,231 @@
-// run/stability.cpp: the stability of a scene's uniform states, as a report and as maps.
+// run/stability.cpp: the stability analysis of a scene as a result.
 #include "drover/run/stability.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
+
+#include "drover/physics/fluctuations.hpp"
+#include "drover/physics/long_waves.hpp"
+#include "drover/physics/stability_rows.hpp"
+#include "run/stability_maps.hpp"
 
 namespace drover::run {
 
 namespace {
 using std::numbers::pi;
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double degree = pi / 180.0;
-
-double longest_wave(const numerics::Grid& grid) { return 2.0 * pi / std::max(grid.lx, grid.ly); }
 
 physics::Search search_of(const io::Scene& scene) {
     const io::StabilityPlan& plan = scene.stability;
     physics::Search search{.min = plan.min_wavenumber, .max = plan.max_wavenumber, .wavenumbers = plan.wavenumbers};
-    if (search.min == 0.0) search.min = 1e-3 * longest_wave(scene.grid);
+    if (search.min == 0.0) search.min = 1e-3 * smallest_wavenumber(scene.grid);
     if (search.max == 0.0) search.max = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
-    require(search.min < search.max,
-            io::location_of(scene, plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber"),
-            "waves from |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below stability.max_wavenumber",
+    const char* given = plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber";
+    require(search.min < search.max, io::location_of(scene, given),
+            "the search covers |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below "
+            "stability.max_wavenumber",
             search.min, search.max);
     return search;
 }
 
-bool is_noisy(const physics::Noise& noise) { return noise.order != 0.0 || noise.rods != 0.0 || noise.beads != 0.0; }
+Record coefficient_record(const physics::Equations& equations) {
+    const physics::UniformState& uniform = equations.model.uniform;
+    const physics::EffectiveCoefficients values =
+        physics::effective_coefficients(equations, uniform.bead_density, uniform.rod_density);
+    Record record{.heading = "effective coefficients"};
+    for (const physics::EffectiveCoefficientRow& row : physics::effective_coefficient_rows(equations.form))
+        record.entries.push_back({.name = row.name,
+                                  .unit = row.unit,
+                                  .meaning = row.meaning,
+                                  .value = values.*row.member,
+                                  .shown = {.text = row.applies}});
+    return record;
+}
 
-std::vector<std::string> notes_of(const physics::Equations& e) {
+Record instability_record(const physics::Instability& found) {
+    const bool is_uniform = found.q == 0.0;
+    return {.entries = {
+                {.name = "name",
+                 .unit = "",
+                 .meaning = "kind of instability",
+                 .value = found.name,
+                 .choices = physics::instability_names(),
+                 .dataset = "kind"},
+                {.name = "rate", .unit = "s-1", .meaning = "largest growth rate, Re s", .value = found.rate},
+                {.name = "frequency",
+                 .unit = "s-1",
+                 .meaning = "angular frequency of the fastest wave, -Im s",
+                 .value = found.frequency},
+                {.name = "wavenumber",
+                 .unit = "mm-1",
+                 .meaning = "|q| of the fastest wave; 0: the uniform state itself changes",
+                 .value = found.q},
+                {.name = "wavelength",
+                 .unit = "mm",
+                 .meaning = "2 pi/|q| of the fastest wave",
+                 .value = is_uniform ? std::numeric_limits<double>::quiet_NaN() : 2.0 * pi / found.q},
+                {.name = "angle", .unit = "degree", .meaning = "angle of q from p0", .value = found.angle / degree},
+                {.name = "grows_from",
+                 .unit = "mm-1",
+                 .meaning = "smallest |q| that grows at this angle; 0: the smallest |q| searched grows",
+                 .value = found.min},
+                {.name = "grows_to",
+                 .unit = "mm-1",
+                 .meaning = "largest |q| that grows at this angle; infinite: the largest |q| searched grows",
+                 .value = found.max},
+                {.name = "at_longest",
+                 .unit = "1",
+                 .meaning = "1: the growth rate is largest at the smallest |q| searched",
+                 .value = found.at_longest,
+                 .shown = {.text = false}},
+                {.name = "at_shortest",
+                 .unit = "1",
+                 .meaning = "1: the growth rate still increases at the largest |q| searched",
+                 .value = found.at_shortest,
+                 .shown = {.text = false}},
+            }};
+}
+
+List instability_list(const std::vector<physics::Instability>& found, const physics::Search& search) {
+    List list{.name = "instabilities",
+              .heading = "unstable (fastest first; angles from p0; -: growth extends beyond the search)",
+              .row = "instability",
+              .meaning = "instabilities, fastest first",
+              .prefix = "instability_",
+              .empty = text("stable against all waves from |q| = {:.3g} to {:.3g} /mm", search.min, search.max)};
+    for (const physics::Instability& one : found) list.rows.push_back(instability_record(one));
+    return list;
+}
+
+std::vector<std::string> instability_notes(const std::vector<physics::Instability>& found) {
     std::vector<std::string> notes;
-    const physics::Noise& noise = e.model.noise;
-    if (is_noisy(noise) && e.form.rod_density >= 0 && noise.rods == 0.0)
-        notes.push_back(
-            "without noise.rods sigma has no shot noise: DN^2/N goes to 0 in small boxes, where particles go to 1");
-    for (const auto& [key, coefficient] : named(e))
-        if (coefficient->table() && e.model.table.outside == "hold")
-            notes.push_back(
-                text("{} is held at the edge of its table beyond {}", key, coefficient->table()->range_text()));
+    for (const physics::Instability& one : found) {
+        if (one.at_longest) notes.push_back(one.name + ": the growth rate is largest at the longest wave searched");
+        if (one.at_shortest)
+            notes.push_back(one.name +
+                            ": the growth rate still increases at the shortest wave searched; no term of "
+                            "the model stabilises short waves");
+    }
     return notes;
 }
+
+/// Four angles; text has one where all directions are equivalent.
+List slow_mode_list(const physics::LongWaves& waves, const physics::UniformPoint& point) {
+    List list{.name = "slow_modes",
+              .heading = "long waves, s = -i u q - gamma q^2: u = speed + i growth, gamma = damping, angles from p0",
+              .shown = {.archive = false}};
+    if (!waves.undefined.empty()) return list;
+    const double direction = physics::direction_of(point);
+    for (const double angle : {0.0, 30.0, 60.0, 90.0})
+        for (const physics::SlowMode& mode : physics::slow_modes(waves, direction + angle * degree))
+            list.rows.push_back(
+                {.entries = {{.name = "angle", .unit = "degree", .meaning = "angle of q from p0", .value = angle},
+                             {.name = "speed", .unit = "mm s-1", .meaning = "Re u", .value = mode.speed.real()},
+                             {.name = "growth", .unit = "mm s-1", .meaning = "Im u", .value = mode.speed.imag()},
+                             {.name = "damping",
+                              .unit = "mm2 s-1",
+                              .meaning = "Re gamma; not defined where u is a defective eigenvalue",
+                              .value = mode.damping.real()}},
+                 .shown = {.text = angle == 0.0 || !physics::is_isotropic(point)}});
+    return list;
+}
+
+std::string state_heading(const physics::StationaryState& state, const physics::Equations& equations) {
+    std::string heading = "state: " + state.name;
+    const double order = state.point.order.norm();
+    if (order > 0.0) {
+        heading += text(", |p| = {:.6g}", order);
+        if (equations.form.order_is_density)
+            heading += text(" (P = {:.4g})", order / equations.model.uniform.rod_density);
+    }
+    if (equations.form.velocity != physics::Velocity::absent && state.point.velocity.norm() > 0.0)
+        heading += text(", |v| = {:.6g} mm/s", state.point.velocity.norm());
+    return heading;
+}
+
+std::vector<double> components_of(const Eigen::Vector2d& vector) { return {vector.x(), vector.y()}; }
+
+Record state_record(const io::Scene& scene, const physics::Equations& equations, const physics::StationaryState& state,
+                    const physics::Search& search, Threads* threads) {
+    const std::vector<physics::Instability> found = physics::instabilities(equations, state, search);
+    const physics::LongWaves waves = physics::long_waves(equations, state);
+    const double diffusion = physics::direction_diffusion(equations, state);
+    std::string group = "/" + state.name;
+    std::replace(group.begin(), group.end(), ' ', '_');
+    Record record{
+        .heading = state_heading(state, equations),
+        .group = group,
+        .entries = {{.name = "name", .unit = "", .meaning = "name of the state", .value = state.name, .shown = {false}},
+                    {.name = "order",
+                     .unit = equations.form.order_is_density ? "mm-2" : "1",
+                     .meaning = "polar order p0 of the state",
+                     .value = components_of(state.point.order),
+                     .shown = {false}},
+                    {.name = "velocity",
+                     .unit = "mm s-1",
+                     .meaning = "bead velocity of the state",
+                     .value = components_of(state.point.velocity),
+                     .shown = {false}},
+                    {.name = "stable",
+                     .unit = "1",
+                     .meaning = "1: no wave of the search grows",
+                     .value = found.empty(),
+                     .shown = {false}},
+                    {.name = "slow_modes_undefined", .unit = "", .meaning = "", .value = waves.undefined},
+                    {.name = "direction_diffusion_times_area",
+                     .unit = "rad2 mm2 s-1",
+                     .meaning = "D times the area of the cell; <theta^2> = 2 D t for the direction of the mean order",
+                     .value = diffusion,
+                     .shown = {.text = diffusion > 0.0}}},
+        .lists = {instability_list(found, search), slow_mode_list(waves, state.point)},
+        .footer = instability_notes(found)};
+    if (diffusion > 0.0)
+        record.footer.push_back(text("in this cell the direction of the mean order diffuses with D = {:.4g} rad2 s-1",
+                                     diffusion / numerics::area(scene.grid)));
+    if (threads != nullptr) record.maps = stability_maps(scene, equations, state, waves, search, *threads);
+    return record;
+}
+
+Entry density_entry(const char* name, double value, const char* meaning, bool applies) {
+    return {.name = name, .unit = "mm-2", .meaning = meaning, .value = value, .shown = {.text = applies}};
+}
 }  // namespace
 
-StabilityReport make_stability(const io::Scene& scene) {
+Result make_stability(const io::Scene& scene, Threads* threads) {
     const physics::Equations equations(scene.model);
-    const double beads = scene.model.uniform.bead_density, rods = scene.model.uniform.rod_density;
-    StabilityReport report{.scene = scene,
-                           .form = physics::form_name(equations.form),
-                           .coefficients = physics::effective_coefficients(equations, beads, rods),
-                           .states = {},
-                           .no_order = {},
-                           .search = search_of(scene),
-                           .notes = notes_of(equations)};
+    const physics::UniformState& uniform = scene.model.uniform;
+    const physics::Search search = search_of(scene);
     const physics::StationaryStates found = physics::stationary_states(equations);
-    report.no_order = found.no_order;
-    for (const physics::StationaryState& state : found.states) {
-        StateStability one{.state = state,
-                           .instabilities = physics::instabilities(equations, state, report.search),
-                           .waves = physics::long_waves(equations, state),
-                           .slow = {},
-                           .direction_diffusion = physics::direction_diffusion(equations, state)};
-        const double direction = physics::direction_of(state.point);
-        if (one.waves.undefined.empty())
-            for (const double angle : {0.0, 30.0, 60.0, 90.0})
-                one.slow.push_back({angle * degree, physics::slow_modes(one.waves, direction + angle * degree)});
-        report.states.push_back(std::move(one));
-    }
-    const physics::Stiffness& pressure = scene.model.stiffness;
-    if (report.coefficients.pressure_beads < 0.0 && equations.form.bead_density >= 0)
-        report.notes.push_back(text(
-            "Abar = A + lambda E/Gamma = {:.4g} < 0 (E = {:.4g}): rods turn towards crowded beads, which breaks most "
-            "flocks at some oblique angle",
-            report.coefficients.pressure_beads, pressure.beads));
-    return report;
-}
-
-namespace {
-/// The arrays of one state, filled over angles and the axis that follows.
-class StateTable {
-public:
-    StateTable(std::string group, std::vector<files::Axis> axes) : table_{std::move(group), std::move(axes), {}, {}} {}
-
-    std::vector<double>& add(const std::string& name, const std::string& unit, const std::string& meaning,
-                             std::vector<std::string> axes, std::size_t size) {
-        table_.quantities.push_back({name, unit, meaning, std::move(axes)});
-        return table_.values.emplace_back(size, not_a_number);
-    }
-    files::ResultTable take() { return std::move(table_); }
-
-private:
-    files::ResultTable table_;
-};
-
-std::vector<double> logarithmic(double first, double last, int count) {
-    std::vector<double> result;
-    for (int k = 0; k < count; ++k) result.push_back(first * std::pow(last / first, k / (count - 1.0)));
-    return result;
-}
-
-/// Names of a form's components in the order of places_of.
-std::vector<std::string> component_list(const physics::Form& form) {
-    std::vector<std::string> names;
-    for (const physics::Component& component : physics::component_names(form)) names.push_back(component.name);
-    // Components stand in the order of the form; places in that of a Symbol.
-    std::vector<std::string> ordered;
-    const auto add = [&](int component, int count) {
-        for (int c = component; component >= 0 && c < component + count; ++c)
-            ordered.push_back(names[static_cast<std::size_t>(c)]);
-    };
-    add(form.bead_density, 1);
-    add(form.rod_density, 1);
-    add(form.bead_velocity, 2);
-    add(form.polar_order, 2);
-    return ordered;
-}
-
-void add_branches(const physics::Equations& e, const physics::ModeMap& map, StateTable& table) {
-    const std::size_t points = map.modes.size(), branches = static_cast<std::size_t>(map.modes.front().rates.size());
-    const std::vector<std::string> axes{"angle", "wavenumber", "branch"};
-    const auto fill = [&](const std::string& name, const std::string& unit, const std::string& meaning, auto value) {
-        std::vector<double>& out = table.add(name, unit, meaning, axes, points * branches);
-        for (std::size_t n = 0; n < points; ++n)
-            for (std::size_t b = 0; b < branches; ++b)
-                out[n * branches + b] = value(map.modes[n], static_cast<Eigen::Index>(b));
-    };
-    using physics::Modes;
-    fill("growth_rate", "s-1", "growth rate of the mode, Re s",
-         [](const Modes& m, Eigen::Index b) { return m.rates(b).real(); });
-    fill("frequency", "s-1", "angular frequency of the mode, -Im s: above 0 it moves along q",
-         [](const Modes& m, Eigen::Index b) { return -m.rates(b).imag(); });
-    const std::vector<std::string> components = component_list(e.form);
-    for (std::size_t c = 0; c < components.size(); ++c) {
-        const auto row = static_cast<Eigen::Index>(c);
-        fill("amplitude_" + components[c], "1",
-             "amplitude of " + components[c] + " in the mode, of length 1 as numbers in mm, s, mg",
-             [row](const Modes& m, Eigen::Index b) { return std::abs(m.shapes(row, b)); });
-        fill("phase_" + components[c], "rad", "phase of " + components[c] + " in the mode",
-             [row](const Modes& m, Eigen::Index b) { return std::arg(m.shapes(row, b)); });
-    }
-}
-
-void add_slow_modes(const StateStability& state, const std::vector<double>& angles, StateTable& table) {
-    const auto count = static_cast<std::size_t>(state.waves.right.cols());
-    if (count == 0 || !state.waves.undefined.empty()) return;
-    const std::vector<std::string> axes{"angle", "slow_mode"};
-    const std::size_t size = angles.size() * count;
-    // Taken once each: a reference is good only until the next is added.
-    std::vector<double> speed(size), growth(size), damping(size);
-    const double direction = physics::direction_of(state.state.point);
-    for (std::size_t a = 0; a < angles.size(); ++a) {
-        const std::vector<physics::SlowMode> modes = physics::slow_modes(state.waves, direction + angles[a]);
-        for (std::size_t k = 0; k < count; ++k) {
-            speed[a * count + k] = modes[k].speed.real();
-            growth[a * count + k] = modes[k].speed.imag();
-            damping[a * count + k] = modes[k].damping.real();
-        }
-    }
-    table.add("slow_speed", "mm s-1", "speed u of the slow mode, s = -i u q - gamma q^2 as q -> 0", axes, size) = speed;
-    table.add("slow_growth", "mm s-1", "Im u: growth of the slow mode as q", axes, size) = growth;
-    table.add("slow_damping", "mm2 s-1", "Re gamma of the slow mode; not-a-number where its speed is a defective one",
-              axes, size) = damping;
-}
-
-/// Parts of a structure matrix that a form has.
-struct Part {
-    std::string name, unit;
-    std::function<double(const physics::Symbol&)> value;
-};
-std::vector<Part> parts_of(const physics::Form& form, double direction) {
-    std::vector<Part> parts;
-    const auto density = [&](const char* name, physics::FieldIndex::Value place) {
-        parts.push_back({name, "mm-2", [place](const physics::Symbol& s) { return s(place, place).real(); }});
-    };
-    if (form.rod_density >= 0) density("rods", physics::FieldIndex::rod_density);
-    if (form.bead_density >= 0) density("beads", physics::FieldIndex::bead_density);
-    const std::string unit = form.order_is_density ? "mm-2" : "mm2";
-    const auto order = [&](const char* name, double angle) {
-        parts.push_back({name, unit, [c = std::cos(angle), sn = std::sin(angle)](const physics::Symbol& s) {
-                             using namespace physics;
-                             return c * c * s(FieldIndex::polar_order_x, FieldIndex::polar_order_x).real() +
-                                    sn * sn * s(FieldIndex::polar_order_y, FieldIndex::polar_order_y).real() +
-                                    2.0 * c * sn * s(FieldIndex::polar_order_x, FieldIndex::polar_order_y).real();
-                         }});
-    };
-    order("order_along_p0", direction);
-    order("order_across_p0", direction + 0.5 * pi);
-    return parts;
-}
-
-void add_structure_factors(const physics::Equations& e, const physics::UniformPoint& point,
-                           const std::vector<double>& angles, const std::vector<double>& wavenumbers, Threads& threads,
-                           StateTable& table) {
-    const std::size_t width = wavenumbers.size(), size = angles.size() * width;
-    std::vector<physics::Symbol> matrices(size, physics::Symbol::Constant(not_a_number));
-    threads.for_chunks(size, 64, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-            const numerics::Wavevector q =
-                physics::wavevector_from_order(point, wavenumbers[n % width], angles[n / width]);
-            if (physics::mode_rates(e, point, q).real().maxCoeff() < 0.0)
-                matrices[n] = physics::structure_matrix(e, point, q);
-        }
-    });
-    for (const Part& part : parts_of(e.form, physics::direction_of(point))) {
-        std::vector<double>& out =
-            table.add("structure_factor_" + part.name, part.unit,
-                      "equal-time structure factor of the linear theory; not-a-number where a mode grows",
-                      {"angle", "wavenumber"}, size);
-        for (std::size_t n = 0; n < size; ++n) out[n] = part.value(matrices[n]);
-    }
-}
-
-/// Frequencies from minus to plus twice the fastest slow wave, or the fastest rate of the slowest modes.
-std::vector<double> frequencies_of(const physics::Equations& e, const physics::UniformPoint& point, double q,
-                                   const std::vector<double>& angles, int count) {
-    double most = 0.0;
-    for (const double angle : angles)
-        for (const std::complex<double> s :
-             physics::mode_rates(e, point, physics::wavevector_from_order(point, q, angle)))
-            if (std::abs(s.imag()) > 1e-9 * std::abs(s)) most = std::max(most, std::abs(s.imag()));  // else rounding
-    if (most == 0.0)
-        for (const std::complex<double> s :
-             physics::mode_rates(e, point, physics::wavevector_from_order(point, q, 0.0)))
-            most = most == 0.0 ? std::abs(s) : std::min(most, std::abs(s));
-    std::vector<double> result;
-    for (int k = 0; k < count; ++k) result.push_back(2.0 * most * (2.0 * k / (count - 1.0) - 1.0));
-    return result;
-}
-
-void add_dynamic_structure(const physics::Equations& e, const physics::UniformPoint& point, double q,
-                           const std::vector<double>& angles, const std::vector<double>& frequencies, Threads& threads,
-                           StateTable& table) {
-    const std::size_t width = frequencies.size(), size = angles.size() * width;
-    const std::vector<Part> parts = parts_of(e.form, physics::direction_of(point));
-    std::vector<std::vector<double>> values(parts.size(), std::vector<double>(size, not_a_number));
-    threads.for_chunks(angles.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t a = begin; a < end; ++a) {
-            const numerics::Wavevector at = physics::wavevector_from_order(point, q, angles[a]);
-            if (physics::mode_rates(e, point, at).real().maxCoeff() >= 0.0) continue;
-            for (std::size_t k = 0; k < width; ++k) {
-                const physics::Symbol s = physics::dynamic_structure_matrix(e, point, at, frequencies[k]);
-                for (std::size_t p = 0; p < parts.size(); ++p) values[p][a * width + k] = parts[p].value(s);
-            }
-        }
-    });
-    table.add("sound_wavenumber", "mm-1", "wavenumber |q| of the dynamic structure factors", {}, 1) = {q};
-    for (std::size_t p = 0; p < parts.size(); ++p)
-        table.add("dynamic_structure_factor_" + parts[p].name, parts[p].unit + " s",
-                  text("S(q, omega) at |q| = {:.6g} /mm; its integral over omega/(2 pi) is S(q)", q),
-                  {"angle", "frequency_axis"}, size) = values[p];
-}
-}  // namespace
-
-std::vector<files::ResultTable> stability_tables(const StabilityReport& report, Threads& threads) {
-    const physics::Equations equations(report.scene.model);
-    const io::StabilityPlan& plan = report.scene.stability;
-    const std::vector<double> wavenumbers = logarithmic(report.search.min, report.search.max, plan.wavenumbers);
-    const double sound = plan.sound > 0.0 ? plan.sound : longest_wave(report.scene.grid);
-    std::vector<files::ResultTable> tables;
-    for (const StateStability& one : report.states) {
-        // Rates at q and -q are conjugate: half a turn holds all, a quarter where the state is its own mirror image.
-        const physics::StationaryState& state = one.state;
-        const int quarters = physics::is_mirrored(state.point) ? 1 : 2;
-        std::vector<double> angles, degrees, branches, slow;
-        const int steps = (plan.angles - 1) * quarters;
-        for (int a = 0; a <= steps; ++a) angles.push_back(0.5 * pi * quarters * a / steps);
-        for (const double angle : angles) degrees.push_back(angle / degree);
-        const physics::ModeMap map = physics::mode_map(equations, state, wavenumbers, angles, threads);
-        for (int b = 0; b < map.modes.front().rates.size(); ++b) branches.push_back(b);
-        for (int k = 0; k < std::max<Eigen::Index>(1, one.waves.right.cols()); ++k) slow.push_back(k);
-        const std::vector<double> frequencies = frequencies_of(equations, state.point, sound, angles, plan.frequencies);
-        std::string group = "/" + one.state.name;
-        std::replace(group.begin(), group.end(), ' ', '_');
-        StateTable table(
-            group, {{"angle", "degree",
-                     "angle of the wavevector from p0 (without order from the velocity of the beads, at rest from x)",
-                     degrees},
-                    {"wavenumber", "mm-1", "wavenumber |q|", wavenumbers},
-                    {"branch", "1", "branch of the modes, followed from the smallest q along p0", branches},
-                    {"slow_mode", "1", "slow modes at each angle, by their speed", slow},
-                    {"frequency_axis", "s-1", "angular frequency omega", frequencies}});
-        add_branches(equations, map, table);
-        add_slow_modes(one, angles, table);
-        if (is_noisy(report.scene.model.noise)) {
-            add_structure_factors(equations, state.point, angles, wavenumbers, threads, table);
-            add_dynamic_structure(equations, state.point, sound, angles, frequencies, threads, table);
-        }
-        tables.push_back(table.take());
-    }
-    return tables;
+    List states{.name = "states"};
+    for (const physics::StationaryState& state : found.states)
+        states.rows.push_back(state_record(scene, equations, state, search, threads));
+    const std::vector<std::string> notes =
+        physics::stability_remarks(equations, physics::effective_coefficients(equations, uniform.bead_density,
+                                                                              uniform.rod_density));
+    Record root{.entries = {{.name = "form",
+                             .unit = "",
+                             .meaning = "fields of the model",
+                             .value = physics::form_name(equations.form)},
+                            density_entry("bead_density", uniform.bead_density, "rho",
+                                          equations.form.bead_density >= 0),
+                            density_entry("rod_density", uniform.rod_density, "sigma", equations.form.rod_density >= 0),
+                            {.name = "searched_from",
+                             .unit = "mm-1",
+                             .meaning = "smallest |q| of the search for instabilities",
+                             .value = search.min},
+                            {.name = "searched_to",
+                             .unit = "mm-1",
+                             .meaning = "largest |q| of the search for instabilities",
+                             .value = search.max}},
+                .parts = {{"coefficients", coefficient_record(equations)}},
+                .lists = {std::move(states)}};
+    root.entries.push_back({.name = "no_order", .unit = "", .meaning = "", .value = found.no_order, .shown = {false}});
+    root.entries.push_back({.name = "notes", .unit = "", .meaning = "", .value = notes, .shown = {false}});
+    if (!found.no_order.empty()) root.footer.push_back("\nno ordered state: " + found.no_order);
+    for (const std::string& note : notes) root.footer.push_back("\nnote: " + note);
+    return {.root = std::move(root)};
 }
 
 }  // namespace drover::run

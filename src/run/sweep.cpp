@@ -57,7 +57,7 @@ int run_chain(const io::Scene& scene, const fs::path& folder, const std::vector<
     return exit_done;
 }
 
-/// The sweep's scene stands in its folder: what is given again must be the same, or its runs would be mixed with others.
+/// The folder keeps the scene of its sweep: to resume, the scene must be the same, or different runs would be mixed.
 void claim_folder(const fs::path& folder, const std::string& scene) {
     const fs::path file = folder / "sweep.toml";
     if (fs::exists(file)) {
@@ -65,34 +65,35 @@ void claim_folder(const fs::path& folder, const std::string& scene) {
         std::ostringstream found;
         found << stream.rdbuf();
         require(found.str() == scene, {.file = folder.string()},
-                "the folder holds the runs of another sweep (see sweep.toml there); name another folder with --output");
+                "the folder holds the runs of another sweep (see its sweep.toml); name another folder with --output");
         return;
     }
     std::error_code problem;
     fs::create_directories(folder, problem);
-    require(!problem && fs::is_directory(folder), {.file = folder.string()}, "cannot make the folder of the sweep: {}",
-            problem.message());
+    require(!problem && fs::is_directory(folder), {.file = folder.string()},
+            "cannot create the folder of the sweep: {}; choose another with --output", problem.message());
     require(fs::is_empty(folder), {.file = folder.string()},
             "the folder is not empty and holds no sweep; name another with --output");
     std::ofstream(file, std::ios::binary) << scene;
 }
 
-/// Mean over the seeds of a point.  The runs are independent: their errors add in squares; from eight seeds on the spread
-/// between them is the better error.
+/// Mean over the seeds of a point.  The runs are independent: their errors add in quadrature; from eight seeds on, the
+/// spread between them is the better estimate.
 measure::Estimate over_seeds(const std::vector<measure::Estimate>& runs) {
     if (runs.empty())
-        return {.mean = std::numeric_limits<double>::quiet_NaN(), .refusal = "no run of this point has it"};
+        return {.mean = std::numeric_limits<double>::quiet_NaN(),
+                .refusal = "no run of this point has this observable"};
     measure::Estimate result;
     const double count = static_cast<double>(runs.size());
     double squares = 0.0;
-    bool refused = false;
+    bool all_errors = true;
     for (const measure::Estimate& run : runs) {
         result.mean += run.mean / count;
         result.autocorrelation_time += run.autocorrelation_time / count;
         result.warm_up = std::max(result.warm_up, run.warm_up);
         result.samples += run.samples;
         if (run.error) squares += *run.error * *run.error;
-        refused = refused || !run.error;
+        all_errors = all_errors && run.error.has_value();
         if (!run.refusal.empty()) result.refusal = run.refusal;
     }
     if (runs.size() >= measure::min_blocks) {
@@ -100,14 +101,15 @@ measure::Estimate over_seeds(const std::vector<measure::Estimate>& runs) {
         for (const measure::Estimate& run : runs) squares += (run.mean - result.mean) * (run.mean - result.mean);
         result.error = std::sqrt(squares / (count * (count - 1.0)));
         result.refusal.clear();
-    } else if (!refused) {
+    } else if (all_errors) {
         result.error = std::sqrt(squares) / count;
     }
     result.blocks = runs.size();
     return result;
 }
 
-/// The relaxation time of a point is the inverse of its mean rotational diffusion: the inverse in one short run may be anything.
+/// The relaxation time of a point is the inverse of its mean rotational diffusion: the inverse of a single short run is
+/// too noisy.
 void invert_diffusion(const std::vector<std::string>& names, std::vector<measure::Estimate>& estimates) {
     const auto column = [&](const char* name) {
         return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -128,7 +130,7 @@ SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
             const Report report = make_report(files::ArchiveReader(archive_of(folder, run)));
             for (const measure::SummaryRow& row : report.summary.rows) {
                 if (!row.axes.empty()) continue;
-                // By name: what one run has, such as beads, another may have not.
+                // By name: runs may differ in their observables, such as those of beads.
                 const auto named = std::find(table.names.begin(), table.names.end(), row.name);
                 const auto column = static_cast<std::size_t>(named - table.names.begin());
                 if (named == table.names.end()) {
@@ -155,7 +157,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
     SweepOutcome outcome;
     for (const auto& chain : layout.chains)
         for (const SweepRun& run : chain) {
-            scene_of(scene, folder, run, nullptr);  // every value is refused or taken before anything runs
+            scene_of(scene, folder, run, nullptr);  // all values are checked before anything runs
             ++outcome.runs;
         }
     claim_folder(folder, io::resolved_text(scene));
@@ -164,15 +166,15 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
             std::count_if(chain.begin(), chain.end(), [&](const SweepRun& run) { return is_done(folder, run); }));
     const int workers = scene.sweep.workers > 0 ? scene.sweep.workers : usable_cores();
     if (!quiet)
-        log_information("{} points, {} runs ({} done already), {} at a time, in {}", layout.points.size(), outcome.runs,
-                        outcome.already_done, workers, folder.string());
+        log_information("{} points, {} runs ({} already finished), {} simultaneous, in {}", layout.points.size(),
+                        outcome.runs, outcome.already_done, workers, folder.string());
     std::size_t ended = 0;
     const PoolOutcome pool = run_jobs(
         layout.chains.size(), workers, [&](std::size_t job) { return run_chain(scene, folder, layout.chains[job]); },
         [&](std::size_t job, int status) {
             ++ended;
             if (!quiet)
-                log_information("{} of {} jobs ended: {}{}", ended, layout.chains.size(),
+                log_information("{} of {} jobs finished: {}{}", ended, layout.chains.size(),
                                 layout.chains[job].back().name, status == 0 ? "" : text(" with status {}", status));
         });
     outcome.stopped = pool.stopped;
@@ -181,12 +183,12 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
     std::ofstream csv(folder / "table.csv", std::ios::binary);
     csv << table_csv(outcome.table);
     csv.close();
-    if (!csv) fail_run("{}: the table could not be written; is the disk full?", (folder / "table.csv").string());
+    if (!csv) fail_run("{}: the table could not be written; check for a full disk", (folder / "table.csv").string());
     return outcome;
 }
 
 std::string table_text(const SweepTable& table) {
-    // The columns a phase diagram is read from; table.csv has them all.
+    // The columns of a phase diagram; table.csv has all of them.
     std::vector<std::size_t> chosen;
     for (const char* name : {"polar_order", "polar_order_susceptibility", "polar_order_binder"})
         for (std::size_t i = 0; i < table.names.size(); ++i)
@@ -203,7 +205,7 @@ std::string table_text(const SweepTable& table) {
             if (i >= row.estimates.size()) out += text(" {:>26} {:>9}", "-", "-");
             else
                 out += text(" {:>26.6g} {:>9}", row.estimates[i].mean,
-                            row.estimates[i].error ? text("{:.2g}", *row.estimates[i].error) : "refused");
+                            row.estimates[i].error ? text("{:.2g}", *row.estimates[i].error) : "-");
         }
         out += '\n';
     }

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "drover/run/sweep.hpp"
-#include "run/written_values.hpp"
+#include "run/number_lists.hpp"
 
 namespace drover::run {
 
@@ -17,7 +17,7 @@ constexpr const char* list = "sweep.vary";
 constexpr const char* example = "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"";
 
 Varied varied_of(const std::string& written, const SourceLocation& where) {
-    const auto [key, values] = read_written(written, list, example, where);
+    const auto [key, values] = read_assignment(written, list, example, where);
     require(key.find('.') != std::string::npos, where, "{} has \"{}\"; expected \"section.key = values\", as in {}",
             list, written, example);
     const auto number_of = [&](const std::string& word) { return read_number(word, written, list, example, where); };
@@ -30,7 +30,8 @@ Varied varied_of(const std::string& written, const SourceLocation& where) {
         const double first = number_of(parts[0]), last = number_of(parts[1]);
         const double count = number_of(parts[2]);
         require(count >= 2.0 && count <= 1e6 && count == std::floor(count), where,
-                "sweep.vary has \"{}\"; expected a whole number of values, 2 to 1e6, after the second colon", written);
+                "sweep.vary has \"{}\"; expected an integer number of values, 2 to 1e6, after the second colon",
+                written);
         for (int i = 0; i < static_cast<int>(count); ++i)
             varied.values.push_back(first + (last - first) * i / (count - 1.0));
     }
@@ -61,7 +62,7 @@ std::vector<SweepPoint> ramp_points(const Varied& varied, bool down_again) {
     return points;
 }
 
-/// On a ramp each point draws noise of its own: the same again would make both branches agree by itself.
+/// Each point of a ramp has its own noise: repeated noise would correlate the two branches.
 SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& scene, int seed) {
     const std::int64_t step = scene.sweep.ramp == "none" ? 0 : static_cast<std::int64_t>(point) * scene.sweep.seeds;
     SweepRun run{.name = text("point-{:04}-seed-{}", point, scene.run.seed + seed), .point = point, .overrides = {}};
@@ -81,7 +82,7 @@ SweepLayout plan_sweep(const io::Scene& scene) {
         require(std::find(layout.keys.begin(), layout.keys.end(), varied.back().key) == layout.keys.end(), where,
                 "sweep.vary names {} twice; expected each key once", varied.back().key);
         for (const char* own : {"run.", "output.", "sweep.", "initial.file", "packing.file"})
-            require(!varied.back().key.starts_with(own), where, "sweep.vary names {}; the sweep sets that itself: {}",
+            require(!varied.back().key.starts_with(own), where, "sweep.vary names {}, which the sweep sets itself; {}",
                     varied.back().key,
                     varied.back().key == "run.seed" ? "give sweep.seeds"
                                                     : "choose a key of the model, the grid or the time");
@@ -94,12 +95,12 @@ SweepLayout plan_sweep(const io::Scene& scene) {
             scene.sweep.ramp, varied.size());
     for (const char* own : {"grid.", "cell.", "beads.", "rods."})
         require(!ramp || !varied.front().key.starts_with(own), where,
-                "sweep.ramp = \"{}\" of {}; a ramp carries the state {}: choose another key, or ramp = \"none\"",
+                "sweep.ramp = \"{}\" of {}; a ramp passes on the state {}: choose another key, or ramp = \"none\"",
                 scene.sweep.ramp, varied.front().key,
                 scene.kind == io::SceneKind::fields ? "on one grid" : "of the same bodies in one cell");
     require(!ramp || scene.kind == io::SceneKind::fields || scene.particles.rods.size_tolerance == 0.0,
             io::location_of(scene, "rods.size_tolerance"),
-            "rods.size_tolerance = {} on a ramp, whose points have seeds of their own and so rods of other sizes; "
+            "rods.size_tolerance = {} on a ramp, whose points have different seeds and so rods of different sizes; "
             "expected 0, or ramp = \"none\"",
             scene.particles.rods.size_tolerance);
     layout.points = ramp ? ramp_points(varied.front(), scene.sweep.ramp == "up-down") : grid_points(varied);

@@ -1,4 +1,5 @@
-// run/worker_pool.cpp: jobs in child processes by fork; what they hand over comes through a pipe, whose end is theirs.
+// run/worker_pool.cpp: jobs in forked child processes, whose results come through pipes; a closed pipe marks the end of
+// a job.
 #include "drover/run/worker_pool.hpp"
 
 #include <fcntl.h>
@@ -27,22 +28,22 @@ using Clock = std::chrono::steady_clock;
 struct Worker {
     std::size_t job = 0;
     pid_t process = -1;
-    int pipe = -1;  ///< the end that is read
+    int pipe = -1;  ///< read end
     std::string result;
 };
 
 void write_all(int to, const std::string& bytes) {
     for (std::size_t done = 0; done < bytes.size();) {
         const ssize_t written = write(to, bytes.data() + done, bytes.size() - done);
-        if (written < 0 && errno != EINTR) return;  // nobody reads any more
+        if (written < 0 && errno != EINTR) return;  // no reader is left
         if (written > 0) done += static_cast<std::size_t>(written);
     }
 }
 
-Worker start_worker(std::size_t job, const Jobs& jobs, bool bound) {
+Worker start_worker(std::size_t job, const Jobs& jobs, bool die_with_parent) {
     std::array<int, 2> ends{};
-    if (pipe2(ends.data(), O_CLOEXEC) < 0) fail_run("cannot make a pipe for a worker: {}", std::strerror(errno));
-    std::fflush(nullptr);  // or the child would write what we have buffered once more
+    if (pipe2(ends.data(), O_CLOEXEC) < 0) fail_run("cannot create a pipe for a worker: {}", std::strerror(errno));
+    std::fflush(nullptr);  // or the child would write buffered output again
     const pid_t caller = getpid(), child = fork();
     if (child < 0) fail_run("cannot start a worker process: {}", std::strerror(errno));
     if (child > 0) {
@@ -50,22 +51,22 @@ Worker start_worker(std::size_t job, const Jobs& jobs, bool bound) {
         return {.job = job, .process = child, .pipe = ends[0], .result = {}};
     }
     close(ends[0]);
-    if (bound) {
+    if (die_with_parent) {
         prctl(PR_SET_PDEATHSIG, SIGKILL);
-        if (getppid() != caller) _exit(exit_run_failed);  // it ended before we could ask to end with it
+        if (getppid() != caller) _exit(exit_run_failed);  // the parent ended before the request took effect
     }
     std::string result;
     const int status = status_of([&] { return jobs.work(job, result); });
     std::fflush(nullptr);
     write_all(ends[1], result);
-    _exit(status);  // the parent's objects are the parent's to end
+    _exit(status);  // without destructors: the objects belong to the parent
 }
 
 void signal_all(const std::vector<Worker>& workers, int signal) {
     for (const Worker& worker : workers) kill(worker.process, signal);
 }
 
-/// The exit status, as shells have it.
+/// The exit status, by the convention of shells.
 int wait_for(pid_t process) {
     int state = 0;
     while (waitpid(process, &state, 0) < 0)
@@ -73,12 +74,12 @@ int wait_for(pid_t process) {
     return WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
 }
 
-/// Takes what workers have written; the index of one that closed its pipe, that is, ended.
+/// Reads results; returns the index of a worker that has closed its pipe, that is, ended.
 std::optional<std::size_t> listen(std::vector<Worker>& workers) {
     std::vector<pollfd> pipes;
     for (const Worker& worker : workers) pipes.push_back({.fd = worker.pipe, .events = POLLIN, .revents = 0});
-    constexpr int moment = 20;  // ms; short, so that a signal is passed on at once
-    if (poll(pipes.data(), pipes.size(), moment) <= 0) return std::nullopt;
+    constexpr int timeout = 20;  // ms; short, so that a signal is passed on quickly
+    if (poll(pipes.data(), pipes.size(), timeout) <= 0) return std::nullopt;
     for (std::size_t i = 0; i < workers.size(); ++i) {
         if (pipes[i].revents == 0) continue;
         std::array<char, 65536> bytes{};
@@ -89,20 +90,20 @@ std::optional<std::size_t> listen(std::vector<Worker>& workers) {
     return std::nullopt;
 }
 
-/// Passes a signal that asked for a stop on, once, and ends the workers when they take too long over it.
+/// Passes a stop signal on, once, and kills workers that run on after the grace period.
 class Stopper {
 public:
-    explicit Stopper(double patience) : patience_(patience) {}
-    void look(const std::vector<Worker>& workers) {
+    explicit Stopper(double grace_period) : grace_period_(grace_period) {}
+    void check(const std::vector<Worker>& workers) {
         if (stop_signal() == 0) return;
         if (!asked_) signal_all(workers, SIGTERM);
         if (!asked_) since_ = Clock::now();
         asked_ = true;
-        if (std::chrono::duration<double>(Clock::now() - since_).count() > patience_) signal_all(workers, SIGKILL);
+        if (std::chrono::duration<double>(Clock::now() - since_).count() > grace_period_) signal_all(workers, SIGKILL);
     }
 
 private:
-    double patience_;
+    double grace_period_;
     bool asked_ = false;
     Clock::time_point since_;
 };
@@ -111,16 +112,16 @@ private:
 PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
     PoolOutcome outcome;
     std::vector<Worker> running;
-    Stopper stopper(options.patience);
+    Stopper stopper(options.grace_period);
     try {
         for (;;) {
             while (stop_signal() == 0 && running.size() < static_cast<std::size_t>(options.workers)) {
                 const std::optional<std::size_t> job = jobs.next();
                 if (!job) break;
-                running.push_back(start_worker(*job, jobs, options.bound));
+                running.push_back(start_worker(*job, jobs, options.die_with_parent));
             }
             if (running.empty()) break;
-            stopper.look(running);
+            stopper.check(running);
             const std::optional<std::size_t> over = listen(running);
             if (!over) continue;
             const Worker worker = std::move(running[*over]);
@@ -131,7 +132,7 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             jobs.ended(worker.job, status, worker.result);
         }
     } catch (...) {
-        signal_all(running, options.bound ? SIGKILL : SIGTERM);
+        signal_all(running, options.die_with_parent ? SIGKILL : SIGTERM);
         for (const Worker& worker : running) wait_for(worker.process);
         throw;
     }

@@ -1,4 +1,4 @@
-"""tests/app/calibration.py: a calibration of two by two points that takes seconds, and what is looked at in its folder."""
+"""tests/app/calibration.py: a calibration of two by two points that takes seconds, and helpers for its folder."""
 import re
 import subprocess
 import tomllib
@@ -8,13 +8,13 @@ import h5py
 import numpy as np
 from support import drover, end_group, group_is_alive, start, wait_until, write_scene
 
-# Cells of a hundred bodies and trials of a tenth of a second: the numbers mean nothing, the machinery is all there.
+# Cells of a hundred bodies and trials of a tenth of a second: the results have no physical meaning.
 TINY = {
     "cell.lx": 10.0,
     "cell.ly": 10.0,
     "plates.amplitude": 0.05,
     "plates.gap": 1.268,
-    "contacts.max_overlap": 0.2,  # of long steps
+    "contacts.max_overlap": 0.2,  # since steps are long
     "time.dt": 5e-5,
     "run.seed": 3,
     "calibrate.bead_area_fractions": [0.2, 0.4],
@@ -50,16 +50,21 @@ TINY = {
     "calibrate.stiffness.settle": 0.05,
     "calibrate.stiffness.time": 0.1,
     "calibrate.stiffness.pushes": [100.0, 200.0],
+    "calibrate.diffusion.warm_up": 0.05,
+    "calibrate.diffusion.frame": 0.005,
+    "calibrate.diffusion.time": 0.1,
+    "calibrate.diffusion.min_lag": 0.01,
+    "calibrate.diffusion.max_lag": 0.05,
 }
-UNITS = 2 * 6 + 2 * 2  # drag alone depends on the rods
+UNITS = 2 * 7 + 2 * 2  # only drag depends on rods
 
 
 def write_tiny(folder, changes=None, name="tiny.toml"):
-    """Writes the small scene, with some keys changed, and gives its name."""
+    """Writes the small scene with some keys changed; returns its name."""
     return write_scene(folder, changes, name=name, base=TINY)
 
 
-# A table as drover calibrate writes it, of rows that make flocks at many beads; the threshold a/lambda is 3 mm/s everywhere.
+# A table as written by drover calibrate, with flocks at many beads; the threshold a/lambda is 3 mm/s everywhere.
 PLAUSIBLE = {
     "relaxation_rate": lambda beads, rods: 0.3,
     "weathercock": lambda beads, rods: 0.1,
@@ -76,7 +81,8 @@ BY_RODS, SET = {"drag", "response_time"}, {"bead_mass", "bead_area", "rod_area"}
 
 
 def write_plausible(path, relative_error=0.02, holes=(), kicks=()):
-    """Writes that table; holes are (name, place) that have no value; over kicks, if there are any, relaxation_rate grows by one a kick."""
+    """Writes that table.  `holes`: (name, index) of missing values; `kicks`: values of the varied key, each of which is
+    added to relaxation_rate."""
     beads, rods = [0.2, 0.3, 0.5, 0.7], [0.05, 0.08, 0.11]
     with h5py.File(path, "w") as file:
         file.attrs["coefficients"] = np.bytes_(" ".join(PLAUSIBLE))
@@ -95,7 +101,8 @@ def write_plausible(path, relative_error=0.02, holes=(), kicks=()):
             origins = np.full(values.shape, 4.0 if name in SET else 1.0)
             for place in (place for hole, place in holes if hole == name):
                 origins.flat[place], values.flat[place] = 0.0, np.nan
-            for part, numbers in (("", values), ("_error", (0.0 if name in SET else relative_error) * values), ("_trials", np.full(values.shape, 20.0)),
+            for part, numbers in (("", values), ("_error", (0.0 if name in SET else relative_error) * values),
+                                  ("_trials", np.full(values.shape, 20.0)),
                                   ("_origin", origins)):
                 group[name + part] = numbers
                 group[name + part].attrs["units"] = group[name + part].attrs["long_name"] = np.bytes_("x")
@@ -117,7 +124,7 @@ def datasets(path):
 
 
 def trials_in(folder):
-    """Whole trials in the files of a folder: name -> numbers in the order in which they ended."""
+    """Complete trials in the files of a folder: name -> numbers in order of completion."""
     found = {}
     for file in sorted(Path(folder).glob("*.trials")):
         content, place, numbers = file.read_bytes(), 16, []
@@ -136,42 +143,43 @@ def toml_of(folder):
 
 
 def already_done(log):
-    """What a run says that it found."""
-    return int(re.search(r"\((\d+) trials done already\)", log).group(1))
+    """Number of stored trials that a run reported."""
+    return int(re.search(r"\((\d+) trials already done\)", log).group(1))
 
 
 def assert_same_tables(one, other):
-    """To the byte: all of both files."""
+    """Compares both files byte by byte."""
     assert datasets(one / "table.h5") == datasets(other / "table.h5")
     for name in ("table.h5", "table.toml"):
         assert (one / name).read_bytes() == (other / name).read_bytes()
 
 
-def kill_again_and_again(folder, scene, whole, kills, dice, seconds):
-    """A calibration that is killed `kills` times within so many seconds and goes on each time: nothing is lost, done twice or changed.
-    Gives how many kills met it at work."""
-    met, before = 0, 0
+def kill_repeatedly(folder, scene, whole, kills, dice, seconds):
+    """Kills a calibration `kills` times within this many seconds and resumes it each time: no trial may be lost,
+    repeated or changed.  Returns how many kills hit a running calibration."""
+    hits, before = 0, 0
     for _ in range(kills):
         process = start(folder, "calibrate", scene, "-o", "parts", "--workers", "2")
         try:
             try:
                 process.wait(dice.uniform(0.02, seconds))
-            except subprocess.TimeoutExpired:  # it runs
-                met += 1
+            except subprocess.TimeoutExpired:  # still running
+                hits += 1
             process.kill()
             _, log = process.communicate()
             wait_until(lambda: not group_is_alive(process.pid), "the end of the workers", 10.0)
         finally:
             end_group(process)
-        if "done already" in log:
-            assert already_done(log) == before, "what had ended was there, and no more"
+        if "already done" in log:
+            assert already_done(log) == before, "exactly the completed trials are stored"
         found = trials_in(folder / "parts")
         assert all(len(set(numbers)) == len(numbers) for numbers in found.values()), found
         before = sum(map(len, found.values()))
     ended = drover(folder, "calibrate", scene, "-o", "parts")
     assert already_done(ended.stderr) == before
     found, undisturbed = trials_in(folder / "parts"), trials_in(whole)
-    assert {name: sorted(numbers) for name, numbers in found.items()} == {name: sorted(numbers) for name, numbers in undisturbed.items()}
+    assert {name: sorted(numbers) for name, numbers in found.items()} == {name: sorted(numbers) for name,
+                                                                          numbers in undisturbed.items()}
     assert_same_tables(folder / "parts", whole)
     assert sorted(path.name for path in (folder / "parts").iterdir()) == sorted(path.name for path in whole.iterdir())
-    return met
+    return hits

@@ -1,11 +1,11 @@
-"""tests/app/test_bad_commands.py: wrong outputs, sweeps, restarts, archives and command lines, told in one sentence.
+"""tests/app/test_bad_commands.py: errors in outputs, sweeps, restarts, archives and command lines, reported in one line.
 
 As in test_bad_input.py: exit status 2, one line on standard error, nothing on standard output, the folder as it was.
 """
 import h5py
 import numpy as np
 import pytest
-from refusal import SHORT, cut_in_two, make_archive, not_as_root, refused
+from rejection import SHORT, cut_in_two, make_archive, not_as_root, rejected
 from support import checkpoints, damage, drover, write_scene
 
 # A wrong place for the archive: how to prepare the folder, the name, and what the message must contain.
@@ -20,9 +20,9 @@ OUTPUTS = {
     "the scene itself": (lambda folder: None, "flock.toml", ["flock.toml"]),
     "a folder": (lambda folder: (folder / "out").mkdir(), "out", ["out", "is a folder"]),
     "a name that ends like a folder": (lambda folder: (folder / "out").mkdir(), "out/", ["out", "is a folder"]),
-    "a missing folder": (lambda folder: None, "there/flock.h5", ["there", "no folder", "make it first"]),
+    "a missing folder": (lambda folder: None, "there/flock.h5", ["there", "does not exist", "make it first"]),
     "a file as folder": (lambda folder: (folder / "notes").write_text("rods"), "notes/flock.h5",
-                         ["notes", "no folder"]),
+                         ["notes", "does not exist"]),
     "a folder that takes no files": (lambda folder: None, "/proc/flock.h5", ["/proc/flock.h5", "cannot be written"]),
     "a device": (lambda folder: None, "/dev/null", ["/dev/null"]),
     "a name too long": (lambda folder: None, "f" * 300 + ".h5", ["fff.h5"]),
@@ -30,24 +30,24 @@ OUTPUTS = {
 
 
 @pytest.mark.parametrize("name", OUTPUTS)
-def test_an_output_is_refused_that_is(name, tmp_path):
+def test_an_output_is_rejected_that_is(name, tmp_path):
     prepare, output, says = OUTPUTS[name]
     prepare(tmp_path)
     write_scene(tmp_path, base=SHORT)
-    refused(tmp_path, ["run", "flock.toml", "-o", output], says)
+    rejected(tmp_path, ["run", "flock.toml", "-o", output], says)
 
 
 @pytest.mark.parametrize("output", ["flock.toml", "/dev/null", "."])
 def test_even_overwriting_does_not_replace(output, tmp_path):
     write_scene(tmp_path, base=SHORT)
-    refused(tmp_path, ["run", "flock.toml", "--overwrite", "-o", output], [output])
+    rejected(tmp_path, ["run", "flock.toml", "--overwrite", "-o", output], [output])
 
 
 @not_as_root
-def test_an_output_is_refused_whose_folder_may_not_be_written(tmp_path):
+def test_an_output_is_rejected_whose_folder_is_read_only(tmp_path):
     make_locked_folder(tmp_path)
     write_scene(tmp_path, base=SHORT)
-    refused(tmp_path, ["run", "flock.toml", "-o", "locked/flock.h5"], ["locked/flock.h5", "Permission denied"])
+    rejected(tmp_path, ["run", "flock.toml", "-o", "locked/flock.h5"], ["locked/flock.h5", "Permission denied"])
 
 
 # A sweep that cannot be planned: words after `sweep flock.toml`, and what the message must contain.
@@ -63,12 +63,12 @@ SWEEPS = {
     "an unknown section": (["--vary", "relax.rate = 1, 2"], ["[relax]", "expected"]),
     "a range without count": (["--vary", "relaxation.rate = 1:2"], ["relaxation.rate = 1:2", "first:last:count"]),
     "a range of four": (["--vary", "relaxation.rate = 1:2:3:4"], ["1:2:3:4", "first:last:count"]),
-    "a range of one": (["--vary", "relaxation.rate = 1:2:1"], ["1:2:1", "whole number"]),
-    "a range of half a point": (["--vary", "relaxation.rate = 1:2:2.5"], ["1:2:2.5", "whole number"]),
-    "a range of too many": (["--vary", "relaxation.rate = 1:2:1e9"], ["1:2:1e9", "whole number"]),
+    "a range of one": (["--vary", "relaxation.rate = 1:2:1"], ["1:2:1", "integer number"]),
+    "a range of half a point": (["--vary", "relaxation.rate = 1:2:2.5"], ["1:2:2.5", "integer number"]),
+    "a range of too many": (["--vary", "relaxation.rate = 1:2:1e9"], ["1:2:1e9", "integer number"]),
     "the same key twice": (["--vary", "relaxation.rate = 1", "--vary", "relaxation.rate = 2"],
                            ["relaxation.rate twice"]),
-    "a value that the scene refuses": (["--vary", "grid.nx = 16, 17"], ["grid.nx = 17", "even"]),
+    "a value that the scene does not allow": (["--vary", "grid.nx = 16, 17"], ["grid.nx = 17", "even"]),
     "a value of the wrong type": (["--vary", "grid.nx = 16, 16.5"], ["grid.nx = 16.5", "an integer"]),
     "the seed, which has its own key": (["--vary", "run.seed = 1, 2"], ["run.seed", "sweep.seeds"]),
     "a ramp of two keys": (["--vary", "relaxation.rate = 1, 2", "--vary", "noise.order = 1, 2", "--ramp", "up"],
@@ -88,13 +88,13 @@ def test_a_sweep_is_refused_that_has(name, tmp_path):
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "notes").write_text("rods")
     write_scene(tmp_path, base=SHORT)
-    refused(tmp_path, ["sweep", "flock.toml", *words], says)
+    rejected(tmp_path, ["sweep", "flock.toml", *words], says)
 
 
 def test_a_sweep_is_refused_in_the_folder_of_another(tmp_path):
     write_scene(tmp_path, base=SHORT)
     drover(tmp_path, "sweep", "flock.toml", "--vary", "relaxation.rate = 1, 2", "--quiet")
-    refused(tmp_path, ["sweep", "flock.toml", "--vary", "relaxation.rate = 1, 3"],
+    rejected(tmp_path, ["sweep", "flock.toml", "--vary", "relaxation.rate = 1, 3"],
             ["flock.sweep", "another sweep", "--output"])
 
 
@@ -140,15 +140,15 @@ RESTARTS = {
 
 
 @pytest.mark.parametrize("name", RESTARTS)
-def test_a_restart_is_refused_that_has(name, tmp_path):
+def test_a_restart_is_rejected_that_has(name, tmp_path):
     prepare, words, says = RESTARTS[name]
     write_scene(tmp_path, base=SHORT)
     drover(tmp_path, "run", "flock.toml", "--quiet", "--set", "output.checkpoint_minutes=0")
     prepare(tmp_path)
-    refused(tmp_path, ["restart", *words], says)
+    rejected(tmp_path, ["restart", *words], says)
 
 
-# What is no archive for `drover info`: how to make it, and what the message must contain.
+# Not an archive, for `drover info`: how to make it, and what the message must contain.
 def hdf5_from_elsewhere(folder):
     with h5py.File(folder / "flock.h5", "w") as file:
         file["time"] = np.arange(3.0)
@@ -178,14 +178,14 @@ ARCHIVES = {
 
 
 @pytest.mark.parametrize("name", ARCHIVES)
-def test_info_refuses_what_is(name, tmp_path):
+def test_info_rejects_a_file_that_is(name, tmp_path):
     prepare, says = ARCHIVES[name]
     prepare(tmp_path)
     for words in (["info", "flock.h5"], ["info", "flock.h5", "--json"]):
-        refused(tmp_path, words, says)
+        rejected(tmp_path, words, says)
 
 
-# A command line that is wrong: CLI11 tells it, and where help is.
+# A wrong command line: CLI11 reports it, and where help is.
 COMMANDS = {
     "no command": ([], ["subcommand"]),
     "an unknown command": (["simulate", "flock.toml"], ["simulate"]),
@@ -204,8 +204,8 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_line_is_refused_that_has(name, tmp_path):
+def test_a_command_line_is_rejected_that_has(name, tmp_path):
     words, says = COMMANDS[name]
     write_scene(tmp_path, base=SHORT)
-    refused(tmp_path, words, says, max_lines=2)
+    rejected(tmp_path, words, says, max_lines=2)
     assert len(drover(tmp_path, *words, status=2).stderr) < 300  # CLI11 would print the largest double in full

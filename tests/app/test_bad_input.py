@@ -7,7 +7,7 @@ import os
 import h5py
 import numpy as np
 import pytest
-from refusal import SHORT, cut_in_two, make_archive, not_as_root, refused
+from rejection import SHORT, cut_in_two, make_archive, not_as_root, rejected
 from support import drover, scene_text, write_scene
 
 # A scene that is wrong by itself: its text, and what the message must contain, the place first.
@@ -137,7 +137,7 @@ def test_a_scene_is_refused_that_has(name, command, tmp_path):
     if command == "check" and name in SEEN_BY_A_RUN_ALONE:
         pytest.skip("check opens no other file and draws no state")
     (tmp_path / "bad.toml").write_text(text)
-    refused(tmp_path, [command, "bad.toml"], says)
+    rejected(tmp_path, [command, "bad.toml"], says)
 
 
 @pytest.mark.parametrize("command", ["explain", "sweep"])
@@ -146,7 +146,7 @@ def test_a_scene_is_refused_that_has(name, command, tmp_path):
 def test_every_command_refuses_in_the_same_words(name, command, tmp_path):
     text, says = SCENES[name]
     (tmp_path / "bad.toml").write_text(text)
-    refused(tmp_path, [command, "bad.toml"], says)
+    rejected(tmp_path, [command, "bad.toml"], says)
 
 
 def start_from(frame=-1):
@@ -193,7 +193,7 @@ def test_a_start_from_an_archive_is_refused_that_is(name, tmp_path):
     prepare(tmp_path)
     text = scene_text({**{key: SHORT[key] for key in SHORT if key != "initial.kind"}, **start_from(), **changes})
     (tmp_path / "flock.toml").write_text(text)
-    refused(tmp_path, ["run", "flock.toml"], says)
+    rejected(tmp_path, ["run", "flock.toml"], says)
 
 
 # A file that is no scene.
@@ -229,19 +229,19 @@ def test_a_scene_is_refused_that(name, tmp_path):
     prepare, says = FILES[name]
     prepare(tmp_path)
     for command in ("run", "check", "explain", "sweep"):
-        refused(tmp_path, [command, "bad.toml"], says)
+        rejected(tmp_path, [command, "bad.toml"], says)
 
 
 @not_as_root
 def test_a_scene_is_refused_that_may_not_be_read(tmp_path):
     write_scene(tmp_path, base=SHORT)
     (tmp_path / "flock.toml").chmod(0)
-    refused(tmp_path, ["run", "flock.toml"], ["flock.toml", "cannot be read", "check its permissions"])
+    rejected(tmp_path, ["run", "flock.toml"], ["flock.toml", "cannot be read", "check its permissions"])
 
 
 def test_an_empty_scene_is_good_and_is_all_defaults(tmp_path):
     (tmp_path / "empty.toml").write_text("")
-    assert drover(tmp_path, "check", "empty.toml").stdout == "empty.toml: good\n"
+    assert drover(tmp_path, "check", "empty.toml").stdout == "empty.toml: valid\n"
     (tmp_path / "again.toml").write_text(drover(tmp_path, "check", "empty.toml", "--resolved").stdout)
     again = drover(tmp_path, "check", "again.toml", "--resolved").stdout
     assert again == (tmp_path / "again.toml").read_text() and "nx = 256\n" in again
@@ -275,5 +275,5 @@ def test_a_setting_is_refused_that_has(name, tmp_path):
     setting, says = SETTINGS[name]
     write_scene(tmp_path, base=SHORT)
     words = ["run", "flock.toml", "--set", setting]
-    refused(tmp_path, words, [f"--set {setting}", *says],
+    rejected(tmp_path, words, [f"--set {setting}", *says],
             max_lines=1 + setting.count("\n"))  # it is quoted as it was given

@@ -1,4 +1,4 @@
-"""tests/app/test_calibrated.py: what a table of coefficients is for: scenes of fields on it, and where it says that flocks begin."""
+"""tests/app/test_calibrated.py: uses of a table of coefficients: calibrated scenes and the flocking threshold."""
 import json
 import math
 import re
@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from calibration import write_plausible
-from refusal import make_archive, refused
+from rejection import make_archive, rejected
 from support import SMALL, drover, drover_json, scene_text, settings
 
 SCENE = {
@@ -41,20 +41,24 @@ def resolved(folder, scene="flock.toml", *changes):
 
 
 def model_of(scene):
-    """What the table can give."""
-    return {name: scene[name] for name in ("uniform", "current", "inertia", "drag", "viscosity", "driving", "stiffness", "relaxation",
-                                           "elasticity", "weathercock", "advection", "pressure", "noise")}
+    """The sections that the table can fill in."""
+    return {name: scene[name]
+            for name in ("uniform", "current", "inertia", "drag", "viscosity", "driving", "stiffness", "relaxation",
+                         "elasticity", "weathercock", "advection", "pressure", "noise")}
 
 
-# --- scenes on a table
+# --- calibrated scenes
 
-def test_a_scene_on_a_table_has_its_numbers_with_origins_and_errors(folder):
+def test_a_calibrated_scene_has_the_numbers_of_the_table_with_origins_and_errors(folder):
     scene = resolved(folder)
     sigma, rho, drag, g = 0.08 / 4.0, 0.5 / 0.5, 1.0 + 2.0 + 0.8, 2.0 * 0.1 * 3.8 / 0.3
     gamma = 0.7 * rho / 2.0
-    for key, value in {"uniform.rod_density": sigma, "uniform.bead_density": rho, "drag.coefficient": gamma, "driving.strength": drag * gamma,
-                       "viscosity.shear": 5.0 * 0.7 * rho, "stiffness.beads": 400.0, "relaxation.rate": 0.3, "weathercock.strength": 0.1,
-                       "elasticity.stiffness": 9.0 / (16.0 * 0.3), "pressure.rods": 1.5 / sigma, "noise.order": 0.3 / sigma,
+    for key, value in {"uniform.rod_density": sigma, "uniform.bead_density": rho, "drag.coefficient": gamma,
+                       "driving.strength": drag * gamma,
+                       "viscosity.shear": 5.0 * 0.7 * rho, "stiffness.beads": 400.0, "relaxation.rate": 0.3,
+                       "weathercock.strength": 0.1,
+                       "elasticity.stiffness": 9.0 / (16.0 * 0.3), "pressure.rods": 1.5 / sigma,
+                       "noise.order": 0.3 / sigma,
                        "current.speed": 3.0, "inertia.bead_mass": 0.7}.items():
         section, name = key.split(".")
         assert math.isclose(scene[section][name], value, rel_tol=1e-12), key
@@ -68,27 +72,33 @@ def test_a_scene_on_a_table_has_its_numbers_with_origins_and_errors(folder):
     assert math.isclose(float(expected["bead_velocity"].split()[0]), drag * order, rel_tol=1e-3)
 
 
-def test_what_a_scene_says_itself_goes_before_the_table(folder):
+def test_values_in_the_scene_override_the_table(folder):
     given = resolved(folder, "flock.toml", "relaxation.rate=0.7")
-    assert given["relaxation"]["rate"] == 0.7 and given["calibrated"]["expected"] == []  # the table's mean field is not that of this scene
-    assert resolved(folder, "flock.toml", "weathercock.convention=single-rod")["weathercock"]["strength"] == pytest.approx(0.2, rel=1e-12)
-    # A hole in what is not asked for is no obstacle.
+    # The mean field of the table does not apply to this scene.
+    assert given["relaxation"]["rate"] == 0.7 and given["calibrated"]["expected"] == []
+    assert resolved(folder, "flock.toml",
+                    "weathercock.convention=single-rod")["weathercock"]["strength"] == pytest.approx(0.2, rel=1e-12)
+    # Missing values are allowed where they are not needed.
     write_plausible(folder / "table.h5", holes=[("stiffness", 1)])
     assert resolved(folder, "flock.toml", "stiffness.beads=100.0")["stiffness"]["beads"] == 100.0
 
 
-def test_a_value_of_the_varied_key_is_chosen_zero_too(folder):
+def test_a_value_of_the_varied_key_can_be_selected_including_zero(folder):
     write_plausible(folder / "table.h5", kicks=[0.0, 0.5])
     for kick in (0.0, 0.5):
-        assert resolved(folder, "flock.toml", f"calibrated.varied={kick}")["relaxation"]["rate"] == pytest.approx(0.3 + kick, rel=1e-12)
-    refused(folder, ["check", "flock.toml"], ["the table is over kick.strength too; expected calibrated.varied with one of 0, 0.5"])
-    refused(folder, ["check", "flock.toml", "--set", "calibrated.varied=0.1"], ["calibrated.varied = 0.1", "expected one of 0, 0.5"])
+        assert resolved(folder, "flock.toml",
+                        f"calibrated.varied={kick}")["relaxation"]["rate"] == pytest.approx(0.3 + kick, rel=1e-12)
+    rejected(folder, ["check", "flock.toml"],
+            ["the table also varies kick.strength; expected calibrated.varied with one of 0, 0.5"])
+    rejected(folder, ["check", "flock.toml", "--set", "calibrated.varied=0.1"],
+            ["calibrated.varied = 0.1", "expected one of 0, 0.5"])
 
 
-def test_both_normalisations_are_one_model(folder):
+def test_both_normalisations_give_the_same_model(folder):
     orientation, density = resolved(folder), resolved(folder, "flock.toml", "current.kind=order")
     sigma = orientation["uniform"]["rod_density"]
-    for section, key, power in (("driving", "strength", -1), ("weathercock", "strength", 1), ("relaxation", "saturation", -2),
+    for section, key, power in (("driving", "strength", -1), ("weathercock", "strength", 1),
+                                ("relaxation", "saturation", -2),
                                 ("pressure", "rods", 1), ("noise", "order", 2), ("relaxation", "rate", 0)):
         assert math.isclose(density[section][key], orientation[section][key] * sigma**power, rel_tol=1e-12)
     reports = []
@@ -98,42 +108,49 @@ def test_both_normalisations_are_one_model(folder):
     assert reports[0] == reports[1]
 
 
-def test_a_scene_that_takes_lambda_of_one_rod_has_the_same_flock(folder):
-    """lambda_s = 2 lambda, everywhere and at each place."""
+def test_lambda_of_one_rod_gives_the_same_flock(folder):
+    """lambda_s = 2 lambda, for constant and for local coefficients."""
     for more in ([], ["calibrated.coefficients=local"]):
-        reports = [re.search(r"grows at ([0-9.e-]+) /s", drover(folder, "explain", "flock.toml", *settings([f"weathercock.convention={one}", *more])).stdout)[1]
+        reports = [re.search(r"grows at ([0-9.e-]+) /s",
+                             drover(folder, "explain", "flock.toml",
+                                    *settings([f"weathercock.convention={one}", *more])).stdout)[1]
                    for one in ("mean", "single-rod")]
         assert reports[0] == reports[1]
 
 
-def test_forms_with_fewer_fields_take_what_they_have_a_place_for(folder):
+def test_forms_with_fewer_fields_use_the_coefficients_that_apply(folder):
     alone = resolved(folder, "flock.toml", "fields.bead_density=false", "fields.bead_velocity=absent")
-    assert alone["drag"]["coefficient"] == 0.0 and alone["relaxation"]["rate"] == pytest.approx(0.3) and alone["calibrated"]["expected"] == []
-    # Without a density of rods p is the mean orientation, whatever current.kind says.
+    assert alone["drag"]["coefficient"] == 0.0 and alone["relaxation"]["rate"] == pytest.approx(0.3)
+    assert alone["calibrated"]["expected"] == []
+    # Without rod density p is the mean orientation, for any current.kind.
     dilute = resolved(folder, "flock.toml", "fields.rod_density=false", "current.kind=order")
     assert dilute["weathercock"]["strength"] == pytest.approx(0.1) and dilute["current"]["speed"] == 0.0
 
 
-def test_a_resolved_scene_needs_no_table_until_another_state_is_asked_for(folder):
+def test_a_resolved_scene_needs_the_table_only_for_another_state(folder):
     (folder / "whole.toml").write_text(drover(folder, "check", "--resolved", "flock.toml").stdout)
     elsewhere = ["calibrated.bead_area_fraction=0.6", "calibrated.rod_area_fraction=0.1"]
     fresh = resolved(folder, "flock.toml", *elsewhere)
     assert model_of(resolved(folder, "whole.toml", *elsewhere)) == model_of(fresh) != model_of(resolved(folder))
-    # What changes the meaning of p or lambda asks the table too; what is set by hand is not said to be the table's.
-    assert model_of(resolved(folder, "whole.toml", "current.kind=order")) == model_of(resolved(folder, "flock.toml", "current.kind=order"))
+    # Keys that change the meaning of p or lambda need the table; values set by hand are not attributed to it.
+    assert model_of(resolved(folder, "whole.toml", "current.kind=order")) == model_of(resolved(folder, "flock.toml",
+                                                                                               "current.kind=order"))
     assert resolved(folder, "whole.toml", "calibrated.coefficients=local")["table"]["relaxation_rate"] != []
     by_hand = resolved(folder, "whole.toml", "relaxation.rate=0.7")["calibrated"]["filled"]
-    assert len(by_hand) == len(fresh["calibrated"]["filled"]) - 1 and not any(name.startswith("relaxation.rate:") for name in by_hand)
+    assert len(by_hand) == len(fresh["calibrated"]["filled"]) - 1 and not any(name.startswith("relaxation.rate:")
+                                                                              for name in by_hand)
     (folder / "table.h5").unlink()
     assert resolved(folder, "whole.toml") == tomllib.loads((folder / "whole.toml").read_text())
-    refused(folder, ["check", "whole.toml", "--set", elsewhere[0]], ["whole.toml", "table.h5: does not exist"])
+    rejected(folder, ["check", "whole.toml", "--set", elsewhere[0]], ["whole.toml", "table.h5: does not exist"])
 
 
-def test_a_run_carries_its_origins_and_a_sweep_asks_the_table_at_each_point(folder):
+def test_a_run_stores_the_origins_and_a_sweep_uses_the_table_at_each_point(folder):
     drover(folder, "run", "flock.toml", "--quiet", *settings(["time.end=0.5"]))
     with h5py.File(folder / "flock.h5") as file:
-        assert "relaxation.rate: measured, 0.3 +- 0.006" in tomllib.loads(file.attrs["scene"].decode())["calibrated"]["filled"]
-    drover(folder, "sweep", "flock.toml", "--quiet", *settings(["sweep.vary=[\"calibrated.rod_area_fraction = 0.05, 0.1\"]"]))
+        calibrated = tomllib.loads(file.attrs["scene"].decode())["calibrated"]
+        assert "relaxation.rate: measured, 0.3 +- 0.006" in calibrated["filled"]
+    drover(folder, "sweep", "flock.toml", "--quiet",
+           *settings(["sweep.vary=[\"calibrated.rod_area_fraction = 0.05, 0.1\"]"]))
     densities = []
     for path in sorted((folder / "flock.sweep").glob("*.h5")):
         with h5py.File(path) as file:
@@ -141,18 +158,18 @@ def test_a_run_carries_its_origins_and_a_sweep_asks_the_table_at_each_point(fold
     assert sorted(densities) == pytest.approx([0.05 / 4.0, 0.1 / 4.0])
 
 
-# --- where flocks begin
+# --- flocking threshold
 
-def test_the_boundary_of_a_table_is_where_its_straight_lines_cross(folder):
+def test_the_boundary_of_a_linear_table_is_its_exact_crossing(folder):
     write_plausible(folder / "table.h5", relative_error=0.01)
-    told = drover_json(folder, "boundary", "table.h5")
-    assert [curve["rod_area_fraction"] for curve in told["curves"]] == [0.05, 0.08, 0.11]
-    for point in [*told["curves"], *told["line"]]:
+    output = drover_json(folder, "boundary", "table.h5")
+    assert [curve["rod_area_fraction"] for curve in output["curves"]] == [0.05, 0.08, 0.11]
+    for point in [*output["curves"], *output["line"]]:
         assert point["mean"]["bead_area_fraction"] == pytest.approx(0.5 - 2.5 * point["rod_area_fraction"], abs=1e-9)
         assert 0.002 < point["mean"]["error"] < 0.03 and point["mean"]["share"] > 0.9
         assert point["single-rod"]["bead_area_fraction"] is None and point["single-rod"]["above_all"]
     text = drover(folder, "boundary", "table.h5", "-o", "onset.h5").stdout
-    assert "from Phi_b = 0.375 +- " in text and "from the least area fraction of beads on" in text
+    assert "Phi_b = 0.375 +- " in text and "below the smallest bead area fraction of the table" in text
     with h5py.File(folder / "onset.h5") as file:
         assert np.allclose(file["line/mean"][()], 0.5 - 2.5 * file["line/line_rod_fraction"][()])
         assert file["curves/drag"].shape == (3, 31) and np.allclose(file["curves/threshold"][()], 3.0)
@@ -160,68 +177,74 @@ def test_the_boundary_of_a_table_is_where_its_straight_lines_cross(folder):
 
 
 def test_the_boundary_of_a_scene_with_local_coefficients_is_that_of_its_table(folder):
-    """The one follows the zero of abar in the plane by its own tracer, the other a/lambda = alpha/Gamma along beads."""
-    report = drover_json(folder, "boundary", "flock.toml", "--x", "bead_area_fraction = 0.2:0.7", "--y", "rod_area_fraction = 0.05:0.11",
+    """The scene traces abar = 0 in the plane, the table a/lambda = alpha/Gamma along the beads."""
+    report = drover_json(folder, "boundary", "flock.toml", "--x", "bead_area_fraction = 0.2:0.7", "--y",
+                         "rod_area_fraction = 0.05:0.11",
                          *settings(["calibrated.coefficients=local", "boundary.lines=[\"onset\"]", "boundary.map=0"]))
     assert report["uncertain_numbers"] > 0
     (line,) = report["traced"][0]["lines"]
-    # alpha and Gamma are joined between the nodes each by itself: Gamma is straight here, alpha bends with rho^2, and a natural spline through
-    # four points of a parabola is off by a percent or two of the bend.
+    # alpha and Gamma are interpolated separately: Gamma is linear here, alpha contains rho^2, and a natural spline
+    # through four points of a parabola has an error of one to two percent of the curvature term.
     for point in line["points"]:
         assert point["x"] == pytest.approx(0.5 - 2.5 * point["y"], abs=6e-3)
         assert math.hypot(point["error_x"], point["error_y"]) > 0.0
 
 
-# --- what is refused
+# --- errors
 
-def test_scenes_on_tables_that_will_not_do_are_refused(folder):
-    def no(says, *changes):
-        refused(folder, ["check", "flock.toml", *settings(changes)], says)
+def test_invalid_calibrated_scenes_are_rejected(folder):
+    def check_rejected(says, *changes):
+        rejected(folder, ["check", "flock.toml", *settings(changes)], says)
 
-    no(["missing.h5: does not exist", "expected"], "calibrated.table=missing.h5")
-    no(["bead area fraction of 0.8: the table has 0.2 to 0.7", "measure there"], "calibrated.bead_area_fraction=0.8")
-    no(["rod area fraction of 0.2", "the table has 0.05 to 0.11"], "calibrated.rod_area_fraction=0.2")
-    no(["calibrated.rod_area_fraction is not given"], "calibrated.rod_area_fraction=0.0")
-    no(["calibrated.varied = 0.02", "varies no key"], "calibrated.varied=0.02")
-    no(["calibrated.outside", "refuse"], "calibrated.outside=extrapolate")
-    assert resolved(folder, "flock.toml", "calibrated.bead_area_fraction=0.8", "calibrated.outside=hold")["relaxation"]["rate"] == pytest.approx(0.3)
+    check_rejected(["missing.h5: does not exist", "expected"], "calibrated.table=missing.h5")
+    check_rejected(["bead area fraction of 0.8: the table covers 0.2 to 0.7", "measure there"],
+             "calibrated.bead_area_fraction=0.8")
+    check_rejected(["rod area fraction of 0.2", "the table covers 0.05 to 0.11"], "calibrated.rod_area_fraction=0.2")
+    check_rejected(["calibrated.rod_area_fraction is not given"], "calibrated.rod_area_fraction=0.0")
+    check_rejected(["calibrated.varied = 0.02", "varies no key"], "calibrated.varied=0.02")
+    check_rejected(["calibrated.outside", "refuse"], "calibrated.outside=extrapolate")
+    assert resolved(folder, "flock.toml", "calibrated.bead_area_fraction=0.8",
+                    "calibrated.outside=hold")["relaxation"]["rate"] == pytest.approx(0.3)
     write_plausible(folder / "table.h5", holes=[("drag", 4)])
-    no(["hole", "drag at bead area fraction 0.3, rod area fraction 0.08"])
-    refused(folder, ["boundary", "table.h5"], ["hole", "drag at bead area fraction 0.3"])
+    check_rejected(["no value of drag", "drag at bead area fraction 0.3, rod area fraction 0.08"])
+    rejected(folder, ["boundary", "table.h5"], ["no value of drag", "drag at bead area fraction 0.3"])
     write_plausible(folder / "table.h5")
     with h5py.File(folder / "table.h5", "r+") as file:
         file["calibration/viscosity_kinematic"][...] *= -1.0
-    no(["viscosity.shear comes out as -3.5 +- 0.07", "expected >= 0: measure more, or give it in the scene"])
+    check_rejected(["viscosity.shear comes out as -3.5 +- 0.07", "expected >= 0: measure more, or give it in the scene"])
     make_archive(folder, "run.h5")
-    no(["run.h5", "is not a table of coefficients"], "calibrated.table=run.h5")
-    refused(folder, ["boundary", "run.h5"], ["is not a table of coefficients"])
+    check_rejected(["run.h5", "not a table of coefficients"], "calibrated.table=run.h5")
+    rejected(folder, ["boundary", "run.h5"], ["not a table of coefficients"])
     (folder / "text.h5").write_text("not a table")
-    no(["text.h5"], "calibrated.table=text.h5")
+    check_rejected(["text.h5"], "calibrated.table=text.h5")
 
 
-def test_options_of_the_other_kind_are_refused(folder):
-    refused(folder, ["boundary", "table.h5", "--x", "relaxation.rate = 0:1"], ["are for scenes"])
-    refused(folder, ["boundary", "table.h5", "--varied", "0.02"], ["varies no key"])
-    refused(folder, ["boundary", "flock.toml", "--varied", "0.02"], ["is for a table"])
+def test_options_of_the_other_kind_are_rejected(folder):
+    rejected(folder, ["boundary", "table.h5", "--x", "relaxation.rate = 0:1"], ["are for scenes"])
+    rejected(folder, ["boundary", "table.h5", "--varied", "0.02"], ["varies no key"])
+    rejected(folder, ["boundary", "flock.toml", "--varied", "0.02"], ["is for a table"])
     plane = ["--x", "bead_area_fraction = 0.2:0.7", "--y", "rod_area_fraction = 0.05:0.11"]
-    refused(folder, ["boundary", "flock.toml", *plane, "--convention", "single-rod"], ["from a table", "choose by weathercock.convention"])
+    rejected(folder, ["boundary", "flock.toml", *plane, "--convention", "single-rod"],
+            ["from a table", "choose by weathercock.convention"])
     (folder / "onset.h5").write_bytes(b"")
-    refused(folder, ["boundary", "table.h5", "-o", "onset.h5"], ["onset.h5"])
+    rejected(folder, ["boundary", "table.h5", "-o", "onset.h5"], ["onset.h5"])
 
 
-def test_a_table_with_errors_below_zero_is_refused(folder):
+def test_a_table_with_negative_errors_is_rejected(folder):
     with h5py.File(folder / "table.h5", "r+") as file:
         file["calibration/drag_error"][1, 1] = -0.1
-    refused(folder, ["check", "flock.toml"], ["drag at bead area fraction 0.3, rod area fraction 0.08 has the standard error -0.1"])
+    rejected(folder, ["check", "flock.toml"],
+            ["drag at bead area fraction 0.3, rod area fraction 0.08 has the standard error -0.1"])
 
 
-def test_scenes_of_particles_have_no_calibrated_section(folder):
+def test_particle_scenes_have_no_section_calibrated(folder):
     (folder / "rods.toml").write_text(scene_text({"cell.lx": 10.0, "calibrated.table": "table.h5"}))
-    refused(folder, ["check", "rods.toml"], ["[calibrated]", "belongs to a scene of fields"])
+    rejected(folder, ["check", "rods.toml"], ["[calibrated]", "belongs to a scene of fields"])
 
 
-def test_a_scene_without_a_table_is_as_before(folder):
+def test_a_scene_without_a_table_is_unchanged(folder):
     (folder / "small.toml").write_text(scene_text(SMALL))
     scene = resolved(folder, "small.toml")
-    assert scene["calibrated"]["table"] == "" and scene["calibrated"]["filled"] == [] and scene["relaxation"]["rate"] == 0.5
+    assert scene["calibrated"]["table"] == "" and scene["calibrated"]["filled"] == []
+    assert scene["relaxation"]["rate"] == 0.5
     assert json.dumps(scene["calibrated"]["expected"]) == "[]"

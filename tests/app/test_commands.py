@@ -1,4 +1,4 @@
-"""tests/app/test_commands.py: what each command prints and where, and what a run that blows up leaves behind."""
+"""tests/app/test_commands.py: the output of each command, and what a diverging run leaves behind."""
 import json
 import math
 import os
@@ -38,7 +38,7 @@ def test_help_names_every_option_of(command, tmp_path):
 def test_help_and_version(tmp_path):
     ended = drover(tmp_path, "--help")
     assert ended.stderr == "" and [command for command in COMMANDS if f"\n  {command} " not in ended.stdout] == []
-    assert "Exit status: 0 done, 1 a run failed, 2 bad input, 3 stopped" in ended.stdout
+    assert "Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped" in ended.stdout
     assert re.fullmatch(r"drover \d+\.\d+\.\d+ \(.+\)\n", drover(tmp_path, "--version").stdout)
 
 
@@ -55,26 +55,26 @@ def test_explain_of_a_scene_that_only_diffuses(tmp_path):
              "time.dt": 0.25, "time.end": 100.0}
     scene["output.frame_every"], scene["output.sample_every"] = 10.0, 0.5
     write_scene(tmp_path, scene, base={})
-    told = drover_json(tmp_path, "explain", "flock.toml")
+    report = drover_json(tmp_path, "explain", "flock.toml")
     fastest = 0.3 * kept_wavevectors(32, 16, 20.0, 5.0).max()**2
-    assert told["steps"] == 400
-    assert told["dt_times_fastest_rate"] == pytest.approx(0.25 * fastest,
+    assert report["steps"] == 400
+    assert report["dt_times_fastest_rate"] == pytest.approx(0.25 * fastest,
                                                           rel=1e-12)  # rounding of eigenvalues of 3 by 3 matrices
-    assert told["fastest_rate"] == pytest.approx(fastest, rel=1e-12)
-    assert told["growth_rate"] == pytest.approx(0.0, abs=1e-12)
-    assert [term["name"] for term in told["terms"]] == ["diffusion.rods"] and "0.3" in told["terms"][0]["equation"]
-    assert [(field["name"], field["unit"]) for field in told["fields"]] == [
+    assert report["fastest_rate"] == pytest.approx(fastest, rel=1e-12)
+    assert report["growth_rate"] == pytest.approx(0.0, abs=1e-12)
+    assert [term["name"] for term in report["terms"]] == ["diffusion.rods"] and "0.3" in report["terms"][0]["equation"]
+    assert [(field["name"], field["unit"]) for field in report["fields"]] == [
         ("rod_density", "mm-2"), ("polar_order_x", "mm-2"), ("polar_order_y", "mm-2")]
-    assert told["transforms_per_right_hand_side"] == {"back": 0, "forth": 0} and told["archive"] == "flock.h5"
-    assert 3 * 32 * 16 * 8 < told["memory_bytes"] < 1e7  # at least the fields themselves
+    assert report["transforms_per_right_hand_side"] == {"inverse": 0, "forward": 0} and report["archive"] == "flock.h5"
+    assert 3 * 32 * 16 * 8 < report["memory_bytes"] < 1e7  # at least the fields themselves
     text = drover(tmp_path, "explain", "flock.toml").stdout
     assert "fields on 32 by 16 points, 20 by 5 mm" in text and "400 steps of dt = 0.25 s" in text
     assert f"dt |s|max = {0.25 * fastest:.3g}" in text and "Cox & Matthews" in text
-    assert "-0 /s" not in text  # a mode at rest does not decay backwards
+    assert "-0 /s" not in text  # no negative zero
 
 
 def growth_of(keys):
-    """Fastest growth and its wavenumber, from the eigenvalues of the linear model written down here once more."""
+    """Fastest growth and its wavenumber, from the eigenvalues of an independent copy of the linear model."""
     get = {**{name: 0.0 for name in ("u", "a", "K", "K1", "B", "D")}, **keys}
     best = (-math.inf, 0.0)
     for q in np.unique(np.round(kept_wavevectors(32, 16, 20.0, 5.0), 12)):
@@ -86,35 +86,35 @@ def growth_of(keys):
 
 @pytest.mark.parametrize("keys", [
     {"a": -0.3, "K": 0.1},  # order that grows everywhere at once
-    {"a": 0.5, "u": 2.0, "B": -3.0, "K": 2.0, "K1": 1.0, "D": 0.4},  # rods that turn to crowded places: at a finite q
+    {"a": 0.5, "u": 2.0, "B": -3.0, "K": 2.0, "K1": 1.0, "D": 0.4},  # rods that turn towards high density: at a finite q
 ])
-def test_explain_tells_which_mode_grows_and_how_fast(keys, tmp_path):
+def test_explain_reports_which_mode_grows_and_how_fast(keys, tmp_path):
     names = {"u": "current.speed", "a": "relaxation.rate", "K": "elasticity.stiffness", "K1": "elasticity.splay",
              "B": "pressure.rods", "D": "diffusion.rods"}
     scene = {names[key]: value for key, value in keys.items()}
     write_scene(tmp_path, {**scene, "grid.nx": 32, "grid.ny": 16, "grid.lx": 20.0, "grid.ly": 5.0, "time.end": 10.0},
                 base={})
-    told = drover_json(tmp_path, "explain", "flock.toml")
+    report = drover_json(tmp_path, "explain", "flock.toml")
     rate, q = growth_of(keys)
-    assert rate > 0.1 and told["growth_rate"] == pytest.approx(rate, rel=1e-9)
-    assert told["growth_wavenumber"] == pytest.approx(q, rel=1e-9)
+    assert rate > 0.1 and report["growth_rate"] == pytest.approx(rate, rel=1e-9)
+    assert report["growth_wavenumber"] == pytest.approx(q, rel=1e-9)
     text = drover(tmp_path, "explain", "flock.toml").stdout
-    assert f"unstable: a mode grows at {rate:.4g} /s" in text and f"by e^{10 * rate:.3g}" in text
+    assert f"unstable: a mode grows at {rate:.4g} /s" in text and f"by a factor e^{10 * rate:.3g}" in text
 
 
 @pytest.mark.parametrize("changes", [{}, {"grid.nx": 64, "grid.ny": 64, "time.end": 10.0}])
-def test_a_run_takes_no_more_disk_than_explain_tells(changes, tmp_path):
+def test_a_run_takes_no_more_disk_than_explain_reports(changes, tmp_path):
     scene = write_scene(tmp_path, {**BRIEF, **changes})
-    told = drover_json(tmp_path, "explain", scene)
+    report = drover_json(tmp_path, "explain", scene)
     drover(tmp_path, "run", scene, "--quiet")
     used = sum(file.stat().st_size for file in tmp_path.glob("flock.h5*"))
-    assert 0 < used <= told["disk_bytes"], told
+    assert 0 < used <= report["disk_bytes"], report
 
 
-def test_check_of_a_good_scene(tmp_path):
+def test_check_of_a_valid_scene(tmp_path):
     write_scene(tmp_path, base=BRIEF)
     ended = drover(tmp_path, "check", "flock.toml")
-    assert (ended.stdout, ended.stderr) == ("flock.toml: good\n", "") and os.listdir(tmp_path) == ["flock.toml"]
+    assert (ended.stdout, ended.stderr) == ("flock.toml: valid\n", "") and os.listdir(tmp_path) == ["flock.toml"]
 
 
 @pytest.mark.parametrize("name", ["flock.h5", 'a "b" \\c\t.h5', "état é.h5", "x=1.h5"])
@@ -131,7 +131,7 @@ def test_check_resolved_reads_back_as_the_same_scene(name, tmp_path):
     assert tables["grid"]["lx"] == 5e20 and len(tables["sweep"]["vary"]) == 2
 
 
-def test_settings_of_the_command_line_stand_in_place_of_the_scene(tmp_path):
+def test_options_of_the_command_line_override_the_scene(tmp_path):
     write_scene(tmp_path, base=BRIEF)
     words = ["--set", "grid.nx=32", "--set", "time.stepper = etdrk4", "--set", 'initial.kind="random"', "--set",
              "run.seed=5",
@@ -175,7 +175,7 @@ def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_j
                                                              "true or false")
 
 
-def test_every_key_of_the_schema_is_taken_and_its_range_is_kept(tmp_path):
+def test_every_key_of_the_schema_is_accepted_and_its_range_is_enforced(tmp_path):
     (tmp_path / "empty.toml").write_text("")
     for key, row in schema(tmp_path).items():
         written = json.dumps(row["default"])
@@ -190,16 +190,16 @@ def test_every_key_of_the_schema_is_taken_and_its_range_is_kept(tmp_path):
             assert f"{key} = " in ended.stderr and "expected" in ended.stderr, ended.stderr
 
 
-def test_run_and_info_say_the_same(tmp_path):
+def test_run_and_info_report_the_same(tmp_path):
     write_scene(tmp_path, {**BRIEF, "time.end": 100.0})
     ran = drover_json(tmp_path, "run", "flock.toml")
     info = drover_json(tmp_path, "info", "flock.h5")
     assert (ran.pop("archive"), ran.pop("steps")) == ("flock.h5", 1000) and ran.pop("wall_seconds") > 0.0
-    told = info.pop("attributes")
+    report = info.pop("attributes")
     assert info == ran
-    assert told["seed"] == 7 and told["scene_file"] == "flock.toml" and "rod_density = 2.0" in told["scene"]
+    assert report["seed"] == 7 and report["scene_file"] == "flock.toml" and "rod_density = 2.0" in report["scene"]
     assert info["time"] == 100.0 and info["samples"] == 201 and info["results"]["polar_order"]["error"] > 0.0
-    # For people: the same tables, after where they came from.
+    # As text: the same tables, after the provenance.
     text = drover(tmp_path, "info", "flock.h5", "--scene").stdout
     again = drover(tmp_path, "run", "flock.toml", "--overwrite").stdout
     assert again.rpartition("\n\n")[0].strip() in text and "\n[relaxation]\nrate = 0.5\n" in text
@@ -214,7 +214,7 @@ def test_results_go_to_stdout_and_the_log_to_stderr(tmp_path):
     assert "drover: " not in ended.stdout and ended.stdout.startswith("t = 0 to 2 s")
     quiet = drover(tmp_path, "run", "flock.toml", "--overwrite", "--quiet")
     assert quiet.stderr == ""
-    assert quiet.stdout.splitlines()[:-1] == ended.stdout.splitlines()[:-1]  # the last line has the time taken
+    assert quiet.stdout.splitlines()[:-1] == ended.stdout.splitlines()[:-1]  # the last line has the wall time
     json.loads(drover(tmp_path, "run", "flock.toml", "--overwrite", "--json").stdout)
 
 
@@ -236,7 +236,7 @@ def on_a_terminal(folder, env, *words):
     try:
         while part := os.read(ours, 65536):
             written += part
-    except OSError:  # how a terminal says that nobody is left at its other end
+    except OSError:  # the other end of the terminal is closed
         pass
     os.close(ours)
     assert ended.returncode == 0, written
@@ -246,14 +246,14 @@ def on_a_terminal(folder, env, *words):
 def test_colour_only_on_a_terminal_and_not_with_no_color(tmp_path):
     write_scene(tmp_path, base=BRIEF)
     words = ["run", "flock.toml", "--overwrite"]
-    # On a terminal the line of progress is erased by an escape; what gives colour ends in m.
+    # On a terminal an escape erases the line of progress; colour codes end in m.
     assert re.search("\x1b\\[[0-9;]*m", on_a_terminal(tmp_path, environment(TERM="xterm-256color"), *words))
     assert not re.search("\x1b\\[[0-9;]*m", on_a_terminal(tmp_path, environment(TERM="xterm-256color", NO_COLOR="1"),
                                                           *words))
     assert "\x1b" not in drover(tmp_path, *words).stderr
 
 
-def test_overwriting_leaves_nothing_of_the_run_before(tmp_path):
+def test_overwriting_removes_the_earlier_run(tmp_path):
     write_scene(tmp_path, base=BRIEF)
     drover(tmp_path, "run", "flock.toml", "--quiet", "--set", "time.end=8.0", "--set", "output.checkpoint_minutes=0")
     drover(tmp_path, "run", "flock.toml", "--quiet", "--overwrite", "--set", "run.seed=9")
@@ -262,7 +262,7 @@ def test_overwriting_leaves_nothing_of_the_run_before(tmp_path):
     assert_same_bytes(tmp_path / "new.h5", tmp_path / "flock.h5")
 
 
-def test_an_archive_goes_where_drover_runs_or_where_it_is_told(tmp_path):
+def test_an_archive_is_written_to_the_working_folder_or_to_the_given_path(tmp_path):
     (tmp_path / "scenes").mkdir()
     write_scene(tmp_path / "scenes", base=BRIEF)
     drover(tmp_path, "run", "scenes/flock.toml", "--quiet")
@@ -288,14 +288,14 @@ GROWING = {"relaxation.rate": -50.0, "grid.nx": 16, "grid.ny": 16, "time.dt": 0.
            "initial.kind": "random", "initial.amplitude": 0.1, "output.frame_every": 0.1, "output.sample_every": 0.1}
 
 
-def test_a_run_that_blows_up_stops_says_where_and_keeps_what_was_good(tmp_path):
+def test_a_diverging_run_stops_reports_where_and_keeps_its_valid_frames(tmp_path):
     (tmp_path / "flock.toml").write_text(scene_text(GROWING))
     ended = drover(tmp_path, "run", "flock.toml", "--quiet", status=1)
     assert len(ended.stderr.splitlines()) == 1 and ended.stderr.startswith("error: ") and ended.stdout == ""
-    told = re.search(r"at or before step (\d+) \(t = (\S+) s\): (\w+), mode \((-?\d+), (-?\d+)\), dt = 0.1; "
+    report = re.search(r"at or before step (\d+) \(t = (\S+) s\): (\w+), mode \((-?\d+), (-?\d+)\), dt = 0.1; "
                      r"its largest value was (\S+) in cell \((\d+), (\d+)\) when last finite; likely cause: (.*)",
                      ended.stderr)
-    assert told, ended.stderr
+    assert report, ended.stderr
     with h5py.File(tmp_path / "flock.h5") as file:
         order = np.hypot(file["polar_order_x"][()], file["polar_order_y"][()])
         frames = len(file["time"])
@@ -303,22 +303,22 @@ def test_a_run_that_blows_up_stops_says_where_and_keeps_what_was_good(tmp_path):
             assert np.isfinite(file[name][()]).all(), name
     # Order grows by e^5 a step: it overflows at this step, or at the next since modes are smaller than cells.
     first = math.ceil((math.log(np.finfo(float).max) - math.log(order[0].max())) / 5.0)
-    assert first - 1 <= int(told[1]) <= first + 1 + 10
-    assert float(told[2]) == pytest.approx(0.1 * int(told[1]), rel=1e-5)  # six digits are printed
+    assert first - 1 <= int(report[1]) <= first + 1 + 10
+    assert float(report[2]) == pytest.approx(0.1 * int(report[1]), rel=1e-5)  # six digits are printed
     # Each frame is committed as it is made: all before the overflow are there.
     assert frames >= first - 1
-    assert told[3] in ("polar_order_x", "polar_order_y") and abs(float(told[6])) > 1e290
-    assert max(int(told[7]), int(told[8])) < 16
-    assert "grows at 50 /s" in told[9] and "checkpoint" in told[9]
+    assert report[3] in ("polar_order_x", "polar_order_y") and abs(float(report[6])) > 1e290
+    assert max(int(report[7]), int(report[8])) < 16
+    assert "grows at 50 /s" in report[9] and "checkpoint" in report[9]
 
 
-def test_the_last_checkpoint_before_a_blow_up_restarts(tmp_path):
+def test_the_last_checkpoint_before_a_divergence_restarts(tmp_path):
     (tmp_path / "flock.toml").write_text(scene_text({**GROWING, "output.checkpoint_minutes": 0.0}))
     drover(tmp_path, "run", "flock.toml", "--quiet", status=1)
     assert all(file.exists() for file in checkpoints(tmp_path / "flock.h5"))
-    # It fails again in the same words, unless it ends before.
+    # It fails again with the same message, unless it ends before.
     again = drover(tmp_path, "restart", "flock.h5", "--quiet", status=1)
-    assert "left the finite numbers" in again.stderr
+    assert "became NaN or infinite" in again.stderr
     good = max(checkpoint_step(file) for file in checkpoints(tmp_path / "flock.h5"))
     assert good > 130  # a checkpoint at each step: the last one is just before, near step 142
     earlier = f"time.end={good / 10}"

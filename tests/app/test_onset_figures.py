@@ -99,14 +99,14 @@ def test_holes_are_told_in_the_caption(tmp_path):
     groups["line"]["mean_share"][:] = 0.0  # of what is not drawn nothing is said
     groups["line"]["mean_share"][10] = 0.4
     picture = picture_of(write(tmp_path, groups))
-    assert "λ\u00a0=\u00a0λs/2: no crossing within the table at 20 of 21 area fractions of rods; nothing is drawn there." in words_of(picture)
-    assert "that cross, at least 40 % of them" in words_of(picture)
+    assert "λ\u00a0=\u00a0λs/2: no crossing in the table at 20 of 21 area fractions of rods." in words_of(picture)
+    assert "that have a crossing, at least 40 % of them" in words_of(picture)
     lone = [line for line in picture.axes[1].lines if line.get_marker() == "o" and len(line.get_xdata()) == 1]
     assert [float(line.get_xdata()[0]) for line in lone] == [0.42]
     assert overlaps(picture) == []
 
 
-@pytest.mark.parametrize("drag, sentence", [(0.1, "no flocks are expected in it"), (9.0, "flocks from the least"), (None, "table")])
+@pytest.mark.parametrize("drag, sentence", [(0.1, "no flocks are predicted"), (9.0, "flocks at all"), (None, "table")])
 def test_a_table_without_any_crossing_says_why(tmp_path, drag, sentence):
     groups = numbers()
     groups["curves"]["drag"][:] = [[0.1], [9.0], [9.0]] if drag is None else drag
@@ -126,7 +126,7 @@ def test_a_threshold_that_is_negative_huge_or_missing_leaves_the_axis_alone(tmp_
     picture = picture_of(write(tmp_path, groups))
     picture.canvas.draw()
     assert picture.axes[0].get_ylim() == (0.0, pytest.approx(2.5 * 2.55))
-    assert ("Where a/λ is not positive it is left out." in words_of(picture)) == (threshold < 0.0)
+    assert ("a/λ is omitted where it is not positive." in words_of(picture)) == (threshold < 0.0)
 
 
 def test_drag_that_is_nowhere_positive_is_drawn_below_zero(tmp_path):
@@ -156,12 +156,12 @@ def test_the_command_draws_it(tmp_path):
 def test_what_is_damaged_or_asked_wrongly_is_refused_with_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setattr("drover.stored.COMMIT_SECONDS", 0.0)
     path = write(tmp_path, numbers())
-    with pytest.raises(package.DroverError, match="--frame 0 is asked for, but drover boundary wrote this archive"):
+    with pytest.raises(package.DroverError, match="--frame 0 does not apply, since drover boundary wrote this archive"):
         figure.draw_file(path, frame=0)
-    with pytest.raises(package.DroverError, match="no run but what drover boundary wrote; open it by drover.open_theory"):
+    with pytest.raises(package.DroverError, match="is not a run: drover boundary wrote it; open it with drover.open_theory"):
         package.open_run(path)
-    for name, sentence in (("line/mean_error", "the group line holds no mean_error over line_rod_fraction"),
-                           ("line", "holds no group line; expected curves and line")):
+    for name, sentence in (("line/mean_error", "the group line has no mean_error over line_rod_fraction"),
+                           ("line", "has no group line, which drover boundary TABLE writes")):
         with h5py.File(path, "r+") as file:
             del file[name]
         with pytest.raises(package.DroverError, match=sentence):

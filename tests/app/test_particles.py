@@ -9,7 +9,7 @@ import numpy
 import pytest
 from matplotlib import image
 from pictures import overlaps
-from refusal import refused
+from rejection import rejected
 from support import (contents, drover, drover_json, end_group, environment, scene_text, settings, start, tree, wait_until,
                      write_scene)
 
@@ -124,7 +124,7 @@ def test_a_packing_of_other_bodies_is_refused(ran, tmp_path):
                           ({"packing.file": "none.h5"}, "packing.file: none.h5: does not exist"),
                           ({"packing.file": "tiny.toml"}, "is not an HDF5 file")):
         write_tiny(tmp_path, {**given, **changes})
-        refused(tmp_path, ["run", "tiny.toml"], ["tiny.toml:", says])
+        rejected(tmp_path, ["run", "tiny.toml"], ["tiny.toml:", says])
 
 
 def test_bad_scenes_are_refused_with_their_place(tmp_path):
@@ -135,7 +135,7 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
                           ({"beads.diamters": [0.8]}, "unknown key beads.diamters; did you mean beads.diameters?"),
                           ({"beads.diameters": [1.3]}, "bad.toml:7:1: plates.gap = 1.2 mm, with bodies 1.3 mm thick"),
                           ({"beads.diameters": 0.8}, "expected a list of numbers > 0 [mm]: of the beads of a mixture; a list of one"),
-                          ({"beads.diameters": [0.7, 0.8]}, "bad.toml:7:1: beads.parts has 1 numbers beside 2"),
+                          ({"beads.diameters": [0.7, 0.8]}, "bad.toml:7:1: beads.proportions has 1 numbers beside 2"),
                           ({"beads.count": 2000}, "bad.toml:6:1: beads cover 2.327 and rods"),
                           ({"kick.strength": -0.1}, "kick.strength = -0.1; expected a number >= 0"),
                           ({"time.dt": 1e-3, "output.frame_every": 0.0, "output.sample_every": 0.0},
@@ -144,10 +144,10 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
                           ({"time.end": 0.02001}, "is not a whole number of steps"),
                           ({"cell.shape": "square"}, 'cell.shape = "square"; expected one of')):
         (tmp_path / "bad.toml").write_text(scene_text({**TINY, **changes}))
-        refused(tmp_path, ["check", "bad.toml"], ["bad.toml:", says])
+        rejected(tmp_path, ["check", "bad.toml"], ["bad.toml:", says])
     write_tiny(tmp_path)
     for command in ("stability", "boundary"):
-        refused(tmp_path, [command, "tiny.toml"], ["a scene of particles", f"drover {command} needs a scene of fields"])
+        rejected(tmp_path, [command, "tiny.toml"], ["a scene of particles", f"drover {command} needs a scene of fields"])
 
 
 def test_a_sweep_and_a_ramp_make_tables(tmp_path):
@@ -161,7 +161,7 @@ def test_a_sweep_and_a_ramp_make_tables(tmp_path):
     assert len(archives) == 3
     with h5py.File(archives[0]) as one, h5py.File(archives[1]) as other:
         assert numpy.array_equal(one["bodies/rods/axis/value"][-1], other["bodies/rods/axis/value"][0])
-    refused(tmp_path, ["sweep", "tiny.toml", "--vary", "rods.count = 4, 5", "--ramp", "up", "-o", "other"],
+    rejected(tmp_path, ["sweep", "tiny.toml", "--vary", "rods.count = 4, 5", "--ramp", "up", "-o", "other"],
             ["sweep.ramp", "rods.count", "of the same bodies in one cell"])
 
 
@@ -180,7 +180,7 @@ def test_a_run_tells_what_its_paths_say(tmp_path):
     speeds = speeds_along(tmp_path, 2)  # the frame at 0.002 s belongs to the warm-up
     assert results["rod_speed"]["mean"] == pytest.approx(speeds.mean(), rel=1e-9)
     assert "0.002 s" in results["rod_speed"]["formula"] and results["rod_speed"]["error"] > 0.0
-    assert results["rod_speed_ahead_share"]["mean"] == pytest.approx((speeds > 0).mean(), rel=1e-9)
+    assert results["rod_head_first_fraction"]["mean"] == pytest.approx((speeds > 0).mean(), rel=1e-9)
     assert abs(results["rod_speed_deviation"]["mean"] - speeds.std(ddof=1)) < results["rod_speed_deviation"]["error"]
     with h5py.File(tmp_path / "tiny.h5") as file:
         steps = numpy.diff(file["bodies/beads/position/value"][2:, :, :2], axis=0)
@@ -188,7 +188,7 @@ def test_a_run_tells_what_its_paths_say(tmp_path):
         for name in ("rod_speed", "rotational_diffusion", "relaxation_time", "bead_displacement_squared"):
             assert file[f"summary/{name}"][()] == pytest.approx(results[name]["mean"], rel=1e-12)
         assert file["summary/rotational_diffusion"].attrs["units"] == b"rad2 s-1"
-    assert "rod_speed_ahead_share" in drover(tmp_path, "info", "tiny.h5").stdout
+    assert "rod_head_first_fraction" in drover(tmp_path, "info", "tiny.h5").stdout
 
 
 def test_a_run_without_frames_to_follow_leaves_paths_out(tmp_path):
@@ -206,11 +206,11 @@ def test_a_sweep_takes_means_over_seeds_of_single_rods(tmp_path):
                                    "--workers", "1", "--quiet").stdout)
     archives = sorted((tmp_path / "tiny.sweep").glob("point-0000-*.h5"))
     runs = [drover_json(tmp_path, "info", archive)["results"] for archive in archives]
-    for name in ("rod_speed", "rod_speed_ahead_share", "rotational_diffusion"):
+    for name in ("rod_speed", "rod_head_first_fraction", "rotational_diffusion"):
         means = numpy.array([run[name]["mean"] for run in runs])
         assert row[name]["mean"] == pytest.approx(means.mean(), rel=1e-9, abs=1e-12)
         assert row[name]["error"] == pytest.approx(means.std(ddof=1) / 8**0.5, rel=1e-6, abs=1e-12)  # beside rounding
-    assert all(run["rod_speed_ahead_share"]["error"] is None for run in runs)
+    assert all(run["rod_head_first_fraction"]["error"] is None for run in runs)
     if row["rotational_diffusion"]["mean"] > 0.0:
         assert row["relaxation_time"]["mean"] == pytest.approx(1.0 / row["rotational_diffusion"]["mean"])
     # What the runs of one point have alone stands in a column of its own.
@@ -223,7 +223,7 @@ def test_a_sweep_takes_means_over_seeds_of_single_rods(tmp_path):
 def test_explain_tells_bodies_and_cost(tmp_path):
     write_tiny(tmp_path)
     words = drover(tmp_path, "explain", "tiny.toml").stdout
-    assert "24 beads: area fraction" in words and "6 rods: area fraction" in words and "times gravity" in words
+    assert "24 beads: area fraction" in words and "6 rods: area fraction" in words and "acceleration" in words
     told = drover_json(tmp_path, "explain", "tiny.toml")
     assert told["spheres"] == SPHERES and told["steps"] == 1000 and told["steps_per_period"] == pytest.approx(250.0)
     assert told["disk_bytes"] > 0 and told["memory_bytes"] > 0 and told["seconds_estimate"] > 0.0
@@ -280,7 +280,7 @@ def test_an_export_that_cannot_be_is_refused_and_leaves_nothing(ran, tmp_path):
     for words, says in ((["-o", "kept.xyz"], "exists"), (["-o", "kept.xyz", "--overwrite"], "not an XYZ file"),
                         (["-o", "new.xyz", "--frame", "11"], "has no frame 11; expected one of 0 to 10"),
                         (["-o", "no/new.xyz"], "cannot be written"), (["-o", archive, "--overwrite"], "not an XYZ file")):
-        refused(tmp_path, ["export", archive, *words], [says])
+        rejected(tmp_path, ["export", archive, *words], [says])
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "0")
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "1", "--overwrite")
 
@@ -316,7 +316,7 @@ def test_the_figure_shows_rods_by_their_direction(tmp_path):
     assert (abs(picture - along).max(axis=2) < 0.03).mean() > 0.005  # six rods, all along x
     with package.open_run(tmp_path / "tiny.h5") as run:
         assert overlaps(particle_figure.draw(run)) == []
-        with pytest.raises(package.DroverError, match="frame 2 is asked for; it has the frames 0 to 1"):
+        with pytest.raises(package.DroverError, match="has no frame 2; expected 0 to 1"):
             particle_figure.draw(run, 2)
 
 

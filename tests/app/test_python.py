@@ -1,4 +1,4 @@
-"""tests/app/test_python.py: archives as Python users meet them: xarray, h5py, drover.open_run, drover.figure."""
+"""tests/app/test_python.py: archives in Python: xarray, h5py, drover.open_run, drover.figure."""
 import os
 import shutil
 import signal
@@ -69,7 +69,7 @@ def command(folder, output, settings=()):
 
 
 def run(folder, settings=(), name="rods.h5"):
-    """The archive of a run."""
+    """Archive of a run."""
     done = subprocess.run(command(folder, folder / name, settings), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return folder / name
@@ -86,7 +86,7 @@ def a_copy_that_a_test_may_spoil(archive, tmp_path):
 
 
 def frames_of(path):
-    """How many there are by now; a run that is going on has no summary."""
+    """Number of frames so far; a run in progress has no summary."""
     if not path.exists():
         return 0
     with drover.open_run(path) as going_on:
@@ -101,7 +101,7 @@ def wait_for_frames(process, path, wanted):
 
 @pytest.fixture(scope="module", name="unfinished")
 def a_run_stopped_by_a_signal(tmp_path_factory):
-    """Its archive, and what was read from it while the run went on, through a file opened some frames earlier."""
+    """The archive, and data read from it during the run through a file opened some frames earlier."""
     folder = tmp_path_factory.mktemp("unfinished")
     path = folder / "rods.h5"
     settings = ["time.end=1000000", "output.frame_every=1.0", "output.checkpoint_minutes=0"]
@@ -119,7 +119,7 @@ def a_run_stopped_by_a_signal(tmp_path_factory):
     return path, seen
 
 
-# --- other people's readers
+# --- third-party readers
 
 def test_xarray_opens_the_file_with_named_axes_units_and_times(archive):
     with xarray.open_dataset(archive, engine="netcdf4") as frames:
@@ -154,13 +154,13 @@ def test_h5py_finds_the_same_axes_as_dimension_scales(archive):
             "/observables/time", "/observables/box_side"]
 
 
-def test_netcdf_finds_named_dimensions_of_which_time_alone_grows(archive):
+def test_netcdf_finds_named_dimensions_and_only_time_is_unlimited(archive):
     with netCDF4.Dataset(archive) as file:
         assert {name: (len(axis), axis.isunlimited()) for name, axis in file.dimensions.items()} == {
             "time": (3, True), "y": (32, False), "x": (32, False)}
 
 
-def test_a_wave_along_x_varies_along_the_axis_named_x_alone(tmp_path):
+def test_a_wave_along_x_varies_only_along_the_axis_named_x(tmp_path):
     settings = ["grid.nx=16", "initial.kind=mode", "initial.field=rod_density", "initial.amplitude=0.1",
                 "initial.mode_x=2"]
     with drover.open_run(run(tmp_path, settings)) as wave:
@@ -172,7 +172,7 @@ def test_a_wave_along_x_varies_along_the_axis_named_x_alone(tmp_path):
 
 # --- open_run
 
-def test_an_open_run_holds_frames_observables_summary_scene_and_origin(archive):
+def test_an_open_run_has_frames_observables_summary_scene_and_provenance(archive):
     with drover.open_run(str(archive)) as opened:
         assert opened.scene["relaxation"]["rate"] == 1.0 and opened.scene["grid"]["nx"] == 32
         assert opened.attributes["seed"] == 5 and opened.attributes["scene_file"] == "rods.toml"
@@ -183,7 +183,7 @@ def test_an_open_run_holds_frames_observables_summary_scene_and_origin(archive):
         assert opened.summary.rods_total == pytest.approx(0.5 * 32 * 32, rel=1e-12)  # conserved, to rounding
 
 
-def test_a_run_can_be_opened_again_after_the_file_has_grown(copy):
+def test_a_run_can_be_reopened_after_the_file_has_grown(copy):
     path = Path(shutil.copy(copy, copy.with_name("grown.h5")))
     with drover.open_run(path) as first:
         with h5py.File(copy, "r+") as file:
@@ -201,7 +201,7 @@ def test_a_stopped_run_opens_without_a_summary(unfinished):
         assert numpy.isfinite(opened.observables.polar_order).all()
 
 
-def test_what_is_read_while_a_run_goes_on_is_what_it_leaves(unfinished):
+def test_data_read_during_a_run_agree_with_the_final_archive(unfinished):
     path, (frames, observables) = unfinished
     with drover.open_run(path) as opened:
         assert opened.frames.sizes["time"] >= frames.sizes["time"] + 3
@@ -215,7 +215,7 @@ def test_arrays_are_read_when_they_are_used_and_not_from_a_closed_file(archive):
     with h5py.File(archive) as file:
         assert numpy.array_equal(part, file["rod_density"][1][::-2, 3:5])
     opened.close()
-    with pytest.raises(drover.DroverError, match="is closed and /polar_order_x was not read before"):
+    with pytest.raises(drover.DroverError, match="is closed and /polar_order_x had not been read"):
         opened.frames.polar_order_x.load()
 
 
@@ -250,43 +250,43 @@ def other_files(path):
         file["observables"].create_dataset("raw", shape=(4,), dtype="f8", external=[("/etc/hostname", 0, 32)])
 
 
-@pytest.mark.parametrize("spoil, sentence", [
+@pytest.mark.parametrize("spoil, message", [
     (lambda path: path.unlink(), "does not exist; expected an archive"),
     (lambda path: (path.unlink(), path.mkdir()), "is a folder; expected an archive"),
     (lambda path: path.write_bytes(b""), "is empty"),
     (lambda path: path.write_text("rods and beads\n" * 100), "is not an HDF5 file"),
-    (lambda path: path.write_bytes(path.read_bytes()[:-5000]), "is cut short"),
-    (lambda path: path.with_name("copy.h5.journal").touch(), "mend it first: drover info"),
+    (lambda path: path.write_bytes(path.read_bytes()[:-5000]), "is truncated"),
+    (lambda path: path.with_name("copy.h5.journal").touch(), "repair it first: drover info"),
     (spoil_attribute, "its scene is not TOML"),
-    (drop_field, "holds no field polar_order_y"),
+    (drop_field, "has no field polar_order_y"),
     (link_elsewhere, "links are not followed"),
     (inflate, "claims 8000000000 bytes"),
     (other_filter, "HDF5 filter 32000"),
-    (other_files, "keeps its data in other files"),
+    (other_files, "stores its data in other files"),
 ], ids=lambda value: value.replace(" ", "_") if isinstance(value, str) else "")
-def test_a_file_that_is_no_sound_archive_is_refused_with_a_sentence(copy, monkeypatch, spoil, sentence):
+def test_a_damaged_archive_is_rejected_with_a_message(copy, monkeypatch, spoil, message):
     monkeypatch.setattr("drover.stored.COMMIT_SECONDS", 0.0)
     spoil(copy)
-    with pytest.raises(drover.DroverError) as refused:
+    with pytest.raises(drover.DroverError) as error:
         drover.open_run(copy)
-    assert str(refused.value).startswith(str(copy)) and sentence in str(refused.value)
-    assert "\n" not in str(refused.value)
+    assert str(error.value).startswith(str(copy)) and message in str(error.value)
+    assert "\n" not in str(error.value)
 
 
-def test_hdf5_of_someone_else_and_a_scene_are_named_as_what_they_are(tmp_path):
+def test_foreign_hdf5_files_and_scenes_are_recognised(tmp_path):
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["a"] = [1.0]
-    with pytest.raises(drover.DroverError, match="is HDF5 but no archive of drover"):
+    with pytest.raises(drover.DroverError, match="is HDF5 but not a drover archive"):
         drover.open_run(tmp_path / "other.h5")
     (tmp_path / "rods.toml").write_text(SCENE)
     with pytest.raises(drover.DroverError, match="is a scene; expected an archive: drover run"):
         drover.open_run(tmp_path / "rods.toml")
 
 
-# --- the numbers of figures
+# --- numbers in figures
 
 @pytest.mark.parametrize("shape", ["square", "oblong"])
-def test_an_unfinished_run_has_the_same_boxes_and_means_as_its_summary_would_say(tmp_path, shape):
+def test_an_unfinished_run_has_the_same_boxes_and_means_as_a_summary(tmp_path, shape):
     path = run(tmp_path, [*shape_settings(shape), "analysis.warm_up=0.0"])
     with drover.open_run(path) as opened:
         whole = results.number_fluctuations(opened)
@@ -304,7 +304,7 @@ def test_an_unfinished_run_has_the_same_boxes_and_means_as_its_summary_would_say
         assert not bare.has_linear and whole.has_linear
 
 
-def test_means_over_blocks_keep_the_mean_and_the_place():
+def test_block_averages_preserve_the_mean_and_the_position():
     x, y = numpy.arange(256) * 0.5, numpy.arange(12) * 1.0
     array = xarray.DataArray(numpy.add.outer(y, 10.0 * x), dims=("y", "x"), coords={"x": x, "y": y})
     means, block = panels.block_means(array, 64)
@@ -315,14 +315,14 @@ def test_means_over_blocks_keep_the_mean_and_the_place():
 
 @pytest.mark.parametrize("unit, text", [
     ("mm-2", "mm$^{-2}$"), ("mm", "mm"), ("mm2 s-1", "mm$^{2}$ s$^{-1}$"), ("1", "1")])
-def test_units_are_written_as_people_write_them(unit, text):
+def test_units_are_written_in_mathematical_notation(unit, text):
     assert panels.unit_text(unit) == text
 
 
 # --- figures
 
 def draw(path, *arguments):
-    """The picture that the command draws, [row, column, colour]."""
+    """The figure written by the command, [row, column, colour]."""
     line = [sys.executable, "-m", "drover.figure", str(path), *map(str, arguments)]
     done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=path.parent)
     assert done.returncode == 0, done.stderr
@@ -349,20 +349,20 @@ def test_a_cell_of_any_shape_is_drawn_without_overlaps(tmp_path, shape):
         assert overlaps(opened) == []
 
 
-def test_an_unfinished_run_is_drawn_and_says_so(unfinished):
+def test_an_unfinished_run_is_drawn_and_marked(unfinished):
     picture = draw(unfinished[0])
     assert share_of(picture, panels.BLUE) > 1e-4
     with drover.open_run(unfinished[0]) as opened:
         assert overlaps(opened) == []
-        assert any("has not reached its end" in text.get_text() for text in figure.draw(opened).texts)
+        assert any("is not finished" in text.get_text() for text in figure.draw(opened).texts)
 
 
-def test_refused_errors_are_said_and_drawn_hollow(copy):
+def test_values_without_errors_are_drawn_as_open_symbols_and_explained(copy):
     with h5py.File(copy, "r+") as file:
         file["summary/structure_factor_rods_error"][:2] = numpy.nan
     with drover.open_run(copy) as opened:
         picture = figure.draw(opened)
-        assert any("hollow" in text.get_text() for text in picture.texts)
+        assert any("open symbols" in text.get_text() for text in picture.texts)
         hollow = [line for axes in picture.axes for line in axes.lines
                   if line.get_color() == panels.BLUE and line.get_markerfacecolor() == "white"]
         assert any(opened.summary.wavenumber.values[0] in line.get_xdata() for line in hollow)
@@ -373,7 +373,7 @@ def test_refused_errors_are_said_and_drawn_hollow(copy):
     (["relaxation.rate=-0.05", "initial.kind=uniform", "time.end=10", "output.frame_every=5"],
      "has no stationary state"),
 ], ids=["without noise", "growing"])
-def test_a_run_without_linear_theory_is_drawn_and_says_so(tmp_path, settings, words):
+def test_a_run_without_linear_theory_is_drawn_and_marked(tmp_path, settings, words):
     with drover.open_run(run(tmp_path, settings)) as opened:
         picture = figure.draw(opened)
         texts = [*picture.texts, *(text for axes in picture.axes for text in axes.texts)]
@@ -382,18 +382,23 @@ def test_a_run_without_linear_theory_is_drawn_and_says_so(tmp_path, settings, wo
 
 
 NO_RODS = ["fields.rod_density=false", "current.speed=0", "pressure.rods=0", "diffusion.rods=0", "noise.rods=0"]
-BEADS = ["fields.bead_density=true", "drag.coefficient=2", "driving.strength=1", "weathercock.strength=1", "stiffness.beads=2",
+BEADS = ["fields.bead_density=true", "drag.coefficient=2", "driving.strength=1", "weathercock.strength=1",
+         "stiffness.beads=2",
          "noise.order=0.01", "noise.beads=0.001"]
-FLOW = ["noise.order=0", "initial.kind=uniform", "force.kind=point", "force.x=0.1", "viscosity.shear=2", "time.end=5", "output.frame_every=5"]
+FLOW = ["noise.order=0", "initial.kind=uniform", "force.kind=point", "force.x=0.1", "viscosity.shear=2", "time.end=5",
+        "output.frame_every=5"]
 FORMS = {  # settings, names of fields, what the map's title says
-    "polar": (NO_RODS, {"polar_order"}, "polar order and its size"),
-    "rods, mean orientation": (["current.kind=density-order", "relaxation.saturation=1"], {"rod_density", "polar_order"},
+    "polar": (NO_RODS, {"polar_order"}, "polar order and its magnitude"),
+    "rods, mean orientation": (["current.kind=density-order", "relaxation.saturation=1"],
+                               {"rod_density", "polar_order"},
                                "rod density and polar order"),
     "dilute": ([*NO_RODS, *BEADS, "fields.bead_velocity=dynamic"], {"bead_density", "bead_velocity", "polar_order"},
                "bead density and polar order"),
-    "two-component": ([*BEADS, "fields.bead_velocity=dynamic"], {"bead_density", "rod_density", "bead_velocity", "polar_order"},
+    "two-component": ([*BEADS, "fields.bead_velocity=dynamic"],
+                      {"bead_density", "rod_density", "bead_velocity", "polar_order"},
                       "rod density and polar order"),
-    "overdamped": ([*BEADS, "fields.bead_velocity=slaved"], {"bead_density", "rod_density", "bead_velocity", "polar_order"},
+    "overdamped": ([*BEADS, "fields.bead_velocity=slaved"],
+                   {"bead_density", "rod_density", "bead_velocity", "polar_order"},
                    "rod density and polar order"),
     "flow alone": ([*NO_RODS, *BEADS, *FLOW, "fields.bead_velocity=dynamic", "noise.beads=0", "weathercock.strength=0"],
                    {"bead_density", "bead_velocity", "polar_order"}, "bead density and bead velocity"),
@@ -418,14 +423,14 @@ def test_a_frame_can_be_chosen(copy):
                                  draw(copy, "--output", copy.with_name("b.png"), "--frame", 2))
 
 
-@pytest.mark.parametrize("arguments, sentence", [
+@pytest.mark.parametrize("arguments, message", [
     (["missing.h5"], "missing.h5 does not exist"),
-    (["copy.h5", "--frame", "3"], "frame 3 is asked for; it has the frames 0 to 2"),
+    (["copy.h5", "--frame", "3"], "has no frame 3; expected 0 to 2"),
     (["copy.h5", "--output", "nowhere/picture.png"], "cannot be written"),
-    (["copy.h5", "--output", "copy.h5"], 'the ending ".h5" is no picture'),
+    (["copy.h5", "--output", "copy.h5"], 'the extension ".h5" is not supported'),
     (["damaged.h5"], "cannot be read"),
 ])
-def test_bad_input_is_refused_with_status_2_and_a_sentence_and_no_picture(copy, arguments, sentence):
+def test_bad_input_gives_status_2_a_message_and_no_figure(copy, arguments, message):
     with h5py.File(shutil.copy(copy, copy.with_name("damaged.h5"))) as file:
         place = file["rod_density"].id.get_chunk_info(2)
     with open(copy.with_name("damaged.h5"), "r+b") as file:  # its checksum no longer holds
@@ -434,5 +439,5 @@ def test_bad_input_is_refused_with_status_2_and_a_sentence_and_no_picture(copy, 
     line = [sys.executable, "-m", "drover.figure", *arguments]
     done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=copy.parent)
     assert done.returncode == 2 and done.stdout == ""
-    assert done.stderr.startswith("drover.figure: ") and sentence in done.stderr and done.stderr.count("\n") == 1
+    assert done.stderr.startswith("drover.figure: ") and message in done.stderr and done.stderr.count("\n") == 1
     assert not list(copy.parent.glob("**/*.png"))

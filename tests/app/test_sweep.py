@@ -1,4 +1,4 @@
-"""tests/app/test_sweep.py: sweeps: grids, seeds, ramps, how they go on, and the exact values of the linear model."""
+"""tests/app/test_sweep.py: sweeps: grids, seeds, ramps, resuming, and the exact values of the linear model."""
 import csv
 import json
 import math
@@ -43,7 +43,7 @@ def test_a_run_of_a_sweep_is_the_run_of_its_scene(tmp_path):
     assert_same_bytes(tmp_path / "flock.h5", tmp_path / "flock.sweep" / "point-0001-seed-7.h5")
 
 
-def test_table_and_json_and_the_runs_say_the_same(tmp_path):
+def test_table_json_and_runs_agree(tmp_path):
     scene = write_scene(tmp_path, {**BRIEF, "time.end": 100.0})
     words = ["sweep", scene, "--vary", "relaxation.rate = 1, 3", "--seeds", "2"]
     rows = drover_json(tmp_path, *words)
@@ -62,9 +62,9 @@ def test_table_and_json_and_the_runs_say_the_same(tmp_path):
             assert line[f"{name} error"] == ("" if value["error"] is None else line[f"{name} error"])
             means, errors = ([info[name][part] for info in infos] for part in ("mean", "error"))
             assert value["mean"] == pytest.approx(sum(means) / 2, rel=1e-12, abs=1e-300)
-            if None in errors:  # without an error of each there is none of the mean, and a reason
+            if None in errors:  # without an error of each run the mean has none, and gives a reason
                 assert value["error"] is None and value["refusal"]
-            else:  # the runs are independent: errors add in squares
+            else:  # the runs are independent: errors add in quadrature
                 assert value["error"] == pytest.approx(math.hypot(*errors) / 2, rel=1e-12, abs=1e-300)
                 assert value["error"] == float(line[f"{name} error"])
     text = drover(tmp_path, *words, "--quiet").stdout.splitlines()
@@ -73,17 +73,17 @@ def test_table_and_json_and_the_runs_say_the_same(tmp_path):
                                                       rel=1e-5)  # six digits are printed
 
 
-def test_a_sweep_given_again_runs_nothing_and_says_the_same(tmp_path):
+def test_a_sweep_that_is_repeated_runs_nothing_and_prints_the_same(tmp_path):
     scene = write_scene(tmp_path, BRIEF)
     words = ["sweep", scene, "--vary", "relaxation.rate = 1, 3", "--seeds", "2"]
     first = drover(tmp_path, *words)
     made = {file.name: file.stat().st_mtime_ns for file in (tmp_path / "flock.sweep").glob("*.h5*")}
     again = drover(tmp_path, *words)
-    assert again.stdout == first.stdout and "4 runs (4 done already)" in again.stderr
+    assert again.stdout == first.stdout and "4 runs (4 already finished)" in again.stderr
     assert made == {file.name: file.stat().st_mtime_ns for file in (tmp_path / "flock.sweep").glob("*.h5*")}
 
 
-def test_a_ramp_carries_the_state_up_and_down_again(tmp_path):
+def test_a_ramp_passes_the_state_on_up_and_down(tmp_path):
     scene = write_scene(tmp_path, {**BRIEF, "grid.nx": 24, "grid.ly": 20.0})
     drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5:1.5:3", "--ramp", "up-down", "--seeds", "2")
     rows = table_of(tmp_path / "flock.sweep")
@@ -97,12 +97,12 @@ def test_a_ramp_carries_the_state_up_and_down_again(tmp_path):
                 for name in ("rod_density", "polar_order_x", "polar_order_y"):
                     # A transform there and back costs some roundings of numbers of order one.
                     assert np.abs(before[name][-1] - after[name][0]).max() < 1e-12, (seed, point, name)
-                    assert np.abs(before[name][0] - after[name][0]).max() > 1e-3  # and not from the same start again
+                    assert np.abs(before[name][0] - after[name][0]).max() > 1e-3  # and not from the same initial state
 
 
-def test_the_points_of_a_ramp_draw_noise_of_their_own(tmp_path):
+def test_the_points_of_a_ramp_have_independent_noise(tmp_path):
     # With the same noise again, the difference of two runs of the linear model decays as exp(-a t), here to exp(-20):
-    # both branches would seem to agree, whatever the model does.
+    # both branches would agree for any model.
     scene = write_scene(tmp_path, {**BRIEF, "time.end": 20.0})
     drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 1, 2", "--ramp", "up-down", "--quiet")
     with h5py.File(tmp_path / "flock.sweep" / "point-0000-seed-7.h5") as up, \
@@ -110,17 +110,17 @@ def test_the_points_of_a_ramp_draw_noise_of_their_own(tmp_path):
         assert np.abs(up["polar_order_x"][-1] - down["polar_order_x"][-1]).max() > 1e-3
 
 
-def test_a_run_that_fails_takes_no_other_with_it(tmp_path):
+def test_a_failed_run_does_not_affect_the_others(tmp_path):
     scene = write_scene(tmp_path, {**BRIEF, "initial.kind": "random", "initial.amplitude": 0.1})
     ended = drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5, -200, 2", status=1)
-    assert "left the finite numbers" in ended.stderr and "1 jobs failed" in ended.stderr
+    assert "became NaN or infinite" in ended.stderr and "1 jobs failed" in ended.stderr
     rows = table_of(tmp_path / "flock.sweep")
     assert [row["seeds"] for row in rows] == ["1", "0", "1"]
     assert rows[0]["polar_order [1]"] and rows[2]["polar_order [1]"] and not rows[1].get("polar_order [1]")
 
 
 @pytest.mark.parametrize("ramp", ["none", "up"])
-def test_a_sweep_killed_goes_on_to_the_same_table(ramp, tmp_path):
+def test_a_killed_sweep_resumes_to_the_same_table(ramp, tmp_path):
     scene = write_scene(tmp_path, {"time.end": 400.0, "output.frame_every": 20.0})
     words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2", "--seeds", "2", "--workers", "2", "--ramp", ramp]
     drover(tmp_path, *words, "--quiet", "-o", "whole")
@@ -129,7 +129,7 @@ def test_a_sweep_killed_goes_on_to_the_same_table(ramp, tmp_path):
         wait_until(lambda: len(list((tmp_path / "parts").glob("*.h5"))) >= 3, "a third run", process=process)
         process.kill()
         process.wait()
-        # The workers outlive it.  A sweep given meanwhile may find their archives claimed (status 1) or done (0).
+        # The workers outlive it.  A second sweep may find their archives locked (status 1) or finished (0).
         while True:
             alive = group_is_alive(process.pid)
             ended = drover(tmp_path, *words, "--quiet", "-o", "parts", status=None)
@@ -148,8 +148,8 @@ def test_a_sweep_killed_goes_on_to_the_same_table(ramp, tmp_path):
 
 
 def test_susceptibility_and_binder_cumulant_are_those_of_the_linear_model(tmp_path):
-    # Each component of <p> is an Ornstein-Uhlenbeck process of its own: Gaussian, with variance Delta/(2 a area).
-    # So P = |<p>|/sigma has the law of Rayleigh, of which the moments are exact.
+    # Each component of <p> is an independent Ornstein-Uhlenbeck process: Gaussian, with variance Delta/(2 a area).
+    # So P = |<p>|/sigma has a Rayleigh distribution, whose moments are exact.
     sigma, noise, side = 2.0, 0.05, 8.0
     scene = write_scene(tmp_path, {
         "uniform.rod_density": sigma, "noise.order": noise, "grid.lx": side, "grid.ly": side, "grid.nx": 8,
@@ -169,13 +169,13 @@ def test_susceptibility_and_binder_cumulant_are_those_of_the_linear_model(tmp_pa
             assert found["error"] is not None, (name, found)
             # Four standard errors: one run in 16000 lies outside, and the seed is fixed.  Rods: conserved to rounding.
             assert abs(found["mean"] - value) <= 4.0 * found["error"] + 1e-12 * value, (name, found, value)
-        # The errors are small enough to tell a wrong factor, of 2 or of pi/4, or a Binder cumulant of 0 or 2/3.
+        # The errors are small enough to detect a wrong factor, of 2 or pi/4, or a Binder cumulant of 0 or 2/3.
         for name, largest in (("polar_order", 0.02), ("polar_order_susceptibility", 0.06),
                               ("polar_order_binder", 0.06)):
             assert row[name]["error"] < largest * exact[name], (name, row[name])
 
 
-def test_what_a_stopped_sweep_prints_is_still_json(tmp_path):
+def test_a_stopped_sweep_prints_valid_json(tmp_path):
     scene = write_scene(tmp_path, {"time.end": 20000.0, "output.frame_every": 1000.0})
     process = start(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 1, 2", "--json", "--workers", "1")
     try:

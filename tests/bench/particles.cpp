@@ -19,7 +19,7 @@ Setup setup_of(double side, double beads, double rods) {
     return setup;
 }
 
-/// A world that has been shaken for a while, stepped by the benchmark.  All of it is timed, lists included: 50 steps are a plate's fifth.
+/// Times steps, neighbour lists included, of a world that has been shaken for a while.
 void time_steps(benchmark::State& state, const Setup& setup, int threads_asked, double shaken) {
     Threads threads(threads_asked);
     World world(setup, pack(setup, 1).bodies, default_dt, 1, threads);

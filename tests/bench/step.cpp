@@ -52,7 +52,7 @@ numerics::System system_of(const physics::Model& model, const numerics::Grid& gr
 /// Of a step of ETDRK2: two right-hand sides.
 double transforms_of(const physics::Model& model) {
     const physics::TransformCount count = physics::transform_count(physics::Equations(model));
-    return 2.0 * (count.back + count.forth);
+    return 2.0 * (count.inverse + count.forward);
 }
 
 void time_steps(benchmark::State& state, const physics::Model& model, bool noisy) {
@@ -78,11 +78,11 @@ void flock_transforms(benchmark::State& state) {
     const physics::TransformCount count = physics::transform_count(equations);
     const numerics::System system = physics::linear_system(flock, grid_of(state));
     const numerics::Transform transform(system.grid, system.degree, threads);
-    numerics::Spectra from(system.grid, count.back), to(system.grid, count.forth);
+    numerics::Spectra from(system.grid, count.inverse), to(system.grid, count.forward);
     std::vector<const numerics::Complex*> sources;
     std::vector<numerics::Complex*> made;
-    for (int c = 0; c < count.back; ++c) sources.push_back(from[c].data());
-    for (int c = 0; c < count.forth; ++c) made.push_back(to[c].data());
+    for (int c = 0; c < count.inverse; ++c) sources.push_back(from[c].data());
+    for (int c = 0; c < count.forward; ++c) made.push_back(to[c].data());
     for (auto _ : state)
         for (int stage = 0; stage < 2; ++stage)
             transform.products(sources, made, [](const numerics::Strip& strip) {

@@ -1,4 +1,4 @@
-// The numbers of a field model from a table: by hand, in both normalisations, and against the physics that they are to have.
+// tests/calibrate/field_model.cpp: models from tables, in both normalisations of p, and their physics.
 #include "drover/calibrate/field_model.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ Table flocking_table() {
     const auto add = [&](const char* name, bool by_rods, std::vector<double> values, double part, Origin origin) {
         TableRow row{.name = name, .unit = "x", .formula = "x", .by_rods = by_rods};
         for (const double value : values)
-            row.known.push_back({.value = value, .error = part * value, .trials = 20, .origin = origin});
+            row.entries.push_back({.value = value, .error = part * value, .trials = 20, .origin = origin});
         table.rows.push_back(std::move(row));
     };
     add("relaxation_rate", false, {0.1, 0.1, 0.1}, 0.05, Origin::measured);
@@ -41,7 +41,7 @@ double value_of(const std::string& key, OrderKind kind = OrderKind::orientation,
     return field_number(flocking_table(), key, point, kind).number.value;
 }
 
-/// A model with every number that the table gives.
+/// A model with every number from the table.
 physics::Model model_of(const StatePoint& point, OrderKind kind) {
     const auto number = [&](const char* key) { return value_of(key, kind, point); };
     physics::Model model;
@@ -62,7 +62,7 @@ physics::Model model_of(const StatePoint& point, OrderKind kind) {
     return model;
 }
 
-TEST(FieldModel, has_the_numbers_that_physics_asks_for) {
+TEST(FieldModel, has_the_expected_numbers) {
     const double sigma = 0.1 / 4.0, rho = 0.6 / 0.5, gamma = 0.7 * rho / 2.0, g = 2.0 * 0.1 * 3.0 / 0.1;
     const double order = order_of_alignment(g);
     const std::pair<const char*, double> expected[]{{"uniform.rod_density", sigma},
@@ -100,8 +100,8 @@ TEST(FieldModel, of_the_current_has_the_closures_of_independent_rods) {
                 1e-9);
 }
 
-TEST(FieldModel, grows_and_fluctuates_alike_in_both_normalisations) {
-    // Rates do not depend on what p is called; the two models share no coefficient of the order but a and K3.
+TEST(FieldModel, has_the_same_growth_and_fluctuations_in_both_normalisations) {
+    // Rates do not depend on the normalisation of p; of the order coefficients the models share only a and K3.
     const physics::Model a = model_of(dense, OrderKind::orientation), b = model_of(dense, OrderKind::density);
     const numerics::Grid grid{.nx = 16, .ny = 16, .lx = 45.0, .ly = 45.0};
     const auto growth_a = physics::fastest_growth(physics::linear_system(a, grid)),
@@ -110,9 +110,9 @@ TEST(FieldModel, grows_and_fluctuates_alike_in_both_normalisations) {
     EXPECT_NEAR(growth_a.rate, growth_b.rate, 1e-10 * growth_a.rate);
     EXPECT_NEAR(physics::fastest_rate(physics::linear_system(a, grid)),
                 physics::fastest_rate(physics::linear_system(b, grid)), 1e-9);
-    // Below onset the stationary structure factors: of the rods the same, of the order by sigma squared.
+    // Stationary structure factors below onset: equal for rods, a factor sigma^2 for the order.
     Table weak = flocking_table();
-    for (TableEntry& known : weak.rows[1].known) known.value *= 0.25;
+    for (TableEntry& entry : weak.rows[1].entries) entry.value *= 0.25;
     const auto structure = [&](OrderKind kind) {
         physics::Model model = model_of(dense, kind);
         model.weathercock.strength = field_number(weak, "weathercock.strength", dense, kind).number.value;
@@ -124,10 +124,10 @@ TEST(FieldModel, grows_and_fluctuates_alike_in_both_normalisations) {
     EXPECT_NEAR(w.order_across, p.order_across * sigma * sigma, 1e-9 * w.order_across);
 }
 
-TEST(FieldModel, of_rods_that_feel_nothing_has_the_order_of_independent_rods) {
-    // sigma <|P_q|^2> = 1/2 a component, for any diffusion: rods in random directions.  K3 > 0 lowers it at q > 0 alone.
+TEST(FieldModel, of_non_interacting_rods_has_the_fluctuations_of_independent_rods) {
+    // sigma <|P_q|^2> = 1/2 per component for random directions and any diffusion; K3 > 0 lowers it only at q > 0.
     Table weak = flocking_table();
-    for (TableEntry& known : weak.rows[1].known) known.value = 0.0;
+    for (TableEntry& entry : weak.rows[1].entries) entry.value = 0.0;
     physics::Model model = model_of(dense, OrderKind::orientation);
     model.weathercock.strength = 0.0;
     const numerics::Grid grid{.nx = 16, .ny = 16, .lx = 1e4, .ly = 1e4};
@@ -135,7 +135,7 @@ TEST(FieldModel, of_rods_that_feel_nothing_has_the_order_of_independent_rods) {
     EXPECT_NEAR(found.order_across * model.uniform.rod_density, 0.5, 1e-6);
 }
 
-TEST(FieldModel, has_a_flock_with_the_order_and_the_flow_of_the_mean_field) {
+TEST(FieldModel, has_a_uniform_flock_with_mean_field_order_and_flow) {
     for (const OrderKind kind : {OrderKind::orientation, OrderKind::density}) {
         const physics::Equations equations(model_of(dense, kind));
         const physics::StationaryStates states = physics::stationary_states(equations);
@@ -153,21 +153,21 @@ TEST(FieldModel, has_a_flock_with_the_order_and_the_flow_of_the_mean_field) {
     }
 }
 
-TEST(FieldModel, has_the_errors_that_tables_redrawn_within_theirs_show) {
+TEST(FieldModel, has_errors_that_match_the_spread_over_redrawn_tables) {
     const Table table = flocking_table();
     for (const char* key : {"driving.strength", "relaxation.saturation", "elasticity.stiffness"}) {
         const double error = field_number(table, key, dense, OrderKind::density).number.error;
         double sum = 0.0, squares = 0.0;
         constexpr int draws = 4000;
         for (int i = 0; i < draws; ++i) {
-            Table moved = table;
+            Table redrawn = table;
             std::vector<double> normal(200);
             fill_normal({.seed = static_cast<std::uint64_t>(i), .stream = Stream::test}, 0, 1, normal);
             std::size_t next = 0;
-            // A tenth of the errors: first order is what is claimed.
-            for (TableRow& row : moved.rows)
-                for (TableEntry& known : row.known) known.value += 0.1 * known.error * normal[next++];
-            const double value = field_number(moved, key, dense, OrderKind::density).number.value;
+            // A tenth of the errors, since errors are of first order.
+            for (TableRow& row : redrawn.rows)
+                for (TableEntry& entry : row.entries) entry.value += 0.1 * entry.error * normal[next++];
+            const double value = field_number(redrawn, key, dense, OrderKind::density).number.value;
             sum += value, squares += value * value;
         }
         const double spread = std::sqrt((squares - sum * sum / draws) / (draws - 1)) / 0.1;
@@ -176,59 +176,62 @@ TEST(FieldModel, has_the_errors_that_tables_redrawn_within_theirs_show) {
     }
 }
 
-TEST(DensityTable, has_the_model_of_every_node_and_the_error_of_alpha_over_gamma) {
+TEST(DensityTable, has_the_coefficients_of_every_node_and_the_error_of_alpha_over_gamma) {
     const Table table = flocking_table();
     const physics::TableData data = density_table(table, dense, OrderKind::orientation);
-    ASSERT_EQ(data.driving_strength.size(), 6u);
+    const physics::TableColumn &driving = data.column("driving.strength"), &drag = data.column("drag.coefficient");
+    ASSERT_EQ(driving.values.size(), 6u);
     EXPECT_NEAR(data.bead_density[1], 0.4 / 0.5, 1e-15);
     EXPECT_NEAR(data.rod_density[0], 0.05 / 4.0, 1e-15);
     for (std::size_t node = 0; node < 6; ++node) {
-        EXPECT_NEAR(data.driving_strength[node] / data.drag_coefficient[node], 2.0 + 0.2 * static_cast<double>(node),
-                    1e-12);
-        EXPECT_NEAR(data.driving_strength_error[node], 0.04 * data.driving_strength[node], 1e-12);
+        EXPECT_NEAR(driving.values[node] / drag.values[node], 2.0 + 0.2 * static_cast<double>(node), 1e-12);
+        EXPECT_NEAR(driving.errors[node], 0.04 * driving.values[node], 1e-12);
     }
-    EXPECT_TRUE(data.drag_coefficient_error.empty());
+    EXPECT_TRUE(drag.errors.empty());
     physics::Model model = model_of(dense, OrderKind::orientation);
     model.table = data;
     physics::check(model);
 }
 
-TEST(FieldModel, says_what_the_table_has_not) {
+TEST(FieldModel, names_what_is_missing_in_the_table) {
     Table table = flocking_table();
     const auto refusal = [&](const char* key, StatePoint point = dense) {
         return refusal_of([&] { field_number(table, key, point, OrderKind::orientation); });
     };
-    EXPECT_EQ(refusal("noise.beads"), "noise.beads is nothing that a table of coefficients gives");
-    EXPECT_NE(refusal("relaxation.rate", {.bead_fraction = 0.7, .rod_fraction = 0.1}).find("the table has 0.2 to 0.6"),
-              std::string::npos);
+    EXPECT_EQ(refusal("noise.beads"), "noise.beads is not a key that a table of coefficients provides");
+    EXPECT_NE(
+        refusal("relaxation.rate", {.bead_fraction = 0.7, .rod_fraction = 0.1}).find("the table covers 0.2 to 0.6"),
+        std::string::npos);
     EXPECT_EQ(field_number(table, "relaxation.rate",
                            {.bead_fraction = 0.7, .rod_fraction = 0.1, .outside = physics::Outside::hold},
                            OrderKind::orientation)
                   .number.value,
               0.1);
-    table.rows[6].known[1] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "too soft"};
-    EXPECT_NE(refusal("stiffness.beads").find("hole: stiffness at bead area fraction 0.4"), std::string::npos);
-    EXPECT_NEAR(value_of("relaxation.rate"), 0.1, 1e-15);  // what needs no such row is not asked
+    table.rows[6].entries[1] = {.value = NAN, .error = NAN, .origin = Origin::missing, .remark = "too soft"};
+    EXPECT_NE(refusal("stiffness.beads").find("no value of stiffness at bead area fraction 0.4"), std::string::npos);
+    EXPECT_NEAR(value_of("relaxation.rate"), 0.1, 1e-15);  // does not depend on that row
 }
 
-TEST(FieldModel, divides_by_nothing_that_may_be_zero) {
+TEST(FieldModel, rejects_divisors_that_may_be_zero) {
     Table table = flocking_table();
-    for (TableEntry& known : table.rows[0].known) known.error = 0.4 * known.value;
+    for (TableEntry& entry : table.rows[0].entries) entry.error = 0.4 * entry.value;
     const auto refusal = [&](const char* key) {
         return refusal_of([&] { field_number(table, key, dense, OrderKind::orientation); });
     };
     EXPECT_EQ(refusal("elasticity.stiffness"),
-              "elasticity.stiffness: relaxation_rate = 0.1 +- 0.04, by which it is divided, cannot be told from 0; "
-              "expected it better known: measure more, or give elasticity.stiffness in the scene");
-    EXPECT_NE(refusal("relaxation.saturation").find("cannot be told from 0"), std::string::npos);
-    EXPECT_EQ(refusal("noise.order"), "no refusal");  // it multiplies
-    EXPECT_NE(refusal_of([&] { mean_field(table, dense); }).find("the order of the mean field: relaxation_rate"),
+              "elasticity.stiffness: the divisor relaxation_rate = 0.1 +- 0.04 is not significantly different from 0; "
+              "expected a smaller error: run more trials, or set elasticity.stiffness in the scene");
+    EXPECT_NE(refusal("relaxation.saturation").find("not significantly different from 0"), std::string::npos);
+    EXPECT_EQ(refusal("noise.order"), "no refusal");  // not a divisor
+    EXPECT_NE(refusal_of([&] {
+                  mean_field(table, dense);
+              }).find("the order of the mean field: the divisor relaxation_rate"),
               std::string::npos);
 }
 
-TEST(FieldModel, is_as_short_as_the_nodes_about_it) {
+TEST(FieldModel, counts_as_short_if_a_node_around_it_is) {
     Table table = flocking_table();
-    table.rows[1].known[1].origin = Origin::measured_short;  // lambda at Phi_b = 0.4
+    table.rows[1].entries[1].origin = Origin::measured_short;  // lambda at Phi_b = 0.4
     const auto origin = [&](const char* key, double beads) {
         return field_number(table, key, {.bead_fraction = beads, .rod_fraction = 0.1}, OrderKind::orientation).origin;
     };

@@ -1,4 +1,4 @@
-// Where a table says that flocks begin: against a table whose crossing is known in closed form.
+// tests/calibrate/onset.cpp: predicted flocking thresholds of tables with known crossings.
 #include "drover/calibrate/onset.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,8 @@
 namespace drover::calibrate {
 namespace {
 
-/// alpha/Gamma = 1 + 4 Phi_b + 10 Phi_r, a = 0.3, lambda = 0.1: splines of straight lines are exact, and the threshold is 3 mm/s.
+/// alpha/Gamma = 1 + 4 Phi_b + 10 Phi_r, a = 0.3, lambda = 0.1: splines are exact for straight lines, and the threshold
+/// is 3 mm/s.
 Table straight_table(double error = 0.05) {
     Table table{.varied_key = {},
                 .bead_fractions = {0.2, 0.3, 0.5, 0.7},
@@ -21,23 +22,22 @@ Table straight_table(double error = 0.05) {
         lambda{.name = "weathercock", .unit = "1/mm", .formula = "x"};
     for (const double bead : table.bead_fractions) {
         for (const double rod : table.rod_fractions)
-            drag.known.push_back(
+            drag.entries.push_back(
                 {.value = 1.0 + 4.0 * bead + 10.0 * rod, .error = error, .trials = 20, .origin = Origin::measured});
-        a.known.push_back({.value = 0.3, .error = 0.0, .trials = 20, .origin = Origin::measured});
-        lambda.known.push_back({.value = 0.1, .error = 0.0, .trials = 20, .origin = Origin::measured});
+        a.entries.push_back({.value = 0.3, .error = 0.0, .trials = 20, .origin = Origin::measured});
+        lambda.entries.push_back({.value = 0.1, .error = 0.0, .trials = 20, .origin = Origin::measured});
     }
     table.rows = {drag, a, lambda};
     return table;
 }
 
-TEST(Onset, is_where_the_flow_of_aligned_rods_overtakes_what_a_flock_has_to_have) {
-    const Onset onset =
-        find_onset(straight_table(0.005));  // no redrawn table is off by what this leaves to its first node
+TEST(Onset, is_where_the_flow_of_aligned_rods_exceeds_the_threshold) {
+    const Onset onset = find_onset(straight_table(0.005));  // so small that every redrawn table crosses
     ASSERT_EQ(onset.curves.size(), 3u);
     ASSERT_EQ(onset.line.size(), 21u);
     EXPECT_EQ(onset.bead_fractions.size(), 31u);
     for (const OnsetCurve& point : onset.line) {
-        // Of 1 + 4 Phi_b + 10 Phi_r = 3; with lambda_s for lambda of = 1.5, which this table passes below its first node.
+        // 1 + 4 Phi_b + 10 Phi_r = 3; with lambda_s for lambda 1.5, which this table exceeds at its first node.
         const double exact = 0.5 - 2.5 * point.rod_fraction;
         const Crossing& mean = point.crossings[0];
         EXPECT_NEAR(mean.bead_fraction, exact, 1e-9) << point.rod_fraction;
@@ -52,41 +52,41 @@ TEST(Onset, is_where_the_flow_of_aligned_rods_overtakes_what_a_flock_has_to_have
         }
 }
 
-TEST(Onset, has_the_error_of_a_curve_over_its_slope) {
+TEST(Onset, has_the_error_of_the_curve_divided_by_its_slope) {
     const Table table = straight_table();
     const Onset onset = find_onset(table);
     const SmoothCoefficient drag(table, "drag");
     for (const OnsetCurve& curve : onset.curves) {
         const Crossing& mean = curve.crossings[0];
         const double expected = drag.at(mean.bead_fraction, curve.rod_fraction).error / 4.0;
-        // The spread of 400 redrawn tables is known to 3.5 %; the curve bends by a few percent of its slope.
+        // The spread of 400 redrawn tables is known to 3.5 %; the slope of the curve varies by a few percent.
         EXPECT_NEAR(mean.error, expected, 0.15 * expected) << curve.rod_fraction;
     }
     EXPECT_EQ(find_onset(table).line[3].crossings[0].error, onset.line[3].crossings[0].error);  // drawn by counter
 }
 
-TEST(Onset, of_uncertain_tables_says_how_many_cross_at_all) {
-    // Straight through 3 mm/s at the last node: half of the redrawn tables reach it.
+TEST(Onset, gives_the_fraction_of_redrawn_tables_with_a_crossing) {
+    // 3 mm/s at the last node: half of the redrawn tables reach it.
     Table table = straight_table();
     for (TableRow& row : table.rows)
         if (row.name == "drag")
-            for (TableEntry& known : row.known) known.value -= 0.9 + 1e-6;
+            for (TableEntry& entry : row.entries) entry.value -= 0.9 + 1e-6;
     const Crossing crossing = find_onset(table).curves[0].crossings[0];  // 0.1 + 4 Phi_b + 0.5 < 3 up to 0.6...
     EXPECT_NEAR(crossing.bead_fraction, 0.6 + 2.5e-7, 1e-6);
     for (TableRow& row : table.rows)
         if (row.name == "drag")
-            for (TableEntry& known : row.known) known.value -= 0.4;
+            for (TableEntry& entry : row.entries) entry.value -= 0.4;
     const Crossing edge = find_onset(table).curves[0].crossings[0];
     EXPECT_TRUE(std::isnan(edge.bead_fraction));
     EXPECT_FALSE(edge.above_all);
     EXPECT_TRUE(std::isnan(edge.error));
-    // Nearly a half; that of 400 has a standard deviation of 2.5 %; some pass before the last node and fall back.
+    // About a half, with a standard deviation of 2.5 % for 400 tables; some cross before the last node and fall back.
     EXPECT_NEAR(edge.share, 0.5, 0.1);
 }
 
-TEST(Onset, of_rods_that_turn_away_from_the_flow_is_nowhere) {
+TEST(Onset, does_not_exist_for_rods_that_turn_away_from_the_flow) {
     Table table = straight_table();
-    for (TableEntry& known : table.rows[2].known) known.value = -0.1;
+    for (TableEntry& entry : table.rows[2].entries) entry.value = -0.1;
     for (const OnsetCurve& curve : find_onset(table).curves)
         for (const Crossing& crossing : curve.crossings) {
             EXPECT_TRUE(std::isnan(crossing.bead_fraction));
@@ -95,17 +95,17 @@ TEST(Onset, of_rods_that_turn_away_from_the_flow_is_nowhere) {
         }
 }
 
-TEST(Onset, says_what_a_table_has_not) {
+TEST(Onset, names_what_is_missing_in_the_table) {
     Table table = straight_table();
     table.rows.pop_back();
     EXPECT_NE(refusal_of([&] { find_onset(table); }).find("weathercock"), std::string::npos);
     table = straight_table();
-    table.rows[0].known[2] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "rods jam"};
+    table.rows[0].entries[2] = {.value = NAN, .error = NAN, .origin = Origin::missing, .remark = "rods jam"};
     EXPECT_NE(refusal_of([&] { find_onset(table); }).find("drag at bead area fraction 0.2, rod area fraction 0.11"),
               std::string::npos);
     table = straight_table();
     table.bead_fractions = {0.2};
-    EXPECT_NE(refusal_of([&] { find_onset(table); }).find("a boundary needs two or more"), std::string::npos);
+    EXPECT_NE(refusal_of([&] { find_onset(table); }).find("a boundary needs at least two"), std::string::npos);
 }
 
 }  // namespace

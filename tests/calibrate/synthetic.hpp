@@ -1,4 +1,4 @@
-// tests/calibrate/synthetic.hpp: a stand-in for the particle world that obeys known coefficients exactly, with noise.
+// tests/calibrate/synthetic.hpp: a synthetic particle system with known coefficients and noise.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -11,13 +11,16 @@
 
 namespace drover::calibrate {
 
-/// What the stand-in obeys: rods  d theta = (lambda_s v x n + mobility h x n).z dt + noise,  dr = u n dt;  beads  dv = -(g + c/|v|) v dt + g (s + s3 |P|^2) P dt
-/// + noise;  waves of shear and density that decay and are driven, with noise.
+/// The equations of motion:
+///     rods   d theta = (lambda_s v x n + mobility h x n).z dt + noise,  dr = u n dt + noise;
+///     beads  dv = -(g + c/|v|) v dt + g (s + s3 |P|^2) P dt + noise for the mean velocity v,
+///            and for each bead  dr = v dt + noise;
+///     shear and density waves: exponential decay towards the driven amplitude, with noise.
 struct Truth {
     double turning = 0.3;         ///< lambda_s [1/mm]
     double diffusion = 0.4;       ///< D_r [1/s]
-    double memory = 0.0;          ///< of the angular velocity that makes it [s]; 0: none
-    double jitter = 0.05;         ///< of the angle that is seen [rad]
+    double memory = 0.0;          ///< correlation time of the angular velocity [s]; 0: white
+    double jitter = 0.05;         ///< standard deviation of the observed angle [rad]
     double speed = 3.6;           ///< u [mm/s]
     double mobility = 2e-3;       ///< [1/(mg mm^2 s)]
     double damping = 20.0;        ///< g = Gamma/(m rho) [1/s]
@@ -30,12 +33,15 @@ struct Truth {
     double stiffness = 500.0;     ///< E [mg mm^2/s^2]
     double density_rate = 4.0;    ///< of the decay of density waves [1/s]
     double density_noise = 0.02;  ///< standard deviation of their amplitude
-    double step = 0.01;           ///< longest [s]
+    double bead_diffusion = 0.0;  ///< D of each bead [mm^2/s]
+    double bead_rattle = 0.0;     ///< standard deviation of each observed bead coordinate [mm]
+    double rod_diffusion = 0.0;   ///< D of each rod [mm^2/s]
+    double step = 0.01;           ///< longest time step [s]
 };
 
-class SyntheticSpecimen : public ParticleSystem {
+class SyntheticSystem : public ParticleSystem {
 public:
-    SyntheticSpecimen(const Truth& truth, const dem::Setup& setup, std::uint64_t seed)
+    SyntheticSystem(const Truth& truth, const dem::Setup& setup, std::uint64_t seed)
         : truth_(truth), setup_(setup), key_{.seed = seed, .stream = Stream::test} {
         for (int r = 0; r < setup.rods.count; ++r) {
             const double angle = setup.packing.kind == "aligned" ? 0.0 : 2.0 * std::numbers::pi * uniform();
@@ -44,6 +50,7 @@ public:
         spin_.resize(rods_.size());
         for (double& spin : spin_)
             if (truth.memory > 0.0) spin = std::sqrt(truth.diffusion / truth.memory) * normal();
+        if (truth.bead_diffusion > 0.0) diffused_.resize(static_cast<std::size_t>(setup.beads.count));
         impose(setup.forces);
     }
 
@@ -57,10 +64,22 @@ public:
         for (int i = 0; i < steps; ++i) step(left / steps);
         time_ = time;
         seen_ = rods_;
-        for (RodPlace& rod : seen_) rod.angle += truth_.jitter * normal();
+        for (RodPose& rod : seen_) rod.angle += truth_.jitter * normal();
+        if (truth_.bead_rattle == 0.0) return;
+        seen_rattle_.resize(diffused_.size());
+        for (Position& one : seen_rattle_)
+            one = {.x = truth_.bead_rattle * normal(), .y = truth_.bead_rattle * normal()};
     }
-    std::vector<RodPlace> rods() const override { return seen_.empty() ? rods_ : seen_; }
+    std::vector<RodPose> rods() const override { return seen_.empty() ? rods_ : seen_; }
     BeadMotion beads() const override { return beads_; }
+    std::vector<Position> bead_positions() const override {
+        std::vector<Position> positions = diffused_;
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+            positions[i].x += beads_.x + (seen_rattle_.empty() ? 0.0 : seen_rattle_[i].x);
+            positions[i].y += beads_.y + (seen_rattle_.empty() ? 0.0 : seen_rattle_[i].y);
+        }
+        return positions;
+    }
     double shear_wave(int waves) const override { return find(shear_, waves); }
     double density_wave(int waves) const override { return find(density_, waves); }
 
@@ -93,7 +112,7 @@ private:
         beads_.vx = forces_.bead_velocity_x;
         beads_.vy = forces_.bead_velocity_y;
     }
-    /// x' = -rate (x - rest) + noise with this standard deviation at rest, exactly.
+    /// Exact step of x' = -rate (x - rest) + noise with this stationary standard deviation.
     double relaxed(double x, double rest, double rate, double deviation, double dt) {
         const double kept = std::exp(-rate * dt);
         return rest + kept * (x - rest) + deviation * std::sqrt(1.0 - kept * kept) * normal();
@@ -112,15 +131,24 @@ private:
             amplitude = relaxed(amplitude, -push / (truth_.stiffness * wave * number), truth_.density_rate,
                                 truth_.density_noise, dt);
         }
+        diffuse(dt);
         hold();
     }
-    /// Exactly under a field that stands: tan of half the angle to it falls exponentially; half of the noise before and half after.
+    void diffuse(double dt) {
+        const double bead = std::sqrt(2.0 * truth_.bead_diffusion * dt),
+                     rod = std::sqrt(2.0 * truth_.rod_diffusion * dt);
+        for (Position& one : diffused_) one.x += bead * normal(), one.y += bead * normal();
+        if (rod > 0.0)
+            for (RodPose& one : rods_) one.x += rod * normal(), one.y += rod * normal();
+    }
+    /// Exact in a constant field: tan of half the angle to it decays exponentially.  Half of the noise acts before the
+    /// turn and half after.
     void turn_rods(double dt) {
         const double x = truth_.turning * beads_.vx + truth_.mobility * forces_.torque * std::cos(forces_.angle);
         const double y = truth_.turning * beads_.vy + truth_.mobility * forces_.torque * std::sin(forces_.angle);
         const double field = std::atan2(y, x), shrink = std::exp(-std::hypot(x, y) * dt);
         for (std::size_t r = 0; r < rods_.size(); ++r) {
-            RodPlace& rod = rods_[r];
+            RodPose& rod = rods_[r];
             const double before = rod.angle;
             const double kick = noise_of_turning(spin_[r], dt);
             const double apart = std::remainder(rod.angle + 0.5 * kick - field, 2.0 * std::numbers::pi);
@@ -129,21 +157,21 @@ private:
             rod.y += truth_.speed * dt * 0.5 * (std::sin(before) + std::sin(rod.angle));
         }
     }
-    /// The turn that noise makes; with memory, the integral of an angular velocity that follows white noise, exactly.
+    /// Rotation by noise; with memory, the exact integral of an Ornstein-Uhlenbeck angular velocity.
     double noise_of_turning(double& spin, double dt) {
         const double white = std::sqrt(2.0 * truth_.diffusion), first = normal();
         if (truth_.memory == 0.0) return white * std::sqrt(dt) * first;
         const double kept = std::exp(-dt / truth_.memory), before = spin;
         const double spread = std::sqrt((1.0 - kept * kept) / (2.0 * truth_.memory));
-        const double together = (1.0 - kept) / spread;  // of the noise in the new spin and that of the whole step
+        const double shared = (1.0 - kept) / spread;  // covariance of the noise in the new spin and over the step
         spin = kept * before + white * spread * first;
         return truth_.memory * (before - spin) +
-               white * (together * first + std::sqrt(std::max(dt - together * together, 0.0)) * normal());
+               white * (shared * first + std::sqrt(std::max(dt - shared * shared, 0.0)) * normal());
     }
     /// Mean of n over rods.
     std::array<double, 2> order() const {
         std::array<double, 2> sum{};
-        for (const RodPlace& rod : rods_) {
+        for (const RodPose& rod : rods_) {
             sum[0] += std::cos(rod.angle) / static_cast<double>(rods_.size());
             sum[1] += std::sin(rod.angle) / static_cast<double>(rods_.size());
         }
@@ -173,23 +201,24 @@ private:
     std::size_t left_ = 0;
     double time_ = 0.0;
     dem::BodyForces forces_;
-    std::vector<RodPlace> rods_, seen_;
+    std::vector<RodPose> rods_, seen_;
+    std::vector<Position> diffused_, seen_rattle_;  // of each bead, relative to the mean displacement
     std::vector<double> spin_;
     BeadMotion beads_;
     std::map<int, double> shear_, density_;
 };
 
-inline SystemFactory synthetic_maker(const Truth& truth) {
+inline SystemFactory synthetic_factory(const Truth& truth) {
     return [truth](const dem::Setup& setup, std::uint64_t seed) {
-        return std::make_unique<SyntheticSpecimen>(truth, setup, seed);
+        return std::make_unique<SyntheticSystem>(truth, setup, seed);
     };
 }
 
-/// A periodic square of 30 mm with some rods and beads, by numbers.
-inline Conditions stand_in(int rods, std::uint64_t seed = 1) {
+/// A periodic square of 30 mm with these numbers of rods and beads.
+inline Conditions synthetic_conditions(int rods, std::uint64_t seed = 1, int beads = 900) {
     Conditions conditions{.setup = {}, .seed = seed};
     conditions.setup.cell.lx = conditions.setup.cell.ly = 30.0;
-    conditions.setup.beads.count = 900;
+    conditions.setup.beads.count = beads;
     conditions.setup.rods.count = rods;
     return conditions;
 }

@@ -1,4 +1,4 @@
-// tests/calibrate/system_factory.cpp: assays on the particle world itself, as small as they can be: finite, the same each time, and the right way round.
+// tests/calibrate/system_factory.cpp: tiny assays on the particle world: finite, reproducible and of the right sign.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ Conditions tiny() {
     return conditions;
 }
 
-/// Every assay with a trial of a tenth of a second or so.
+/// Every assay with trials of about a tenth of a second.
 std::vector<Assay> brief_assays() {
     return {relaxation({.warm_up = 0.02, .frame = 0.005, .time = 0.1, .max_lag = 0.05}),
             weathercock({.speeds = {5.0, 10.0}, .distance = 0.2, .warm_up = 0.02, .align = 0.01, .settle = 0.005}),
@@ -28,10 +28,11 @@ std::vector<Assay> brief_assays() {
             damping({.warm_up = 0.02, .hold = 0.01, .time = 0.05, .frame = 0.005}),
             shear({.waves = {1, 2}, .warm_up = 0.02, .hold = 0.01, .releases = 1, .time = 0.04, .frame = 0.005}),
             propulsion({.warm_up = 0.02, .time = 0.1}),
-            stiffness({.waves = 1, .warm_up = 0.02, .settle = 0.01, .time = 0.02, .frame = 0.005})};
+            stiffness({.waves = 1, .warm_up = 0.02, .settle = 0.01, .time = 0.02, .frame = 0.005}),
+            diffusion({.warm_up = 0.02, .frame = 0.005, .time = 0.06, .min_lag = 0.01, .max_lag = 0.04})};
 }
 
-TEST(ParticleMaker, gives_every_assay_finite_numbers_the_same_for_the_same_trial_and_others_for_another) {
+TEST(WorldSystem, gives_every_assay_finite_and_reproducible_numbers_that_differ_between_trials) {
     const SystemFactory make = system_factory(2e-5);
     for (const Assay& assay : brief_assays()) {
         const Trial one = run_trial(assay, make, tiny(), 0), again = run_trial(assay, make, tiny(), 0);
@@ -46,13 +47,13 @@ TEST(ParticleMaker, gives_every_assay_finite_numbers_the_same_for_the_same_trial
     }
 }
 
-TEST(ParticleMaker, imposes_what_is_asked_and_sees_it) {
+TEST(WorldSystem, applies_forces_and_measures_their_effect) {
     dem::Setup setup = tiny().setup;
     setup.packing.kind = "aligned";
     setup.forces = {.torque = 2e4, .hold_beads = true, .bead_velocity_y = 4.0};
     const auto system = system_factory(2e-5)(setup, 1);
     system->advance_to(0.02);
-    for (const RodPlace& rod : system->rods()) EXPECT_LT(std::abs(rod.angle), 0.3);
+    for (const RodPose& rod : system->rods()) EXPECT_LT(std::abs(rod.angle), 0.3);
     const BeadMotion start = system->beads();
     EXPECT_NEAR(start.vy, 4.0, 0.2);
     system->advance_to(0.03);
@@ -62,7 +63,7 @@ TEST(ParticleMaker, imposes_what_is_asked_and_sees_it) {
     EXPECT_NEAR(system->shear_wave(2), -7.0, 0.2);
     system->impose({.push = 300.0, .push_waves = 1});
     system->advance_to(0.12);
-    EXPECT_LT(system->density_wave(1), -0.1);  // where the force ends, at half of the cell, beads gather
+    EXPECT_LT(system->density_wave(1), -0.1);  // beads gather at half of the cell, where the force vanishes
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// tests/calibrate/table.cpp: closures with their errors, tables that cannot be, and smooth functions with theirs.
+// tests/calibrate/table.cpp: closures and smooth coefficients with their errors, and checks of tables.
 #include "drover/calibrate/table.hpp"
 
 #include <gtest/gtest.h>
@@ -17,11 +17,11 @@ TableRow row_of(const std::string& name, bool by_rods, const std::vector<double>
                 Origin origin = Origin::measured) {
     TableRow row{.name = name, .unit = "1", .formula = "x", .by_rods = by_rods};
     for (const double value : values)
-        row.known.push_back({.value = value, .error = relative_error * value, .trials = 32, .origin = origin});
+        row.entries.push_back({.value = value, .error = relative_error * value, .trials = 32, .origin = origin});
     return row;
 }
 
-/// Two by two points of a rod of 3 mm/s.
+/// Two by two points.
 Table small_table() {
     Table table{.varied_key = {}, .bead_fractions = {0.2, 0.4}, .rod_fractions = {0.05, 0.1}, .rows = {}};
     table.rows = {row_of("relaxation_rate", false, {0.4, 0.2}, 0.03),
@@ -37,13 +37,13 @@ Table small_table() {
     return table;
 }
 
-const TableEntry& known_at(const Table& table, const std::string& name, std::size_t bead, std::size_t rod) {
+const TableEntry& entry_at(const Table& table, const std::string& name, std::size_t bead, std::size_t rod) {
     const TableRow* row = find_row(table, name);
     if (row == nullptr) throw std::runtime_error("no row " + name);
-    return row->known[place_in(table, *row, 0, bead, rod)];
+    return row->entries[entry_index(table, *row, 0, bead, rod)];
 }
 
-TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_that_add_in_squares) {
+TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_in_quadrature) {
     Table table = small_table();
     add_derived(table);
     const double a = 0.2, single = 0.1, u = 2.0, drag = 2.5, sigma = 0.1 / 5.0, g = single * drag / a;
@@ -66,64 +66,65 @@ TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_that_add
           {"driving_strength", drag * 12.0 / (sigma * u), std::sqrt(e_d * e_d + e_t * e_t + e_u * e_u),
            Origin::measured},
           {"weathercock_strength", 0.05 * sigma * u, std::hypot(e_l, e_u), Origin::measured}}) {
-        const TableEntry& found = known_at(table, expected.name, 1, 1);
+        const TableEntry& found = entry_at(table, expected.name, 1, 1);
         EXPECT_NEAR(found.value, expected.value, 1e-12 * expected.value) << expected.name;
-        // Slopes over a thousandth of an error: (1e-3 * 6 %)^2 of an error of a few percent.
+        // Differences over a thousandth of an error: relative accuracy (1e-3 * 6 %)^2.
         EXPECT_NEAR(found.error, expected.relative_error * expected.value, 1e-9 * expected.value) << expected.name;
         EXPECT_EQ(found.origin, expected.origin) << expected.name;
         EXPECT_EQ(found.trials, 32) << expected.name;
     }
     for (const char* zero : {"advection", "pressure_beads", "stiffness", "stiffness_rods", "viscosity_bulk"}) {
-        EXPECT_EQ(known_at(table, zero, 0, 0).value, 0.0);
-        EXPECT_EQ(known_at(table, zero, 0, 0).origin, Origin::set);
+        EXPECT_EQ(entry_at(table, zero, 0, 0).value, 0.0);
+        EXPECT_EQ(entry_at(table, zero, 0, 0).origin, Origin::set);
     }
-    EXPECT_EQ(known_at(table, "elasticity_splay", 0, 0).origin, Origin::closure);
+    EXPECT_EQ(entry_at(table, "elasticity_splay", 0, 0).origin, Origin::closure);
     EXPECT_FALSE(find_row(table, "elasticity_stiffness")->by_rods);
     EXPECT_TRUE(find_row(table, "noise_order")->by_rods);
     check(table);
 }
 
-TEST(CalibrationTable, saturates_where_rods_in_their_own_flow_have_their_order) {
+TEST(CalibrationTable, has_the_saturation_that_gives_the_mean_field_order) {
     Table table = small_table();
-    for (TableEntry& known : table.rows[1].known) known.value *= 4.0;
+    for (TableEntry& entry : table.rows[1].entries) entry.value *= 4.0;
     add_derived(table);
     const double lambda = 0.2, drag = 2.5, a = 0.2, current = 0.02 * 2.0 * order_of_alignment(2.0 * lambda * drag / a);
     ASSERT_GT(current, 0.0);
-    const double b = known_at(table, "relaxation_saturation", 1, 1).value;
+    const double b = entry_at(table, "relaxation_saturation", 1, 1).value;
     EXPECT_NEAR(a - lambda * drag + b * current * current, 0.0, 1e-12);
 }
 
-TEST(CalibrationTable, takes_the_error_of_a_response_for_one_that_is_not_resolved) {
+TEST(CalibrationTable, replaces_a_response_time_that_is_not_resolved_by_its_error) {
     Table table = small_table();
-    table.rows[4].known[3] = {.value = -0.01, .error = 0.04, .trials = 32, .origin = Origin::measured};
+    table.rows[4].entries[3] = {.value = -0.01, .error = 0.04, .trials = 32, .origin = Origin::measured};
     add_derived(table);
-    const TableEntry& friction = known_at(table, "friction", 1, 1);
+    const TableEntry& friction = entry_at(table, "friction", 1, 1);
     EXPECT_NEAR(friction.value, 0.6 / 0.04, 1e-12);
-    EXPECT_NEAR(friction.error, friction.value, 1e-5 * friction.value);  // slopes over a thousandth of 100 %
+    EXPECT_NEAR(friction.error, friction.value, 1e-5 * friction.value);  // differences over a thousandth of 100 %
     EXPECT_EQ(friction.origin, Origin::closure);
-    EXPECT_EQ(friction.remark, "response_time = -0.01 +- 0.04: its error is taken for it");
+    EXPECT_EQ(friction.remark, "response_time = -0.01 +- 0.04: replaced by its error");
     const FieldNumber number =
         field_number(table, "drag.coefficient", {.bead_fraction = 0.4, .rod_fraction = 0.1}, OrderKind::orientation);
     EXPECT_EQ(number.number.value, friction.value);
     EXPECT_EQ(number.origin, Origin::closure);
-    EXPECT_EQ(known_at(table, "friction", 1, 0).origin, Origin::measured);
+    EXPECT_EQ(entry_at(table, "friction", 1, 0).origin, Origin::measured);
 }
 
-TEST(CalibrationTable, refuses_what_follows_from_a_hole_or_divides_by_what_may_be_zero) {
+TEST(CalibrationTable, has_no_entry_where_an_input_is_missing_or_a_divisor_may_be_zero) {
     Table table = small_table();
-    table.rows[0].known[0] = {.value = 0.4, .error = 0.2, .trials = 32, .origin = Origin::measured_short};
-    table.rows[6].known[3] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "no"};
+    table.rows[0].entries[0] = {.value = 0.4, .error = 0.2, .trials = 32, .origin = Origin::measured_short};
+    table.rows[6].entries[3] = {.value = NAN, .error = NAN, .origin = Origin::missing, .remark = "no"};
     add_derived(table);
-    EXPECT_EQ(known_at(table, "elasticity_stiffness", 0, 0).origin, Origin::refused);
-    EXPECT_NE(known_at(table, "elasticity_stiffness", 0, 0).remark.find("cannot be told from 0"), std::string::npos);
-    EXPECT_EQ(known_at(table, "noise_order", 0, 0).origin, Origin::closure);  // it multiplies
-    EXPECT_EQ(known_at(table, "relaxation_over_weathercock", 0, 0).origin, Origin::measured_short);
-    EXPECT_EQ(known_at(table, "alignment", 1, 1).remark, "drag is refused");
-    EXPECT_EQ(known_at(table, "alignment", 1, 0).origin, Origin::measured);
-    check(table);  // holes are told, not forbidden
+    EXPECT_EQ(entry_at(table, "elasticity_stiffness", 0, 0).origin, Origin::missing);
+    EXPECT_NE(entry_at(table, "elasticity_stiffness", 0, 0).remark.find("not significantly different from 0"),
+              std::string::npos);
+    EXPECT_EQ(entry_at(table, "noise_order", 0, 0).origin, Origin::closure);  // not a divisor
+    EXPECT_EQ(entry_at(table, "relaxation_over_weathercock", 0, 0).origin, Origin::measured_short);
+    EXPECT_EQ(entry_at(table, "alignment", 1, 1).remark, "drag is missing");
+    EXPECT_EQ(entry_at(table, "alignment", 1, 0).origin, Origin::measured);
+    check(table);  // missing entries are valid
 }
 
-TEST(CalibrationTable, leaves_out_what_no_assay_was_made_for) {
+TEST(CalibrationTable, has_no_rows_without_their_inputs) {
     Table table = small_table();
     std::erase_if(table.rows, [](const TableRow& row) { return row.name == "propulsion"; });
     add_derived(table);
@@ -131,28 +132,29 @@ TEST(CalibrationTable, leaves_out_what_no_assay_was_made_for) {
     EXPECT_NE(find_row(table, "alignment"), nullptr);
 }
 
-TEST(CalibrationTable, is_refused_with_errors_below_zero_axes_that_fall_or_numbers_that_miss) {
+TEST(CalibrationTable, is_rejected_with_negative_errors_descending_axes_or_missing_numbers) {
     const auto refusal = [](const std::function<void(Table&)>& spoil) {
         Table table = small_table();
         spoil(table);
         return refusal_of([&] { check(table, {.file = "rods.h5"}); });
     };
-    EXPECT_EQ(refusal([](Table& t) { t.rows[6].known[1].error = -0.1; }),
+    EXPECT_EQ(refusal([](Table& t) { t.rows[6].entries[1].error = -0.1; }),
               "rods.h5: drag at bead area fraction 0.2, rod area fraction 0.1 has the standard error -0.1; expected a "
               "number >= 0");
-    EXPECT_EQ(refusal([](Table& t) { t.rows[0].known[1].value = NAN; }),
-              "rods.h5: relaxation_rate at bead area fraction 0.4 is nan; expected a number where the origin is not "
-              "\"refused\"");
+    EXPECT_EQ(
+        refusal([](Table& t) { t.rows[0].entries[1].value = NAN; }),
+        "rods.h5: relaxation_rate at bead area fraction 0.4 is nan; expected a finite number, since its origin is "
+        "not \"missing\"");
     EXPECT_EQ(refusal([](Table& t) {
                   t.bead_fractions = {0.4, 0.2};
               }),
-              "rods.h5: bead_area_fraction: number 2 is 0.2; expected area fractions between 0 and 1 that ascend");
-    EXPECT_EQ(refusal([](Table& t) { t.rows[6].known.pop_back(); }), "rods.h5: drag has 3 numbers; expected 4");
+              "rods.h5: bead_area_fraction: value 2 is 0.2; expected ascending area fractions between 0 and 1");
+    EXPECT_EQ(refusal([](Table& t) { t.rows[6].entries.pop_back(); }), "rods.h5: drag has 3 numbers; expected 4");
     EXPECT_EQ(refusal([](Table& t) { t.bead_fractions.clear(); }),
-              "rods.h5: bead_area_fraction is empty; expected one value at least");
+              "rods.h5: bead_area_fraction is empty; expected at least one value");
 }
 
-/// Four by three points with errors of all sizes.
+/// Four by three points with different errors.
 Table larger_table() {
     Table table{.varied_key = {},
                 .bead_fractions = {0.2, 0.3, 0.5, 0.7},
@@ -160,63 +162,63 @@ Table larger_table() {
                 .rows = {}};
     TableRow row{.name = "drag", .unit = "mm/s", .formula = "x", .by_rods = true};
     for (std::size_t i = 0; i < 12; ++i)
-        row.known.push_back({.value = 1.0 + std::sin(1.0 + static_cast<double>(i)),
-                             .error = 0.02 + 0.01 * static_cast<double>(i % 5),
-                             .origin = Origin::measured});
+        row.entries.push_back({.value = 1.0 + std::sin(1.0 + static_cast<double>(i)),
+                               .error = 0.02 + 0.01 * static_cast<double>(i % 5),
+                               .origin = Origin::measured});
     table.rows = {row, row_of("weathercock", false, {0.1, 0.12, 0.15, 0.2}, 0.1)};
     return table;
 }
 
-TEST(SmoothCoefficient, has_the_exact_error_of_a_curve_through_uncertain_nodes) {
+TEST(SmoothCoefficient, has_the_exact_error_of_interpolation_between_uncertain_nodes) {
     const Table table = larger_table();
     const SmoothCoefficient smooth(table, "drag");
     for (const auto& [bead, rod] : {std::pair{0.2, 0.05}, {0.3, 0.11}, {0.25, 0.06}, {0.61, 0.1}, {0.7, 0.07}}) {
         const Uncertain found = smooth.at(bead, rod);
-        double squares = 0.0;  // the value is linear in the nodes: each is moved by its error in turn
+        double squares = 0.0;  // the value is linear in the nodes: shift each by its error in turn
         for (std::size_t k = 0; k < 12; ++k) {
-            Table moved = table;
-            moved.rows[0].known[k].value += moved.rows[0].known[k].error;
-            squares += std::pow(SmoothCoefficient(moved, "drag").at(bead, rod).value - found.value, 2);
+            Table shifted = table;
+            shifted.rows[0].entries[k].value += shifted.rows[0].entries[k].error;
+            squares += std::pow(SmoothCoefficient(shifted, "drag").at(bead, rod).value - found.value, 2);
         }
         EXPECT_NEAR(found.error, std::sqrt(squares), 1e-12) << bead << ' ' << rod;
     }
-    EXPECT_EQ(smooth.at(0.3, 0.11).value, table.rows[0].known[5].value);
-    EXPECT_NEAR(smooth.at(0.3, 0.11).error, table.rows[0].known[5].error, 1e-15);
+    EXPECT_EQ(smooth.at(0.3, 0.11).value, table.rows[0].entries[5].value);
+    EXPECT_NEAR(smooth.at(0.3, 0.11).error, table.rows[0].entries[5].error, 1e-15);
     EXPECT_LT(smooth.at(0.4, 0.08).error, 0.06);
 }
 
-TEST(SmoothCoefficient, of_beads_alone_takes_any_fraction_of_rods) {
+TEST(SmoothCoefficient, of_beads_alone_accepts_any_area_fraction_of_rods) {
     const SmoothCoefficient smooth(larger_table(), "weathercock");
     EXPECT_EQ(smooth.at(0.5, 0.4).value, 0.15);
     EXPECT_NEAR(smooth.at(0.5, 0.4).error, 0.015, 1e-15);
 }
 
-TEST(SmoothCoefficient, refuses_to_extrapolate_unless_told) {
+TEST(SmoothCoefficient, extrapolates_only_on_request) {
     const Table table = larger_table();
-    EXPECT_EQ(
-        refusal_of([&] { SmoothCoefficient(table, "drag").at(0.75, 0.08); }),
-        "drag at a bead area fraction of 0.75: the table has 0.2 to 0.7; expected one within it: measure there, or "
-        "let the value at the edge hold beyond it (calibrated.outside = \"hold\" of a scene)");
+    EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "drag").at(0.75, 0.08); }),
+              "drag at a bead area fraction of 0.75: the table covers 0.2 to 0.7; expected a value within it: measure "
+              "there, or use the value at the edge (calibrated.outside = \"hold\" in the scene)");
     EXPECT_NE(refusal_of([&] { SmoothCoefficient(table, "drag").at(0.5, 0.2); }).find("rod area fraction of 0.2"),
               std::string::npos);
     const SmoothCoefficient held(table, "drag", 0, physics::Outside::hold);
     EXPECT_EQ(held.at(0.9, 0.08).value, held.at(0.7, 0.08).value);
     EXPECT_EQ(held.at(0.9, 0.08).error, held.at(0.7, 0.08).error);
-    // 0.1 + 0.2 is not 0.3: what lies beyond an edge by a rounding lies on it.
+    // Rounding errors beyond an edge are tolerated.
     const SmoothCoefficient smooth(table, "drag");
     EXPECT_EQ(smooth.at(std::nextafter(0.7, 1.0), 0.08).value, smooth.at(0.7, 0.08).value);
 }
 
-TEST(SmoothCoefficient, refuses_holes_and_names_that_are_none) {
+TEST(SmoothCoefficient, rejects_missing_entries_and_unknown_names) {
     Table table = larger_table();
-    table.rows[0].known[4] = {.value = NAN, .error = NAN, .origin = Origin::refused, .remark = "rods jam"};
-    EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "drag"); }),
-              "the table has a hole: drag at bead area fraction 0.3, rod area fraction 0.08 was refused (rods jam); "
-              "expected all of its points: measure it, or take this point out of the scene");
+    table.rows[0].entries[4] = {.value = NAN, .error = NAN, .origin = Origin::missing, .remark = "rods jam"};
+    EXPECT_EQ(
+        refusal_of([&] { SmoothCoefficient(table, "drag"); }),
+        "the table has no value of drag at bead area fraction 0.3, rod area fraction 0.08 (rods jam); expected values "
+        "at all points: measure it, or remove this point from the scene");
     EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "wethercock"); }),
               "the table has no coefficient wethercock; did you mean weathercock?");
     EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "weathercock", 1); }),
-              "the value numbered 1 of a key that the table does not vary is asked; expected one below 1, from 0");
+              "index 1 of a key that the table does not vary is out of range; expected an index below 1");
 }
 
 }  // namespace

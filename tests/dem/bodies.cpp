@@ -12,7 +12,7 @@
 namespace drover::dem {
 namespace {
 
-TEST(Bodies, of_the_paper_are_its_numbers_and_share_two_shapes) {
+TEST(Bodies, of_the_paper_have_its_numbers_and_two_shapes) {
     const Bodies bodies = make_bodies(mixture(247.95, 0.6, 0.11), 1);
     EXPECT_EQ(bodies.beads.size(), 73385U);
     EXPECT_EQ(bodies.rods.size(), 1642U);
@@ -21,11 +21,11 @@ TEST(Bodies, of_the_paper_are_its_numbers_and_share_two_shapes) {
     EXPECT_NEAR(bodies.shapes[bodies.rods[0].shape].mass, 26.99, 0.005);
 }
 
-TEST(Bodies, of_a_mixture_are_dealt_out_in_its_parts_as_exactly_as_whole_numbers_allow) {
+TEST(Bodies, of_a_mixture_are_apportioned_by_largest_remainders) {
     auto setup = mixture(45.0, 0.0, 0.0);
     setup.beads.count = 10;
     setup.beads.diameters = {0.6, 0.8, 1.0, 0.8};
-    setup.beads.parts = {1.0, 1.0, 1.0, 0.0};
+    setup.beads.proportions = {1.0, 1.0, 1.0, 0.0};
     const Bodies bodies = make_bodies(setup, 1);
     ASSERT_EQ(bodies.shapes.size(), 3U);
     std::vector<int> counts(3);
@@ -34,14 +34,14 @@ TEST(Bodies, of_a_mixture_are_dealt_out_in_its_parts_as_exactly_as_whole_numbers
     EXPECT_EQ(bodies.shapes[2].radius, std::vector<double>{0.5});
 }
 
-TEST(Bodies, alike_in_diameter_share_a_shape) {
+TEST(Bodies, of_equal_diameter_share_a_shape) {
     auto setup = mixture(45.0, 0.1, 0.0);
     setup.beads.diameters = {0.8, 0.6, 0.8};
-    setup.beads.parts = {1.0, 2.0, 3.0};
+    setup.beads.proportions = {1.0, 2.0, 3.0};
     EXPECT_EQ(make_bodies(setup, 1).shapes.size(), 2U);
 }
 
-TEST(Bodies, rods_with_a_tolerance_differ_from_each_other_by_it_alone_in_size) {
+TEST(Bodies, rods_with_a_size_tolerance_are_scaled_copies_with_that_spread) {
     auto setup = mixture(247.95, 0.0, 0.11);
     setup.rods.size_tolerance = 0.01;
     const Bodies bodies = make_bodies(setup, 1);
@@ -62,7 +62,7 @@ TEST(Bodies, rods_with_a_tolerance_differ_from_each_other_by_it_alone_in_size) {
     EXPECT_NE(make_bodies(setup, 2).shapes[5].mass, bodies.shapes[5].mass);
 }
 
-TEST(Bodies, rods_with_a_density_for_each_sphere_are_heavy_where_it_says) {
+TEST(Bodies, rods_with_a_density_for_each_sphere_have_that_mass_distribution) {
     auto setup = mixture(45.0, 0.0, 0.0);
     setup.rods.count = 1;
     const Shape even = make_bodies(setup, 1).shapes[0];
@@ -74,7 +74,7 @@ TEST(Bodies, rods_with_a_density_for_each_sphere_are_heavy_where_it_says) {
     EXPECT_GT(tail_heavy.tail, even.tail);  // the centre of mass is nearer to the tail
 }
 
-TEST(Bodies, too_thick_for_the_gap_are_refused) {
+TEST(Bodies, too_thick_for_the_gap_are_rejected) {
     auto setup = mixture(45.0, 0.0, 0.11);
     setup.rods.size_tolerance = 0.1;  // one of 54 rods is larger than 1.09 times its size, almost surely
     try {

@@ -36,14 +36,14 @@ double covered(const Bodies& bodies, const Cell& cell) {
     return sum / area(cell);
 }
 
-std::string refusal(const dem::Setup& setup, Fault fault) {
+std::string rejection(const dem::Setup& setup, Fault fault) {
     try {
         static_cast<void>(pack(setup, 1));
     } catch (const Error& error) {
         EXPECT_EQ(error.fault(), fault) << error.what();
         return error.what();
     }
-    return "no refusal";
+    return "accepted";
 }
 
 TEST(Packing, has_no_overlaps_at_every_density_of_the_experiment) {
@@ -53,7 +53,7 @@ TEST(Packing, has_no_overlaps_at_every_density_of_the_experiment) {
     }
 }
 
-TEST(Packing, is_found_for_rods_too_dense_to_be_dropped_one_after_the_other) {
+TEST(Packing, is_found_for_rods_too_dense_for_sequential_placement) {
     packed(mixture(30.0, 0.4, 0.35));
     packed(mixture(30.0, 0.0, 0.6));
 }
@@ -67,23 +67,23 @@ TEST(Packing, fills_circle_flower_and_rectangle) {
     }
 }
 
-TEST(Packing, holds_mixtures_of_beads_and_rods_that_differ) {
+TEST(Packing, is_found_for_mixtures_of_beads_and_unequal_rods) {
     auto setup = mixture(40.0, 0.65, 0.08);
     setup.beads.diameters = {0.6, 0.7, 0.8, 0.9, 1.0};
-    setup.beads.parts = {1.0, 1.0, 1.0, 1.0, 1.0};
+    setup.beads.proportions = {1.0, 1.0, 1.0, 1.0, 1.0};
     setup.rods.size_tolerance = 0.02;
     const Bodies bodies = packed(setup);
     EXPECT_EQ(bodies.shapes.size(), 5 + bodies.rods.size());
 }
 
-TEST(Packing, holds_beads_ten_times_smaller_than_others) {
+TEST(Packing, is_found_for_beads_ten_times_smaller_than_others) {
     auto setup = mixture(12.0, 0.6, 0.0);
     setup.beads.diameters = {0.1, 1.0};
-    setup.beads.parts = {50.0, 1.0};
+    setup.beads.proportions = {50.0, 1.0};
     EXPECT_GT(packed(setup).beads.size(), 1000U);
 }
 
-TEST(Packing, of_few_bodies_or_none_is_found) {
+TEST(Packing, is_found_for_few_bodies_and_for_none) {
     EXPECT_TRUE(packed(dem::Setup{}).beads.empty());
     auto setup = mixture(3.0, 0.0, 0.0);
     setup.beads.count = 1;
@@ -93,7 +93,7 @@ TEST(Packing, of_few_bodies_or_none_is_found) {
     EXPECT_EQ(packed(setup).rods.size(), 1U);
 }
 
-TEST(Packing, of_a_rod_in_a_cell_as_long_as_the_rod_keeps_it_from_its_own_images) {
+TEST(Packing, of_a_rod_in_a_cell_of_its_length_avoids_overlap_with_its_images) {
     auto setup = mixture(4.5, 0.0, 0.0);
     setup.rods.count = 1;
     for (std::uint64_t seed = 0; seed < 200; ++seed) packed(setup, seed);
@@ -112,7 +112,7 @@ TEST(Packing, uses_the_height_between_the_plates) {
     EXPECT_NEAR(high, 0.08 + 0.8, 0.01);
 }
 
-TEST(Packing, is_found_in_a_gap_hardly_wider_than_a_rod_and_without_a_lid) {
+TEST(Packing, is_found_in_a_gap_slightly_wider_than_a_rod_and_without_a_lid) {
     auto setup = mixture(30.0, 0.5, 0.1);
     setup.plates.gap = 1.1005;
     packed(setup);
@@ -121,13 +121,13 @@ TEST(Packing, is_found_in_a_gap_hardly_wider_than_a_rod_and_without_a_lid) {
     packed(setup);
 }
 
-TEST(Packing, aligned_has_every_rod_along_x_to_the_last_bit) {
+TEST(Packing, aligned_has_every_rod_exactly_along_x) {
     auto setup = mixture(45.0, 0.6, 0.11);
     setup.packing.kind = "aligned";
     for (const Rod& rod : packed(setup).rods) EXPECT_TRUE(rod.axis.x == 1.0 && rod.axis.y == 0.0 && rod.axis.z == 0.0);
 }
 
-TEST(Packing, is_the_same_bytes_for_the_same_seed_and_another_for_another) {
+TEST(Packing, is_bitwise_equal_for_equal_seeds_and_differs_for_others) {
     const auto setup = mixture(20.0, 0.6, 0.11);
     const Bodies a = packed(setup, 7), b = packed(setup, 7), c = packed(setup, 8);
     EXPECT_EQ(std::memcmp(a.beads.data(), b.beads.data(), a.beads.size() * sizeof(Bead)), 0);
@@ -136,25 +136,25 @@ TEST(Packing, is_the_same_bytes_for_the_same_seed_and_another_for_another) {
     EXPECT_NE(a.rods[0].axis.x, c.rods[0].axis.x);
 }
 
-TEST(Packing, that_cannot_be_is_refused_with_how_far_it_came) {
-    const std::string dense = refusal(mixture(20.0, 0.0, 0.95), Fault::run);
+TEST(Packing, that_is_impossible_fails_with_the_remaining_overlap) {
+    const std::string dense = rejection(mixture(20.0, 0.0, 0.95), Fault::run);
     EXPECT_NE(dense.find("no packing without overlaps was found for 0 beads and 92 rods: after "), std::string::npos)
         << dense;
-    const std::string full = refusal(mixture(20.0, 0.8, 0.3), Fault::input);
+    const std::string full = rejection(mixture(20.0, 0.8, 0.3), Fault::input);
     EXPECT_NE(full.find("expected no more than 1 together"), std::string::npos) << full;
     auto setup = mixture(20.0, 0.1, 0.1);
     setup.packing.kind = "file";
     setup.packing.file = "start.h5";
-    EXPECT_NE(refusal(setup, Fault::input).find("packing.kind = \"file\""), std::string::npos);
+    EXPECT_NE(rejection(setup, Fault::input).find("packing.kind = \"file\""), std::string::npos);
 }
 
-TEST(Packing, of_rods_that_find_no_place_in_the_cell_is_refused) {
+TEST(Packing, of_rods_that_do_not_fit_the_cell_is_rejected) {
     dem::Setup setup;
     setup.cell = {.shape = "rectangle",
                   .lx = 4.2,
                   .ly = 2.0};  // its diagonal is longer than a rod, which is too thick for it
     setup.rods.count = 1;
-    EXPECT_NE(refusal(setup, Fault::run).find("overlap by"), std::string::npos);
+    EXPECT_NE(rejection(setup, Fault::run).find("overlap by"), std::string::npos);
 }
 
 /// Orders of many packings, and all angles.
@@ -183,7 +183,7 @@ double chi_square(const Orders& orders) {
     return sum;
 }
 
-TEST(PackingStatistics, directions_of_rods_are_those_of_independent_ones) {
+TEST(PackingStatistics, directions_of_rods_are_independent) {
     // N|P|^2 of independent directions: mean 1, standard deviation 1 a packing: 0.063 of 250; 4 of these.
     for (const auto& [beads, rods] : {std::pair{0.6, 0.11}, {0.7, 0.05}}) {
         const Orders found = orders(mixture(30.0, beads, rods), 250);
@@ -193,8 +193,9 @@ TEST(PackingStatistics, directions_of_rods_are_those_of_independent_ones) {
     }
 }
 
-TEST(PackingStatistics, places_fill_the_cell_evenly) {
-    // Rods at (.60, .11), 24 a packing: counts of a quarter of the cell, their mean 6 over 200 seeds within 4 of 2.1/sqrt(200).
+TEST(PackingStatistics, positions_are_uniform_in_the_cell) {
+    // Rods at (.60, .11), 24 a packing: counts of a quarter of the cell, their mean 6 over 200 seeds within 4 of
+    // 2.1/sqrt(200).
     double quarters[4] = {};
     for (std::uint64_t seed = 0; seed < 200; ++seed)
         for (const Rod& rod : pack(mixture(30.0, 0.6, 0.11), seed).bodies.rods)

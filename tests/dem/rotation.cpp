@@ -11,7 +11,7 @@ namespace {
 const Shape rod = make_rod({1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72}, 4.5, 8.7);
 const Vector start{0.48, 0.64, 0.6};
 
-TEST(FreeTop, keeps_its_energy_and_the_tilt_of_its_axis_over_a_million_steps) {
+TEST(FreeTop, conserves_energy_and_the_tilt_of_its_axis_over_a_million_steps) {
     // L is what is stored, and stays to the last bit.  Rounding of the axis: a walk of 1e6 steps of 1e-16 is 1e-13.
     const Vector momentum{300.0, -120.0, 900.0};
     Vector axis = start;
@@ -23,7 +23,7 @@ TEST(FreeTop, keeps_its_energy_and_the_tilt_of_its_axis_over_a_million_steps) {
     EXPECT_NEAR(length(axis), 1.0, 1e-15);
 }
 
-TEST(FreeTop, turns_as_its_angular_velocity_says) {
+TEST(FreeTop, rotates_with_its_angular_velocity) {
     // dn/dt = omega x n, by a central difference over 1e-4 s: error (omega dt)^2/6 = 1e-7.
     const Vector momentum{30.0, -12.0, 90.0};
     constexpr double dt = 1e-4;
@@ -34,14 +34,14 @@ TEST(FreeTop, turns_as_its_angular_velocity_says) {
     EXPECT_LT(length(rate - expected), 1e-7 * length(expected));
 }
 
-TEST(FreeTop, is_exact_at_any_step) {
+TEST(FreeTop, is_exact_for_any_step) {
     const Vector momentum{30.0, -12.0, 90.0};
     Vector many = start;
     for (int n = 0; n < 1000; ++n) many = turned_freely(many, momentum, rod.inertia_across, 0.01);
     EXPECT_LT(length(many - turned_freely(start, momentum, rod.inertia_across, 10.0)), 1e-12);
 }
 
-TEST(FreeTop, at_rest_stays) {
+TEST(FreeTop, at_rest_stays_at_rest) {
     const Vector axis = turned_freely(start, {}, rod.inertia_across, 1.0);
     EXPECT_EQ(axis.x, start.x);
     EXPECT_EQ(axis.y, start.y);

@@ -10,7 +10,7 @@
 
 namespace drover::dem {
 
-/// Numbers in (-1, 1), in turn.
+/// A sequence of random numbers in (-1, 1).
 class Drawn {
 public:
     explicit Drawn(std::uint64_t seed) : seed_(seed) {}

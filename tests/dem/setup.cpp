@@ -1,4 +1,4 @@
-// tests/dem/setup.cpp: what a particle world's keys may be, each refusal at its key.
+// tests/dem/setup.cpp: invalid parameters of a particle world, each rejected at its key.
 #include "drover/dem/setup.hpp"
 
 #include <gtest/gtest.h>
@@ -10,106 +10,107 @@
 namespace drover::dem {
 namespace {
 
-/// What check says, its place being the key itself.
-std::string refusal(const dem::Setup& setup) {
+/// The message of check(), whose locations are the keys.
+std::string rejection(const dem::Setup& setup) {
     try {
         check(setup, [](const std::string& key) { return SourceLocation{.file = "at " + key}; });
     } catch (const Error& error) {
         EXPECT_EQ(error.fault(), Fault::input);
         return error.what();
     }
-    return "no refusal";
+    return "accepted";
 }
 
-std::string refusal(const std::function<void(dem::Setup&)>& change) {
+std::string rejection(const std::function<void(dem::Setup&)>& change) {
     auto setup = mixture(45.0, 0.6, 0.11);
     change(setup);
-    return refusal(setup);
+    return rejection(setup);
 }
 
-#define EXPECT_REFUSAL(change, words)                                             \
-    do {                                                                          \
-        const std::string said = refusal([](dem::Setup& s) { change; });          \
-        EXPECT_EQ(said.substr(0, std::string_view(words).size()), words) << said; \
+#define EXPECT_REJECTED(change, words)                                                  \
+    do {                                                                                \
+        const std::string message = rejection([](dem::Setup& s) { change; });           \
+        EXPECT_EQ(message.substr(0, std::string_view(words).size()), words) << message; \
     } while (false)
 
-TEST(Setup, of_the_paper_and_of_nothing_is_taken) {
-    EXPECT_EQ(refusal(mixture(247.95, 0.6, 0.11)), "no refusal");
-    EXPECT_EQ(refusal(dem::Setup{}), "no refusal");
-    EXPECT_EQ(refusal([](dem::Setup& s) { s.cell.shape = "flower"; }), "no refusal");
-    EXPECT_EQ(refusal([](dem::Setup& s) { s.plates.amplitude = 0.0; }), "no refusal");
+TEST(Setup, of_the_paper_and_the_default_are_accepted) {
+    EXPECT_EQ(rejection(mixture(247.95, 0.6, 0.11)), "accepted");
+    EXPECT_EQ(rejection(dem::Setup{}), "accepted");
+    EXPECT_EQ(rejection([](dem::Setup& s) { s.cell.shape = "flower"; }), "accepted");
+    EXPECT_EQ(rejection([](dem::Setup& s) { s.plates.amplitude = 0.0; }), "accepted");
 }
 
-TEST(Setup, beyond_the_range_of_a_row_is_refused_though_no_scene_was_read) {
-    EXPECT_REFUSAL(s.cell.shape = "cirkle", "at cell.shape: cell.shape = \"cirkle\"; expected ");
-    EXPECT_REFUSAL(s.cell.lx = -1.0, "at cell.lx: cell.lx = -1.0; expected ");
-    EXPECT_REFUSAL(s.restitution.bead_bead = 1.1, "at restitution.bead_bead: restitution.bead_bead = 1.1; expected ");
-    EXPECT_REFUSAL(s.friction.rod_wall = -0.1, "at friction.rod_wall: friction.rod_wall = -0.1; expected ");
-    EXPECT_REFUSAL(s.plates.gap = std::nan(""), "at plates.gap: plates.gap = nan; expected ");
-    EXPECT_REFUSAL(s.contacts.increments = 0, "at contacts.increments: contacts.increments = 0; expected ");
-    EXPECT_REFUSAL(s.contacts.law = "none", "at contacts.law: contacts.law = \"none\"; expected ");
-    EXPECT_REFUSAL(s.packing.frame = -2, "at packing.frame: packing.frame = -2; expected ");
+TEST(Setup, made_in_code_with_a_value_out_of_range_is_rejected) {
+    EXPECT_REJECTED(s.cell.shape = "cirkle", "at cell.shape: cell.shape = \"cirkle\"; expected ");
+    EXPECT_REJECTED(s.cell.lx = -1.0, "at cell.lx: cell.lx = -1.0; expected ");
+    EXPECT_REJECTED(s.restitution.bead_bead = 1.1, "at restitution.bead_bead: restitution.bead_bead = 1.1; expected ");
+    EXPECT_REJECTED(s.friction.rod_wall = -0.1, "at friction.rod_wall: friction.rod_wall = -0.1; expected ");
+    EXPECT_REJECTED(s.plates.gap = std::nan(""), "at plates.gap: plates.gap = nan; expected ");
+    EXPECT_REJECTED(s.contacts.increments = 0, "at contacts.increments: contacts.increments = 0; expected ");
+    EXPECT_REJECTED(s.contacts.law = "none", "at contacts.law: contacts.law = \"none\"; expected ");
+    EXPECT_REJECTED(s.packing.frame = -2, "at packing.frame: packing.frame = -2; expected ");
 }
 
-TEST(Setup, of_waves_in_a_cell_that_is_not_periodic_is_refused) {
-    EXPECT_REFUSAL((s.cell.shape = "circle", s.forces.push = 1.0),
-                   "at forces.push: forces.push asks for waves in a cell of shape \"circle\"; expected \"periodic\"");
-    EXPECT_REFUSAL((s.cell.shape = "rectangle", s.forces.hold_beads = true, s.forces.held_waves = 2),
-                   "at forces.held_waves: forces.held_waves asks for waves");
-    EXPECT_REFUSAL(s.forces.push_waves = 0, "at forces.push_waves: forces.push_waves = 0; expected ");
+TEST(Setup, with_force_waves_in_a_cell_that_is_not_periodic_is_rejected) {
+    EXPECT_REJECTED((s.cell.shape = "circle", s.forces.push = 1.0),
+                    "at forces.push: forces.push asks for waves in a cell of shape \"circle\"; expected \"periodic\"");
+    EXPECT_REJECTED((s.cell.shape = "rectangle", s.forces.hold_beads = true, s.forces.held_waves = 2),
+                    "at forces.held_waves: forces.held_waves asks for waves");
+    EXPECT_REJECTED(s.forces.push_waves = 0, "at forces.push_waves: forces.push_waves = 0; expected ");
 }
 
-TEST(Setup, of_a_cell_that_bodies_do_not_fit_is_refused) {
-    EXPECT_REFUSAL((s.cell.lx = 2.6, s.cell.ly = 900.0),
-                   "at cell.lx: cell.lx = 2.6 mm; expected more than 2.7 mm, twice");
-    EXPECT_REFUSAL((s.cell.ly = 4.4, s.cell.lx = 900.0),
-                   "at cell.ly: cell.ly = 4.4 mm; expected at least 4.5 mm, the length");
-    EXPECT_REFUSAL((s.cell.shape = "circle", s.cell.radius = 2.2, s.rods.area_fraction = 0.0, s.rods.count = 1),
-                   "at cell.radius: cell.radius = 2.2 mm, with bodies 4.5 mm long; expected more");
-    EXPECT_REFUSAL((s.cell.shape = "rectangle", s.cell.lx = 1.1),
-                   "at cell.lx: cell.lx = 1.1 mm between walls, with bodies 1.1 mm thick; expected more");
-    EXPECT_REFUSAL((s.cell.shape = "rectangle", s.cell.lx = 4.0, s.packing.kind = "aligned"),
-                   "at cell.lx: cell.lx = 4 mm, with bodies 4.5 mm long, aligned with x; expected more");
-    EXPECT_REFUSAL((s.cell.shape = "flower", s.cell.petal_radius = 9.5),
-                   "at cell.petal_radius: cell.petal_radius = 9.5 mm does not span the 19.1342 mm between two inner");
-    EXPECT_REFUSAL(s.plates.gap = 1.1,
-                   "at plates.gap: plates.gap = 1.1 mm, with bodies 1.1 mm thick; expected a larger gap");
+TEST(Setup, with_a_cell_too_small_for_its_bodies_is_rejected) {
+    EXPECT_REJECTED((s.cell.lx = 2.6, s.cell.ly = 900.0),
+                    "at cell.lx: cell.lx = 2.6 mm; expected more than 2.7 mm, twice");
+    EXPECT_REJECTED((s.cell.ly = 4.4, s.cell.lx = 900.0),
+                    "at cell.ly: cell.ly = 4.4 mm; expected at least 4.5 mm, the length");
+    EXPECT_REJECTED((s.cell.shape = "circle", s.cell.radius = 2.2, s.rods.area_fraction = 0.0, s.rods.count = 1),
+                    "at cell.radius: cell.radius = 2.2 mm, with bodies 4.5 mm long; expected more");
+    EXPECT_REJECTED((s.cell.shape = "rectangle", s.cell.lx = 1.1),
+                    "at cell.lx: cell.lx = 1.1 mm between walls, with bodies 1.1 mm thick; expected more");
+    EXPECT_REJECTED((s.cell.shape = "rectangle", s.cell.lx = 4.0, s.packing.kind = "aligned"),
+                    "at cell.lx: cell.lx = 4 mm, with bodies 4.5 mm long, aligned with x; expected more");
+    EXPECT_REJECTED((s.cell.shape = "flower", s.cell.petal_radius = 9.5),
+                    "at cell.petal_radius: cell.petal_radius = 9.5 mm does not span the 19.1342 mm between two inner");
+    EXPECT_REJECTED(s.plates.gap = 1.1,
+                    "at plates.gap: plates.gap = 1.1 mm, with bodies 1.1 mm thick; expected a larger gap");
 }
 
-TEST(Setup, whose_numbers_of_bodies_disagree_is_refused) {
-    EXPECT_REFUSAL(s.beads.count = 10, "at beads.count: beads.count = 10 and beads.area_fraction = 0.6; expected one");
-    EXPECT_REFUSAL(s.rods.count = 10, "at rods.count: rods.count = 10 and rods.area_fraction = 0.11; expected one");
-    EXPECT_REFUSAL(s.rods.area_fraction = 0.0009,
-                   "at rods.area_fraction: rods.area_fraction = 0.0009 is less than half");
-    EXPECT_REFUSAL(s.beads.diameters = {0.001}, "at beads.area_fraction: beads.area_fraction = 0.6 asks for 1.55e+09");
-    EXPECT_REFUSAL(s.beads.area_fraction = 0.9,
-                   "at beads.area_fraction: beads cover 0.9001 and rods 0.1098 of the cell");
-    EXPECT_REFUSAL((s.beads.area_fraction = 0.0, s.forces.hold_beads = true), "at forces.hold_beads: ");
+TEST(Setup, with_inconsistent_numbers_of_bodies_is_rejected) {
+    EXPECT_REJECTED(s.beads.count = 10, "at beads.count: beads.count = 10 and beads.area_fraction = 0.6; expected one");
+    EXPECT_REJECTED(s.rods.count = 10, "at rods.count: rods.count = 10 and rods.area_fraction = 0.11; expected one");
+    EXPECT_REJECTED(s.rods.area_fraction = 0.0009,
+                    "at rods.area_fraction: rods.area_fraction = 0.0009 is less than half");
+    EXPECT_REJECTED(s.beads.diameters = {0.001}, "at beads.area_fraction: beads.area_fraction = 0.6 asks for 1.55e+09");
+    EXPECT_REJECTED(s.beads.area_fraction = 0.9,
+                    "at beads.area_fraction: beads cover 0.9001 and rods 0.1098 of the cell");
+    EXPECT_REJECTED((s.beads.area_fraction = 0.0, s.forces.hold_beads = true), "at forces.hold_beads: ");
 }
 
-TEST(Setup, whose_lists_differ_in_length_is_refused) {
-    EXPECT_REFUSAL(s.beads.parts = {}, "at beads.parts: beads.parts has 0 numbers beside 1 of beads.diameters");
-    EXPECT_REFUSAL(s.beads.diameters = {}, "at beads.diameters: beads.diameters is empty");
-    EXPECT_REFUSAL(s.beads.parts = {0.0}, "at beads.parts: beads.parts sum to 0; expected");
-    EXPECT_REFUSAL(s.rods.diameters = {}, "at rods.diameters: rods.diameters is empty");
-    EXPECT_REFUSAL((s.rods.densities = {8.7, 1.0}),
-                   "at rods.densities: rods.densities has 2 numbers beside 13 of rods.diameters");
-    EXPECT_REFUSAL(s.rods.densities = {0.0}, "at rods.densities: rods.densities holds no number above 0");
-    EXPECT_REFUSAL(s.rods.length = 0.9, "at rods.length: a rod 0.9 mm long");
+TEST(Setup, with_lists_of_different_length_is_rejected) {
+    EXPECT_REJECTED(s.beads.proportions = {},
+                    "at beads.proportions: beads.proportions has 0 numbers beside 1 of beads.diameters");
+    EXPECT_REJECTED(s.beads.diameters = {}, "at beads.diameters: beads.diameters is empty");
+    EXPECT_REJECTED(s.beads.proportions = {0.0}, "at beads.proportions: beads.proportions sum to 0; expected");
+    EXPECT_REJECTED(s.rods.diameters = {}, "at rods.diameters: rods.diameters is empty");
+    EXPECT_REJECTED((s.rods.densities = {8.7, 1.0}),
+                    "at rods.densities: rods.densities has 2 numbers beside 13 of rods.diameters");
+    EXPECT_REJECTED(s.rods.densities = {0.0}, "at rods.densities: rods.densities holds no number above 0");
+    EXPECT_REJECTED(s.rods.length = 0.9, "at rods.length: a rod 0.9 mm long");
 }
 
-TEST(Setup, whose_impacts_on_the_plates_are_too_rare_is_refused) {
-    EXPECT_REFUSAL(s.contacts.substep = 1e-3,
-                   "at contacts.substep: contacts.substep = 0.001 s with plates.frequency = 200");
+TEST(Setup, with_a_plate_substep_too_long_for_the_vibration_is_rejected) {
+    EXPECT_REJECTED(s.contacts.substep = 1e-3,
+                    "at contacts.substep: contacts.substep = 0.001 s with plates.frequency = 200");
 }
 
-TEST(Setup, of_a_file_that_is_not_named_or_not_asked_for_is_refused) {
-    EXPECT_REFUSAL(s.packing.kind = "file", "at packing.kind: packing.kind = \"file\" without packing.file; name");
-    EXPECT_REFUSAL(s.packing.file = "start.h5",
-                   "at packing.file: packing.file is given with packing.kind = \"random\"");
+TEST(Setup, with_a_missing_or_unused_packing_file_is_rejected) {
+    EXPECT_REJECTED(s.packing.kind = "file", "at packing.kind: packing.kind = \"file\" without packing.file; name");
+    EXPECT_REJECTED(s.packing.file = "start.h5",
+                    "at packing.file: packing.file is given with packing.kind = \"random\"");
 }
 
-/// Every key has a sentence, and its default is in its own range: what check_rows asks of the defaults.
+/// Every key has a doc string; check_rows checks that its default is in its range.
 template <class Struct>
 void expect_rows(std::size_t count) {
     const std::vector<Description> rows = descriptions<Struct>();
@@ -127,7 +128,7 @@ TEST(Setup, has_a_row_for_each_of_its_members) {
     expect_rows<Friction>(7);
     expect_rows<Kick>(1);
     expect_rows<BodyForces>(12);
-    expect_rows<ContactControl>(9);
+    expect_rows<ContactControl>(12);
     expect_rows<Packing>(3);
 }
 

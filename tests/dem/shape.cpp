@@ -1,4 +1,5 @@
-// tests/dem/shape.cpp: mass, centre and inertia of unions of spheres against closed forms, published numbers and sampling.
+// tests/dem/shape.cpp: mass, centre and inertia of unions of spheres against closed forms, published numbers and
+// sampling.
 #include "drover/dem/shape.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +14,7 @@ using std::numbers::pi;
 
 const std::vector<double> tapered{1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72};
 
-TEST(Shape, of_a_ball_is_a_ball) {
+TEST(Shape, of_one_sphere_has_the_mass_and_inertia_of_a_ball) {
     const Shape ball = make_ball(0.8, 2.7);
     const double mass = 2.7 * pi / 6.0 * 0.8 * 0.8 * 0.8;
     EXPECT_NEAR(ball.mass, mass, 1e-15);
@@ -35,8 +36,9 @@ TEST(Shape, of_the_tapered_rod_has_its_published_mass_centre_and_inertia) {
     EXPECT_NEAR(rod.at[1] - rod.at[0], 0.2992, 5e-5);
 }
 
-TEST(Shape, is_what_a_fine_sum_over_slices_says) {
-    // Overlapping, nested and separate spheres of several densities.  Slices 1.7e-5 wide: a jump of density is that far off.
+TEST(Shape, agrees_with_a_sum_over_thin_slices) {
+    // Overlapping, nested and separate spheres of several densities.  Slices 1.7e-5 wide: a jump of density is that far
+    // off.
     const std::vector<AxisSphere> spheres{{.at = 0.0, .radius = 0.5, .density = 2.0},
                                           {.at = 0.3, .radius = 0.6, .density = 1.0},
                                           {.at = 0.35, .radius = 0.2, .density = 9.0},  // inside another
@@ -67,14 +69,14 @@ TEST(Shape, is_what_a_fine_sum_over_slices_says) {
     EXPECT_NEAR(shape.projected_area, area, 1e-4);
 }
 
-TEST(Shape, of_a_rod_turned_about_is_its_mirror_image) {
+TEST(Shape, of_a_reversed_rod_is_its_mirror_image) {
     const std::vector<double> back(tapered.rbegin(), tapered.rend());
     const Shape rod = make_rod(tapered, 4.5, 8.7), turned = make_rod(back, 4.5, 8.7);
     EXPECT_NEAR(turned.tail, -rod.head, 1e-13);
     EXPECT_NEAR(turned.inertia_across, rod.inertia_across, 1e-12);
 }
 
-TEST(Shape, that_cannot_be_is_refused) {
+TEST(Shape, that_is_impossible_is_rejected) {
     EXPECT_THROW(make_shape({}), Error);
     EXPECT_THROW(make_ball(0.0, 1.0), Error);
     EXPECT_THROW(make_ball(1.0, 0.0), Error);

@@ -20,7 +20,8 @@ struct Point {
     double x = 0.0, y = 0.0;
 };
 
-/// The outline of a flower, anticlockwise, built from its corners alone: each arc by its centre on the bisector of a chord.
+/// The outline of a flower, anticlockwise, built from its corners alone: each arc by its centre on the bisector of a
+/// chord.
 std::vector<Point> outline(const Cell& cell, int each) {
     std::vector<Point> points;
     for (int k = 0; k < cell.petals; ++k) {
@@ -90,8 +91,9 @@ std::vector<Point> random_places(const Cell& cell, std::size_t count) {
     return places;
 }
 
-TEST(Wall, of_a_flower_is_as_far_as_its_outline_inside_and_outside) {
-    // Points 0.002 mm apart at most: the nearest of them is off by (0.001)^2/(2 distance) from the arc, 0.001 at a corner.
+TEST(Wall, of_a_flower_has_the_distance_of_its_outline_inside_and_outside) {
+    // Points 0.002 mm apart at most: the nearest of them is off by (0.001)^2/(2 distance) from the arc, 0.001 at a
+    // corner.
     for (const Cell& cell : flowers) {
         const int each = 80000 / cell.petals;
         const std::vector<Point> points = outline(cell, each);
@@ -115,7 +117,7 @@ TEST(Wall, of_a_flower_is_as_far_as_its_outline_inside_and_outside) {
     }
 }
 
-TEST(Wall, of_a_flower_is_found_at_each_place_that_is_nearer_than_its_surroundings) {
+TEST(Wall, of_a_flower_is_found_at_each_local_minimum_of_the_distance) {
     for (const Cell& cell : flowers) {
         const std::vector<Point> points = outline(cell, 40000 / cell.petals);
         for (const Point& p : random_places(cell, 150))
@@ -136,7 +138,7 @@ TEST(Wall, of_a_flower_is_found_at_each_place_that_is_nearer_than_its_surroundin
     }
 }
 
-TEST(Wall, of_a_flower_whose_arcs_make_a_circle_is_that_of_the_circle) {
+TEST(Wall, of_a_flower_whose_arcs_form_a_circle_equals_that_of_the_circle) {
     const Cell round{.shape = "circle", .radius = 25.0}, made = flower(8, 25.0);
     EXPECT_NEAR(area(made), area(round), 1e-10);
     std::vector<Point> places = random_places(round, 1000);
@@ -153,7 +155,7 @@ TEST(Wall, of_a_flower_whose_arcs_make_a_circle_is_that_of_the_circle) {
     }
 }
 
-TEST(Wall, in_a_petal_is_not_felt_from_the_petal_beside_it) {
+TEST(Wall, of_a_petal_is_not_found_from_the_next_petal) {
     // Just beyond an inner corner, in the first petal: the arc of the second goes on as if through it.
     const Cell cell = flower(8, 12.0);
     const double corner = pi / 8;
@@ -163,7 +165,7 @@ TEST(Wall, in_a_petal_is_not_felt_from_the_petal_beside_it) {
     for (int i = 0; i < count; ++i) EXPECT_GT(found[i].distance, 0.0);
 }
 
-TEST(Wall, of_a_rectangle_is_two_in_a_corner_the_nearer_first) {
+TEST(Wall, of_a_rectangle_is_found_twice_in_a_corner_nearest_first) {
     const Cell cell{.shape = "rectangle", .lx = 20.0, .ly = 10.0};
     WallPoint found[4];
     ASSERT_EQ(walls_near(cell, 9.7, -4.8, 0.5, found), 2);
@@ -177,12 +179,12 @@ TEST(Wall, of_a_rectangle_is_two_in_a_corner_the_nearer_first) {
     EXPECT_EQ(found[0].distance, -0.5);
 }
 
-TEST(Wall, of_a_periodic_cell_is_none) {
+TEST(Wall, a_periodic_cell_has_no_walls) {
     WallPoint found[4];
     EXPECT_EQ(walls_near({}, 22.4, 22.4, 5.0, found), 0);
 }
 
-TEST(Cell, has_the_area_and_the_size_of_its_outline) {
+TEST(Cell, has_the_area_and_the_extent_of_its_outline) {
     for (const Cell& cell : flowers) {
         // A polygon of n points on an arc of angle t misses (t/n)^2/6 of its segment: 1e-9 here.
         const std::vector<Point> points = outline(cell, 160000 / cell.petals);

@@ -1,4 +1,5 @@
-// tests/dem/world.cpp: the whole step against exact motion, conservation laws, symmetry, and the traps of event-free simulation.
+// tests/dem/world.cpp: the whole step against exact motion, conservation laws, symmetry, and the traps of event-free
+// simulation.
 #include "drover/dem/world.hpp"
 
 #include <gtest/gtest.h>
@@ -35,9 +36,9 @@ Vector momentum(const Bodies& bodies) {
     return total;
 }
 
-TEST(World, an_elastic_bead_between_still_plates_bounces_as_it_does_exactly) {
-    // Free way gap - d = 0.4 mm at 30 mm/s and no gravity: the height is a triangle wave, however long the step.  (Impulses before contact
-    // would make the way shorter, and converge in dt nonetheless.)
+TEST(World, an_elastic_bead_between_resting_plates_follows_the_exact_motion) {
+    // Free way gap - d = 0.4 mm at 30 mm/s and no gravity: the height is a triangle wave, for any time step.
+    // (Impulses before contact would make the way shorter, and converge in dt nonetheless.)
     Threads threads;
     const dem::Setup setup = elastic(10.0);
     for (const double dt : {1e-5, 1e-4, 1e-3}) {
@@ -55,9 +56,10 @@ TEST(World, an_elastic_bead_between_still_plates_bounces_as_it_does_exactly) {
     }
 }
 
-TEST(World, a_bead_is_thrown_by_the_plate_at_the_time_and_with_the_speed_of_the_crossing) {
-    // One flight, dropped from rest on a moving base, e = 1: the crossing is found by bisection here.  The flight to it is a parabola and the plate
-    // a cosine; the step replaces it by a parabola of its own about each moment: dt^3 A omega^3/6 = 1e-8 mm.
+TEST(World, a_bead_bounces_off_the_moving_plate_at_the_exact_time_and_speed) {
+    // One flight, dropped from rest on a moving base, e = 1: the crossing is found by bisection here.  The flight to it
+    // is a parabola and the plate a cosine; the step replaces it by a parabola of its own about each moment: dt^3 A
+    // omega^3/6 = 1e-8 mm.
     Threads threads;
     dem::Setup setup = square(10.0);
     setup.plates.lid = false;
@@ -80,7 +82,7 @@ TEST(World, a_bead_is_thrown_by_the_plate_at_the_time_and_with_the_speed_of_the_
                 0.4 + a * (1.0 + std::cos(omega * low)) + after * since - 0.5 * 9810.0 * since * since, 1e-7);
 }
 
-TEST(World, two_beads_that_meet_part_as_the_law_of_impact_says_with_the_momentum_they_had) {
+TEST(World, two_colliding_beads_follow_the_impact_law_and_conserve_momentum) {
     Threads threads;
     dem::Setup setup = elastic(10.0);
     setup.restitution.bead_bead = 0.3;
@@ -108,7 +110,7 @@ TEST(World, two_beads_that_meet_part_as_the_law_of_impact_says_with_the_momentum
     }
 }
 
-TEST(World, a_frictionless_elastic_gas_keeps_its_energy_over_a_million_impacts) {
+TEST(World, a_frictionless_elastic_gas_conserves_energy_over_a_million_impacts) {
     Threads threads(2);
     Drawn drawn(1);
     dem::Setup setup = elastic(32.0);
@@ -125,7 +127,7 @@ TEST(World, a_frictionless_elastic_gas_keeps_its_energy_over_a_million_impacts) 
     EXPECT_GT(world.counts().bead_bead, 100000);
 }
 
-TEST(World, the_books_close_and_no_group_gains_energy_in_a_shaken_mixture) {
+TEST(World, the_energy_balance_closes_and_no_group_gains_energy_in_a_shaken_mixture) {
     Threads threads(2);
     dem::Setup setup = square(12.0);
     setup.beads.count = 1;  // the bodies are given below
@@ -148,7 +150,7 @@ TEST(World, the_books_close_and_no_group_gains_energy_in_a_shaken_mixture) {
     EXPECT_EQ(world.counts().unresolved, 0);
 }
 
-TEST(World, the_mean_velocity_of_the_beads_is_held) {
+TEST(World, hold_beads_keeps_the_mean_velocity_of_the_beads) {
     Threads threads;
     dem::Setup setup = square(12.0);
     setup.beads.count = 1;  // the bodies are given below
@@ -164,7 +166,7 @@ TEST(World, the_mean_velocity_of_the_beads_is_held) {
     EXPECT_NEAR(mean.y, -1.0, 0.2);
 }
 
-TEST(World, a_wave_of_the_velocity_of_the_beads_is_held_and_a_force_wave_gathers_them_where_it_ends) {
+TEST(World, hold_beads_keeps_a_velocity_wave_and_a_force_wave_collects_beads_at_its_node) {
     Threads threads;
     dem::Setup setup = square(16.0);
     setup.beads.count = 1;  // the bodies are given below
@@ -189,7 +191,7 @@ TEST(World, a_wave_of_the_velocity_of_the_beads_is_held_and_a_force_wave_gathers
     EXPECT_THROW(world.set_forces({.push = 1.0, .push_waves = 0}), Error);
 }
 
-TEST(World, the_books_stay_closed_when_forces_change) {
+TEST(World, the_energy_balance_closes_when_forces_change) {
     Threads threads(2);
     dem::Setup setup = square(12.0);
     setup.beads.count = 1;  // the bodies are given below
@@ -214,7 +216,7 @@ bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
            });
 }
 
-TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_in_mid_flight) {
+TEST(World, is_bitwise_equal_for_any_number_of_threads_and_after_a_restart_in_mid_flight) {
     const dem::Setup setup = square(14.0);
     Threads one(1), two(2), three(3);
     const auto make = [&](Threads& threads) {
@@ -236,7 +238,7 @@ TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_in_mi
     EXPECT_EQ(a.balance().plates, d.balance().plates);
 }
 
-TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_after_forces_changed) {
+TEST(World, is_bitwise_equal_for_any_number_of_threads_and_after_a_restart_with_changed_forces) {
     const dem::Setup setup = [] {
         dem::Setup with_bead = square(14.0);
         with_bead.beads.count = 1;  // the bodies are given below
@@ -263,7 +265,7 @@ TEST(World, is_the_same_bytes_for_any_number_of_threads_and_over_a_restart_after
     EXPECT_TRUE(same_bytes(a.save(), c.save()));
 }
 
-TEST(World, a_state_of_another_world_is_refused) {
+TEST(World, a_state_of_another_world_is_rejected) {
     const dem::Setup setup = square(14.0);
     Threads threads;
     Drawn drawn(4);
@@ -271,7 +273,8 @@ TEST(World, a_state_of_another_world_is_refused) {
     EXPECT_THROW(world.restore(std::vector<double>(10)), Error);
 }
 
-/// Position and direction of a single rod after some time, from a start turned by quarters of a circle and mirrored at the x axis.
+/// Position and direction of a single rod after some time, from a start turned by quarters of a circle and mirrored at
+/// the x axis.
 Rod flown(int quarters, bool mirrored, double time) {
     Threads threads;
     dem::Setup setup = square(20.0);
@@ -291,8 +294,9 @@ Rod flown(int quarters, bool mirrored, double time) {
     return world.bodies().rods.front();
 }
 
-TEST(World, mirrored_and_turned_scenes_have_mirrored_and_turned_histories) {
-    // The arithmetic is the same but for the order of some sums: rounding, multiplied by some ten impacts that hardly spread it.
+TEST(World, mirrored_and_rotated_scenes_have_mirrored_and_rotated_trajectories) {
+    // The arithmetic is the same but for the order of some sums: rounding, multiplied by some ten impacts that hardly
+    // spread it.
     const Rod plain = flown(0, false, 0.05);
     const Rod quarter = flown(1, false, 0.05), half = flown(2, false, 0.05), mirror = flown(0, true, 0.05);
     EXPECT_LT(length(quarter.position - Vector{-plain.position.y, plain.position.x, plain.position.z}), 1e-8);
@@ -302,9 +306,9 @@ TEST(World, mirrored_and_turned_scenes_have_mirrored_and_turned_histories) {
     EXPECT_GT(length(plain.position - Vector{1.0, 2.0, plain.position.z}), 0.1);  // it did move
 }
 
-TEST(World, a_rod_that_is_alike_at_both_ends_does_not_drift) {
-    // Without kicks, and lying flat, nothing tells its ends apart: both strike together, and the impact must not know which is named first.
-    // With kicks and starts of any tilt the drift is zero on average: 12 rods for 3 s.
+TEST(World, a_head_tail_symmetric_rod_does_not_drift) {
+    // Without kicks, and lying flat, nothing tells its ends apart: both strike together, and the impact must not know
+    // which is named first. With kicks and starts of any tilt the drift is zero on average: 12 rods for 3 s.
     Threads threads(2);
     dem::Setup setup = square(200.0);
     setup.kick.strength = 0.0;
@@ -342,7 +346,7 @@ TEST(World, a_rod_that_is_alike_at_both_ends_does_not_drift) {
     EXPECT_LT(std::abs(mean), 3.0 * std::sqrt(square_sum / 11.0 / 12.0) + 1e-3) << "mm/s";
 }
 
-TEST(World, single_spheres_alone_and_nothing_at_all_can_be_run) {
+TEST(World, a_single_rod_and_no_body_at_all_can_be_run) {
     Threads threads;
     const dem::Setup setup = square(5.0);
     World none(setup, {.shapes = {make_ball(0.8, 2.7)}, .beads = {}, .rods = {}}, 2e-5, 1, threads);
@@ -354,8 +358,9 @@ TEST(World, single_spheres_alone_and_nothing_at_all_can_be_run) {
     EXPECT_GT(one.counts().rod_plate, 0);
 }
 
-TEST(World, a_rod_in_a_cell_of_its_own_length_meets_its_own_image) {
-    // Cell of 4.6 by 3 mm: turning, the rod becomes parallel to its image 3 mm above at a distance of 3 cos(angle) mm, and meets it at 68 degrees.
+TEST(World, a_rod_in_a_cell_of_its_length_collides_with_its_image) {
+    // Cell of 4.6 by 3 mm: turning, the rod becomes parallel to its image 3 mm above at a distance of 3 cos(angle) mm,
+    // and meets it at 68 degrees.
     Threads threads(2);
     dem::Setup setup = square(4.6);
     setup.cell.ly = 3.0;
@@ -369,7 +374,7 @@ TEST(World, a_rod_in_a_cell_of_its_own_length_meets_its_own_image) {
     EXPECT_LT(world.worst_overlap().of_radius, 0.01);
 }
 
-TEST(World, extremes_of_restitution_friction_size_and_shaking_run_and_close_their_books) {
+TEST(World, the_energy_balance_closes_at_extremes_of_restitution_friction_size_and_shaking) {
     Threads threads;
     const auto closes = [&](const dem::Setup& setup, Bodies bodies, double dt) {
         World world(setup, std::move(bodies), dt, 1, threads);
@@ -407,7 +412,7 @@ TEST(World, extremes_of_restitution_friction_size_and_shaking_run_and_close_thei
     closes(sizes, bodies, 5e-6);
 }
 
-TEST(World, a_step_too_long_is_stopped_with_the_pair_named) {
+TEST(World, a_step_too_long_fails_with_the_names_of_the_pair) {
     Threads threads;
     dem::Setup setup = elastic(10.0);
     Bodies bodies{.shapes = {make_ball(0.8, 2.7)},
@@ -417,7 +422,7 @@ TEST(World, a_step_too_long_is_stopped_with_the_pair_named) {
     World world(setup, bodies, 5e-4, 1, threads);
     try {
         run(world, 0, 100);
-        FAIL() << "nothing was said";
+        FAIL() << "expected an error";
     } catch (const Error& error) {
         EXPECT_EQ(error.fault(), Fault::run);
         const std::string words = error.what();
@@ -426,9 +431,10 @@ TEST(World, a_step_too_long_is_stopped_with_the_pair_named) {
     }
 }
 
-TEST(World, kicks_turn_a_rod_by_the_sum_of_the_squares_of_its_approaches_whatever_the_step) {
-    // <omega_z^2> gains eps^2 v^2 at each hit: the variance is a property of the impacts, not of the steps.  Sixteen rods, 1 s; the turn of
-    // omega by friction is common to all.  Mean squares of 16 x 16 kicks spread by sqrt(2/16) = 0.35 each.
+TEST(World, work_of_kicks_does_not_depend_on_the_step) {
+    // <omega_z^2> gains eps^2 v^2 at each hit: the variance is a property of the impacts, not of the steps.  Sixteen
+    // rods, 1 s; the turn of omega by friction is common to all.  Mean squares of 16 x 16 kicks spread by sqrt(2/16) =
+    // 0.35 each.
     Threads threads(2);
     const auto work_of_kicks = [&](double dt) {
         dem::Setup setup = square(40.0);

@@ -23,14 +23,14 @@ calibrate::Table sample_table(bool varied) {
                                 .formula = by_rods ? "alpha/Gamma" : "a = D_r",
                                 .by_rods = by_rods};
         for (std::size_t i = 0; i < calibrate::count_of(table, by_rods); ++i)
-            row.known.push_back({.value = std::sin(static_cast<double>(i)),
+            row.entries.push_back({.value = std::sin(static_cast<double>(i)),
                                  .error = 0.01 * static_cast<double>(i),
                                  .trials = static_cast<int>(32 + i),
                                  .origin = static_cast<calibrate::Origin>(1 + i % 4),
                                  .remark = i % 2 == 0 ? "" : text("remark: number {}", i)});
         table.rows.push_back(std::move(row));
     }
-    table.rows[1].known[3] = {.value = NAN, .error = NAN, .trials = 8, .remark = "every rod\njams"};
+    table.rows[1].entries[3] = {.value = NAN, .error = NAN, .trials = 8, .remark = "every rod\njams"};
     return table;
 }
 
@@ -54,14 +54,14 @@ TEST(CalibrationFile, a_table_reads_back_unchanged) {
         for (std::size_t r = 0; r < found.rows.size(); ++r) {
             const calibrate::TableRow &a = found.rows[r], &b = table.rows[r];
             EXPECT_EQ(std::tie(a.name, a.unit, a.formula, a.by_rods), std::tie(b.name, b.unit, b.formula, b.by_rods));
-            ASSERT_EQ(a.known.size(), b.known.size());
-            for (std::size_t i = 0; i < a.known.size(); ++i) {
-                const bool hole = b.known[i].origin == calibrate::Origin::refused;
-                EXPECT_TRUE(hole ? std::isnan(a.known[i].value) : a.known[i].value == b.known[i].value);
-                EXPECT_TRUE(hole ? std::isnan(a.known[i].error) : a.known[i].error == b.known[i].error);
-                EXPECT_EQ(a.known[i].trials, b.known[i].trials);
-                EXPECT_EQ(a.known[i].origin, b.known[i].origin);
-                EXPECT_EQ(a.known[i].remark, hole ? "every rod jams" : b.known[i].remark);
+            ASSERT_EQ(a.entries.size(), b.entries.size());
+            for (std::size_t i = 0; i < a.entries.size(); ++i) {
+                const bool hole = b.entries[i].origin == calibrate::Origin::missing;
+                EXPECT_TRUE(hole ? std::isnan(a.entries[i].value) : a.entries[i].value == b.entries[i].value);
+                EXPECT_TRUE(hole ? std::isnan(a.entries[i].error) : a.entries[i].error == b.entries[i].error);
+                EXPECT_EQ(a.entries[i].trials, b.entries[i].trials);
+                EXPECT_EQ(a.entries[i].origin, b.entries[i].origin);
+                EXPECT_EQ(a.entries[i].remark, hole ? "every rod jams" : b.entries[i].remark);
             }
         }
         EXPECT_EQ(folder.count(), 1u);  // no temporary file is left
@@ -79,7 +79,7 @@ TEST(CalibrationFile, the_same_table_gives_the_same_bytes) {
 TEST(CalibrationFile, a_table_with_negative_errors_is_rejected) {
     const Folder folder;
     calibrate::Table table = sample_table(false);
-    table.rows[0].known[1].error = -1.0;
+    table.rows[0].entries[1].error = -1.0;
     EXPECT_NE(refusal_of([&] { write_calibration(folder / "t.h5", table, {}); }).find("has the standard error -1"),
               std::string::npos);
     EXPECT_EQ(folder.count(), 0u);

@@ -1,4 +1,5 @@
-// tests/measure/particles_pairs.cpp: hexatic order, correlations, number fluctuations and the flow around a rod, where they are known.
+// tests/measure/particles_pairs.cpp: hexatic order, correlations, number fluctuations and the flow around a rod, where
+// they are known.
 #include <gtest/gtest.h>
 
 #include "measure/particles_support.hpp"
@@ -15,7 +16,7 @@ ParticleScene lattice(int columns, int rows, double spacing) {
     return scene;
 }
 
-TEST(PlaneCells, visits_each_place_within_reach_once) {
+TEST(PlaneCells, visits_each_point_within_reach_once) {
     for (const char* shape : {"periodic", "rectangle"})
         for (const double reach :
              {0.7, 3.0, 4.9}) {  // many cells, some, fewer than reach: each visited once all the same
@@ -41,7 +42,7 @@ TEST(HexaticOrder, of_a_triangular_lattice_is_one) {
     EXPECT_NEAR(scene("bead_neighbours"), 6.0, 1e-10);
 }
 
-TEST(HexaticOrder, of_a_square_lattice_is_none) {
+TEST(HexaticOrder, of_a_square_lattice_is_zero) {
     ParticleScene scene("periodic", 17.0, 17.0);
     for (int j = 0; j < 20; ++j)
         for (int i = 0; i < 20; ++i) scene.add_bead(0.85 * i, 0.85 * j);
@@ -49,7 +50,7 @@ TEST(HexaticOrder, of_a_square_lattice_is_none) {
     EXPECT_NEAR(scene("hexatic_order_local"), 0.0, 1e-10);  // <exp(6 i angle)> over 0, 90, 180, 270 degrees
 }
 
-TEST(HexaticOrder, of_grains_turned_by_thirty_degrees_is_local_alone) {
+TEST(HexaticOrder, of_grains_rotated_by_thirty_degrees_is_only_local) {
     ParticleScene scene("circle");
     for (const double turn : {0.0, pi / 6.0})  // two hexagons far from each other
         for (int i = 0; i < 7; ++i)
@@ -60,8 +61,9 @@ TEST(HexaticOrder, of_grains_turned_by_thirty_degrees_is_local_alone) {
     EXPECT_NEAR(scene("hexatic_order"), 0.0, 1e-10);
 }
 
-TEST(PairCorrelation, of_an_ideal_gas_is_one_within_its_errors) {
-    // Pairs in a ring are Poisson to a good part: sum over scenes of g has the relative variance 2/(pairs counted twice).
+TEST(PairCorrelation, of_an_ideal_gas_is_one_within_errors) {
+    // Pairs in a ring are Poisson to a good part: sum over scenes of g has the relative variance 2/(pairs counted
+    // twice).
     const int scenes = 40;
     std::vector<double> beads, rods;
     ParticleSetting setting;
@@ -84,13 +86,14 @@ TEST(PairCorrelation, of_an_ideal_gas_is_one_within_its_errors) {
         }
         return sum;
     };
-    // Chi square of n degrees has mean n and variance 2 n (and a little more where few pairs are counted): within four deviations.
+    // Chi square of n degrees has mean n and variance 2 n (and a little more where few pairs are counted): within four
+    // deviations.
     const auto n = static_cast<double>(beads.size()), m = static_cast<double>(rods.size());
     EXPECT_NEAR(chi_square(beads, 1000.0, setting.bead_separations.width), n, 4.0 * std::sqrt(2.0 * n));
     EXPECT_NEAR(chi_square(rods, 200.0, setting.rod_separations.width), m, 4.0 * std::sqrt(2.0 * m));
 }
 
-TEST(PairCorrelation, of_a_lattice_has_its_shells_and_their_numbers) {
+TEST(PairCorrelation, of_a_lattice_has_its_shells_and_coordination_numbers) {
     const ParticleScene scene = lattice(20, 24, 0.85);
     const ParticleSetting setting = scene.setting();
     const std::vector<double> g = scene.all("pair_correlation_beads");
@@ -105,7 +108,7 @@ TEST(PairCorrelation, of_a_lattice_has_its_shells_and_their_numbers) {
     EXPECT_NEAR(first, 6.0, 1e-10);
 }
 
-TEST(PairCorrelation, around_some_of_the_beads_is_that_around_all) {
+TEST(PairCorrelation, around_a_subset_of_beads_is_that_around_all) {
     // 20,000 beads of a lattice, of which 8192 are centres: all are alike, so nothing may change.
     const ParticleScene few = lattice(20, 24, 0.85), many = lattice(160, 144, 0.85);
     const std::vector<double> a = few.all("pair_correlation_beads"), b = many.all("pair_correlation_beads");
@@ -120,7 +123,7 @@ TEST(PairCorrelation, around_some_of_the_beads_is_that_around_all) {
     EXPECT_NEAR(sum_b, sum_a, 1e-9 * sum_a);
 }
 
-TEST(PolarCorrelation, of_a_flock_is_its_order_and_of_its_fluctuations_none) {
+TEST(PolarCorrelation, of_a_flock_is_its_order_without_fluctuations) {
     ParticleScene scene = random_particles(8, 0, 60);
     for (dem::Rod& rod : scene.bodies.rods) rod.axis = {0.6, 0.8, 0.0};
     const std::vector<double> pairs = scene.all("rod_pairs"), order = scene.all("rod_pairs_order"),
@@ -157,7 +160,8 @@ TEST(PolarCorrelation, in_a_circle_is_that_of_the_local_frame) {
 }
 
 TEST(NumberFluctuations, of_bodies_at_random_are_binomial) {
-    // Over all positions of a box, <DN^2> = N (1 - part) exactly for independent bodies.  Errors from the scenes themselves.
+    // Over all positions of a box, <DN^2> = N (1 - part) exactly for independent bodies.  Errors from the scenes
+    // themselves.
     const int scenes = 200;
     for (const double ly : {45.0, 30.0}) {
         std::vector<double> sum, squares;
@@ -177,19 +181,18 @@ TEST(NumberFluctuations, of_bodies_at_random_are_binomial) {
         ASSERT_GE(sum.size(), 5u);
         for (std::size_t b = 0; b < sum.size(); ++b) {
             const double mean = sum[b] / scenes, error = std::sqrt((squares[b] / scenes - mean * mean) / (scenes - 1));
-            const double expected = 150.0 * setting.part[b] * (1.0 - setting.part[b]);
+            const double expected = 150.0 * setting.fractions[b] * (1.0 - setting.fractions[b]);
             EXPECT_NEAR(mean, expected, 3.5 * error) << ly << " " << b;  // a dozen boxes: 3.5 deviations once in 200
             EXPECT_LT(error, 0.05 * expected);                           // and the test says something
         }
     }
 }
 
-TEST(NumberFluctuations, of_a_lattice_of_rods_are_none_where_a_box_fits_it) {
+TEST(NumberFluctuations, of_a_lattice_are_zero_in_commensurate_boxes) {
     ParticleScene scene("periodic", 48.0, 48.0);
     for (int i = 0; i < 576; ++i) scene.add_rod(2.0 * (i % 24) + 0.5, 2.0 * (i / 24) + 0.5, 0.0);
     const ParticleSetting setting = scene.setting();
-    const std::vector<double> variance = scene.all("rod_number_variance"),
-                              sides = axis_of(ParticleAxis::box, setting).values;
+    const std::vector<double> variance = scene.all("rod_number_variance"), sides = scene.axis("rod_number_variance");
     for (std::size_t b = 0; b < variance.size(); ++b)
         if (setting.boxes[b] % 2 == 0)
             EXPECT_NEAR(variance[b], 0.0, 1e-20) << sides[b];  // exact: a whole number of spacings
@@ -197,7 +200,8 @@ TEST(NumberFluctuations, of_a_lattice_of_rods_are_none_where_a_box_fits_it) {
 }
 
 TEST(RodFlow, of_a_known_field_is_found_in_the_frame_of_each_rod) {
-    // Beads on a fine mesh; each rod is alone with a field that is, in its own frame, that of a dipole with a finite core.
+    // Beads on a fine mesh; each rod is alone with a field that is, in its own frame, that of a dipole with a finite
+    // core.
     const double angle = 0.9, c = std::cos(angle), s = std::sin(angle);
     const auto field = [](double a, double b) {
         const double r = a * a + b * b + 4.0;
@@ -212,10 +216,8 @@ TEST(RodFlow, of_a_known_field_is_found_in_the_frame_of_each_rod) {
             const auto [along, across] = field(c * dx + s * dy, c * dy - s * dx);
             scene.add_bead(x, y, c * along - s * across, s * along + c * across);
         }
-    const ParticleSetting setting = scene.setting();
     const std::vector<double> density = scene.all("flow_density"), flux_along = scene.all("flow_flux_along"),
-                              flux_across = scene.all("flow_flux_across"),
-                              places = axis_of(ParticleAxis::along, setting).values;
+                              flux_across = scene.all("flow_flux_across"), places = scene.axis("flow_density");
     ASSERT_EQ(places.size(), 21u);
     EXPECT_EQ(places[10], 0.0);
     double total = 0.0;
@@ -224,8 +226,9 @@ TEST(RodFlow, of_a_known_field_is_found_in_the_frame_of_each_rod) {
             const auto [along, across] = field(places[i], places[k]);
             const std::size_t at = i * 21 + k;
             total += density[at] / (21.0 * 21.0);
-            // The mean over a cell of 1.07 mm differs from its middle by width^2/24 of the Laplacian, some 20 at the core: 1; that of the
-            // beads in it, 0.15 mm apart, by less.  The field is 10 there and changes by as much over the mesh.
+            // The mean over a cell of 1.07 mm differs from its middle by width^2/24 of the Laplacian, some 20 at the
+            // core: 1; that of the beads in it, 0.15 mm apart, by less.  The field is 10 there and changes by as much
+            // over the mesh.
             EXPECT_NEAR(flux_along[at] / density[at], along, 0.8) << i << " " << k;
             EXPECT_NEAR(flux_across[at] / density[at], across, 0.8) << i << " " << k;
         }
@@ -235,7 +238,7 @@ TEST(RodFlow, of_a_known_field_is_found_in_the_frame_of_each_rod) {
     EXPECT_LT(flux_across[15 * 21 + 5], -0.5 * density[15 * 21 + 5]);  // ahead and to the right: towards the right
 }
 
-TEST(RodFlow, of_beads_that_move_with_their_rods_is_along_n_all_around) {
+TEST(RodFlow, of_beads_that_move_with_the_rod_is_along_n_everywhere) {
     ParticleScene scene("periodic", 60.0, 60.0);
     scene.add_rod(0.0, 0.0, 2.5);
     const std::vector<double> u = uniform_numbers(20000, 4);

@@ -1,4 +1,4 @@
-// tests/measure/particles_support.hpp: bodies put where a test wants them, and what is measured on them.
+// tests/measure/particles_support.hpp: bodies at given positions, and their observables.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -42,23 +42,18 @@ struct ParticleScene {
                 .counts = counts,
                 .energy_kinetic = energy_kinetic};
     }
-    bool measures(const std::string& name) const {
-        for (const ParticleObservable& row : particle_observables(setting()))
-            if (row.name == name) return true;
-        return false;
-    }
-    /// All numbers of the observable of that name.
+    bool measures(const std::string& name) const { return find_row(particle_observables(setting()), name) != nullptr; }
+    /// All values of the observable of that name.
     std::vector<double> all(const std::string& name) const {
         const ParticleSetting at = setting();
-        const ParticleMoment now = moment(at);
-        for (const ParticleObservable& row : particle_observables(at))
-            if (row.name == name) {
-                std::vector<double> out(size_of(row, at), -1.0);
-                row.measure(now, out);
-                return out;
-            }
+        const auto rows = particle_observables(at);
+        if (const auto* row = find_row(rows, name)) return measure_one(*row, moment(at));
         ADD_FAILURE() << name << " is not measured";
         return {std::nan("")};
+    }
+    /// The coordinates on the first axis of the observable of that name.
+    std::vector<double> axis(const std::string& name) const {
+        return find_row(particle_observables(setting()), name)->axes.front().values;
     }
     double operator()(const std::string& name) const { return all(name).at(0); }
 };

@@ -1,4 +1,4 @@
-// tests/measure/path_summary.cpp: rows of paths of rods and beads whose speeds, gaits and diffusion are known.
+// tests/measure/path_summary.cpp: results from paths of rods and beads with known speeds and diffusion.
 #include "drover/measure/path_summary.hpp"
 
 #include <gtest/gtest.h>
@@ -41,20 +41,20 @@ Paths rods_of(const std::vector<double>& speeds, std::size_t frames, double spac
     return paths;
 }
 
-TEST(PathSummary, of_rods_of_known_speeds_gives_mean_spread_and_gaits) {
+TEST(PathSummary, of_rods_with_known_speeds_has_their_mean_spread_and_head_first_fraction) {
     const auto rows = path_rows(rods_of({12.0, 13.0, -7.0, 14.0}, 41, 0.025, {}));
     EXPECT_NEAR(estimate_of(rows, "rod_speed").mean, 8.0, 1e-11);  // rounding
-    // Of 4, 5, -15 and 6 beside their mean, over n - 1, and the jackknife takes the bias of the root away from the one over n.
+    // Deviations of 4, 5, -15 and 6 from the mean, over n - 1: the jackknife corrects the bias of the root.
     const Estimate deviation = estimate_of(rows, "rod_speed_deviation");
     EXPECT_NEAR(deviation.mean, std::sqrt(302.0 / 3.0), *deviation.error);
-    const Estimate share = estimate_of(rows, "rod_speed_ahead_share");
-    EXPECT_NEAR(share.mean, 0.75, 1e-12);
-    EXPECT_NEAR(share.error.value_or(0.0), std::sqrt(0.75 * 0.25 / 3.0), 1e-12);  // the binomial's
+    const Estimate fraction = estimate_of(rows, "rod_head_first_fraction");
+    EXPECT_NEAR(fraction.mean, 0.75, 1e-12);
+    EXPECT_NEAR(fraction.error.value_or(0.0), std::sqrt(0.75 * 0.25 / 3.0), 1e-12);  // the binomial's
     for (const SummaryRow& row : rows) EXPECT_FALSE(row.unit.empty() || row.formula.empty()) << row.name;
 }
 
-TEST(PathSummary, weighs_every_frame_alike_whatever_the_units) {
-    // 40 frames in 16 stretches of two and of three: the first 19 ahead, the others astern.
+TEST(PathSummary, weights_every_frame_equally_in_unequal_segments) {
+    // 40 frames in 16 segments of two and of three: the first 19 head-first, the others tail-first.
     Paths paths = make_paths(1.0, 41, 1, 0);
     double x = 0.0;
     for (std::size_t i = 0; i < 41; ++i) {
@@ -69,7 +69,7 @@ TEST(PathSummary, projects_on_the_direction_at_the_start_of_a_frame) {
     EXPECT_NEAR(estimate_of(path_rows(rods_of({3.0}, 21, 0.5, quarter_turns)), "rod_speed").mean, 3.0, 1e-12);
 }
 
-TEST(PathSummary, finds_the_diffusion_of_rods_that_diffuse) {
+TEST(PathSummary, finds_the_rotational_diffusion) {
     constexpr double diffusion = 0.4, spacing = 0.05;
     constexpr std::size_t rods = 60, frames = 800;
     std::vector<double> turn = normal_numbers(rods * (frames - 1), 3);
@@ -83,21 +83,21 @@ TEST(PathSummary, finds_the_diffusion_of_rods_that_diffuse) {
     EXPECT_DOUBLE_EQ(*time.error, *found.error / (found.mean * found.mean));
 }
 
-TEST(PathSummary, refuses_errors_that_it_cannot_know) {
+TEST(PathSummary, has_no_error_where_it_cannot_be_estimated) {
     const auto one = path_rows(rods_of({12.0}, 41, 0.025, {}));
     EXPECT_FALSE(has_row(one, "rod_speed_deviation"));
-    EXPECT_EQ(estimate_of(one, "rod_speed_ahead_share").mean, 1.0);
-    EXPECT_FALSE(estimate_of(one, "rod_speed_ahead_share").error);
+    EXPECT_EQ(estimate_of(one, "rod_head_first_fraction").mean, 1.0);
+    EXPECT_FALSE(estimate_of(one, "rod_head_first_fraction").error);
     EXPECT_FALSE(estimate_of(one, "rotational_diffusion").error && estimate_of(one, "relaxation_time").error);
-    const auto all_ahead = path_rows(rods_of({12.0, 11.0, 10.0}, 41, 0.025, {}));
-    EXPECT_EQ(estimate_of(all_ahead, "rod_speed_ahead_share").refusal,
-              "error refused: all 3 rods go the same way, and how many of more would not is not told");
+    const auto all_head_first = path_rows(rods_of({12.0, 11.0, 10.0}, 41, 0.025, {}));
+    EXPECT_EQ(estimate_of(all_head_first, "rod_head_first_fraction").refusal,
+              "no error estimate: all 3 rods move the same way, so the binomial error is not known");
 }
 
-TEST(PathSummary, of_fewer_than_two_frames_says_so) {
+TEST(PathSummary, of_fewer_than_two_frames_is_nan_with_the_reason) {
     for (const std::size_t frames : {0u, 1u}) {
         const auto rows = path_rows(rods_of({12.0, 11.0}, frames, 0.025, {}));
-        for (const char* name : {"rod_speed", "rod_speed_ahead_share", "rotational_diffusion", "relaxation_time"}) {
+        for (const char* name : {"rod_speed", "rod_head_first_fraction", "rotational_diffusion", "relaxation_time"}) {
             EXPECT_TRUE(std::isnan(estimate_of(rows, name).mean)) << name;
             EXPECT_NE(estimate_of(rows, name).refusal.find("expected two or more"), std::string::npos);
         }
@@ -127,14 +127,14 @@ TEST(PathSummary, of_beads_is_their_displacement_over_a_frame) {
     }
 }
 
-TEST(PathSummary, refuses_frames_of_other_bodies) {
+TEST(PathSummary, rejects_frames_of_other_bodies) {
     EXPECT_THROW(make_paths(0.0, 2, 1, 0), Error);
     Paths paths = make_paths(0.1, 1, 1, 2);
     const std::vector<double> one(3), two(6);
     EXPECT_THROW(add_frame(paths, two, one, two), Error);
     EXPECT_THROW(add_frame(paths, one, one, one), Error);
     add_frame(paths, one, one, two);
-    EXPECT_THROW(add_frame(paths, one, one, two), Error);  // one was to come
+    EXPECT_THROW(add_frame(paths, one, one, two), Error);  // one was expected
 }
 
 }  // namespace

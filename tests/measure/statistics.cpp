@@ -59,7 +59,7 @@ TEST(StudentProbability, agrees_with_the_closed_forms_of_one_and_two_degrees) {
     EXPECT_NEAR(student_probability(2.0, 2.0), 2.0 / std::sqrt(6.0), 1e-10);  // t/sqrt(2 + t^2)
 }
 
-TEST(AutocorrelationTime, is_the_sum_that_defines_it_for_short_and_for_long_windows) {
+TEST(AutocorrelationTime, is_the_defining_sum_for_short_and_long_windows) {
     // Windows of some, of hundreds and of thousands of lags: one by one, and by Fourier transform.
     for (const double phi : {-0.3, 0.6, 0.98, 0.998})
         for (const std::size_t size : {50u, 1237u, 8192u}) {
@@ -69,7 +69,7 @@ TEST(AutocorrelationTime, is_the_sum_that_defines_it_for_short_and_for_long_wind
         }
 }
 
-TEST(AutocorrelationTime, of_an_autoregression_is_known_within_the_error_of_madras_and_sokal) {
+TEST(AutocorrelationTime, of_an_autoregression_has_the_error_of_madras_and_sokal) {
     const int series = 400;
     for (const double phi : {0.5, 0.9, 0.97}) {
         const double exact = exact_time(phi);
@@ -93,7 +93,7 @@ TEST(AutocorrelationTime, of_an_autoregression_is_known_within_the_error_of_madr
     }
 }
 
-TEST(AutocorrelationTime, of_constant_short_or_damaged_series_is_plain) {
+TEST(AutocorrelationTime, of_constant_short_or_nonfinite_series_is_as_documented) {
     EXPECT_EQ(autocorrelation_time({}), 0.5);
     EXPECT_EQ(autocorrelation_time(std::vector{3.0}), 0.5);
     EXPECT_EQ(autocorrelation_time(std::vector(100, 0.1)), 0.5);
@@ -129,7 +129,7 @@ Coverage coverage(double phi, std::size_t size, std::uint64_t seed) {
     return result;
 }
 
-TEST(Coverage, the_truth_lies_within_one_and_two_errors_as_often_as_students_t_says) {
+TEST(Coverage, of_one_and_two_errors_is_that_of_students_t) {
     for (const double phi : {0.0, 0.5, 0.9})
         for (const double times : {1000.0, 250.0}) {  // 64 blocks, and about 25
             const Coverage found = coverage(phi, static_cast<std::size_t>(times * exact_time(phi)), 1000);
@@ -140,14 +140,14 @@ TEST(Coverage, the_truth_lies_within_one_and_two_errors_as_often_as_students_t_s
         }
 }
 
-TEST(Coverage, an_error_that_forgets_correlations_fails_the_same_test) {
+TEST(Coverage, of_an_error_without_correlations_is_too_small) {
     const Coverage found = coverage(0.9, static_cast<std::size_t>(1000.0 * exact_time(0.9)), 1000);
     // It is sqrt(2 tau) = 4.4 times too small: erf(1/4.4/sqrt(2)) = 18 % are within one, 72 of 400.
     EXPECT_NEAR(found.naive_within_one, 72.0, 3.0 * std::sqrt(400.0 * 0.18 * 0.82));
     EXPECT_LT(found.naive_within_one, found.expected_one - 28.0);
 }
 
-TEST(Estimate, the_error_is_the_exact_one_on_average_even_in_the_shortest_blocks) {
+TEST(Estimate, the_error_is_unbiased_even_with_the_shortest_blocks) {
     const double phi = 0.9, exact = exact_time(phi);
     for (const double times : {700.0, 3000.0}) {  // 64 blocks of 11 and of 47 autocorrelation times
         const auto size = static_cast<std::size_t>(times * exact);
@@ -161,12 +161,13 @@ TEST(Estimate, the_error_is_the_exact_one_on_average_even_in_the_shortest_blocks
             const double variance = 2.0 * exact / n * (1.0 - (exact - 0.25 / exact) / n);
             ratio += *estimate.error * *estimate.error / variance / 1000.0;
         }
-        // Three errors of a mean of chi-squares of 63 degrees.  Correlations over the ends of blocks are worth 9 %, 2 %.
+        // Three errors of a mean of chi-squares of 63 degrees.  Correlations over the ends of blocks are worth 9 %, 2
+        // %.
         EXPECT_NEAR(ratio, 1.0, 3.0 * std::sqrt(2.0 / 63.0 / 1000.0)) << times;
     }
 }
 
-TEST(Estimate, the_error_is_that_of_independent_means_of_blocks) {
+TEST(Estimate, the_error_is_that_of_independent_block_means) {
     const std::vector<double> values = autoregression(0.9, 1500, 12);
     const Estimate estimate = estimate_mean({.series = {values}, .spacing = 0.25}, 0);
     ASSERT_TRUE(estimate.error);
@@ -186,7 +187,7 @@ TEST(Estimate, the_error_is_that_of_independent_means_of_blocks) {
     EXPECT_GE(static_cast<double>(length), autocorrelation_times_per_block * tau);
 }
 
-TEST(Estimate, the_error_is_refused_with_the_run_length_that_would_do) {
+TEST(Estimate, a_run_that_is_too_short_has_no_error_and_reports_the_run_length_needed) {
     // The spacing is chosen such that the autocorrelation time as measured is 4 s: 80 of them are 320 s.
     const std::vector<double> values = autoregression(0.9, 100, 77);
     const double tau = autocorrelation_time(values), spacing = 4.0 / tau;
@@ -197,63 +198,68 @@ TEST(Estimate, the_error_is_refused_with_the_run_length_that_would_do) {
     const double times = 100.0 / tau;
     EXPECT_EQ(
         estimate.refusal,
-        text(
-            "error refused: the run has {:.3g} autocorrelation times ({:.3g} s) after warm-up; blocks need 10 each and "
-            "there must be at least 8: run for 320 s",
-            times, times * 4.0));
+        text("no error estimate: the run has {:.3g} autocorrelation times ({:.3g} s) after warm-up; expected blocks of "
+             "10 each, at least 8 of them: run for 320 s",
+             times, times * 4.0));
 }
 
-TEST(Estimate, a_run_of_the_length_that_was_asked_for_is_long_enough) {
+TEST(Estimate, a_run_of_the_reported_length_is_long_enough) {
     const std::vector<double> all = autoregression(0.9, 4000, 21);
-    const Estimate refused = estimate_mean({.series = {{all.begin(), all.begin() + 540}}, .skip = 40}, 0);
-    ASSERT_FALSE(refused.error);
-    const auto asked = static_cast<std::ptrdiff_t>(40.0 + 80.0 * refused.autocorrelation_time);
-    EXPECT_THAT(refused.refusal, HasSubstr("run for "));
-    EXPECT_NEAR(std::stod(refused.refusal.substr(refused.refusal.rfind("for ") + 4)), static_cast<double>(asked), 10.0);
+    const Estimate brief = estimate_mean({.series = {{all.begin(), all.begin() + 540}}, .skip = 40}, 0);
+    ASSERT_FALSE(brief.error);
+    const auto asked = static_cast<std::ptrdiff_t>(40.0 + 80.0 * brief.autocorrelation_time);
+    EXPECT_THAT(brief.refusal, HasSubstr("run for "));
+    EXPECT_NEAR(std::stod(brief.refusal.substr(brief.refusal.rfind("for ") + 4)), static_cast<double>(asked), 10.0);
     // The time is measured better in the longer run, and may come out longer by its own error, 0.45 tau; twice that is
     // safe.
     EXPECT_TRUE(estimate_mean({.series = {{all.begin(), all.begin() + 2 * asked}}, .skip = 40}, 0).error);
 }
 
-TEST(Estimate, a_constant_series_has_no_error_and_one_known_to_rounding_none_either) {
+TEST(Estimate, a_series_constant_up_to_rounding_has_error_zero) {
     const Estimate constant = estimate_mean({.series = {std::vector(7, 0.1)}, .spacing = 2.0}, 0);
     EXPECT_EQ(constant.mean, 0.1);
     EXPECT_EQ(constant.error, 0.0);
     EXPECT_EQ(constant.autocorrelation_time, 1.0);
     EXPECT_EQ(constant.refusal, "");
-    std::vector<double> total(1000, 4096.0);  // a conserved total that walks about by rounding
+    std::vector<double> total(1000, 4096.0);  // a conserved total that drifts by rounding
     for (std::size_t i = 1; i < total.size(); ++i) total[i] = total[i - 1] + (i % 3 == 0 ? -1.0 : 1.0) * 4.5e-13;
     EXPECT_EQ(estimate_mean({.series = {total}}, 0).error, 0.0);
 }
 
-TEST(Estimate, short_and_damaged_series_are_refused_in_plain_words) {
+TEST(Estimate, short_and_nonfinite_series_have_no_error_and_report_why) {
     const auto refusal = [](std::vector<double> values, std::size_t skip = 0) {
         const Estimate estimate = estimate_mean({.series = {std::move(values)}, .spacing = 0.5, .skip = skip}, 0);
         EXPECT_FALSE(estimate.error);
         return estimate.refusal;
     };
-    EXPECT_EQ(refusal({}), "error refused: 0 samples after warm-up; at least 40 are needed: run for 20 s");
-    EXPECT_EQ(refusal({1.0}), "error refused: one sample after warm-up; at least 40 are needed: run for 20 s");
-    EXPECT_EQ(refusal({1.0, 2.0}), "error refused: 2 samples after warm-up; at least 40 are needed: run for 20 s");
-    EXPECT_EQ(refusal({1.0, 2.0}, 9), "error refused: 0 samples after warm-up; at least 40 are needed: run for 21 s");
+    EXPECT_EQ(refusal({}), "no error estimate: 0 samples after warm-up; at least 40 are needed: run for 20 s");
+    EXPECT_EQ(refusal({1.0}), "no error estimate: one sample after warm-up; at least 40 are needed: run for 20 s");
+    EXPECT_EQ(refusal({1.0, 2.0}), "no error estimate: 2 samples after warm-up; at least 40 are needed: run for 20 s");
+    EXPECT_EQ(refusal({1.0, 2.0}, 9),
+              "no error estimate: 0 samples after warm-up; at least 40 are needed: run for 21 s");
     std::vector<double> damaged(100, 1.0);
     damaged[16] = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(refusal(damaged),
-              "error refused: sample 17 of 100 is nan; expected finite numbers: see where the run left them");
-    EXPECT_EQ(refusal(damaged, 10),
-              "error refused: sample 17 of 100 is nan; expected finite numbers: see where the run left them");
+    EXPECT_EQ(
+        refusal(damaged),
+        "no mean: the value is not finite in 1 of 100 samples after warm-up; the first is sample 17, nan: choose a "
+        "longer warm-up, or see the formula for when it is undefined");
+    EXPECT_EQ(
+        refusal(damaged, 10),
+        "no mean: the value is not finite in 1 of 90 samples after warm-up; the first is sample 17, nan: choose a "
+        "longer warm-up, or see the formula for when it is undefined");
+    EXPECT_EQ(refusal(std::vector(3, std::nan(""))), "no mean: the value is undefined (NaN) in every sample");
     EXPECT_TRUE(std::isnan(estimate_mean({.series = {damaged}}, 0).mean));
-    EXPECT_EQ(estimate_mean({.series = {damaged}, .skip = 17}, 0).error, 0.0);  // the damage lies in the warm-up
+    EXPECT_EQ(estimate_mean({.series = {damaged}, .skip = 17}, 0).error, 0.0);  // the NaN is in the warm-up
 }
 
-TEST(Estimate, series_of_different_lengths_and_times_that_do_not_pass_are_refused) {
+TEST(Estimate, series_of_different_lengths_and_a_spacing_of_zero_are_rejected) {
     const auto first = [](std::span<const double> means) { return means[0]; };
     EXPECT_THROW(estimate_function({.series = {{1.0, 2.0}, {1.0}}}, first), Error);
     EXPECT_THROW(estimate_function({.series = {{1.0, 2.0}}, .spacing = 0.0}, first), Error);
     EXPECT_THROW(estimate_function({.series = {}}, first), Error);
 }
 
-TEST(Estimate, the_warm_up_is_left_out_and_told) {
+TEST(Estimate, the_warm_up_is_left_out_and_reported) {
     std::vector<double> values = autoregression(0.0, 1064, 9);
     for (std::size_t i = 0; i < 100; ++i) values[i] = 1e6;
     const Estimate estimate = estimate_mean({.series = {values}, .spacing = 0.5, .skip = 100}, 0);
@@ -264,7 +270,7 @@ TEST(Estimate, the_warm_up_is_left_out_and_told) {
     EXPECT_GE(estimate.samples, 964u - 63u);
 }
 
-TEST(EstimateFunction, the_jackknife_takes_the_bias_of_a_square_out) {
+TEST(EstimateFunction, the_jackknife_corrects_the_bias_of_a_square) {
     // The square of a sample mean is too large by the variance of the mean; without that the mean over runs is 0.
     const std::size_t runs = 400, size = 640;
     double corrected = 0.0, plain = 0.0;
@@ -286,11 +292,11 @@ TEST(EstimateFunction, a_slow_series_sets_the_blocks_for_all) {
     }
 }
 
-TEST(EstimateFunction, what_is_no_number_is_refused) {
+TEST(EstimateFunction, a_nonfinite_function_has_no_error) {
     const Estimate estimate =
         estimate_local_exponent({.series = {std::vector(100, 0.0), std::vector(100, 0.0)}}, 0, 1, 4.0);
     EXPECT_FALSE(estimate.error);
-    EXPECT_THAT(estimate.refusal, HasSubstr("not a finite number"));
+    EXPECT_THAT(estimate.refusal, HasSubstr("is not finite"));
 }
 
 /// |P| of a two-component Gaussian of unit variance each, independent samples.
@@ -327,7 +333,7 @@ TEST(OrderParameter, susceptibility_of_a_two_component_gaussian_is_its_closed_fo
     EXPECT_NEAR(*chi.error, exact_error, 4.0 * exact_error / std::sqrt(2.0 * 63.0));
 }
 
-TEST(OrderParameter, susceptibility_of_small_fluctuations_about_order_keeps_its_digits) {
+TEST(OrderParameter, susceptibility_of_small_fluctuations_keeps_its_digits) {
     std::vector<double> order = autoregression(0.0, 20000, 8);
     const double plain = estimate_susceptibility({.series = {order}}, 0, 1.0).mean;
     for (double& p : order) p = 1.0 + 1e-9 * p;
@@ -335,7 +341,7 @@ TEST(OrderParameter, susceptibility_of_small_fluctuations_about_order_keeps_its_
     EXPECT_NEAR(estimate_susceptibility({.series = {order}}, 0, 1.0).mean / 1e-18, plain, 1e-5);
 }
 
-TEST(LocalExponent, of_variances_of_a_power_law_is_that_power) {
+TEST(LocalExponent, of_power_law_variances_is_the_power) {
     // DN ~ N^0.8 between boxes of N and 4 N; both series fluctuate, one as the other, so that the exponent does not.
     std::vector<double> small = autoregression(0.5, 2000, 4), large(2000);
     for (std::size_t i = 0; i < small.size(); ++i) {
@@ -348,7 +354,7 @@ TEST(LocalExponent, of_variances_of_a_power_law_is_that_power) {
     EXPECT_LT(*exponent.error, 1e-12);
 }
 
-TEST(LocalExponent, its_error_is_that_of_the_logarithm_of_a_ratio) {
+TEST(LocalExponent, has_the_error_of_the_logarithm_of_a_ratio) {
     std::vector<double> small = autoregression(0.0, 64000, 5), large = autoregression(0.0, 64000, 6);
     for (double& value : small) value = 2.0 + 0.2 * value;
     for (double& value : large) value = 5.0 + 1.0 * value;
@@ -360,7 +366,7 @@ TEST(LocalExponent, its_error_is_that_of_the_logarithm_of_a_ratio) {
     EXPECT_NEAR(*exponent.error, exact, 4.0 * exact / std::sqrt(2.0 * 63.0));
 }
 
-TEST(Deviation, is_the_root_of_the_mean_with_half_its_relative_error) {
+TEST(Deviation, is_the_square_root_of_the_mean_with_half_its_relative_error) {
     std::vector<double> variance = autoregression(0.5, 20000, 4);
     for (double& value : variance) value = 9.0 + value;
     const Samples samples{.series = {variance}};
@@ -370,7 +376,7 @@ TEST(Deviation, is_the_root_of_the_mean_with_half_its_relative_error) {
     EXPECT_NEAR(*deviation.error, *mean.error / (2.0 * std::sqrt(mean.mean)), 1e-3 * *deviation.error);  // curvature
 }
 
-TEST(WarmUp, of_an_exponential_relaxation_ends_when_it_has_sunk_into_the_noise) {
+TEST(WarmUp, of_an_exponential_relaxation_ends_below_the_noise) {
     const double relaxation = 100.0;
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         std::vector<double> values = autoregression(0.5, 10000, seed);
@@ -389,14 +395,14 @@ TEST(WarmUp, of_an_exponential_relaxation_ends_when_it_has_sunk_into_the_noise) 
     }
 }
 
-TEST(WarmUp, of_a_stationary_series_is_short_on_the_whole) {
+TEST(WarmUp, of_a_stationary_series_is_short_on_average) {
     double mean = 0.0;
     for (std::uint64_t seed = 1; seed <= 50; ++seed)
         mean += static_cast<double>(warm_up_length(autoregression(0.5, 10000, seed))) / 10000.0 / 50.0;
     EXPECT_LT(mean, 0.15);  // some cut there is, by chance: a tenth of the run costs a twentieth of the error
 }
 
-TEST(WarmUp, of_a_series_that_drifts_all_the_time_is_half_of_it_and_of_a_constant_one_none) {
+TEST(WarmUp, of_a_steady_drift_is_half_the_series_and_of_a_constant_zero) {
     std::vector<double> drift(1000);
     for (std::size_t i = 0; i < drift.size(); ++i) drift[i] = static_cast<double>(i);
     EXPECT_EQ(warm_up_length(drift), 500u);

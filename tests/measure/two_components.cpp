@@ -1,10 +1,11 @@
-// tests/measure/two_components.cpp: observables of beads, of their velocity and of pairs, on fields whose values are known.
+// tests/measure/two_components.cpp: observables of beads, of their velocity and of pairs, on fields whose values are
+// known.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "drover/measure/observables.hpp"
+#include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/initial_state.hpp"
 
@@ -32,25 +33,24 @@ public:
           fields_(grid, spectra_.count()),
           velocity_(grid, 2),
           energy_(equations_, grid, {}, threads_),
-          setting_(make_setting(grid, equations_.form, system_.degree, energy_.terms())) {
+          setting_(make_field_setting(grid, equations_.form, system_.degree, energy_.terms())) {
         numerics::Transform(grid, system_.degree, threads_).backward(spectra_, fields_);
         for (int axis = 0; axis < 2; ++axis)
             std::copy(spectra_[equations_.form.bead_velocity + axis].begin(),
                       spectra_[equations_.form.bead_velocity + axis].end(), velocity_[axis].begin());
     }
     std::vector<double> operator()(const std::string& name) const {
-        Moment moment{.setting = setting_, .spectra = spectra_, .fields = fields_, .velocity = &velocity_};
-        moment.energy = energy_.measure(0.0, spectra_);
-        for (const Observable& row : observables(equations_.form, true))
-            if (row.name == name) {
-                std::vector<double> out(size_of(row, setting_));
-                row.measure(moment, out);
-                return out;
-            }
+        const FieldMoment moment{.setting = setting_,
+                                 .spectra = spectra_,
+                                 .fields = fields_,
+                                 .velocity = &velocity_,
+                                 .energy = energy_.measure(0.0, spectra_)};
+        const auto rows = field_observables(setting_);
+        if (const auto* row = find_row(rows, name)) return measure_one(*row, moment);
         ADD_FAILURE() << name << " is not measured";
         return {};
     }
-    const Setting& setting() const { return setting_; }
+    const FieldSetting& setting() const { return setting_; }
 
 private:
     Threads threads_;
@@ -60,12 +60,12 @@ private:
     numerics::Fields fields_;
     numerics::Spectra velocity_;
     physics::EnergyMeter energy_;
-    Setting setting_;
+    FieldSetting setting_;
 };
 
 constexpr double rounding = 1e-13;  // of sums over 768 cells of numbers of order one
 
-TEST(BeadVelocity, of_a_stream_with_a_ripple_has_the_order_of_the_stream) {
+TEST(BeadVelocity, of_a_uniform_flow_with_a_wave_has_the_order_of_the_flow) {
     // v_x = 0.8 + 0.6 sqrt(2) cos: <v^2> = 0.64 + 0.36 = 1.
     const Fixture scene({.kind = "formula", .bead_velocity_x = "0.8 + 0.6 * sqrt(2) * cos(2*pi*y/6)"});
     EXPECT_NEAR(scene("bead_velocity_mean_x")[0], 0.8, rounding);
@@ -73,7 +73,7 @@ TEST(BeadVelocity, of_a_stream_with_a_ripple_has_the_order_of_the_stream) {
     EXPECT_NEAR(scene("bead_velocity_order")[0], 0.8, rounding);
 }
 
-TEST(BeadVelocity, across_its_wave_is_shear_and_along_it_is_sound) {
+TEST(BeadVelocity, across_the_wavevector_is_shear_and_along_it_is_sound) {
     const Fixture shear({.kind = "formula", .bead_velocity_x = "cos(4*pi*y/6)"}),
         sound({.kind = "formula", .bead_velocity_y = "cos(4*pi*y/6)"});
     const auto sum = [](const std::vector<double>& values) {
@@ -87,7 +87,7 @@ TEST(BeadVelocity, across_its_wave_is_shear_and_along_it_is_sound) {
     EXPECT_NEAR(sum(sound("structure_factor_velocity_across")), 0.0, rounding);
 }
 
-TEST(CrossStructureFactor, of_beads_that_rods_push_out_is_minus_the_root_of_both) {
+TEST(CrossStructureFactor, of_anticorrelated_densities_is_minus_the_geometric_mean) {
     const Fixture scene({.kind = "formula",
                          .bead_density = "3 - 0.2 * cos(2*pi*(2*x/8 + y/6))",
                          .rod_density = "2 + 0.5 * cos(2*pi*(2*x/8 + y/6))"});
@@ -114,7 +114,7 @@ TEST(OrderCorrelation, of_a_wave_is_its_average_over_directions) {
     EXPECT_NEAR(found[0], c * c + 0.5 * d * d, rounding) << "at no distance: the mean square";
 }
 
-TEST(SpectralTail, is_the_share_of_variance_beyond_two_thirds_of_the_cut) {
+TEST(SpectralTail, is_the_fraction_of_variance_beyond_two_thirds_of_the_cut) {
     // Degree 3: modes |k| < 32/4 = 8 along x and 24/4 = 6 along y; two thirds: 5.33 and 4.
     const Fixture scene({.kind = "formula",
                          .bead_density = "3 + 0.3 * cos(2*pi*2*x/8) + 0.4 * cos(2*pi*6*x/8)",
@@ -123,17 +123,17 @@ TEST(SpectralTail, is_the_share_of_variance_beyond_two_thirds_of_the_cut) {
     EXPECT_NEAR(scene("spectral_tail_rod_density")[0], 1.0, rounding);
 }
 
-TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_are_those_of_the_formulas) {
+TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_follow_the_formulas) {
     const Fixture scene({.kind = "formula", .bead_velocity_x = "0.6", .polar_order_x = "0.9", .polar_order_y = "-0.2"});
     const double area = 48.0, square = 0.81 + 0.04;
-    EXPECT_NEAR(scene("energy_kinetic")[0], 0.5 * 0.5 * 3.0 * 0.36 * area, 1e-12);
+    EXPECT_NEAR(scene("energy_flow")[0], 0.5 * 0.5 * 3.0 * 0.36 * area, 1e-12);
     EXPECT_NEAR(scene("energy_order")[0], 0.5 * square * area, 1e-12);
-    const auto& terms = scene.setting().terms;
+    const auto& terms = *scene.setting().terms;
     const auto power = [&](const std::string& observable, const std::string& term) {
         return scene(observable)[static_cast<std::size_t>(std::find(terms.begin(), terms.end(), term) - terms.begin())];
     };
-    EXPECT_NEAR(power("power_kinetic", "drag"), -2.0 * 0.36 * area, 1e-12);
-    EXPECT_NEAR(power("power_kinetic", "driving"), 0.7 * 0.9 * 0.6 * area, 1e-12);
+    EXPECT_NEAR(power("power_flow", "drag"), -2.0 * 0.36 * area, 1e-12);
+    EXPECT_NEAR(power("power_flow", "driving"), 0.7 * 0.9 * 0.6 * area, 1e-12);
     EXPECT_NEAR(power("power_order", "relaxation"), -(0.3 + 0.2 * square) * square * area, 1e-12);
 }
 

@@ -67,8 +67,8 @@ double largest_rate(const std::vector<Mode>& modes) {
     return largest;
 }
 
-// The size of the propagated vector, exp(Re s dt), is the scale of the error; for modes that decay to nothing in a step it is
-// the size of the vector itself, except for the slowest one, which is held to its own size.
+// The size of the propagated vector, exp(Re s dt), is the scale of the error; for modes that decay to nothing in a step
+// it is the size of the vector itself, except for the slowest one, which is held to its own size.
 void expect_right_on_every_mode(const Block& block, double dt_rate, double q) {
     const std::vector<Mode> modes = modes_of(block);
     const double dt = dt_rate / largest_rate(modes);
@@ -91,7 +91,7 @@ const RodBeadCoefficients stiff{.drag = 2000.0, .eta = 50.0};
 constexpr int wavenumbers = 20;
 double wavenumber(int i) { return 0.01 * std::pow(1000.0, i / (wavenumbers - 1.0)); }  // 0.01 to 10
 
-TEST(Propagator, is_right_to_1e_11_on_every_eigenvector_of_both_blocks_of_rods_and_beads) {
+TEST(Propagator, its_error_is_below_1e_11_on_every_eigenvector_of_both_blocks) {
     for (const RodBeadCoefficients& coefficients : {decaying, growing, stiff})
         for (int i = 0; i < wavenumbers; ++i)
             for (const double dt_rate : {0.01, 1.0, 100.0}) {
@@ -102,8 +102,8 @@ TEST(Propagator, is_right_to_1e_11_on_every_eigenvector_of_both_blocks_of_rods_a
             }
 }
 
-TEST(Propagator, grows_order_only_below_the_mean_field_threshold) {
-    // The test above is of both kinds: this says which is which.
+TEST(Propagator, order_grows_only_below_the_mean_field_threshold) {
+    // The test above uses both cases.
     const auto fastest = [](const RodBeadCoefficients& c) {
         double rate = -INFINITY;
         for (const Mode& mode : modes_of(test::rod_bead_operator(c, 0.01).across))
@@ -114,8 +114,8 @@ TEST(Propagator, grows_order_only_below_the_mean_field_threshold) {
     EXPECT_GT(fastest(growing), 0.0);
 }
 
-// phi_k of the augmented matrix [[z, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]: its exponential holds phi_1 to phi_3
-// in its first row.  For a scalar z this is an independent way to all of them.
+// phi_k of the augmented matrix [[z, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]: its exponential holds phi_1
+// to phi_3 in its first row.  For a scalar z this is an independent reference for all of them.
 TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_to_huge_arguments) {
     for (const double z : {-1e9, -4e3, -100.0, -3.0, -0.4, -1e-3, -1e-9, 0.0, 1e-9, 0.3, 2.0, 30.0}) {
         Block m(1);
@@ -128,7 +128,7 @@ TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_
         const double found[] = {phi.phi0(0, 0), phi.phi1(0, 0), phi.phi2(0, 0), phi.phi3(0, 0)};
         for (int k = 0; k < 4; ++k) {
             const double expected = static_cast<double>(e(0, k));
-            // A rounding of the result, and what 30 squarings of the reference lose at z = -1e9.
+            // Rounding of the result, and the error of 30 squarings of the reference at z = -1e9.
             EXPECT_NEAR(found[k], expected, 4e-16 * std::abs(expected) + 1e-300) << "phi_" << k << "(" << z << ")";
         }
     }
@@ -153,7 +153,7 @@ TEST(PhiFunctions, of_blocks_obey_their_recurrence) {
     }
 }
 
-TEST(PhiFunctions, refuse_a_mode_that_grows_past_the_numbers_in_one_step) {
+TEST(PhiFunctions, a_mode_that_overflows_in_one_step_is_rejected) {
     Block m(2);
     m(0, 0) = 1.0;
     EXPECT_THROW(phi_functions(m, 1000.0), Error);
@@ -198,7 +198,7 @@ Block noise_on(int size, std::vector<int> variables) {
     return q;
 }
 
-TEST(NoiseCovariance, of_rods_and_beads_is_right_to_1e_10_from_dt_s_max_1e_minus_6_to_1e12) {
+TEST(NoiseCovariance, its_error_is_below_1e_10_for_dt_s_max_from_1e_minus_6_to_1e12) {
     for (const double q : {0.05, 0.8, 6.0})
         for (double dt_rate = 1e-6; dt_rate < 2e12; dt_rate *= 10.0) {
             const IsotropicBlocks m = test::rod_bead_operator(decaying, q);
@@ -214,8 +214,8 @@ TEST(NoiseCovariance, of_rods_and_beads_is_right_to_1e_10_from_dt_s_max_1e_minus
         }
 }
 
-TEST(NoiseCovariance, keeps_a_slow_mode_beside_one_faster_by_1e12) {
-    Block m(2);  // drag 1e12 on the velocity, order that lives a second
+TEST(NoiseCovariance, a_slow_mode_beside_one_faster_by_1e12_is_accurate) {
+    Block m(2);  // drag rate 1e12 of the velocity, order that decays in a second
     m(0, 0) = -1e12;
     m(0, 1) = 3.0;
     m(1, 0) = 0.5;
@@ -228,13 +228,13 @@ TEST(NoiseCovariance, keeps_a_slow_mode_beside_one_faster_by_1e12) {
     }
 }
 
-TEST(NoiseCovariance, of_a_growing_mode_is_that_of_the_quadrature) {
+TEST(NoiseCovariance, of_a_growing_mode_it_is_that_of_the_quadrature) {
     const Block m = test::rod_bead_operator(growing, 0.05).across;
     expect_right_covariance(m, noise_on(2, {1}), 0.06, true, "small step");
     expect_right_covariance(m, noise_on(2, {1}), 40.0, false, "a growth by e^15");
 }
 
-TEST(NoiseCovariance, of_a_defective_operator_is_that_of_its_closed_form) {
+TEST(NoiseCovariance, of_a_defective_operator_it_is_the_closed_form) {
     Block m(2), q(2);  // da = -a + b, db = -b + noise: one eigenvector for both rates
     m(0, 0) = m(1, 1) = -1.0;
     m(0, 1) = 1.0;
@@ -250,7 +250,7 @@ TEST(NoiseCovariance, of_a_defective_operator_is_that_of_its_closed_form) {
     }
 }
 
-TEST(NoiseCovariance, of_a_conserved_mean_and_of_no_noise_are_exact) {
+TEST(NoiseCovariance, of_a_conserved_mean_and_without_noise_it_is_exact) {
     const Block still(3);
     Block q = noise_on(3, {0, 2});
     const Block c = noise_covariance(still, q, 0.25);
@@ -260,7 +260,7 @@ TEST(NoiseCovariance, of_a_conserved_mean_and_of_no_noise_are_exact) {
     for (const double value : factor(none).values) EXPECT_EQ(value, 0.0);
 }
 
-TEST(Factor, takes_covariances_of_lower_rank_and_of_wildly_different_units) {
+TEST(Factor, covariances_of_lower_rank_and_of_very_different_scales_are_factored) {
     // rank 2 in three variables, deviations 1e-12, 1, 1e9; correlations exact in binary
     const double rows[3][2] = {{1e-12, 0.0}, {0.5, 0.25}, {1e9, -3e9}};
     Block c(3);
@@ -269,7 +269,7 @@ TEST(Factor, takes_covariances_of_lower_rank_and_of_wildly_different_units) {
     EXPECT_LT(scaled_error(multiplied_by_its_transpose(factor(c)), QuadMatrix(c)), 1e-14);
 }
 
-TEST(Factor, refuses_what_is_not_a_covariance) {
+TEST(Factor, a_matrix_that_is_not_a_covariance_is_rejected) {
     Block negative(1);
     negative(0, 0) = -1.0;
     EXPECT_THROW(factor(negative), Error);
@@ -279,7 +279,7 @@ TEST(Factor, refuses_what_is_not_a_covariance) {
     EXPECT_THROW(factor(indefinite), Error);
 }
 
-TEST(StationaryCovariance, is_that_of_the_transverse_closed_form) {
+TEST(StationaryCovariance, of_the_transverse_block_is_the_closed_form) {
     // S_pp = (Delta/2)(g^2 + g h - k)/[(g + h)(g h - k)]
     const RodBeadCoefficients c;
     for (const double q : {0.0, 0.3, 2.0}) {
@@ -291,7 +291,7 @@ TEST(StationaryCovariance, is_that_of_the_transverse_closed_form) {
     }
 }
 
-TEST(StationaryCovariance, is_refused_where_a_mode_grows_or_stays) {
+TEST(StationaryCovariance, is_rejected_where_a_mode_grows_or_does_not_decay) {
     EXPECT_THROW(stationary_covariance(test::rod_bead_operator(growing, 0.05).across, noise_on(2, {1})), Error);
     EXPECT_THROW(stationary_covariance(Block(1), noise_on(1, {0})), Error);
 }

@@ -1,4 +1,4 @@
-// tests/numerics/contour.cpp: traced lines against curves known in closed form, and what is promised of the rest.
+// tests/numerics/contour.cpp: traced lines against curves in closed form, and the documented limits of accuracy.
 #include "drover/numerics/contour.hpp"
 
 #include <gtest/gtest.h>
@@ -47,18 +47,19 @@ bool is_within(const Rectangle& where, const PlanePoint& p) {
     return p.x >= where.x0 && p.x <= where.x1 && p.y >= where.y0 && p.y <= where.y1;
 }
 
-/// What is promised of smooth lines, in a rectangle whose longer side is oblong_side.
+/// The documented accuracy of smooth lines, in a rectangle whose longer side is oblong_side.
 void expect_smooth(const Contour& contour, const std::vector<Curve>& curves) {
     const Misses worst = misses(contour, curves, [](const PlanePoint& p) { return is_within(oblong, p); });
-    EXPECT_LT(worst.vertices, 1e-8);                // wanted; the root's error of 1e-12 and golden section's are less
+    EXPECT_LT(worst.vertices, 1e-8);  // required; the errors of the root, 1e-12, and of the golden section are smaller
     EXPECT_LT(worst.pieces, 1e-4 * oblong_side);    // the chord
     EXPECT_LT(worst.covering, 2e-4 * oblong_side);  // twice the chord
     EXPECT_LT(worst.turn, 0.46);                    // 26 degrees
     EXPECT_TRUE(contour.complete);
-    EXPECT_TRUE(contour.sharp.empty());
+    EXPECT_TRUE(contour.singular_points.empty());
 }
 
-/// What is promised about one cusp, double point or corner at `place`: 1e-5 within 1e-3 of it, elsewhere as if smooth.
+/// The documented accuracy at one cusp, double point or corner at `place`: 1e-5 within 1e-3 of it, elsewhere as if
+/// smooth.
 void expect_smooth_but_at(const PlanePoint& place, const Contour& contour, const std::vector<Curve>& curves) {
     const auto is_near = [&](const PlanePoint& p) { return distance(p, place) < 1e-3; };
     const Misses close = misses(contour, curves, is_near);
@@ -71,8 +72,8 @@ void expect_smooth_but_at(const PlanePoint& place, const Contour& contour, const
     EXPECT_LT(far.turn, 0.46);
     EXPECT_LT(distance_to_lines(place, contour), 1e-5);
     EXPECT_TRUE(contour.complete);
-    ASSERT_EQ(contour.sharp.size(), 1u);
-    EXPECT_LT(distance(contour.sharp[0], place), 1e-5);
+    ASSERT_EQ(contour.singular_points.size(), 1u);
+    EXPECT_LT(distance(contour.singular_points[0], place), 1e-5);
 }
 
 TEST(Contour, an_ellipse_is_one_closed_line_with_the_positive_side_to_its_left) {
@@ -128,12 +129,12 @@ TEST(Contour, cassinian_ovals_are_one_line_or_two) {
     }
 }
 
-TEST(Contour, a_coarse_smooth_line_still_turns_little_from_piece_to_piece) {
+TEST(Contour, a_coarse_smooth_line_has_small_turns_between_segments) {
     const auto f = [](const PlanePoint& p) { return std::sin(9.0 * p.x) * p.y - std::cos(7.0 * p.y) * p.x - 0.1; };
     for (const int cells : {10, 13, 17, 21, 30}) {
         const Contour contour = trace(f, oblong, {.cells = cells, .chord = 0.1});
         EXPECT_GT(contour.lines.size(), 2u);
-        EXPECT_TRUE(contour.sharp.empty());
+        EXPECT_TRUE(contour.singular_points.empty());
         EXPECT_LT(misses(contour, {}, [](const PlanePoint&) { return true; }).turn, 0.52);  // 26 degrees in a square
     }
 }
@@ -179,7 +180,7 @@ TEST(Contour, two_lines_may_cross) {
     }
 }
 
-TEST(Contour, with_its_noise_known_a_double_point_costs_little_more) {
+TEST(Contour, a_double_point_needs_few_evaluations_where_the_noise_is_known) {
     const Frame frame{.x = 0.0123, .y = 0.0456, .angle = 0.2};
     const double noise = 1e-11;  // hides the point where |q| < 3e-6
     const Contour contour = trace(
@@ -191,7 +192,7 @@ TEST(Contour, with_its_noise_known_a_double_point_costs_little_more) {
     EXPECT_TRUE(contour.complete);
     EXPECT_LT(contour.evaluations, 150000u);  // without: more than a million
     EXPECT_LT(distance_to_lines({frame.x, frame.y}, contour), 1e-5);
-    for (const PlanePoint& p : contour.sharp) EXPECT_LT(distance(p, {frame.x, frame.y}), 1e-3);
+    for (const PlanePoint& p : contour.singular_points) EXPECT_LT(distance(p, {frame.x, frame.y}), 1e-3);
 }
 
 TEST(Contour, the_corners_of_a_square_are_kept) {
@@ -203,11 +204,11 @@ TEST(Contour, the_corners_of_a_square_are_kept) {
             return std::abs(q.x) + std::abs(q.y) - 0.7;
         });
         ASSERT_EQ(contour.lines.size(), 1u);
-        EXPECT_EQ(contour.sharp.size(), 4u);
+        EXPECT_EQ(contour.singular_points.size(), 4u);
         for (const PlanePoint& corner : {PlanePoint{0.7, 0.0}, {0.0, 0.7}, {-0.7, 0.0}, {0.0, -0.7}}) {
             const PlanePoint place = turned.outward(corner);
-            EXPECT_LT(distance_to_lines(place, contour), 1e-5);  // wanted; the finest mesh is some 3e-8 wide here
-            EXPECT_TRUE(std::any_of(contour.sharp.begin(), contour.sharp.end(),
+            EXPECT_LT(distance_to_lines(place, contour), 1e-5);  // required; the finest mesh is about 3e-8 wide here
+            EXPECT_TRUE(std::any_of(contour.singular_points.begin(), contour.singular_points.end(),
                                     [&](const PlanePoint& p) { return distance(p, place) < 1e-5; }));
         }
         EXPECT_LT(contour.evaluations, 20000u);  // four corners of some forty generations
@@ -222,14 +223,14 @@ std::vector<double> uniform_numbers(std::size_t size, std::uint64_t seed) {
     return numbers;
 }
 
-TEST(Contour, every_island_just_wider_than_a_cell_is_found_and_of_half_the_width_not_every_one) {
+TEST(Contour, every_island_just_wider_than_a_cell_is_found_and_not_every_one_of_half_the_width) {
     const int cells = 10;
     const double wide = 0.5 * 1.0001 / cells;  // the radius
     const std::vector<double> random = uniform_numbers(800, 5);
     std::vector<PlanePoint> centres;
     for (std::size_t n = 0; n < random.size(); n += 2)
         centres.push_back({std::lerp(wide, 1.0 - wide, random[n]), std::lerp(wide, 1.0 - wide, random[n + 1])});
-    for (int i = 1; i + 1 < cells; ++i)  // the middles of the cells' sides are the farthest from any sample
+    for (int i = 1; i + 1 < cells; ++i)  // the middles of the sides of the cells are farthest from all samples
         for (int j = 1; j < cells; ++j) centres.push_back({(i + 0.5) / cells, static_cast<double>(j) / cells});
     std::size_t missed = 0;
     for (const PlanePoint& centre : centres)
@@ -246,8 +247,8 @@ TEST(Contour, every_island_just_wider_than_a_cell_is_found_and_of_half_the_width
     EXPECT_GT(missed, 0u);
 }
 
-TEST(Contour, a_strip_thinner_than_a_cell_is_followed_from_where_it_is_seen) {
-    // A strip of width 1e-3 at a slope: the lattice, of spacing 1/8, meets it only here and there.
+TEST(Contour, a_strip_thinner_than_a_cell_is_followed_from_any_sample_in_it) {
+    // A strip of width 1e-3 at a slope: the lattice of spacing 1/8 has few points in it.
     const Frame frame{.x = 0.5, .y = 0.5, .angle = 0.37};
     const Contour contour =
         trace([&](const PlanePoint& p) { return std::abs(frame.inward(p).y) - 5e-4; }, {}, {.cells = 8});
@@ -256,11 +257,11 @@ TEST(Contour, a_strip_thinner_than_a_cell_is_followed_from_where_it_is_seen) {
                                 [](const PlanePoint& p) { return is_within({}, p); });
     EXPECT_LT(worst.vertices, 1e-8);  // wanted
     EXPECT_LT(worst.covering, 1e-8);  // straight lines
-    EXPECT_TRUE(contour.sharp.empty());
+    EXPECT_TRUE(contour.singular_points.empty());
 }
 
 TEST(Contour, a_tongue_is_followed_to_its_end) {
-    // A needle 0.1 wide at its foot, x = -0.7, and 1e-4 at its end, x = 0.7, where it is cut off square.
+    // A needle 0.1 wide at x = -0.7 and 1e-4 wide at x = 0.7, where it ends squarely.
     const Frame frame{.x = 0.02, .y = -0.03, .angle = 0.3};
     const auto half = [](double x) { return 5e-5 + 0.0357 * (0.7 - x); };
     const Contour contour = trace([&](const PlanePoint& p) {
@@ -279,7 +280,7 @@ TEST(Contour, an_islet_beside_a_line_is_found_by_the_middle_of_an_edge) {
     };
     const Contour contour = trace(f, {}, {.cells = 8});
     ASSERT_EQ(contour.lines.size(), 2u);
-    EXPECT_EQ(contour.sharp.size(), 4u);
+    EXPECT_EQ(contour.singular_points.size(), 4u);
     EXPECT_NEAR(area_of(contour.lines[1]), -4e-5, 1e-9);  // straight sides, and corners found to 1e-5 and better
 }
 
@@ -302,7 +303,7 @@ TEST(Contour, a_jump_is_traced_by_its_signs) {
     }
 }
 
-TEST(Contour, a_line_ends_at_the_edge_of_where_the_function_is_defined) {
+TEST(Contour, a_line_ends_at_the_edge_of_the_domain_of_the_function) {
     const Frame frame{.x = 0.513, .y = 0.479, .angle = 0.9};
     for (const double slope : {0.0, 1.0, 10.0}) {  // of the line, against the normal of the edge
         const Contour contour = trace(
@@ -319,12 +320,12 @@ TEST(Contour, a_line_ends_at_the_edge_of_where_the_function_is_defined) {
             EXPECT_LT(std::abs(q.y + slope * q.x + 0.3 * q.x * q.x), 1e-8);  // wanted
             nearest = std::min(nearest, -q.x);
         }
-        EXPECT_LT(nearest, 1e-3);  // promised: 1/1024
+        EXPECT_LT(nearest, 1e-3);  // documented: 1/1024
         EXPECT_LT(contour.evaluations, 20000u);
     }
 }
 
-TEST(Contour, a_change_of_sign_across_a_strip_where_the_function_is_not_defined_is_no_line) {
+TEST(Contour, a_sign_change_across_a_strip_where_the_function_is_undefined_is_not_a_line) {
     for (const double half : {2e-3, 1e-4})  // of its width: above and below what the mesh is refined to
         EXPECT_TRUE(trace(
                         [=](const PlanePoint& p) {
@@ -361,7 +362,7 @@ TEST(Contour, a_line_that_leaves_beside_a_vertex_ends_on_the_border) {
     }
 }
 
-TEST(Contour, nothing_is_called_outside_the_rectangle) {
+TEST(Contour, the_function_is_not_called_outside_the_rectangle) {
     for (const double x : {oblong.x0 + 1e-9, oblong.x1 - 1e-9, 0.0})
         trace([&](const PlanePoint& p) {
             EXPECT_TRUE(is_within(oblong, p));
@@ -369,7 +370,7 @@ TEST(Contour, nothing_is_called_outside_the_rectangle) {
         });
 }
 
-TEST(Contour, a_line_through_lattice_points_is_whole_and_its_points_are_apart) {
+TEST(Contour, a_line_through_lattice_points_is_complete_and_its_points_are_distinct) {
     const Contour contour = trace([](const PlanePoint& p) { return p.x - p.y; }, {}, {.cells = 8});
     ASSERT_EQ(contour.lines.size(), 1u);
     const auto& points = contour.lines[0].points;
@@ -377,18 +378,18 @@ TEST(Contour, a_line_through_lattice_points_is_whole_and_its_points_are_apart) {
     for (std::size_t n = 1; n < points.size(); ++n) EXPECT_GT(distance(points[n - 1], points[n]), 1e-3);
 }
 
-TEST(Contour, where_there_is_no_change_of_sign_there_is_no_line) {
+TEST(Contour, a_function_without_sign_change_has_no_line) {
     for (const double value : {0.0, -0.0, 3.0, -2.0, undefined}) {
         const Contour contour = trace([=](const PlanePoint&) { return value; }, {}, {.cells = 5});
         EXPECT_TRUE(contour.lines.empty());
-        EXPECT_TRUE(contour.sharp.empty());
+        EXPECT_TRUE(contour.singular_points.empty());
         EXPECT_TRUE(contour.complete);
         EXPECT_EQ(contour.evaluations, 61u);  // 36 corners, 25 centres
     }
     EXPECT_TRUE(trace([](const PlanePoint& p) { return p.x > 0.5 ? undefined : 1.0; }, {}).lines.empty());
 }
 
-TEST(Contour, a_function_of_noise_is_given_up) {
+TEST(Contour, a_function_that_is_only_noise_stops_at_the_evaluation_limit) {
     const auto noise = [](const PlanePoint& p) { return std::sin(1e9 * p.x) * std::sin(1.7e9 * p.y + 1.0); };
     const Contour contour = trace(noise, {}, {.cells = 16, .evaluations = 30000});
     EXPECT_FALSE(contour.complete);
@@ -396,7 +397,7 @@ TEST(Contour, a_function_of_noise_is_given_up) {
     EXPECT_FALSE(contour.lines.empty());
 }
 
-TEST(Contour, does_not_depend_on_the_number_of_threads) {
+TEST(Contour, the_lines_do_not_depend_on_the_number_of_threads) {
     const auto f = [](const PlanePoint& p) { return std::sin(9.0 * p.x) * p.y - std::cos(7.0 * p.y) * p.x; };
     Threads one(1), two(2), five(5);
     const Contour alone = trace_zero(f, oblong, {}, one);
@@ -426,7 +427,7 @@ std::string refusal(const Rectangle& where, const ContourOptions& options) {
     return "";
 }
 
-TEST(Contour, options_out_of_range_are_refused) {
+TEST(Contour, options_out_of_range_are_rejected) {
     EXPECT_EQ(refusal({.x0 = 1.0, .x1 = 1.0}, {}), "a rectangle from 1 to 1 by 0 to 1; expected finite sides above 0");
     EXPECT_EQ(refusal({.y1 = undefined}, {}), "a rectangle from 0 to 1 by 0 to nan; expected finite sides above 0");
     EXPECT_EQ(refusal({}, {.cells = 0}), "cells = 0; expected 1 to 2048");
@@ -436,7 +437,8 @@ TEST(Contour, options_out_of_range_are_refused) {
     EXPECT_EQ(refusal({}, {.root = 0.0}), "root = 0; expected 1e-15 to 1e-10, a hundredth of finest");
     EXPECT_EQ(refusal({}, {.root = 1e-8}), "root = 1e-08; expected 1e-15 to 1e-10, a hundredth of finest");
     EXPECT_EQ(refusal({}, {.noise = -1.0}), "noise = -1; expected 0 or more");
-    EXPECT_EQ(refusal({}, {.verge = 1e-8}), "verge = 1e-08; expected 2e-08 or more, twice finest");
+    EXPECT_EQ(refusal({}, {.domain_tolerance = 1e-8}),
+              "domain_tolerance = 1e-08; expected 2e-08 or more, twice finest");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// tests/numerics/curves.hpp: curves given by a parameter, and how far a traced line is from them both ways.
+// tests/numerics/curves.hpp: parametric curves, and the distances between them and a traced line in both directions.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -29,7 +29,7 @@ inline double distance_to_lines(const PlanePoint& p, const Contour& contour) {
     return least;
 }
 
-/// A frame of its own for a curve, so that nothing of it is aligned with the lattice.
+/// A rotated and shifted frame for a curve, so that no part of it is aligned with the lattice.
 struct Frame {
     double x = 0.0, y = 0.0, angle = 0.0;
     PlanePoint inward(const PlanePoint& p) const {

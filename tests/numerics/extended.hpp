@@ -1,4 +1,5 @@
-// tests/numerics/extended.hpp: an independent reference in 113-bit arithmetic: matrices, exponential, covariance of noise.
+// tests/numerics/extended.hpp: an independent reference in 113-bit arithmetic: matrices, exponential, covariance of
+// noise.
 #pragma once
 #include <cmath>
 #include <vector>
@@ -130,7 +131,8 @@ inline QuadMatrix covariance_by_difference(const QuadMatrix& m, const QuadMatrix
     return sum(s, scaled(product(product(e, s), transposed(e)), -1));
 }
 
-/// The same by Gauss-Legendre quadrature of e^(m s) q e^(m s)^T with 40 points: where the exponents are at most about 1.
+/// The same by Gauss-Legendre quadrature of e^(m s) q e^(m s)^T with 40 points: where the exponents are at most about
+/// 1.
 inline QuadMatrix covariance_by_quadrature(const QuadMatrix& m, const QuadMatrix& q, Quad dt) {
     constexpr int points = 40;
     QuadMatrix result(m.n);

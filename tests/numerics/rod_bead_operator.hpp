@@ -1,4 +1,5 @@
-// tests/numerics/rod_bead_operator.hpp: the linear operator of rods and beads with inertia, all six fields, for tests of blocks.
+// tests/numerics/rod_bead_operator.hpp: the linear operator of rods and beads with inertia, all six fields, for tests
+// of blocks.
 #pragma once
 #include "drover/numerics/system.hpp"
 

@@ -16,7 +16,7 @@ namespace drover::numerics {
 namespace {
 
 const std::vector<Grid> grids{{.nx = 16, .ny = 16, .lx = 16.0, .ly = 16.0},
-                              {.nx = 24, .ny = 16, .lx = 9.0, .ly = 10.0},  // cells neither square nor alike
+                              {.nx = 24, .ny = 16, .lx = 9.0, .ly = 10.0},  // cells that are not square
                               {.nx = 12, .ny = 30, .lx = 8.0, .ly = 5.0}};
 
 std::vector<double> random_numbers(std::size_t size, std::uint64_t seed) {
@@ -42,7 +42,7 @@ std::vector<double> powers_by_definition(const Grid& grid, const std::vector<dou
     return powers;
 }
 
-/// The variance of the integral over a box, by laying the box at each grid point in turn.
+/// The variance of the integral over a box, from all positions of the box.
 double variance_by_positions(const Grid& grid, const std::vector<double>& field, int cells_x, int cells_y) {
     const double cell = area(grid) / static_cast<double>(points(grid));
     double sum = 0.0, squares = 0.0;
@@ -65,7 +65,7 @@ double reduced_size(const Grid& grid, int kx, int ky) {
     return std::hypot(kx * longest / grid.lx, ky * longest / grid.ly);
 }
 
-TEST(Shells, hold_every_mode_of_the_unbounded_lattice_in_their_ring_and_are_the_most_that_can) {
+TEST(Shells, contain_every_mode_of_the_unbounded_lattice_and_no_further_shell_does) {
     for (const Grid& grid : grids)
         for (const int degree : {1, 2, 3}) {
             const Shells result = shells(grid, degree);
@@ -88,12 +88,12 @@ TEST(Shells, hold_every_mode_of_the_unbounded_lattice_in_their_ring_and_are_the_
             EXPECT_FALSE(next_is_whole);
             for (std::size_t n = 0; n < count.size(); ++n) {
                 EXPECT_EQ(result.weight[n], count[n]);
-                EXPECT_NEAR(result.q[n], sum[n] / count[n], 1e-12 * result.q[n]);  // rounding of some hundred terms
+                EXPECT_NEAR(result.q[n], sum[n] / count[n], 1e-12 * result.q[n]);  // rounding of about a hundred terms
             }
         }
 }
 
-TEST(Shells, mean_over_a_shell_weighs_each_mode_of_the_plane_alike) {
+TEST(Shells, the_mean_over_a_shell_weights_all_modes_of_the_plane_equally) {
     for (const Grid& grid : grids) {
         const Shells all = shells(grid, 1);
         const std::vector<double> values = random_numbers(modes(grid), 3);
@@ -114,14 +114,14 @@ TEST(Shells, mean_over_a_shell_weighs_each_mode_of_the_plane_alike) {
     }
 }
 
-TEST(Shells, a_grid_too_small_for_a_whole_shell_has_none) {
+TEST(Shells, a_grid_too_small_for_a_complete_shell_has_none) {
     const Grid grid{.nx = 4, .ny = 4, .lx = 1.0, .ly = 1.0};
     const Shells none = shells(grid, 3);
     EXPECT_TRUE(none.q.empty());
     EXPECT_EQ(none.of_mode, std::vector<int>(modes(grid), -1));
 }
 
-TEST(Sectors, lie_about_x_and_y_and_turn_with_q) {
+TEST(Sectors, are_centred_on_x_and_y_and_rotate_with_q) {
     const Grid grid{.nx = 16, .ny = 16, .lx = 5.0, .ly = 5.0};
     for (const int count : {4, 8, 12}) {
         const Sectors result = sectors(grid, count);
@@ -168,17 +168,17 @@ TEST(Sectors, their_means_add_up_to_the_mean_over_the_shell) {
         }
         EXPECT_NEAR(sum, all.weight[n] * by_shell[n], 1e-12 * all.weight[n]);  // rounding
     }
-    EXPECT_GT(empty, 0);  // the first shell has fewer modes than sectors: that case was met
+    EXPECT_GT(empty, 0);  // the first shell has fewer modes than sectors: the case occurs
 }
 
 TEST(BoxVariance, is_the_variance_over_all_positions_of_the_box_in_real_space) {
     for (const Grid& grid :
          {Grid{.nx = 12, .ny = 8, .lx = 3.0, .ly = 5.0}, Grid{.nx = 6, .ny = 10, .lx = 2.0, .ly = 2.0}}) {
         std::vector<double> field = random_numbers(points(grid), 7);
-        for (double& value : field) value += 0.3;  // a mean, that must not count
+        for (double& value : field) value += 0.3;  // the mean must have no effect
         const std::vector<double> powers = powers_by_definition(grid, field);
         for (int cells_x = 1; cells_x <= grid.nx; ++cells_x)
-            for (int cells_y = 1; cells_y <= grid.ny; ++cells_y)  // the whole cell, at last: no variance
+            for (int cells_y = 1; cells_y <= grid.ny; ++cells_y)  // finally the entire cell: no variance
                 EXPECT_NEAR(box_variance(grid, powers, cells_x, cells_y),
                             variance_by_positions(grid, field, cells_x, cells_y),
                             1e-12 * std::pow(area(grid), 2));  // rounding
@@ -209,7 +209,7 @@ TEST(BoxVariance, of_independent_cells_grows_as_the_area_of_the_box) {
     }
 }
 
-TEST(BoxVariance, a_box_larger_than_the_cell_or_empty_is_refused) {
+TEST(BoxVariance, a_box_that_is_empty_or_larger_than_the_cell_is_rejected) {
     const Grid grid{.nx = 8, .ny = 4, .lx = 1.0, .ly = 1.0};
     const std::vector<double> powers(modes(grid));
     EXPECT_THROW(box_variance(grid, powers, 0, 1), Error);

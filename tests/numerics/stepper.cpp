@@ -14,8 +14,8 @@
 namespace drover::numerics {
 namespace {
 
-// A small flock: sigma and p on 16 x 16 points, order that grows (a = -1) and saturates, currents u sigma p and self-advection,
-// a force that varies in time.
+// A small flock: sigma and p on 16 x 16 points, order that grows (a = -1) and saturates, currents u sigma p and
+// self-advection, a force that varies in time.
 constexpr Grid small_grid{16, 16, 6.0, 6.0};
 
 System small_flock(const Transform& transform) {
@@ -86,7 +86,7 @@ double distance(const Spectra& a, const Spectra& b) {
     return std::sqrt(squares);
 }
 
-TEST(Stepper, every_method_has_the_order_it_claims_over_four_halvings) {
+TEST(Stepper, every_method_has_its_order_over_four_halvings) {
     Threads threads(1);
     const Transform transform(small_grid, 3, threads);
     const System system = small_flock(transform);
@@ -98,7 +98,7 @@ TEST(Stepper, every_method_has_the_order_it_claims_over_four_halvings) {
         double before = distance(after(system, table, coarsest, end, from, threads), exact);
         for (int halving = 1; halving <= 4; ++halving) {
             const double error = distance(after(system, table, coarsest << halving, end, from, threads), exact);
-            // The order is approached from either side; a tenth is the margin that the order is owed.
+            // The order is approached from either side; the margin is a tenth.
             EXPECT_GE(std::log2(before / error), table.order - 0.1)
                 << table.name << ", halving " << halving << ", error " << error;
             before = error;
@@ -122,7 +122,7 @@ TEST(Stepper, every_method_is_exact_for_a_constant_rate) {
             EXPECT_LT(distance(after(system, table, steps, 2.0, from, threads), exact), 1e-13) << table.name;
 }
 
-TEST(Stepper, takes_a_linear_system_in_one_step_or_many_to_the_same_state) {
+TEST(Stepper, one_step_of_a_linear_system_equals_many) {
     Threads threads(1);
     System system{
         .grid = {12, 10, 5.0, 3.0}, .layout = {.scalars = 2, .vectors = 2}, .linear = {}, .nonlinear = {}, .noise = {}};
@@ -138,8 +138,8 @@ TEST(Stepper, takes_a_linear_system_in_one_step_or_many_to_the_same_state) {
     EXPECT_LT(distance(once, often), 1e-12 * distance(from, Spectra(system.grid, 6)));  // 300 roundings
 }
 
-// The Cartesian form of the operator, written anew from the equations: d/dt of every field at one wavevector.
-TEST(Stepper, turns_the_blocks_into_the_cartesian_equations_at_every_direction) {
+// An independent Cartesian form of the operator: d/dt of every field at one wavevector.
+TEST(Stepper, the_blocks_are_the_cartesian_equations_in_every_direction) {
     Threads threads(1);
     const test::RodBeadCoefficients c;
     System system{
@@ -180,7 +180,7 @@ TEST(Stepper, turns_the_blocks_into_the_cartesian_equations_at_every_direction) 
     }
 }
 
-TEST(Stepper, gives_the_same_bytes_for_any_number_of_threads_with_noise) {
+TEST(Stepper, with_noise_the_bytes_do_not_depend_on_the_number_of_threads) {
     Threads one(1);
     const Transform transform(small_grid, 3, one);
     System system = small_flock(transform);
@@ -200,8 +200,8 @@ TEST(Stepper, gives_the_same_bytes_for_any_number_of_threads_with_noise) {
     }
 }
 
-TEST(Stepper, keeps_fields_real_where_order_grows) {
-    // Column 0 holds q and -q: their parts that are not conjugate are invisible in real space and would grow as exp(t).
+TEST(Stepper, fields_stay_real_where_order_grows) {
+    // Column 0 has q and -q: their non-conjugate parts are invisible in real space and would grow as exp(t).
     Threads threads(1);
     const Transform transform(small_grid, 3, threads);
     const Spectra state = after(small_flock(transform), stepper_table("etdrk2"), 800, 80.0, start(transform), threads);

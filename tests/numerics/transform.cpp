@@ -1,4 +1,4 @@
-// tests/numerics/transform.cpp: transforms against their definition, and the cut of each axis by itself.
+// tests/numerics/transform.cpp: transforms against their definition, and the dealiasing of each axis.
 #include "drover/numerics/transform.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ Fields random_fields(const Grid& grid, int count) {
     return fields;
 }
 
-/// a_q = mean of a(r) exp(-i q.r), summed as it is written.
+/// a_q = mean of a(r) exp(-i q.r), summed directly.
 Complex coefficient(const Grid& grid, std::span<const double> values, int kx, int ky) {
     Complex sum = 0.0;
     for (int j = 0; j < grid.ny; ++j)
@@ -29,7 +29,7 @@ Complex coefficient(const Grid& grid, std::span<const double> values, int kx, in
     return sum / static_cast<double>(points(grid));
 }
 
-TEST(Transform, gives_the_coefficients_of_the_definition_on_any_even_grid) {
+TEST(Transform, the_coefficients_are_those_of_the_definition_on_any_even_grid) {
     Threads threads(1);
     for (const Grid grid : {Grid{4, 4, 1, 1}, Grid{6, 10, 2, 1}, Grid{16, 12, 1, 3}, Grid{20, 34, 1, 1}})
         for (const int degree : {1, 2, 3}) {
@@ -51,7 +51,7 @@ TEST(Transform, gives_the_coefficients_of_the_definition_on_any_even_grid) {
         }
 }
 
-TEST(Transform, backward_undoes_forward_for_fields_of_kept_modes) {
+TEST(Transform, backward_inverts_forward_for_fields_of_kept_modes) {
     for (const int team : {1, 2, 3}) {
         Threads threads(team);
         const Grid grid{24, 18, 1, 1};
@@ -66,7 +66,7 @@ TEST(Transform, backward_undoes_forward_for_fields_of_kept_modes) {
     }
 }
 
-TEST(Transform, takes_modes_that_are_not_kept_as_zero_and_leaves_its_input_alone) {
+TEST(Transform, modes_that_are_not_kept_count_as_zero_and_the_input_is_unchanged) {
     Threads threads(1);
     const Grid grid{16, 16, 1, 1};
     const Transform transform(grid, 2, threads);
@@ -86,7 +86,7 @@ TEST(Transform, takes_modes_that_are_not_kept_as_zero_and_leaves_its_input_alone
     }
 }
 
-TEST(Transform, gives_the_same_bytes_for_any_number_of_threads) {
+TEST(Transform, the_bytes_do_not_depend_on_the_number_of_threads) {
     const Grid grid{36, 50, 1, 1};
     const Fields fields = random_fields(grid, 4);
     Threads one(1);
@@ -105,9 +105,10 @@ TEST(Transform, gives_the_same_bytes_for_any_number_of_threads) {
     }
 }
 
-// One mode near the cut on one axis, squared and cubed: the product on the grid must be the exact convolution in the kept modes.
-// For cos(k x)^2 = 1/2 + cos(2 k x)/2: with the modes |k| < N/3 kept, 2 k aliases to N - 2 k > N/3, which is cut.
-TEST(Transform, cuts_each_axis_so_that_a_product_of_its_degree_has_no_alias) {
+// One mode near the cut on one axis, squared and cubed: the product on the grid must be the exact convolution in the
+// kept modes.  For cos(k x)^2 = 1/2 + cos(2 k x)/2: with the modes |k| < N/3 kept, 2 k aliases to N - 2 k > N/3, which
+// is cut.
+TEST(Transform, a_product_of_its_degree_has_no_alias_on_either_axis) {
     Threads threads(1);
     for (const int degree : {2, 3})
         for (const bool along_x : {true, false}) {
@@ -134,8 +135,8 @@ TEST(Transform, cuts_each_axis_so_that_a_product_of_its_degree_has_no_alias) {
         }
 }
 
-// The same through products(): one mode at the cut, of each axis in turn, to the power of the degree, against the convolution of its
-// coefficients; the field beside it in the pair must not leak.
+// The same through products(): one mode at the cut, of each axis in turn, to the power of the degree, against the
+// convolution of its coefficients; the field beside it in the pair must not leak.
 TEST(Transform, products_of_a_mode_at_the_cut_of_either_axis_are_the_exact_convolution) {
     Threads threads(2);
     const Grid grid{24, 20, 1, 1};
@@ -174,7 +175,7 @@ TEST(Transform, products_of_a_mode_at_the_cut_of_either_axis_are_the_exact_convo
         }
 }
 
-TEST(Transform, products_are_the_same_bytes_for_any_number_of_threads_and_odd_numbers_of_fields) {
+TEST(Transform, the_bytes_of_products_do_not_depend_on_the_number_of_threads_for_odd_numbers_of_fields) {
     const Grid grid{36, 50, 1, 1};
     const auto run = [&](int team) {
         Threads threads(team);
@@ -193,7 +194,7 @@ TEST(Transform, products_are_the_same_bytes_for_any_number_of_threads_and_odd_nu
     for (const int team : {2, 3, 5}) EXPECT_EQ(run(team), expected);
 }
 
-TEST(Transform, refuses_a_grid_that_is_not_one) {
+TEST(Transform, an_invalid_grid_is_rejected) {
     Threads threads(1);
     for (const Grid grid : {Grid{2, 8, 1, 1}, Grid{7, 8, 1, 1}, Grid{8, 8, 0, 1}, Grid{8, 8, 1, -1}})
         EXPECT_ANY_THROW(Transform(grid, 1, threads));

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "drover/physics/model.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::physics {
 namespace {

@@ -76,7 +76,8 @@ TEST(StructureMatrix, of_a_defective_mode_is_right) {
     const double q = l.gamma / (2.0 * l.rho * std::sqrt(l.e));
     const numerics::Wavevector at{.x = q, .y = 0.0};
     const UniformPoint rest = isotropic_of(e).point;
-    // d_t n = -i rho q v + noise, d_t v = -i E q n/rho - (Gamma/rho) v: S_nn = Q/2 (Gamma/rho)/(q^2 E) + Q rho/(2 Gamma).
+    // d_t n = -i rho q v + noise, d_t v = -i E q n/rho - (Gamma/rho) v: S_nn = Q/2 (Gamma/rho)/(q^2 E) + Q rho/(2
+    // Gamma).
     const double noise = 0.07 * q * q, damping = l.gamma / l.rho;
     const double expected = 0.5 * noise * (damping / (l.e * q * q) + 1.0 / damping);
     EXPECT_NEAR(structure_matrix(e, rest, at)(FieldIndex::bead_density, FieldIndex::bead_density).real(), expected,

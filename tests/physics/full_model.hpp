@@ -5,7 +5,7 @@
 
 #include "drover/numerics/linear_operator.hpp"
 #include "drover/physics/right_hand_side.hpp"
-#include "drover/physics/term.hpp"
+#include "drover/physics/whole_rate.hpp"
 
 namespace drover::physics {
 
@@ -94,35 +94,13 @@ inline std::vector<NamedModel> all_forms() {
 /// The full model with coefficients from a table, which is no polynomial: products of it are cut off by the grid.
 inline NamedModel tabulated() {
     Model measured = full_model();
-    measured.table = {.bead_density = {0.4, 1.0, 1.6, 2.2},
-                      .rod_density = {0.2, 0.7, 1.5},
-                      .relaxation_rate = {0.9, 0.7, 0.6, 0.6, 0.5, 0.3, 0.5, 0.4, 0.3, 0.4, 0.4, 0.1},
-                      .driving_strength = {0.7, 0.9, 0.8, 1.1, 1.0, 1.2, 1.3, 1.2, 1.5, 1.4, 1.7, 1.6}};
+    measured.table = {
+        .bead_density = {0.4, 1.0, 1.6, 2.2},
+        .rod_density = {0.2, 0.7, 1.5},
+        .columns = {{"relaxation.rate", {{0.9, 0.7, 0.6, 0.6, 0.5, 0.3, 0.5, 0.4, 0.3, 0.4, 0.4, 0.1}, {}}},
+                    {"driving.strength", {{0.7, 0.9, 0.8, 1.1, 1.0, 1.2, 1.3, 1.2, 1.5, 1.4, 1.7, 1.6}, {}}}}};
     measured.relaxation.rate_terms = measured.driving.strength_terms = {};
     return {"two-component, from a table", measured};
 }
-
-/// d_t a = L a + N(t, a) as the solver takes it, about any reference.
-class WholeRate {
-public:
-    WholeRate(const Equations& equations, const numerics::Grid& grid, const Reference& about, Threads& threads,
-              const Dealiasing& dealiasing = {})
-        : system(linear_system(equations, grid, about, dealiasing)),
-          linear(system),
-          rest(std::make_shared<RightHandSide>(equations, system, about, threads)) {
-        system.nonlinear = [rest = rest](double t, const numerics::Spectra& a, numerics::Spectra& rate) {
-            (*rest)(t, a, rate);
-        };
-    }
-    numerics::Spectra operator()(double t, const numerics::Spectra& state) {
-        numerics::Spectra rate(system.grid, state.count());
-        (*rest)(t, state, rate);
-        linear.add(state, rate);
-        return rate;
-    }
-    numerics::System system;
-    numerics::LinearOperator linear;
-    std::shared_ptr<RightHandSide> rest;
-};
 
 }  // namespace drover::physics

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drover/numerics/field.hpp"
-#include "drover/physics/term.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::physics {
 

@@ -257,12 +257,12 @@ TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
     t.rod_density = {0.0, 1.0, 2.1};
     for (const double rho : t.bead_density)
         for (const double sigma : t.rod_density) {
-            t.relaxation_rate.push_back(1.2 - 0.2 * sigma);
-            t.driving_strength.push_back(0.5 + 0.5 * rho);
-            t.weathercock_strength.push_back(0.6 + 0.1 * rho * sigma);
-            t.relaxation_rate_error.push_back(0.02);
-            t.driving_strength_error.push_back(0.015);
-            t.weathercock_strength_error.push_back(0.01 + 0.005 * rho);
+            t.columns["relaxation.rate"].values.push_back(1.2 - 0.2 * sigma);
+            t.columns["driving.strength"].values.push_back(0.5 + 0.5 * rho);
+            t.columns["weathercock.strength"].values.push_back(0.6 + 0.1 * rho * sigma);
+            t.columns["relaxation.rate"].errors.push_back(0.02);
+            t.columns["driving.strength"].errors.push_back(0.015);
+            t.columns["weathercock.strength"].errors.push_back(0.01 + 0.005 * rho);
         }
     Threads threads(2);
     const numerics::ContourOptions coarse{.cells = 12, .chord = 1e-3};

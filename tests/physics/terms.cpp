@@ -38,10 +38,11 @@ UniformPoint random_point(Numbers& numbers) {
 /// A slaved velocity in balance at the point: what the eliminated symbol is about.
 void balance(const Equations& e, UniformPoint& point) {
     if (e.form.velocity != Velocity::slaved) return;
-    const double gamma = has_term(e, "drag") ? e.drag.at(point.bead_density, point.rod_density).value : 1.0;
-    const double alpha = has_term(e, "driving") ? e.driving.at(point.bead_density, point.rod_density).value : 0.0;
-    point.velocity = alpha * point.order / gamma;
-    if (has_term(e, "force")) point.velocity += Eigen::Vector2d(e.model.force.x, e.model.force.y) / gamma;
+    // Every force but drag is what it is without a velocity.
+    point.velocity.setZero();
+    const Eigen::Vector2d force = uniform_rates(e, point).segment<2>(FieldIndex::bead_velocity_x);
+    const double gamma = e.drag.at(point.bead_density, point.rod_density).value;
+    point.velocity = force / (gamma > 0.0 ? gamma : 1.0);
 }
 
 /// Largest difference between the symbol and a central difference of the right-hand side, relative to the largest entry.
@@ -89,7 +90,7 @@ TEST(Terms, each_alone_has_the_linearisation_of_its_own_action_at_random_uniform
     int checked = 0;
     for (const NamedModel& form : forms_and_table()) {
         const Equations all(form.model);
-        for (const Term* term : all.active) {
+        for (const Term& term : all.active) {
             Equations alone = all;
             alone.active = {term};
             // A slaved velocity is the balance of all forces; a term by itself has none.
@@ -101,7 +102,7 @@ TEST(Terms, each_alone_has_the_linearisation_of_its_own_action_at_random_uniform
                 const Reference about{.bead_density = 1.1, .rod_density = 0.9};
                 const int kx = trial % 4, ky = kx == 0 ? 1 + trial % 3 : (3 * trial) % 7 - 3;
                 // 1e-6: the truncation of the difference is 1e-8 times third derivatives of order ten.
-                EXPECT_LT(difference(alone, point, about, kx, ky, threads), 1e-6) << form.name << ": " << term->name;
+                EXPECT_LT(difference(alone, point, about, kx, ky, threads), 1e-6) << form.name << ": " << term.name;
                 ++checked;
             }
         }
@@ -153,20 +154,20 @@ TEST(Terms, that_are_off_cost_no_transform) {
     model.drag.coefficient_terms = model.driving.strength_terms = model.relaxation.rate_terms =
         model.relaxation.saturation_terms = model.weathercock.strength_terms = {};
     // rho, v, p, the force, curl p; rho v, d_t v, d_t p, p^2/2.
-    EXPECT_EQ(transform_count(Equations(model)).back, 8);
-    EXPECT_EQ(transform_count(Equations(model)).forth, 7);
+    EXPECT_EQ(transform_count(Equations(model)).inverse, 8);
+    EXPECT_EQ(transform_count(Equations(model)).forward, 7);
     model.advection.strength = 0.0;
-    EXPECT_EQ(transform_count(Equations(model)).back, 7);
-    EXPECT_EQ(transform_count(Equations(model)).forth, 6);
+    EXPECT_EQ(transform_count(Equations(model)).inverse, 7);
+    EXPECT_EQ(transform_count(Equations(model)).forward, 6);
     model.relaxation.saturation = 0.0;
-    EXPECT_EQ(transform_count(Equations(model)).back, 5);
-    EXPECT_EQ(transform_count(Equations(model)).forth, 4);
+    EXPECT_EQ(transform_count(Equations(model)).inverse, 5);
+    EXPECT_EQ(transform_count(Equations(model)).forward, 4);
 }
 
 TEST(Terms, of_a_form_with_fewer_fields_cost_fewer_transforms) {
     const auto count = [](const Model& model) {
         const TransformCount c = transform_count(Equations(model));
-        return c.back + c.forth;
+        return c.inverse + c.forward;
     };
     std::vector<NamedModel> forms = all_forms();
     EXPECT_LT(count(forms.at(6).model), count(forms.at(2).model)) << "polar < dilute";

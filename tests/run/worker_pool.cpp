@@ -1,4 +1,4 @@
-// tests/run/worker_pool.cpp: jobs that become known while others run, what they hand over, and how they end.
+// tests/run/worker_pool.cpp: jobs that become available while others run, their results, and how they end.
 #include "drover/run/worker_pool.hpp"
 
 #include <gtest/gtest.h>
@@ -14,17 +14,18 @@
 namespace drover::run {
 namespace {
 
-TEST(WorkerPool, runs_jobs_that_become_known_as_others_end_and_takes_what_they_hand_over) {
+TEST(WorkerPool, jobs_that_become_available_while_others_run_are_run_and_return_results) {
     std::size_t known = 0, ended = 0;
     std::map<std::size_t, std::size_t> lengths;
     const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
                         if (known == 6 || known >= ended + 2)
-                            return std::nullopt;  // two at first, one for each that ends
+                            return std::nullopt;  // two at first, then one for each that ends
                         return known++;
                     },
                     .work =
                         [](std::size_t job, std::string& result) {
-                            result.assign(100000 * job, static_cast<char>('a' + job));  // more than a pipe holds
+                            result.assign(100000 * job,
+                                          static_cast<char>('a' + job));  // more than the capacity of a pipe
                             return 0;
                         },
                     .ended =
@@ -34,12 +35,12 @@ TEST(WorkerPool, runs_jobs_that_become_known_as_others_end_and_takes_what_they_h
                             EXPECT_EQ(result, std::string(100000 * job, static_cast<char>('a' + job)));
                             lengths[job] = result.size();
                         }};
-    const PoolOutcome outcome = run_jobs(jobs, {.workers = 3, .bound = true});
+    const PoolOutcome outcome = run_jobs(jobs, {.workers = 3, .die_with_parent = true});
     EXPECT_EQ(outcome.done, 6u);
     EXPECT_EQ(lengths.size(), 6u);
 }
 
-TEST(WorkerPool, tells_how_a_worker_ended) {
+TEST(WorkerPool, the_exit_status_of_a_worker_is_reported) {
     std::map<std::size_t, int> statuses;
     const PoolOutcome outcome = run_jobs(
         4, 2,
@@ -54,7 +55,7 @@ TEST(WorkerPool, tells_how_a_worker_ended) {
     EXPECT_EQ(outcome.failed, 3u);
 }
 
-TEST(WorkerPool, leaves_no_worker_behind_where_the_caller_fails) {
+TEST(WorkerPool, no_worker_survives_an_exception_of_the_caller) {
     const Jobs jobs{.next = [n = std::size_t{0}]() mutable -> std::optional<std::size_t> { return n++; },
                     .work =
                         [](std::size_t job, std::string&) {
@@ -62,7 +63,7 @@ TEST(WorkerPool, leaves_no_worker_behind_where_the_caller_fails) {
                             return 0;
                         },
                     .ended = [](std::size_t, int, const std::string&) { fail_run("the disk is full"); }};
-    EXPECT_THROW(run_jobs(jobs, {.workers = 3, .bound = true}), Error);
+    EXPECT_THROW(run_jobs(jobs, {.workers = 3, .die_with_parent = true}), Error);
     EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
     EXPECT_EQ(errno, ECHILD);
 }

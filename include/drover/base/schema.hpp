@@ -25,7 +25,8 @@ std::string toml_text(const Value& value);
 
 struct LocatedValue {
     Value value;
-    SourceLocation where;  ///< of the key
+    SourceLocation where;               ///< of the key
+    std::vector<SourceLocation> items = {};  ///< of the first character of each text in the value
 };
 
 /// One table of a scene text: its keys, sorted by name.
@@ -33,6 +34,9 @@ struct LocatedTable {
     SourceLocation where;
     std::map<std::string, LocatedValue> values;
 };
+
+/// The tables of a scene text by name: "grid", "calibrate.drag".
+using LocatedTables = std::map<std::string, LocatedTable>;
 
 /// The allowed numbers: a closed interval, or open at its lower end.
 struct Range {

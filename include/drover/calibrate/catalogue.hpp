@@ -1,6 +1,9 @@
-// calibrate/catalogue.hpp: all assays there are.
+// calibrate/catalogue.hpp: the list of all assays.
 #pragma once
+#include <tuple>
+
 #include "drover/calibrate/damping.hpp"
+#include "drover/calibrate/diffusion.hpp"
 #include "drover/calibrate/drag.hpp"
 #include "drover/calibrate/propulsion.hpp"
 #include "drover/calibrate/relaxation.hpp"
@@ -10,7 +13,8 @@
 
 namespace drover::calibrate {
 
-/// Speeds, forces and times of each; the defaults suit rods and beads of millimetres, D_r of 0.05 to 1 /s and a cell of some 30 mm.
+/// Speeds, forces and times of each assay.
+/// The defaults suit millimetre-sized rods and beads, D_r = 0.05 to 1 /s and a cell of about 30 mm.
 struct Plans {
     RelaxationPlan relaxation;
     WeathercockPlan weathercock;
@@ -18,25 +22,39 @@ struct Plans {
     DampingPlan damping;
     ShearPlan shear;
     PropulsionPlan propulsion;
-    CompressibilityPlan stiffness;
+    StiffnessPlan stiffness;
+    DiffusionPlan diffusion;
 };
 
-/// visit(name, sentence, plan) for each, in the order of the assays.
+/// `doc` describes the section [calibrate.<name>] of a scene.
+template <class Plan>
+struct CatalogueRow {
+    const char *name, *doc;
+    Plan Plans::*plan;
+    Assay (*make)(const Plan&);
+};
+
+/// To add an assay: its header and source, one member of Plans and one row here.
+inline constexpr std::tuple catalogue{
+    CatalogueRow{"relaxation", "Decay of rod orientation: a.", &Plans::relaxation, &relaxation},
+    CatalogueRow{"weathercock", "Rotation of rods by bead flow: lambda_s.", &Plans::weathercock, &weathercock},
+    CatalogueRow{"drag", "Beads dragged by aligned rods: alpha/Gamma.", &Plans::drag, &drag},
+    CatalogueRow{"damping", "Bead flow stopped by the plates: Gamma/(m rho).", &Plans::damping, &damping},
+    CatalogueRow{"shear", "Decay of shear waves of the beads: eta/(m rho).", &Plans::shear, &shear},
+    CatalogueRow{"propulsion", "Speed of self-propelled rods: u.", &Plans::propulsion, &propulsion},
+    CatalogueRow{"stiffness", "Response of the bead density to a force: E.", &Plans::stiffness, &stiffness},
+    CatalogueRow{"diffusion", "Mean-square displacements of beads and single rods: D.", &Plans::diffusion, &diffusion}};
+
+/// Calls visit(name, doc, plan) for each assay, in the order of the catalogue.
 template <class AnyPlans, class Visit>
 void for_plans(AnyPlans& plans, Visit visit) {
-    visit("relaxation", "Rods that lose their direction: a.", plans.relaxation);
-    visit("weathercock", "Flow that turns rods: lambda_s.", plans.weathercock);
-    visit("drag", "Aligned rods that carry beads: alpha/Gamma.", plans.drag);
-    visit("damping", "Flow of the beads that the plates stop: Gamma/(m rho).", plans.damping);
-    visit("shear", "Waves of the beads' velocity that decay: eta/(m rho).", plans.shear);
-    visit("propulsion", "Rods that swim: u.", plans.propulsion);
-    visit("stiffness", "Beads that are pushed together: E.", plans.stiffness);
+    std::apply([&](const auto&... row) { (visit(row.name, row.doc, plans.*row.plan), ...); }, catalogue);
 }
 
-/// One of each, in this order.  Throws an input Error for a plan that cannot be.
+/// One assay of each kind, in the order of the catalogue.  Throws an input Error for an invalid plan.
 std::vector<Assay> make_assays(const Plans& plans = {});
 
-/// The one of this name.  Throws an input Error that names them all.
+/// The assay of this name.  Throws an input Error that lists the valid names.
 const Assay& find_assay(std::span<const Assay> assays, const std::string& name);
 
 }  // namespace drover::calibrate

@@ -1,4 +1,4 @@
-// calibrate/drag.hpp: how fast aligned rods carry the beads.
+// calibrate/drag.hpp: speed at which aligned rods drag the beads.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"
@@ -7,25 +7,28 @@ namespace drover::calibrate {
 
 /// Fields and times of a trial.
 struct DragPlan {
-    std::vector<double> torques = {
-        200.0, 500.0, 1500.0,
-        10000.0};          ///< orienting, weak to strong [mg mm^2/s^2] > 0, for P from below a half to near one
-    double warm_up = 0.5;  ///< once, in the strongest, for the packing to become a bed [s]; less than m rho/Gamma
-    double time = 6.0;     ///< in each [s]; together some times m rho/Gamma and 1/a
-    int windows = 4;       ///< of equal length that it is cut into
-    double frame = 0.025;  ///< between looks at P [s]
-    bool bend = true;      ///< with the term in |P|^2 P; else alpha/Gamma and tau are of a straight line
+    /// Of the orienting field, ascending [mg mm^2/s^2] > 0; for P from below a half to nearly one.
+    std::vector<double> torques = {200.0, 500.0, 1500.0, 10000.0};
+    double warm_up = 0.5;  ///< once, in the strongest field [s]: the packing becomes a bed; less than m rho/Gamma
+    double time = 6.0;     ///< in each field [s]; together several times m rho/Gamma and 1/a
+    int windows = 4;       ///< of equal length in that time
+    double frame = 0.025;  ///< between samples of P [s]
+    bool bend = true;      ///< whether alpha/Gamma and tau come from the fit with a term in |P|^2 P, or without
 };
 
-/// alpha/Gamma at the area fractions of the setup, in the normalisation in which P is the mean of n (a speed).  Rods are held along x by an orienting field of
-/// several strengths, the strongest first, and beads are free and start at rest.  For the mean over the cell (beadmom) is  tau dv/dt = -v + (alpha/Gamma) P,  tau = m rho/Gamma;  here with the next order
-/// that symmetry allows, and its mean over a window of length T:
+/// alpha/Gamma at the area fractions of the setup, normalised such that P is the mean of n (so it is a speed).  An
+/// orienting field of several strengths, the strongest first, holds the rods along x; the beads are free and start at
+/// rest.  For the mean over the cell (beadmom) reads  tau dv/dt = -v + (alpha/Gamma) P,  tau = m rho/Gamma.  With the
+/// next order that symmetry allows, its mean over a window of length T is
 ///     <v> = (alpha/Gamma) <P> + c <|P|^2 P> - tau [v(T) - v(0)]/T,
-/// which holds however P fluctuates and wherever v comes from: nothing need have settled.  Least squares over the windows of all torques, along x; alpha/Gamma is
-/// the slope at the origin of the whole curve, or, without `bend`, that of the line through the origin; c is told in either case.
-/// Quantities: drag alpha/Gamma [mm/s]; drag_curvature c [mm/s]; response_time tau [s], told by what had not settled, the start above all: tau far below a
-/// window is told badly, and noise draws it to 0.  Its Gamma is all that stops the beads: the plates, which damping() has alone, and rods that do not
-/// move along with them. A strong torque also lays rods flat and changes how they go: torques should be the weakest that order them.  Also order_<h> and flow_<h>, <P> and <v> in the last window of each torque h.
+/// which holds for any fluctuations of P and any history of v, so no steady state is needed.  Least squares over the
+/// windows of all torques, along x.  alpha/Gamma is the slope of the whole curve at the origin or, without `bend`, of
+/// the straight line through the origin; c is reported in either case.
+/// Quantities: drag alpha/Gamma [mm/s]; drag_curvature c [mm/s]; response_time tau [s].  tau is determined by
+/// transients, mainly the start: it is uncertain if far below a window, and noise biases it towards 0.  Its Gamma is
+/// the total friction on the beads: the plates, which damping() measures alone, and rods that do not move along.
+/// Strong torques also lay rods flat and change their gait: use the weakest that order them.  Also order_<h> and
+/// flow_<h>, <P> and <v> in the last window of each torque h.
 Assay drag(const DragPlan& plan = {});
 
 }  // namespace drover::calibrate

@@ -1,4 +1,4 @@
-// calibrate/table.hpp: coefficients over area fractions: measured, from closures or set, each with its error and where it came from.
+// calibrate/table.hpp: tables of coefficients over area fractions, with errors and origins.
 #pragma once
 #include <optional>
 #include <string>
@@ -9,64 +9,66 @@
 
 namespace drover::calibrate {
 
-/// Where a number came from.
+/// Origin of a number.
 enum class Origin {
-    refused,         ///< there is none, and a remark says why
-    measured,        ///< on particles, as well as was asked
-    measured_short,  ///< on particles, less well than was asked: a remark says by how much
-    closure,         ///< from measured ones, by a theory of independent rods
-    set              ///< by the setup, or zero for want of anything better
+    missing,         ///< no value; the remark gives the reason
+    measured,        ///< on particles, to the requested error
+    measured_short,  ///< on particles, with a larger error than requested; the remark says how large
+    closure,         ///< from measured coefficients, by the theory of independent rods
+    set              ///< by the setup, or zero because nothing determines it
 };
 inline constexpr int origin_count = 5;
-/// "refused", "measured", "short", "closure", "set".
+/// "missing", "measured", "short", "closure", "set".
 const char* origin_name(Origin origin);
 
 /// One coefficient at one point.
 struct TableEntry {
-    double value = 0.0;  ///< not-a-number when refused
-    double error = 0.0;  ///< standard error; 0 for what is set, not-a-number when refused
-    int trials = 0;      ///< behind it; of several, the fewest
-    Origin origin = Origin::refused;
-    std::string remark = {};  ///< a diagnosis, a unmet_target, a refusal; may be empty
+    double value = 0.0;  ///< NaN if missing
+    double error = 0.0;  ///< standard error; 0 if set, NaN if missing
+    int trials = 0;      ///< it rests on; the smallest number if it rests on several measurements
+    Origin origin = Origin::missing;
+    std::string remark = {};  ///< diagnosis, unmet target or reason why it is missing; may be empty
 };
 
 /// One coefficient over the table.
 struct TableRow {
     std::string name, unit, formula;
-    bool by_rods = false;           ///< whether it depends on the area fraction of rods
-    std::vector<TableEntry> known;  ///< [varied][bead] or [varied][bead][rod], the last fastest
+    bool by_rods = false;             ///< whether it depends on the area fraction of rods
+    std::vector<TableEntry> entries;  ///< [varied][bead] or [varied][bead][rod], the last index fastest
 };
 
 struct Table {
-    std::string varied_key;              ///< "kick.strength"; "" when nothing else is varied
-    std::vector<double> varied{0.0};     ///< its values; one when nothing is varied
+    std::string varied_key;              ///< such as "kick.strength"; "" if only area fractions vary
+    std::vector<double> varied{0.0};     ///< values of that key; one value if it is ""
     std::vector<double> bead_fractions;  ///< area fractions of beads, ascending
-    std::vector<double> rod_fractions;   ///< of rods, ascending; may be empty when no row needs them
+    std::vector<double> rod_fractions;   ///< area fractions of rods, ascending; may be empty if no row needs them
     std::vector<TableRow> rows;
 };
 
-/// How many numbers a row of this table has.
+/// Number of entries of a row of this table.
 std::size_t count_of(const Table& table, bool by_rods);
-/// Index of a point in a row.
-std::size_t place_in(const Table& table, const TableRow& row, std::size_t varied, std::size_t bead, std::size_t rod);
-/// "bead area fraction 0.3, rod area fraction 0.05": of one number of a row, for messages.
-std::string point_text(const Table& table, bool by_rods, std::size_t place);
+/// Index of an entry of a row.
+std::size_t entry_index(const Table& table, const TableRow& row, std::size_t varied, std::size_t bead, std::size_t rod);
+/// The point of an entry, for messages: "bead area fraction 0.3, rod area fraction 0.05".
+std::string point_text(const Table& table, bool by_rods, std::size_t entry);
 
-/// Index of a value of the varied key; 0 where the table varies none.  Throws an input Error at `where`, which calls it `name`, for a value
-/// that is not one of the table's, none where the table varies a key, or one where it varies none.
-std::size_t varied_place(const Table& table, const std::optional<double>& value, const std::string& name,
+/// Index of a value of the varied key; 0 if the table varies no key.  Throws an input Error at `where`, in which the
+/// value is called `name`: for a value that is not in the table, for no value if the table varies a key, and for a
+/// value if it varies none.
+std::size_t varied_index(const Table& table, const std::optional<double>& value, const std::string& name,
                          const SourceLocation& where);
 
 const TableRow* find_row(const Table& table, const std::string& name);
 
-/// Throws an input Error, at `where`, unless axes ascend within 0 to 1, rows are as long as they must be, numbers finite where they are not
-/// refused, and errors not negative.
+/// Throws an input Error at `where` unless area fractions ascend between 0 and 1, rows have the right length, entries
+/// that are not missing are finite, and errors are not negative.
 void check(const Table& table, const SourceLocation& where = {});
 
-/// Adds what follows from the rows that are there, where all it needs is there: Gamma, eta, a/lambda, g = lambda_s alpha/(Gamma D_r); and, for the
-/// current p = sigma u P, alpha, lambda and the closures of field_number(), with zeros for w, A, F and zeta, and for E where its assay was
-/// not made.  Densities are those of the area fractions.  Errors add in squares to first order, since assays are independent of each other.  Refused where
-/// what it divides by lies within 3 errors of zero.  Source: physics as in Kumar et al., Nat. Commun. 5, 4688 (2014), Methods.
+/// Adds the rows that follow from the rows of the table, as far as their inputs are present: Gamma, eta, a/lambda,
+/// g = lambda_s alpha/(Gamma D_r); and, for the current p = sigma u P, alpha, lambda and the closures of
+/// field_number(), with zeros for w, A, F and zeta, and for E if it was not measured.  Densities follow from the area
+/// fractions.  Errors add in quadrature to first order, assays being independent.  An entry is missing if a divisor
+/// lies within 3 errors of zero.  Source: physics as in Kumar et al., Nat. Commun. 5, 4688 (2014), Methods.
 void add_derived(Table& table);
 
 /// A number with its standard error.
@@ -74,14 +76,15 @@ struct Uncertain {
     double value = 0.0, error = 0.0;
 };
 
-/// One coefficient as a smooth function of both area fractions, at one of the varied values.
+/// One coefficient as a smooth function of both area fractions, at one value of the varied key.
 class SmoothCoefficient {
 public:
-    /// Throws an input Error that names them when the table has not this coefficient, or has holes in it.
+    /// Throws an input Error if the table does not have this coefficient, or has missing entries in it.
     SmoothCoefficient(const Table& table, const std::string& name, std::size_t varied = 0,
                       physics::Outside outside = physics::Outside::refuse);
 
-    /// Throws an input Error that names the range when a fraction lies outside the table, unless told to hold the value of its edge.
+    /// Outside the table, throws an input Error that gives the range or, with Outside::hold, returns the value at the
+    /// edge.
     Uncertain at(double bead_fraction, double rod_fraction) const;
 
     const physics::CoefficientTable& table() const { return table_; }

@@ -1,4 +1,4 @@
-// calibrate/trial_set.hpp: one assay at one point: which trials it still wants, and what comes of them when some fail.
+// calibrate/trial_set.hpp: the trials of one assay at one point: which are still needed, and their result.
 #pragma once
 #include <map>
 
@@ -6,50 +6,51 @@
 
 namespace drover::calibrate {
 
-/// What became of one trial.
+/// Outcome of one trial.
 struct Attempt {
     std::uint64_t number = 0;  ///< from 0: the trial of run_trial()
-    Trial numbers;             ///< empty when it failed
-    std::string failure;       ///< the sentence that it threw; "" when it did not
+    Trial numbers;             ///< empty if it failed
+    std::string failure;       ///< the error message; "" if it did not fail
 };
 
-/// Trials of an assay as they come in, in any order.  What is wanted, and what comes out, is a function of the trials alone: they are looked at in the
-/// order of their numbers, after each whole round.  One that fails counts as failed, and the next takes its place.
+/// Trials of an assay, added in any order.  The trials that are needed, and the result, depend on the trials alone:
+/// they are evaluated in order of their numbers, after each whole round.  A failed trial is counted and replaced by the
+/// next one.
 class TrialSet {
 public:
-    /// max_failed: the part of the trials that may fail.  Throws an input Error for a goal that cannot be.
+    /// max_failed: largest allowed fraction of failed trials.  Throws an input Error for an invalid goal.
     TrialSet(Assay assay, const Goal& goal, double max_failed);
 
-    /// Takes what became of a trial; the same number again changes nothing.  Looks at all that is there.
+    /// Adds the outcome of a trial and evaluates whole rounds.  A number that is already present has no effect.
     void add(Attempt attempt);
 
     const Assay& assay() const { return assay_; }
     bool has(std::uint64_t number) const { return attempts_.contains(number); }
     std::size_t count() const { return attempts_.size(); }
-    /// Trials below this number are wanted; once it has ended, no other than those that decided it.
-    std::uint64_t wanted() const { return look_; }
-    bool ended() const { return measurement_ || !refusal_.empty(); }
-    /// How many of the trials that were looked at have failed, and the first sentence of one.
+    /// Trials below this number are needed; after the end, only those that decided it.
+    std::uint64_t needed() const { return next_evaluation_; }
+    bool ended() const { return measurement_ || !failure_reason_.empty(); }
+    /// Number of failed trials among those evaluated, and the first error message.
     std::size_t failed() const { return failed_; }
-    const std::string& failure() const { return failure_; }
-    /// Nothing while it has not ended, and when too many trials failed.
+    const std::string& first_failure() const { return first_failure_; }
+    /// Empty before the end, and if too many trials failed.
     const std::optional<Measurement>& measurement() const { return measurement_; }
-    /// What whole rounds tell while it has not ended, if there are as many as a first look takes.
+    /// Result of the whole rounds present before the end, if there are enough for a first evaluation.
     std::optional<Measurement> so_far() const;
-    /// Why there is none: "" unless too many trials failed.
-    const std::string& refusal() const { return refusal_; }
+    /// Why the measurement failed; "" unless too many trials failed.
+    const std::string& failure_reason() const { return failure_reason_; }
 
 private:
-    void look();
+    void evaluate();
 
     Assay assay_;
     Goal goal_;
-    double failed_most_;
+    double max_failed_;
     std::map<std::uint64_t, Attempt> attempts_;
-    std::vector<Trial> good_;  // of the attempts below taken_, in order
-    std::uint64_t taken_ = 0, look_ = 0;
-    std::size_t judged_ = 0, failed_ = 0;
-    std::string failure_, refusal_;
+    std::vector<Trial> successful_;  // of the attempts below taken_, in order
+    std::uint64_t taken_ = 0, next_evaluation_ = 0;
+    std::size_t judged_rounds_ = 0, failed_ = 0;
+    std::string first_failure_, failure_reason_;
     std::optional<Measurement> measurement_;
 };
 

@@ -1,4 +1,4 @@
-// dem/bodies.hpp: the bodies of a particle world at one moment, as plain data.
+// dem/bodies.hpp: the bodies of a particle world at one time, as plain data.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -10,8 +10,7 @@
 namespace drover::dem {
 
 struct Bead {
-    Vector
-        position;  ///< of its centre [mm]; not wrapped: a bead that went once round a periodic cell of side lx is lx further
+    Vector position;          ///< of its centre [mm], not wrapped into a periodic cell
     Vector velocity;          ///< [mm/s]
     Vector spin;              ///< angular velocity [rad/s]
     std::uint32_t shape = 0;  ///< of Bodies::shapes
@@ -25,16 +24,20 @@ struct Rod {
     std::uint32_t shape = 0;     ///< of Bodies::shapes
 };
 
-/// Bodies keep their places in these lists for the whole of a run.
+/// Bodies keep their indices in these lists throughout a run.
 struct Bodies {
     std::vector<Shape> shapes;
     std::vector<Bead> beads;
     std::vector<Rod> rods;
 };
 
-/// How many of each a setup asks, and their shapes: bodies at rest at the origin, for a packing to place.  The diameters of a mixture are dealt
-/// out in their parts as exactly as whole numbers allow; the sizes of rods are drawn from the seed.  Throws an input Error when a shape cannot be.
+/// The bodies that a setup asks for, at rest at the origin; a packing places them.  The diameters of a mixture are
+/// distributed in their proportions, rounded by largest remainders; the sizes of rods are drawn from the seed.  Throws
+/// an input Error for an impossible shape.
 Bodies make_bodies(const Setup& setup, std::uint64_t seed, const LocationOf& place = no_location);
+
+/// The shapes of these bodies, rods at their mean size.
+std::vector<Shape> shapes_of(const Setup& setup, const LocationOf& place = no_location);
 
 /// Area of the cell in the plane [mm^2].
 double area(const Cell& cell);

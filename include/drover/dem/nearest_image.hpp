@@ -1,4 +1,4 @@
-// dem/nearest_image.hpp: how places of a cell differ: over the edge of a periodic one, to the nearest image.
+// dem/nearest_image.hpp: displacements to the nearest periodic image.
 #pragma once
 #include <cmath>
 
@@ -7,7 +7,7 @@
 
 namespace drover::dem {
 
-/// The shortest displacement between images; as it is in a cell that is not periodic.
+/// The shortest displacement between images, or the plain displacement in a cell that is not periodic.
 class NearestImage {
 public:
     explicit NearestImage(const Cell& cell) {

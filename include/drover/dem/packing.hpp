@@ -1,4 +1,4 @@
-// dem/packing.hpp: where bodies are at the start.
+// dem/packing.hpp: initial positions and directions of bodies.
 #pragma once
 #include <cstdint>
 
@@ -6,16 +6,17 @@
 
 namespace drover::dem {
 
-/// A packing and how it was reached.
+/// A packing and the effort it took.
 struct Packed {
     Bodies bodies;
-    double overlap = 0.0;  ///< largest, beside the smaller radius of the pair: none in a packing
-    int rounds = 0;        ///< of pushing bodies apart that it took
+    double overlap = 0.0;  ///< largest, relative to the smaller radius of the pair: <= 0 in a packing
+    int rounds = 0;        ///< of overlap relaxation
 };
 
-/// Bodies of the setup at rest between the plates at t = 0, without overlaps (with each other, plates and walls), at random places and, for
-/// kind "random", in random directions without order; "aligned": all rods along +x.  Throws a run Error, with how far it came, when no packing
-/// was found within the rounds it takes (a minute at the paper's size), and an input Error for what cannot be: more area than the cell has.
+/// Bodies of the setup at rest between the plates at t = 0, without overlaps with each other, plates and walls.
+/// Positions are random. Directions are random and without order (kind "random") or all along +x ("aligned").  Throws a
+/// run Error with the remaining overlap if no packing was found (within about a minute at 70,000 beads), and an input
+/// Error for impossible setups, such as more area than the cell has.
 Packed pack(const Setup& setup, std::uint64_t seed, const LocationOf& place = no_location);
 
 }  // namespace drover::dem

@@ -1,4 +1,4 @@
-// dem/rotation.hpp: how a body of revolution turns when nothing turns it.
+// dem/rotation.hpp: torque-free rotation of a body of revolution.
 #pragma once
 #include "drover/dem/vector.hpp"
 
@@ -9,11 +9,11 @@ namespace drover::dem {
 Vector angular_velocity(const Vector& angular_momentum, const Vector& axis, double inertia_along,
                         double inertia_across);
 
-/// Kinetic energy of turning, omega.L/2 [mg mm^2/s^2].
+/// Kinetic energy of rotation, omega.L/2 [mg mm^2/s^2].
 double rotation_energy(const Vector& angular_momentum, const Vector& axis, double inertia_along, double inertia_across);
 
-/// The axis after a time of free turning, exact for any time: L stays, and the axis goes round it at |L|/I_across.  (The turn about the axis
-/// itself moves no sphere that lies on it.)
+/// The axis after a time of free rotation, exact for any time: L is constant, and the axis precesses about it at
+/// |L|/I_across.  (The rotation about the axis itself moves no sphere on it.)
 Vector turned_freely(const Vector& axis, const Vector& angular_momentum, double inertia_across, double dt);
 
 }  // namespace drover::dem

@@ -1,4 +1,4 @@
-// dem/setup.hpp: what a particle world is made of, as plain data: the sections of a scene.
+// dem/setup.hpp: the parameters of a particle world, by sections of a scene.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace drover::dem {
 
-/// The side of the world, in the plane of the plates.
+/// The shape of the world in the plane of the plates.
 struct Cell {
     std::string shape = "periodic";  ///< periodic, rectangle, circle, flower
     double lx = 45.0, ly = 45.0;     ///< sides, periodic and rectangle [mm]
@@ -20,7 +20,7 @@ inline bool is_periodic(const Cell& cell) { return cell.shape == "periodic"; }
 
 /// Base and lid, which move together: base at z = A (1 + cos(2 pi f t)), lid a gap above it.
 struct Plates {
-    double amplitude = 0.04;   ///< A [mm]; 0: still
+    double amplitude = 0.04;   ///< A [mm]; 0: at rest
     double frequency = 200.0;  ///< f [1/s]
     double gap = 1.2;          ///< [mm]
     bool lid = true;
@@ -32,74 +32,77 @@ struct Gravity {
 
 /// Beads: single spheres.
 struct BeadSupply {
-    double area_fraction = 0.0;          ///< projected area of beads over that of the cell, when count is 0
-    int count = 0;                       ///< 0: from area_fraction
-    std::vector<double> diameters{0.8};  ///< [mm]
-    std::vector<double> parts{1.0};      ///< of each diameter, by number
-    double density = 2.7;                ///< [mg/mm^3]
+    double area_fraction = 0.0;            ///< projected area of beads over that of the cell, if count is 0
+    int count = 0;                         ///< 0: from area_fraction
+    std::vector<double> diameters{0.8};    ///< [mm]
+    std::vector<double> proportions{1.0};  ///< of the diameters, by number
+    double density = 2.7;                  ///< [mg/mm^3]
 };
 
 /// Rods: solids of equally spaced spheres on a line, tail to head; n points to the head.
 struct RodSupply {
-    double area_fraction = 0.0;  ///< projected area of lying rods over that of the cell, when count is 0
+    double area_fraction = 0.0;  ///< projected area of lying rods over that of the cell, if count is 0
     int count = 0;               ///< 0: from area_fraction
     std::vector<double> diameters{1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72};  ///< [mm]
     double length = 4.5;                 ///< from tip to tip [mm]
-    std::vector<double> densities{8.7};  ///< of the whole, or where each sphere is the widest [mg/mm^3]
-    double size_tolerance = 0.0;         ///< standard deviation of a rod's size, all of it scaled, beside its mean
+    std::vector<double> densities{8.7};  ///< of the rod, or where each sphere is the widest [mg/mm^3]
+    double size_tolerance = 0.0;         ///< standard deviation of the relative size of rods
 };
 
-/// Coefficients of normal restitution, 0 to 1, by the kinds that meet.
+/// Coefficients of normal restitution, 0 to 1, by kinds of bodies.
 struct Restitution {
     double bead_bead = 0.3, rod_bead = 0.3, rod_rod = 0.3;
     double bead_plate = 0.3, rod_plate = 0.1;
     double bead_wall = 0.3, rod_wall = 0.3;
 };
 
-/// Coefficients of Coulomb friction, by the kinds that meet.
+/// Coefficients of Coulomb friction, by kinds of bodies.
 struct Friction {
     double bead_bead = 0.05, rod_bead = 0.05, rod_rod = 0.05;
     double bead_plate = 0.01, rod_plate = 0.03;
     double bead_wall = 0.01, rod_wall = 0.01;
 };
 
-/// Noise of the rods: each time a sphere of a rod hits base or lid with normal approach speed v, omega_z += +-strength v.
+/// Noise of the rods: each time a sphere of a rod hits base or lid with normal approach speed v, omega_z += +-strength
+/// v.
 struct Kick {
     double strength = 0.015;  ///< epsilon [rad/mm]
 };
 
-/// What acts on bodies besides gravity and contacts.
+/// Forces on bodies besides gravity and contacts.
 struct BodyForces {
     double bead_x = 0.0, bead_y = 0.0, rod_x = 0.0, rod_y = 0.0;  ///< on each body [mg mm/s^2]
-    double torque = 0.0;                                  ///< of a field that orients rods: torque n x h [mg mm^2/s^2]
-    double angle = 0.0;                                   ///< of that field h, from x [rad]
-    bool hold_beads = false;                              ///< the mean velocity of the beads is kept at:
-    double bead_velocity_x = 0.0, bead_velocity_y = 0.0;  ///< [mm/s]
-    int held_waves =
-        0;  ///< 0: the mean velocity; k: the part of the flow that goes as sin(2 pi k y/ly), the rest being free
-    double push = 0.0;  ///< of a force push sin(2 pi push_waves x/lx) along x on each bead [mg mm/s^2]
+    double torque = 0.0;                                          ///< of an orienting field: torque n x h [mg mm^2/s^2]
+    double angle = 0.0;                                           ///< direction of the field h, from x [rad]
+    bool hold_beads = false;                                      ///< keep the mean velocity of the beads at:
+    double bead_velocity_x = 0.0, bead_velocity_y = 0.0;          ///< [mm/s]
+    int held_waves = 0;  ///< 0: keep the mean velocity; k: keep the mode sin(2 pi k y/ly) of the flow
+    double push = 0.0;   ///< amplitude of a force push sin(2 pi push_waves x/lx) along x on each bead [mg mm/s^2]
     int push_waves = 1;
 };
 
 /// How contacts are resolved.
 struct ContactControl {
+    std::string model = "impulse";          ///< the contact law, see dem/contact_law.hpp
     std::string law = "simultaneous";       ///< see dem/impact.hpp
     std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
-    bool track_slip = true;  ///< friction follows the slip through the impact; false: it keeps the direction before
+    bool track_slip = true;  ///< friction follows the slip through the impact; false: keeps the direction before
     int increments = 8;      ///< of an impact whose slip turns
-    double slow = 0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
-    double substep =
-        2e-5;  ///< least time between two impacts of a rod on the plates [s]; shorter ones are taken together
-    double together = 1e-5;     ///< gaps below this act in one impact [mm]
-    double skin = 0.25;         ///< of the neighbour list [mm]
-    double max_overlap = 0.02;  ///< of a radius; beyond it the run stops
+    double inelastic_threshold =
+        0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
+    double substep = 2e-5;                          ///< minimum time between two impacts of a rod on the plates [s]
+    double simultaneity_gap = 1e-5;                 ///< contacts with smaller gaps act in one impact [mm]
+    double stiffness = 1e10;                        ///< of spring-dashpot contacts [mg/s^2]
+    double tangential_stiffness_ratio = 2.0 / 7.0;  ///< of spring-dashpot contacts, to the normal one
+    double skin = 0.25;                             ///< of the neighbour list [mm]
+    double max_overlap = 0.02;                      ///< relative to a radius; a run with a larger overlap fails
 };
 
 /// The bodies at the start.
 struct Packing {
     std::string kind = "random";  ///< random, aligned (all rods along x), file
     std::string file;             ///< of kind "file": an H5MD file of the same bodies
-    int frame = -1;               ///< of it; -1: the last
+    int frame = -1;               ///< frame of the file; -1: the last
 };
 
 struct Setup {
@@ -116,7 +119,7 @@ struct Setup {
     Packing packing;
 };
 
-/// Throws an input Error, at the place of its key, for what cannot be.
+/// Throws an input Error at the location of the first invalid key.
 void check(const Setup& setup, const LocationOf& place = no_location);
 
 }  // namespace drover::dem

@@ -10,8 +10,8 @@
 #include "drover/calibrate/catalogue.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/numerics/grid.hpp"
+#include "drover/physics/coefficient_registry.hpp"
 #include "drover/physics/initial_state.hpp"
-#include "drover/physics/model.hpp"
 
 namespace drover::io {
 
@@ -145,14 +145,12 @@ struct ModelNumber {
     std::function<double&(physics::Model&)> in;
 };
 /// Throws an input Error at `where`, with "did you mean", when the model has no number of this name.
-ModelNumber model_number(const std::string& key, const SourceLocation& where);
-
-/// The tables of a scene text by name: "grid", "calibrate.drag".
-using SceneTables = std::map<std::string, LocatedTable>;
+/// Of the parameters of terms it knows those that `model` has: "terms.W".
+ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model);
 
 /// The scene of these tables, with defaults for absent keys; not yet filled from a calibrated table, nor checked.
 /// Throws an input Error for an unknown key or table, a value out of range, or tables of both kinds.
-Scene scene_of(const SceneTables& tables, const std::string& file);
+Scene scene_of(const LocatedTables& tables, const std::string& file);
 
 /// Every key of the scene's kind with its value, as TOML that reads back as the same scene.
 std::string resolved_text(const Scene& scene);
@@ -164,7 +162,8 @@ struct SectionDescription {
     std::vector<Description> rows;
     std::string kind;  ///< of scene: "fields", "particles", "" for both
 };
-std::vector<SectionDescription> scene_schema();
+std::vector<SectionDescription> scene_schema(
+    const physics::CoefficientRegistry& registry = physics::coefficient_registry());
 std::vector<SectionDescription> scene_schema(SceneKind kind);
 
 }  // namespace drover::io

@@ -1,24 +1,14 @@
-// measure/particles.hpp: what is measured on rods and beads, each as one row: name, unit, axes, formula, function.
+// measure/particles.hpp: the observables of rods and beads.
 #pragma once
-#include <functional>
-#include <span>
-#include <string>
 #include <vector>
 
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/dem/world.hpp"
+#include "drover/measure/observable.hpp"
+#include "drover/measure/summary.hpp"
 
 namespace drover::measure {
-
-/// An axis of an observable of particles.
-enum class ParticleAxis {
-    bead_separation,  ///< distance of two beads in the plane
-    rod_separation,   ///< distance of the centres of mass of two rods in the plane
-    box,              ///< boxes by size
-    along,            ///< place beside a rod, along its n
-    across            ///< place beside a rod, along n turned by +90 degrees
-};
 
 /// Bins of equal width from 0.
 struct Bins {
@@ -26,7 +16,7 @@ struct Bins {
     std::size_t count = 0;  ///< 0: not measured
 };
 
-/// All that observables need to know of a run, prepared once.
+/// What the observables of a run need, prepared once.
 struct ParticleSetting {
     dem::Cell cell;
     bool periodic = false;
@@ -35,19 +25,20 @@ struct ParticleSetting {
     double bead_diameter = 0.0;  ///< mean by number [mm]
     double rod_length = 0.0;     ///< mean, from tip to tip [mm]
     Bins bead_separations, rod_separations;
-    int fine_x = 0, fine_y = 0;  ///< cells in which bodies are counted, periodic cells only
-    std::vector<int> boxes;      ///< sides of boxes, in these, along x and along y
-    std::vector<double> part;    ///< share of each box of the area of the cell: it holds rods times part on average
-    int mesh = 0;                ///< cells along and across of the field around a rod
-    double mesh_width = 0.0;     ///< of each [mm]; the middle one is about the centre of mass
+    int fine_x = 0, fine_y = 0;     ///< cells of the mesh on which bodies are counted; periodic cells only
+    std::vector<int> boxes;         ///< sides of boxes, in cells of this mesh, along x and along y
+    std::vector<double> fractions;  ///< area of each box as a fraction of the cell
+    int mesh = 0;             ///< cells along and across a rod of the mesh on which the flow around it is measured
+    double mesh_width = 0.0;  ///< of each cell [mm]; the middle one is centred on the centre of mass
 };
-/// Reads shapes and numbers of `at_start`, not its places.
+/// Uses the shapes and numbers of `at_start`, not the positions.
 ParticleSetting make_particle_setting(const dem::Setup& setup, const dem::Bodies& at_start);
 
-/// Means over the beads at one moment; in the plane unless said.  Radial and azimuthal (counter-clockwise) about the origin.
+/// Means over the beads at one moment, in the plane except where noted.  Radial and azimuthal (counter-clockwise) about
+/// the origin.
 struct BeadMeans {
     double velocity_x = 0.0, velocity_y = 0.0, velocity_radial = 0.0, velocity_azimuthal = 0.0;      ///< [mm/s]
-    double speed = 0.0;                                                                              ///< of |v| [mm/s]
+    double velocity_square = 0.0;                                                                    ///< [mm^2/s^2]
     double direction_x = 0.0, direction_y = 0.0, direction_radial = 0.0, direction_azimuthal = 0.0;  ///< of v/|v|
     double temperature_horizontal = 0.0, temperature_vertical = 0.0;                                 ///< [mg mm^2/s^2]
     double height = 0.0;  ///< of the centres [mm]
@@ -57,13 +48,13 @@ struct BeadMeans {
 struct RodMeans {
     double order_x = 0.0, order_y = 0.0, order_radial = 0.0, order_azimuthal = 0.0, order_nematic = 0.0;
     double velocity_x = 0.0, velocity_y = 0.0, velocity_radial = 0.0, velocity_azimuthal = 0.0;  ///< [mm/s]
-    double velocity_along = 0.0, velocity_along_deviation = 0.0;  ///< along each rod's own n, and its spread [mm/s]
+    double velocity_along = 0.0, velocity_along_deviation = 0.0;  ///< along n of each rod: mean and deviation [mm/s]
     double temperature_horizontal = 0.0, temperature_vertical = 0.0, temperature_turning = 0.0;  ///< [mg mm^2/s^2]
     double height = 0.0;                                                                         ///< [mm]
-    double tilt = 0.0;                                                                           ///< root of <n_z^2>
+    double tilt = 0.0;                                                                           ///< sqrt(<n_z^2>)
 };
 
-/// Sums over pairs, by bin; empty where the setting has no bins.  What they are stands in the rows of particle_observables().
+/// Sums over pairs, by bin; empty where the setting has no bins.  The rows of particle_observables() define them.
 struct PairSums {
     double hexatic = 0.0, hexatic_local = 0.0, neighbours = 0.0;
     std::vector<double> bead_correlation, rod_correlation;             ///< g(r), periodic cells only
@@ -74,58 +65,26 @@ BeadMeans bead_means(const ParticleSetting& setting, const dem::Bodies& bodies);
 RodMeans rod_means(const ParticleSetting& setting, const dem::Bodies& bodies);
 PairSums pair_sums(const ParticleSetting& setting, const dem::Bodies& bodies);
 
-/// One moment of a run.  Means and sums are computed when it is made, once for all observables.
+/// One moment of a run.  Means and sums are computed on construction, once for all observables.
 struct ParticleMoment {
     const ParticleSetting& setting;
-    const dem::Bodies& bodies;
+    dem::Bodies bodies;
     double time = 0.0;  ///< [s]
-    const dem::EnergyBalance& balance;
-    const dem::Counts& counts;
+    dem::EnergyBalance balance;
+    dem::Counts counts;
     double energy_kinetic = 0.0;  ///< [mg mm^2/s^2]
     BeadMeans beads = bead_means(setting, bodies);
     RodMeans rods = rod_means(setting, bodies);
     PairSums pairs = pair_sums(setting, bodies);
 };
 
-struct ParticleObservable {
-    std::string name;
-    std::string unit;                ///< UDUNITS text
-    std::vector<ParticleAxis> axes;  ///< slowest first; none: a single number
-    std::string formula;             ///< what it is, for people
-    std::function<void(const ParticleMoment& moment, std::span<double> out)> measure;  ///< out: size_of() numbers
-    bool accumulates = false;  ///< counted since the start: what has a time mean is its rate, see rates()
-};
-
-/// The rows that have a meaning for the bodies there are and for the cell.
+/// The observables that are defined for these bodies and this cell.
 ///
-/// Trap: bodies rattle with the plates.  Velocities, heights and temperatures of one moment, sampled at multiples of the plates' period, are
-/// those of one phase of it.  Speeds come from displacements: see measure/trajectories.hpp.
-std::vector<ParticleObservable> particle_observables(const ParticleSetting& setting);
+/// Trap: bodies vibrate with the plates.  Velocities, heights and temperatures sampled at multiples of the plates'
+/// period are those of one phase of it.  Speeds come from displacements: see measure/trajectories.hpp.
+Observables<ParticleMoment> particle_observables(const ParticleSetting& setting);
 
-/// A mean whose weights change from moment to moment, or are zero at some (no pair in a bin, no bead under a rod): the time mean of one observable
-/// divided by that of another of the same axes.
-struct ParticleQuotient {
-    std::string name;
-    std::string unit;
-    std::string formula;
-    std::string sum, weight;  ///< names of the two observables
-};
-std::vector<ParticleQuotient> particle_quotients(const ParticleSetting& setting);
-
-/// Of a row that accumulates: (a[i + 1] - a[i])/spacing, one fewer than there are samples.
-std::vector<double> rates(std::span<const double> accumulated, double spacing);
-
-/// Numbers on an axis in a setting, and of an observable: the product of its axes.
-std::size_t size_of(ParticleAxis axis, const ParticleSetting& setting);
-std::size_t size_of(const ParticleObservable& observable, const ParticleSetting& setting);
-
-/// What stands on an axis.
-struct AxisValues {
-    std::string name;
-    std::string unit;
-    std::string meaning;
-    std::vector<double> values;
-};
-AxisValues axis_of(ParticleAxis axis, const ParticleSetting& setting);
+/// The recorded series with what their summary needs.
+Recorded particle_recording(const ParticleSetting& setting, std::vector<RecordedSeries> series);
 
 }  // namespace drover::measure

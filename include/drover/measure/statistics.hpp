@@ -1,4 +1,4 @@
-// measure/statistics.hpp: means of correlated series, with errors that are honest or refused.
+// measure/statistics.hpp: means of correlated series with standard errors, given only where the series is long enough.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -9,15 +9,15 @@
 
 namespace drover::measure {
 
-/// A mean over time, and how far to trust it.
+/// A mean over time with its standard error.
 struct Estimate {
     double mean = 0.0;
-    std::optional<double> error = {};   ///< standard error of the mean, from blocks; absent when refused
+    std::optional<double> error = {};   ///< standard error of the mean, from blocks; absent when not available
     double autocorrelation_time = 0.0;  ///< integrated, tau = dt (1/2 + sum rho_k), in the unit of the spacing
     double warm_up = 0.0;               ///< time left out at the start
     std::size_t samples = 0;            ///< samples used
-    std::size_t blocks = 0;             ///< behind the error: (mean - truth)/error is Student's t of blocks - 1 degrees
-    std::string refusal = {};           ///< why there is no error, with the run length that would do; "" otherwise
+    std::size_t blocks = 0;    ///< used for the error: (mean - truth)/error is Student's t with blocks - 1 degrees
+    std::string refusal = {};  ///< why there is no error, with the run length needed; else ""
 };
 
 /// Samples of one run at equal times.  All series of one analysis have the same length.
@@ -31,20 +31,20 @@ inline constexpr double autocorrelation_times_per_block = 10.0;
 inline constexpr std::size_t min_blocks = 8;
 inline constexpr std::size_t max_blocks = 64;
 
-/// A series whose spread is below this part of its largest value is constant: a conserved total, known to rounding.
+/// A series whose spread is below this fraction of its largest value is constant: a conserved total, up to rounding.
 inline constexpr double rounding_spread = 1e-12;
 
 /// Integrated autocorrelation time in samples, at least 1/2, summed up to the self-consistent window of 5 times
-/// itself, with the part restored that is lost by measuring about the sample mean.  Takes O(n log n).  1/2 for a
-/// constant series and for fewer than two values; not-a-number if a value is not finite.  Its relative
+/// itself, corrected for the bias from subtracting the sample mean.  O(n log n).  1/2 for a
+/// constant series and for fewer than two values; NaN if a value is not finite.  Its relative
 /// variance is 2 (2 W + 1)/n, W the window.
 /// Source: Sokal, "Monte Carlo methods in statistical mechanics" (1996), sec. 3; variance: Madras & Sokal, J. Stat.
 /// Phys. 50, 109 (1988), for W far beyond tau; sample mean: Wolff, Comput. Phys. Commun. 156, 143 (2004).
 double autocorrelation_time(std::span<const double> values);
 
-/// Where the warm-up of a series ends, in samples: the cut that makes the error of the rest least (MSER-5, White,
-/// Simulation 69, 323 (1997)), at most half of the series.  A cut at half of the series: the warm-up may not have
-/// ended.  0 for a constant series, for one shorter than four batches of five, and if a value is not finite.
+/// Where the warm-up of a series ends, in samples: the cut that minimises the error of the rest (MSER-5, White,
+/// Simulation 69, 323 (1997)), at most half of the series.  A cut at half of the series means that the warm-up may not
+/// have ended.  0 for a constant series, for one shorter than four batches of five, and if a value is not finite.
 std::size_t warm_up_length(std::span<const double> values);
 
 /// Mean of one series of the samples.  A constant series has the error 0.
@@ -52,8 +52,8 @@ Estimate estimate_mean(const Samples& samples, std::size_t series);
 
 /// A smooth function of the means of all series (a susceptibility, a Binder cumulant, an exponent), bias and error by
 /// the jackknife over blocks; the blocks are long enough for the slowest series.  Samples that fill no block are left
-/// out at the start.  What correlations reach over the ends of a block is added back to the variance as if they fell
-/// exponentially: at most a tenth.  Throws an input Error when the series have different lengths or the spacing is not
+/// out at the start.  The variance is corrected for correlations across the ends of blocks, assumed exponential: by at
+/// most a tenth.  Throws an input Error when the series have different lengths or the spacing is not
 /// positive.
 Estimate estimate_function(const Samples& samples,
                            const std::function<double(std::span<const double> means)>& function);

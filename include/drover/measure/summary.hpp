@@ -1,24 +1,53 @@
-// measure/summary.hpp: what a recorded run says: each observable averaged over time with its error, and what follows.
+// measure/summary.hpp: time means of recorded observables, with errors, and the results derived from them.
 #pragma once
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "drover/measure/observables.hpp"
+#include "drover/measure/observable.hpp"
 #include "drover/measure/statistics.hpp"
 
 namespace drover::measure {
 
-/// All that was recorded of a run at equal times.
+/// One observable recorded at equal times.
+struct RecordedSeries {
+    std::string name, unit, formula;
+    std::vector<Axis> axes;  ///< slowest first
+    bool accumulates = false;
+    std::vector<double> values;  ///< [sample][size_of(axes)]
+};
+
+template <class Moment>
+RecordedSeries recorded_series(const Observable<Moment>& row, std::vector<double> values) {
+    return {row.name, row.unit, row.formula, row.axes, row.accumulates, std::move(values)};
+}
+
+/// A mean whose weight changes from sample to sample or may be zero (no pair in a bin, no bead near a rod): the time
+/// mean of one observable divided by that of another with the same axes.
+struct Quotient {
+    std::string name, unit, formula;
+    std::string sum, weight;  ///< names of the two observables
+};
+
+/// Boxes whose number variance was recorded as <what>_number_variance<ending>.
+struct BoxSizes {
+    std::string what;               ///< "rod"
+    std::string ending;             ///< of the names of the rows
+    std::string shape;              ///< for people: "square box"
+    double total = 0.0;             ///< mean number in the cell
+    std::vector<double> fractions;  ///< area of each box as a fraction of the cell, ascending
+};
+
+/// A recorded run of fields or of particles.
 struct Recorded {
-    const Setting& setting;
-    std::span<const Observable> observables;
-    std::span<const std::vector<double>> series;  ///< of each observable: [sample][size_of(observable, setting)]
-    double spacing = 1.0;                         ///< time between samples [s]
-    std::optional<std::size_t> warm_up = {};      ///< samples left out at the start; nullopt: found from the series
-    double rods = 0.0;                            ///< mean number of rods in the cell, N of the boxes
-    double beads = 0.0;                           ///< the same of beads
+    std::vector<RecordedSeries> series;
+    double area = 0.0;  ///< of the cell [mm2]
+    std::vector<Quotient> quotients = {};
+    std::vector<BoxSizes> boxes = {};
+    std::vector<std::vector<double>> indicators = {};  ///< series whose longest warm-up is left out of all means
+    double spacing = 1.0;                              ///< time between samples [s]
+    std::optional<std::size_t> warm_up = {};  ///< samples left out at the start; nullopt: found from the indicators
 };
 
 /// One result: a single number, or an array over the axes.
@@ -26,58 +55,33 @@ struct SummaryRow {
     std::string name;
     std::string unit;  ///< UDUNITS text
     std::string formula;
-    std::vector<std::string> axes;    ///< names, slowest first; none: a single number
-    std::vector<Estimate> estimates;  ///< the product of its axes
+    std::vector<Axis> axes;           ///< slowest first; none: a single number
+    std::vector<Estimate> estimates;  ///< size_of(axes)
 };
 
 struct Summary {
-    std::size_t samples = 0;  ///< recorded, with the warm-up
-    std::size_t warm_up = 0;  ///< of these left out, one number for all rows
-    std::string note;         ///< a sentence when the warm-up may not have ended, else ""
+    std::size_t samples = 0;  ///< recorded, including the warm-up
+    std::size_t warm_up = 0;  ///< samples left out at the start, the same for all rows
+    std::string note;         ///< says that the warm-up may not have ended; else ""
     std::vector<SummaryRow> rows;
 };
 
-/// The time means of all observables, under their names, and, where the observables they need are there:
+/// The time mean of every observable under its name, of those that accumulate the mean rate as <name>_rate; then the
+/// quotients, and where their observables were recorded:
 ///   polar_order_susceptibility [mm2], area (<P^2> - <P>^2);  polar_order_binder, 1 - <P^4>/(3 <P^2>^2);
 ///   rod_number, N of each box;  rod_number_deviation, DN = sqrt(<DN^2>);
-///   rod_number_exponent, d ln DN/d ln N between each box and the next larger one (of the largest box: not-a-number).
-/// An automatic warm-up is the largest warm_up_length of the polar order and of the total powers of rods, of beads and of order.
-/// Throws an input Error when a series does not hold whole samples, or not as many as the others.
+///   rod_number_exponent, d ln DN/d ln N between each box and the next larger one (NaN for the largest);
+/// and the same for beads and for each shape of box.
+/// A value that is NaN in a sample has no mean; its estimate reports in how many samples.
+/// Throws an input Error when a series does not consist of complete samples, or not of as many as the others.
 Summary summarise(const Recorded& recorded);
 
-/// One observable of any kind of world as it was recorded at equal times.
-struct RecordedSeries {
-    std::string name, unit, formula;
-    std::vector<std::string> axes;   ///< names, slowest first
-    std::size_t size = 1;            ///< numbers of one sample: the product of its axes
-    std::span<const double> values;  ///< [sample][size]
-};
-
-/// Each of the numbers of an observable as a series of its own.
-Samples split(const RecordedSeries& recorded, double spacing, std::size_t skip);
-
-/// Its time means.
-SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t skip);
-
-/// polar_order_susceptibility and polar_order_binder, from the series of the polar order, in a cell of an area [mm2].
-void add_order_rows(const RecordedSeries& order, double area, double spacing, std::size_t skip,
-                    std::vector<SummaryRow>& rows);
-
-/// Number fluctuations in boxes of one shape, from the series of their variances: number, number_deviation and number_exponent.
-struct BoxSeries {
-    RecordedSeries variance;
-    std::string what;           ///< "rod"
-    std::string ending;         ///< of the names of the rows
-    std::string shape;          ///< for people: "square"
-    double total = 0.0;         ///< in the cell
-    std::vector<double> parts;  ///< share of each box of the area of the cell, ascending
-};
-void add_box_rows(const BoxSeries& boxes, double spacing, std::size_t skip, std::vector<SummaryRow>& rows);
-
-/// A sentence when an automatic warm-up of so many of the samples may not have ended, else "".
-std::string warm_up_note(std::size_t automatic, std::size_t samples);
-
 /// The row of that name; nullptr when there is none.
-const SummaryRow* find_row(const Summary& summary, const std::string& name);
+inline const SummaryRow* find_row(const Summary& summary, const std::string& name) {
+    return find_row(summary.rows, name);
+}
+
+/// Of a series that accumulates: (a[i + 1] - a[i])/spacing, one value fewer than samples.
+std::vector<double> rates(std::span<const double> accumulated, double spacing);
 
 }  // namespace drover::measure

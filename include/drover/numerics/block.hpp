@@ -24,11 +24,10 @@ struct PhiFunctions {
     Block phi0, phi1, phi2, phi3;
 };
 
-/// Every entry to rounding, however stiff m is: Taylor series on a short interval in extended precision, then the doubling
-/// formulas, exp(z) - 1 being carried instead of exp(z) so that slow modes beside fast ones keep all their digits.
-/// Throws a run Error when a mode grows past the range of numbers in one step.
-/// Source: Hochbruck & Ostermann, Acta Numerica 19, 209 (2010), eq. (2.10); doubling: Skaflestad & Wright,
-/// Appl. Numer. Math. 59, 783 (2009).
+/// Every entry to rounding, however stiff m is: Taylor series on a short interval in extended precision, then the
+/// doubling formulas for exp(z) - 1 in place of exp(z), so that slow modes beside fast ones keep all their digits.
+/// Throws a run Error when a mode overflows in one step. Source: Hochbruck & Ostermann, Acta Numerica 19, 209 (2010),
+/// eq. (2.10); doubling: Skaflestad & Wright, Appl. Numer. Math. 59, 783 (2009).
 PhiFunctions phi_functions(const Block& m, double dt);
 
 /// Covariance of the increment over dt of da = m a dt + noise of covariance q dt: integral of exp(m s) q exp(m s)^T
@@ -42,7 +41,7 @@ std::vector<std::complex<double>> eigenvalues(const Block& m);
 Block stationary_covariance(const Block& m, const Block& q);
 
 /// f with f f^T = c, for a covariance c that may be only semi-definite: each variable is scaled by its own deviation,
-/// the largest remaining variance is eliminated first, and elimination ends where only rounding is left.
+/// the largest remaining variance is eliminated first, and elimination stops at rounding errors.
 /// Throws a run Error if c has a negative variance or a negative direction beyond rounding.
 Block factor(const Block& c);
 

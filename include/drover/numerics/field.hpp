@@ -11,7 +11,7 @@ namespace drover::numerics {
 
 using Complex = std::complex<double>;
 
-/// Which fields a system has: scalars first, then the vectors, each as its x and its y component.
+/// The fields of a system: scalars first, then vectors, each as its x and y components.
 struct Layout {
     int scalars = 0;
     int vectors = 0;
@@ -20,7 +20,7 @@ struct Layout {
 inline int components(const Layout& layout) { return layout.scalars + 2 * layout.vectors; }
 inline bool operator==(const Layout& a, const Layout& b) { return a.scalars == b.scalars && a.vectors == b.vectors; }
 
-/// `components` real arrays [y][x], one after the other.
+/// `components` consecutive real arrays [y][x].
 struct Fields {
     Fields() = default;
     Fields(const Grid& grid, int components)
@@ -36,7 +36,7 @@ struct Fields {
 };
 
 /// Fourier coefficients of `components` real fields: a(r) = sum_q a_q exp(i q.r), so that a_0 is the mean.
-/// Arrays [row][column] of the grid's spectral shape, one after the other.
+/// Consecutive arrays [row][column] of the spectral shape of the grid.
 struct Spectra {
     Spectra() = default;
     Spectra(const Grid& grid, int components)
@@ -47,8 +47,8 @@ struct Spectra {
     }
     int count() const { return size == 0 ? 0 : static_cast<int>(values.size() / stride); }
 
-    /// Room between components: without it the same mode of each has the same place in the first-level cache (grids of a power
-    /// of two), and they drive each other out.
+    /// Padding between components: without it the same mode of all components falls in the same first-level cache set
+    /// (on power-of-two grids), which causes cache-set conflicts.
     static constexpr std::size_t gap = 20;
     std::size_t size = 0;    ///< modes of one component
     std::size_t stride = 0;  ///< from a mode of one component to the same of the next

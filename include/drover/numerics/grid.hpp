@@ -7,8 +7,8 @@
 
 namespace drover::numerics {
 
-/// A periodic rectangle.  Real arrays are [y][x], x fastest.  Spectral arrays are those of the real-to-complex transform:
-/// [ny][nx/2 + 1], column i the mode number i along x, row j the mode number j or j - ny along y.
+/// A periodic rectangle.  Real arrays are [y][x], x fastest.  Spectral arrays have the layout of the real-to-complex
+/// transform: [ny][nx/2 + 1], column i the mode number i along x, row j the mode number j or j - ny along y.
 struct Grid {
     int nx = 256;      ///< points along x, even, >= 4
     int ny = 256;      ///< points along y, even, >= 4
@@ -38,11 +38,11 @@ inline Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t r
     return {.x = turn / grid.lx * static_cast<double>(column), .y = turn / grid.ly * mode_number_y(grid, row)};
 }
 
-/// Whether a mode of a product of `degree` factors is free of aliases: |k| < N/(degree + 1) on each axis.  With degree 1
-/// this leaves out the Nyquist modes alone, whose odd derivatives have no real field.
+/// Whether a mode of a product of `degree` factors is free of aliases: |k| < N/(degree + 1) on each axis.  Degree 1
+/// excludes only the Nyquist modes, whose odd derivatives are not real fields.
 bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row);
 
-/// Throws an input Error unless the grid is one: even sizes >= 4, positive finite sides.
+/// Throws an input Error unless sizes are even and >= 4, and sides positive and finite.
 void check(const Grid& grid, const LocationOf& place = no_location);
 
 }  // namespace drover::numerics

@@ -8,8 +8,7 @@
 namespace drover::numerics {
 
 /// The modes of a grid sorted into shells of width dq = 2 pi / max(lx, ly), shell n holding |q|/dq in [n + 1/2, n +
-/// 3/2), out to the largest circle inside the kept modes: only whole shells, of which none is empty.  q = 0 belongs to
-/// none.
+/// 3/2), out to the largest circle inside the kept modes: complete, non-empty shells only.  q = 0 is in none.
 struct Shells {
     std::vector<double> q;       ///< mean |q| over each shell's modes [1/mm]
     std::vector<double> weight;  ///< number of modes in each shell, both of every pair q, -q
@@ -17,7 +16,7 @@ struct Shells {
 };
 Shells shells(const Grid& grid, int degree);
 
-/// The same by direction: sector s of `count` holds the angles of q (taken in [0, pi), q and -q being one) in
+/// The same by direction: sector s of `count` holds the angles of q (in [0, pi); q and -q are equivalent) in
 /// [(s - 1/2), (s + 1/2)) pi/count: sector 0 lies along x, sector count/2 along y.
 struct Sectors {
     int count = 0;
@@ -25,7 +24,7 @@ struct Sectors {
 };
 Sectors sectors(const Grid& grid, int count);
 
-/// How often a stored mode stands for modes of the whole plane: 1 on the columns 0 and nx/2, else 2.
+/// Number of modes of the plane that a stored mode represents: 1 in columns 0 and nx/2, else 2.
 inline double mode_weight(const Grid& grid, std::size_t column) {
     return column == 0 || 2 * column == static_cast<std::size_t>(grid.nx) ? 1.0 : 2.0;
 }
@@ -33,14 +32,14 @@ inline double mode_weight(const Grid& grid, std::size_t column) {
 /// Mean of a quantity per stored mode over each shell.
 std::vector<double> shell_means(const Grid& grid, const Shells& shells, std::span<const double> per_mode);
 
-/// Mean over each sector of each shell, [sector][shell]; not-a-number where no mode lies.
+/// Mean over each sector of each shell, [sector][shell]; NaN where there is no mode.
 std::vector<double> sector_means(const Grid& grid, const Shells& shells, const Sectors& sectors,
                                  std::span<const double> per_mode);
 
 /// Variance of the integral of a field over a box of `cells_x` by `cells_y` grid cells, averaged over all its positions
 /// on the periodic grid: sum over q != 0 of power_q [dx sin(qx bx/2)/sin(qx dx/2)]^2 [the same for y]^2, with bx =
 /// cells_x dx the side of the box and power_q = |a_q|^2 (its mean: S(q)/area).  Exact on the grid (Parseval).  power:
-/// of each stored mode; that of q = 0 is not used.  Throws an input Error unless 1 <= cells <= points on each axis.
+/// of each stored mode; q = 0 is not used.  Throws an input Error unless 1 <= cells <= points on each axis.
 double box_variance(const Grid& grid, std::span<const double> power, int cells_x, int cells_y);
 
 /// Box sides to measure, in cells, for a side of n cells: 1, 2, 3, 4, 6, 8, 12, 16, ... up to n/2.

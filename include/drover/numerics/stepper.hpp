@@ -10,7 +10,7 @@
 
 namespace drover::numerics {
 
-/// A method at work on one system with one step.  The blocks of each |q| are computed once, at construction.
+/// A method applied to one system with one step.  The blocks of each |q| are computed at construction.
 class Stepper {
 public:
     /// Throws a run Error if a linear mode grows beyond the range of numbers in one step.
@@ -18,28 +18,29 @@ public:
     ~Stepper();
     Stepper(Stepper&&) noexcept;
 
-    /// From a(t) to a(t + dt) in place.  Modes that are not kept must be zero.  The noise is a function of (seed, step number, mode) alone.
+    /// From a(t) to a(t + dt) in place.  Modes that are not kept must be zero.  The noise is a function of (seed, step
+    /// number, mode) alone.
     void step(double t, std::uint64_t step_number, Spectra& state);
 
-    /// Whether the method has an embedded one that tells the error of a step.
+    /// Whether the method has an embedded error estimate.
     bool estimates_error() const;
 
-    /// A step of a system without noise that may still be refused: next = a(t + dt), error = an estimate of its local error.
-    /// Throws an input Error for a method without an estimate.
+    /// A step of a system without noise that may still be rejected: next = a(t + dt), error = an estimate of its local
+    /// error. Throws an input Error for a method without an estimate.
     void attempt(double t, const Spectra& state, Spectra& next, Spectra& error);
 
     double dt() const;
-    double bytes() const;  ///< memory held, stages included
+    double bytes() const;  ///< memory, stages included
 
 private:
     struct Work;
     std::unique_ptr<Work> work_;
 };
 
-/// Memory that a Stepper will hold [bytes], known before it is made.
+/// Memory of a Stepper [bytes], without constructing it.
 double stepper_bytes(const System& system, const StepperTable& table);
 
-/// A state drawn from the stationary law of the linear system; modes at q = 0 that do not decay are zero there.
+/// A sample of the stationary distribution of the linear system; modes at q = 0 that do not decay are zero.
 /// Throws a run Error where a mode with q != 0 grows or does not decay.
 void draw_stationary(const System& system, const RandomKey& key, Spectra& state);
 

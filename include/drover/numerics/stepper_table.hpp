@@ -15,24 +15,24 @@ struct PhiTerm {
 
 /// One stage: a_i = exp(c dt L) a + dt sum_j (sum of terms[j]) N(t + c_j dt, a_j), j < i.
 struct StepperStage {
-    double c = 0.0;                           ///< where in the step, 0 to 1
+    double c = 0.0;                           ///< fraction of the step, 0 to 1
     std::vector<std::vector<PhiTerm>> terms;  ///< one list for each earlier stage
 };
 
-/// One method.  The last stage is the new state: its c is 1.  With noise, a stage at c has the noise of the
-/// time from t to t + c dt in it, exact for the linear system; the rate at c = 0 is taken before any.
+/// One method.  The last stage is the new state: its c is 1.  With noise, a stage at c includes the noise from t to
+/// t + c dt, exact for the linear system; the rate at c = 0 includes none.
 struct StepperTable {
     std::string name;
     int order = 1;  ///< of the error without noise
     std::string citation;
     std::vector<StepperStage> stages;  ///< stages[0]: the second; the first is the old state itself
-    /// The embedded estimate of the local error, dt sum_j (sum of error[j]) N_j: one list for each stage, and one more for the
-    /// rate at the new state if it needs it.  Empty: none.
+    /// The embedded estimate of the local error, dt sum_j (sum of error[j]) N_j: one list for each stage, and one more
+    /// where the rate at the new state is needed.  Empty: no estimate.
     std::vector<std::vector<PhiTerm>> error = {};
     std::string error_citation = {};
 };
 
-/// All methods known.
+/// All methods.
 std::span<const StepperTable> stepper_tables();
 
 /// The method of that name; throws an input Error that lists the names.

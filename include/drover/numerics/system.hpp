@@ -8,8 +8,8 @@
 namespace drover::numerics {
 
 /// An isotropic linear operator at one |q|.  Along q: the scalars, then i times the part of each vector along q.
-/// Across q: i times the part of each vector along q turned by +90 degrees.  In these variables the blocks are real.
-/// At q = 0 both serve, without the i: "along" is x, "across" is y.
+/// Across q: i times the part of each vector along q rotated by +90 degrees.  In these variables the blocks are real.
+/// At q = 0 both are used, without the i: "along" is x, "across" is y.
 struct IsotropicBlocks {
     Block along;   ///< size scalars + vectors
     Block across;  ///< size vectors
@@ -19,9 +19,9 @@ struct IsotropicBlocks {
 struct System {
     Grid grid;
     Layout layout;
-    /// L at |q| [1/mm]: rates [1/s].  Smooth in q; even and odd powers as the fields' parities ask.
+    /// L at |q| [1/mm]: rates [1/s].  Smooth in q; even and odd powers as the parities of the fields require.
     std::function<IsotropicBlocks(double q)> linear;
-    /// N: writes `rate` whole, never `state`.  Empty: the system is linear.
+    /// N: writes all of `rate`, never `state`.  Empty: the system is linear.
     std::function<void(double t, const Spectra& state, Spectra& rate)> nonlinear;
     /// Q at |q|: <f_q(t) f_q'(t')^H> = Q delta(t - t') delta_qq' / area, symmetric.  Empty: no noise.
     std::function<IsotropicBlocks(double q)> noise;

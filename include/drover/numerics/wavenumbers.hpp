@@ -1,4 +1,4 @@
-// numerics/wavenumbers.hpp: the distinct |q| of a grid: what depends on |q| alone is computed once for each.
+// numerics/wavenumbers.hpp: the distinct |q| of a grid, for quantities that depend only on |q|.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace drover::numerics {
 
-/// The distinct |q| of the kept modes, and which one each stored mode has.
+/// The distinct |q| of the kept modes, and the index of that of each stored mode.
 struct DistinctWavenumbers {
     std::vector<double> q;              ///< ascending, q[0] = 0 [1/mm]
     std::vector<double> inverse;        ///< 1/q, and 0 for q = 0

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "drover/numerics/system.hpp"
-#include "drover/physics/model.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::physics {
 

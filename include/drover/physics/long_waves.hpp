@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/physics/term.hpp"
+#include "drover/physics/equations.hpp"
 #include "drover/physics/uniform_states.hpp"
 
 namespace drover::physics {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "drover/numerics/contour.hpp"
+#include "drover/physics/equations.hpp"
 #include "drover/physics/long_waves.hpp"
-#include "drover/physics/model.hpp"
 
 namespace drover::physics {
 
@@ -65,7 +65,7 @@ struct BoundaryLine {
 
 struct Boundary {
     std::vector<BoundaryLine> lines;
-    std::vector<numerics::PlanePoint> sharp;  ///< cusps and double points that are not resolved further
+    std::vector<numerics::PlanePoint> singular_points;  ///< cusps and double points that are not resolved further
     std::size_t evaluations = 0;
     bool complete = true;
 };

@@ -15,7 +15,7 @@ struct Extremes {
 
 /// What one evaluation costs.
 struct TransformCount {
-    int back = 0, forth = 0;  ///< real fields brought to the grid, and from it
+    int inverse = 0, forward = 0;  ///< of real fields: to the grid, and from it
 };
 
 /// N(t, a): the right-hand side of the equations less its linear part about a reference.
@@ -32,6 +32,9 @@ public:
 
     /// Of the last evaluation.
     Extremes extremes() const;
+
+    /// Of a slaved form: the velocity of the beads on the grid, two components, in balance with the forces at each point.
+    numerics::Fields bead_velocity(double t, const numerics::Spectra& state, const numerics::Transform& transform);
 
 private:
     struct Work;

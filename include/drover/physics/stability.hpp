@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drover/base/threads.hpp"
-#include "drover/physics/term.hpp"
+#include "drover/physics/equations.hpp"
 #include "drover/physics/uniform_states.hpp"
 
 namespace drover::physics {
@@ -62,7 +62,7 @@ struct Instability {
     std::string name;
     double rate = 0.0, frequency = 0.0;  ///< Re s, -Im s [1/s]
     double q = 0.0, angle = 0.0;         ///< [1/mm], [rad]; q = 0: without a wave
-    double min = 0.0, max = 0.0;      ///< at this angle waves grow between these [1/mm]; infinite: beyond the search
+    double min = 0.0, max = 0.0;         ///< at this angle waves grow between these [1/mm]; infinite: beyond the search
     bool at_longest = false;             ///< the longer the wave the faster it grows, down to the smallest |q| searched
     bool at_shortest = false;            ///< still growing faster where the search ends: the model has no shortest wave
 };

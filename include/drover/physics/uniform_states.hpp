@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/physics/model.hpp"
+#include "drover/physics/equations.hpp"
 
 namespace drover::physics {
 
@@ -36,6 +36,8 @@ struct StationaryStates {
 /// p being P along H; without H the isotropic state and, where the roots are real, the flock.  Beads that nothing holds back
 /// (Gamma = 0) have p = -f/alpha; without driving they are taken at rest.  Throws an input Error where a coefficient
 /// refuses the densities (beyond its table).
+/// Terms written as text that change the uniform equations: the states that Newton's method finds from 7 sizes of the order,
+/// in 16 directions where the equations have one of their own.
 StationaryStates stationary_states(const Equations& equations, double bead_density, double rod_density);
 inline StationaryStates stationary_states(const Equations& equations) {
     return stationary_states(equations, equations.model.uniform.bead_density, equations.model.uniform.rod_density);
@@ -60,6 +62,9 @@ struct EffectiveCoefficients {
     double neutral_wavenumber =
         std::numeric_limits<double>::quiet_NaN();  ///< q_c [1/mm] of the isotropic state past abar = 0
 };
+
+/// abar alone.  Throws as stationary_states.
+double effective_relaxation(const Equations& equations, double bead_density, double rod_density);
 
 /// Throws as stationary_states.  Gamma = 0 with beads: what is divided by it is not finite.
 EffectiveCoefficients effective_coefficients(const Equations& equations, double bead_density, double rod_density);

@@ -1,4 +1,4 @@
-// run/cost.hpp: what a run of a scene will take, measured on the spot.
+// run/cost.hpp: the wall time of a scene, estimated from a few steps.
 #pragma once
 #include <optional>
 
@@ -6,15 +6,15 @@
 
 namespace drover::run {
 
-/// Wall time that a scene is expected to take on this machine [s].
+/// Expected wall time of a scene on this machine [s].
 struct ExpectedTime {
-    double step = 0.0;    ///< one of time.dt
-    double whole = 0.0;   ///< all steps, samples and frames
-    bool scaled = false;  ///< measured on a smaller grid or cell, and scaled as the work of a step
+    double step = 0.0;    ///< of one step
+    double total = 0.0;   ///< of all steps, samples and frames
+    bool scaled = false;  ///< measured on a smaller grid or cell, and scaled by the work per step
 };
 
-/// Times a few steps, a sample and a frame, from a uniform state where the start is costly: half a second, and less on small grids.
-/// Nothing when the scene cannot be stepped.
+/// Times a few steps, a sample and a frame for at most half a second; from a uniform state where the initial state is
+/// costly.  Empty when the scene cannot be stepped.
 std::optional<ExpectedTime> expected_time(const io::Scene& scene);
 
 }  // namespace drover::run

@@ -1,4 +1,4 @@
-// run/kind.hpp: what a run needs to know of the kind of a scene, fields or particles, in one place.
+// run/kind.hpp: the functions of each kind of scene: fields or particles.
 #pragma once
 #include <span>
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace drover::run {
 
-/// A smaller scene of the same kind that costs less to time, and how many times more work a step of the true one is.
+/// A smaller scene of the same kind for timing, and by how much a step of the full one is more work.
 struct TimedScene {
     io::Scene scene;
     double larger = 1.0;
@@ -18,31 +18,31 @@ struct TimedScene {
 
 /// The functions of one kind.
 struct Kind {
-    /// The scene's world, at its start, or in a state that its save() gave when `saved` is not empty.  `threads` must outlive it.
+    /// The simulation of a scene, at its start, or in the state `saved` by save() when that is not empty.  `threads`
+    /// must outlive it.
     Simulation (*make)(const io::Scene& scene, Threads& threads, std::span<const double> saved);
-    /// Threads: as asked, or the cores that the process may use, fewer where the scene cannot feed them.
+    /// The number of threads: as set, or the cores that the process may use, fewer for a small scene.
     int (*threads)(const io::Scene& scene);
-    double (*memory_bytes)(const io::Scene& scene);  ///< that the simulation will hold
-    double (*disk_bytes)(
-        const io::Scene& scene);  ///< of its archive, before compression, counted without making its world
-    std::string (*size)(const io::Scene& scene);  ///< "16 by 16 points"
-    const char* body;                             ///< "a grid of": goes before size
-    const char* size_key;                         ///< of the scene: where to make it smaller
-    const char* start;  ///< the section with kind, file and frame: what a ramp of a sweep and another run start from
+    double (*memory_bytes)(const io::Scene& scene);  ///< of memory that the simulation needs
+    double (*disk_bytes)(const io::Scene& scene);    ///< of its archive, before compression
+    std::string (*size)(const io::Scene& scene);     ///< "16 by 16 points"
+    const char* body;                                ///< "a grid of": precedes size in messages
+    const char* size_key;                            ///< the key of the scene that reduces its size
+    const char* start;  ///< the section with kind, file and frame, from which a ramp of a sweep and another run start
     TimedScene (*timed)(const io::Scene& scene);
-    std::string (*advice)(const io::Scene& scene);  ///< what the user should know before the run starts; "": nothing
+    std::string (*advice)(const io::Scene& scene);  ///< a warning before the run starts; else ""
     Report (*report)(const files::ArchiveReader& archive, const io::Scene& scene);
 };
 const Kind& kind_of(const io::Scene& scene);
 
-/// Bytes that recordings with so many numbers a frame and a sample take in the whole run of a scene, before compression.
+/// Bytes of the recordings of a run with so many values per frame and per sample, before compression.
 double recorded_bytes(const io::Scene& scene, double numbers_per_frame, double numbers_per_sample);
 
-/// Samples of the observables in a chunk: as many as fall between two frames, for a chunk that is filled when a frame is committed is
-/// written once, not again and again.
+/// Samples of the observables per chunk: as many as there are between two frames, so that a chunk is full when a frame
+/// is committed and is written once.
 int samples_per_chunk(const io::Scene& scene);
 
-/// A file that a scene names: as given, or beside the scene where it is there.
+/// A file named in a scene: in the folder of the scene if it exists there, else as given.
 std::filesystem::path file_beside(const io::Scene& scene, const std::string& given);
 
 }  // namespace drover::run

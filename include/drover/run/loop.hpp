@@ -1,4 +1,4 @@
-// run/loop.hpp: the one loop: step, observe, archive, checkpoint, stop on a signal, tell the progress.
+// run/loop.hpp: the main loop: step, observe, archive, checkpoint, progress, stop on a signal.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -16,13 +16,13 @@ struct LoopFiles {
 
 struct LoopOutcome {
     std::int64_t step = 0;      ///< reached
-    int signal = 0;             ///< that stopped it; 0: it ran to the end
+    int signal = 0;             ///< that stopped it; 0: the run reached its end
     double wall_seconds = 0.0;  ///< of stepping, observing and writing
 };
 
-/// Runs a simulation that stands at step `first` to its end.  Into an archive without rows the first ones and a checkpoint are
-/// written, so that there is always one to restart from.  At the end or on a signal: rows committed, checkpoint written.
-/// Throws run Errors (blow-up, full disk); what was committed stays.
+/// Runs a simulation from step `first`, at which it is, to its end.  Writes the first rows and a checkpoint into an
+/// empty archive, so that a checkpoint always exists.  At the end and on a signal it commits all rows and writes a
+/// checkpoint.  Throws run Errors (divergence, full disk); committed data remain.
 LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive& archive, const LoopFiles& files,
                      bool quiet);
 

@@ -1,4 +1,4 @@
-// run/progress.hpp: how far a run is, on standard error: one live line on a terminal, a line now and then elsewhere.
+// run/progress.hpp: progress on standard error: one live line on a terminal, a line every 30 s elsewhere.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -7,7 +7,7 @@ namespace drover::run {
 
 class Progress {
 public:
-    /// From step `first` to step `last`; `dt` [s] for the time shown.  Quiet: says nothing.
+    /// From step `first` to step `last`; `dt` [s] gives the time shown.  Quiet: prints nothing.
     Progress(std::int64_t first, std::int64_t last, double dt, bool quiet);
     ~Progress();
     Progress(const Progress&) = delete;

@@ -1,4 +1,4 @@
-// run/provenance.hpp: where an output came from, as the root attributes of its archive.
+// run/provenance.hpp: the provenance of an archive, as root attributes.
 #pragma once
 #include <vector>
 
@@ -7,7 +7,8 @@
 
 namespace drover::run {
 
-/// Version, commit, resolved scene, seed, library versions, threads, host and start time; `what`: "run", "stability", ...
+/// Version, commit, resolved scene, seed, library versions, threads, host and start time; `what`: "run", "stability",
+/// ...
 std::vector<files::Attribute> provenance(const io::Scene& scene, int threads, const std::string& what = "run");
 
 }  // namespace drover::run

@@ -1,4 +1,4 @@
-// run/report.hpp: what a recorded run says, beside the linear theory of the same grid, shells and boxes.
+// run/report.hpp: the results of a recorded run, with the linear theory on the same grid, shells and boxes.
 #pragma once
 #include <optional>
 #include <string>
@@ -6,11 +6,11 @@
 
 #include "drover/files/archive.hpp"
 #include "drover/io/scene.hpp"
-#include "drover/measure/summary.hpp"
+#include "drover/measure/fields.hpp"
 
 namespace drover::run {
 
-/// Linear theory under the name of the observable that it predicts; not-a-number where it says nothing.
+/// Linear theory of the observable of that name; NaN where there is no prediction.
 struct Prediction {
     std::string name;
     std::vector<double> values;
@@ -18,13 +18,12 @@ struct Prediction {
 
 struct Report {
     io::Scene scene;
-    std::vector<files::Axis> axes;  ///< of the results
-    measure::Setting setting;       ///< of a run of fields
+    measure::FieldSetting setting;  ///< of a run of fields
     measure::Summary summary;
     std::vector<Prediction> predictions;
-    std::string no_prediction;  ///< why there is none: "" when there is
-    std::string about;          ///< the uniform state that the predictions are about, for people
-    bool about_flock = false;   ///< it has order
+    std::string no_prediction;  ///< why there is none; else ""
+    std::string about;          ///< the uniform state of the predictions, for people
+    bool about_flock = false;   ///< that state has polar order
     double time = 0.0;          ///< of the last sample [s]
 };
 
@@ -32,23 +31,26 @@ struct Report {
 Report make_report(const files::ArchiveReader& archive);
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene);
 
-/// The samples of an archive that stand on the schedule of its scene.
+/// The samples of an archive that are on the schedule of its scene.
 struct Sampling {
     double end = 0.0;      ///< time of the last sample of all [s]
     double spacing = 1.0;  ///< [s]
     std::size_t samples = 0;
-    std::optional<std::size_t> warm_up;  ///< samples, where the scene says
+    std::optional<std::size_t> warm_up;  ///< in samples, where the scene sets it
 };
 Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group);
+
+/// A report with the summary of what was recorded, whose sampling it sets.
+Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded);
 
 /// The prediction of a name; nullptr when there is none.
 const Prediction* find_prediction(const Report& report, const std::string& name);
 
-/// As the group /summary of an archive: for each result its mean and, as <name>_error, <name>_autocorrelation_time and
-/// <name>_linear, what belongs to it; not-a-number where an error was refused.
+/// The group /summary of an archive: for each result its mean and, as <name>_error, <name>_autocorrelation_time and
+/// <name>_linear, its error, autocorrelation time and prediction; NaN where there is no error estimate.
 files::ResultTable result_table(const Report& report);
 
-/// For people: scalars, structure factors and number fluctuations, each beside its prediction.
+/// For people: scalars, structure factors and number fluctuations, each with its prediction.
 std::string report_text(const Report& report);
 
 }  // namespace drover::run

@@ -1,4 +1,4 @@
-// run/run_scene.hpp: a scene from its start, or from a checkpoint, to its end.
+// run/run_scene.hpp: running a scene from its start or from a checkpoint.
 #pragma once
 #include <filesystem>
 #include <span>
@@ -10,7 +10,7 @@
 namespace drover::run {
 
 struct RunOptions {
-    bool overwrite = false;  ///< replace an archive that exists
+    bool overwrite = false;  ///< replace an existing archive
     bool quiet = false;      ///< no log, no progress
 };
 
@@ -18,16 +18,16 @@ struct RunOutcome {
     LoopOutcome loop;
     std::filesystem::path archive;
     double archive_megabytes = 0.0;
-    double checkpoint_time = 0.0;  ///< that it can be restarted from [s]
+    double checkpoint_time = 0.0;  ///< of the last checkpoint [s]
 };
 
-/// Where a scene's archive goes.
+/// output.file, or the name of the scene with .h5.
 std::filesystem::path archive_path(const io::Scene& scene);
 
-/// Whether there is something to restart it from.
+/// Whether a checkpoint exists beside it.
 bool has_checkpoint(const std::filesystem::path& archive);
 
-/// What a scene asks of a machine, before any of it is taken.
+/// Memory and disk that a scene needs, and what is free [bytes].
 struct Needs {
     double memory_bytes = 0.0;
     double disk_bytes = 0.0;  ///< before compression
@@ -35,14 +35,14 @@ struct Needs {
 };
 Needs needs_of(const io::Scene& scene);
 
-/// Throws an input Error when the scene needs more memory than there is, its archive exists or cannot be written.
+/// Throws an input Error when memory is insufficient, or the archive exists or cannot be written.
 void check_needs(const io::Scene& scene, const RunOptions& options);
 
-/// Runs a scene from t = 0.  Nothing is left behind when it cannot start.
+/// Runs a scene from t = 0.  Leaves no files when it cannot start.
 RunOutcome run_scene(const io::Scene& scene, const RunOptions& options);
 
-/// Goes on from the newest whole checkpoint of an archive.  Overrides may change time.end, output.checkpoint_minutes and
-/// run.threads; another key is refused, since it would be another run.
+/// Resumes from the latest valid checkpoint of an archive.  Overrides may change time.end, output.checkpoint_minutes
+/// and run.threads only: other keys would make it a different run.
 RunOutcome restart_run(const std::filesystem::path& archive, std::span<const std::string> overrides,
                        const RunOptions& options);
 

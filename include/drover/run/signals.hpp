@@ -3,10 +3,10 @@
 
 namespace drover::run {
 
-/// From now on these signals ask for a stop instead of ending the process.  A second SIGINT ends it at once.
+/// These signals then request a stop instead of ending the process.  A second SIGINT ends it at once.
 void catch_stop_signals();
 
-/// The signal that asked, 0 if none did.
+/// The signal received, or 0.
 int stop_signal();
 
 }  // namespace drover::run

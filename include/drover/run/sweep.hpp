@@ -1,4 +1,4 @@
-// run/sweep.hpp: many runs of one scene: a grid of parameters, seeds, or a ramp that carries the state, into one table.
+// run/sweep.hpp: many runs of one scene, over a grid of parameters, seeds or a ramp, and their table.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -22,21 +22,21 @@ struct SweepPoint {
     std::string branch;          ///< "up" or "down" on a ramp, else ""
 };
 
-/// What a sweep will do.  Runs of one chain follow each other; chains are independent.
+/// All runs of a sweep.  Runs of one chain are sequential; chains are independent.
 struct SweepLayout {
     std::vector<std::string> keys;
     std::vector<SweepPoint> points;
     std::vector<std::vector<SweepRun>> chains;
 };
 
-/// Throws an input Error, at the place of sweep.vary, for a text that is not "key = a, b, c" or "key = a:b:n", a ramp of
-/// more than one key, or a value that the scene refuses.
+/// Throws an input Error, at the place of sweep.vary, for a text that is not "key = a, b, c" or "key = a:b:n", a ramp
+/// of more than one key, or a value that the scene does not allow.
 SweepLayout plan_sweep(const io::Scene& scene);
 
 /// Results of one row: the mean over its seeds.
 struct SweepRow {
     SweepPoint point;
-    int seeds = 0;  ///< runs that ended
+    int seeds = 0;  ///< finished runs
     std::vector<measure::Estimate> estimates;
 };
 
@@ -52,13 +52,13 @@ struct SweepOutcome {
     bool stopped = false;
 };
 
-/// Runs what is not done yet in `folder`, which keeps one archive a run and the sweep's scene: given again after a stop, it goes on.
-/// Writes table.csv there.  Throws an input Error if the folder holds another sweep.
+/// Runs what is not finished in `folder`, which keeps one archive per run and the scene of the sweep: call it again to
+/// resume.  Writes table.csv there.  Throws an input Error if the folder holds another sweep.
 SweepOutcome run_sweep(const io::Scene& scene, const std::filesystem::path& folder, bool quiet);
 
 /// For people.
 std::string table_text(const SweepTable& table);
-/// With a heading line; means and errors in columns of their own, an error that was refused left empty.
+/// With a header line; means and errors in separate columns, the error empty where it is not available.
 std::string table_csv(const SweepTable& table);
 
 }  // namespace drover::run

@@ -1,4 +1,4 @@
-// run/worker_pool.hpp: independent jobs in child processes: one that fails takes no other with it.
+// run/worker_pool.hpp: independent jobs in child processes; a failed job does not affect the others.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -10,26 +10,26 @@ namespace drover::run {
 
 struct PoolOutcome {
     std::size_t done = 0;    ///< jobs that ended with status 0
-    std::size_t failed = 0;  ///< jobs that ended otherwise
-    bool stopped = false;    ///< a signal asked for a stop: it was passed on to the workers, which were waited for
+    std::size_t failed = 0;  ///< other jobs that ended
+    bool stopped = false;    ///< by a signal, which was passed on to the workers; all of them have ended
 };
 
 struct PoolOptions {
-    int workers = 1;  ///< at a time
-    /// Whether workers end with this process, however it ends; else they go on to the end of their jobs.
-    bool bound = false;
-    /// After a signal, how long workers may go on before they are ended [s].
-    double patience = std::numeric_limits<double>::infinity();
+    int workers = 1;  ///< simultaneous jobs
+    /// Whether workers are killed when this process ends for any reason; otherwise they finish their jobs.
+    bool die_with_parent = false;
+    /// Time between a signal and the killing of workers that still run [s].
+    double grace_period = std::numeric_limits<double>::infinity();
 };
 
-/// Jobs that become known while others run, each in a child process of its own.  The caller must have no threads.
+/// Jobs, each in its own child process; more may become available while others run.  The caller must have no threads.
 struct Jobs {
-    /// The number of the next job; nothing when none is known now, which is asked again whenever one has ended.
+    /// The next job; empty when none is available, and called again when a job has ended.
     std::function<std::optional<std::size_t>()> next;
-    /// In the child process, whose exit status is what it returns; `result` is handed to the caller.  An exception is told on standard error and
-    /// gives 1 or 2.
+    /// Runs in the child process and returns its exit status; `result` is passed to the caller.  An exception is
+    /// reported on standard error and gives 1 or 2.
     std::function<int(std::size_t job, std::string& result)> work;
-    /// In the caller, in order of ending.  An exception from it ends all workers.
+    /// Called in the parent, in the order in which jobs end.  An exception from it ends all workers.
     std::function<void(std::size_t job, int status, const std::string& result)> ended;
 };
 PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options);

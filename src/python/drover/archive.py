@@ -1,4 +1,4 @@
-"""drover/archive.py: a run read back from its archive: frames, observables, summary and the scene they came from."""
+"""drover/archive.py: opens the archive of a run: frames, observables, summary and scene."""
 import os
 import time
 import tomllib
@@ -9,11 +9,11 @@ import xarray
 
 from drover.error import DroverError
 from drover.particles import is_of_particles, read_particles
-from drover.stored import BROKEN, COMMIT_SECONDS, Held, Store, attributes_of, group_dataset, is_quiet, state_of
+from drover.stored import BROKEN, COMMIT_SECONDS, Store, StoreOwner, attributes_of, group_dataset, is_quiet, state_of
 
 
 def fields_of(scene):
-    """Names of the fields of a scene's form."""
+    """Names of the fields in the form of a scene."""
     chosen = scene.get("fields", {})
     names = [name for name in ("bead_density", "rod_density") if chosen.get(name, name == "rod_density")]
     vectors = ["bead_velocity"] if chosen.get("bead_velocity", "absent") != "absent" else []
@@ -21,29 +21,32 @@ def fields_of(scene):
 
 
 @dataclass(frozen=True)
-class Run(Held):
-    """One run.  Arrays stay in the file until they are used; close() it, or open it by `with`.
+class Run(StoreOwner):
+    """One run.  Arrays are read when they are used; close() it, or open it using `with`.
 
-    Of a run that is going on this holds the rows that were there when it was opened: open it again for more.
+    For a run in progress it contains the rows present when it was opened: open it again for more.
     """
 
     path: Path
     frames: xarray.Dataset          # fields over (time, y, x)
     observables: xarray.Dataset     # series over time
-    summary: xarray.Dataset | None  # means with errors and linear theory; None until the run has reached its end
-    scene: dict                     # every key with its value: scene["relaxation"]["rate"]
-    attributes: dict                # where it came from: version, commit, seed, host, ...
+    summary: xarray.Dataset | None  # means with errors and linear theory; None until the run has finished
+    scene: dict                     # all keys with their values: scene["relaxation"]["rate"]
+    attributes: dict                # provenance: version, commit, seed, host, ...
     store: Store
 
 
 def open_run(path):
-    """The run in an archive, a file that `drover run` wrote: a Run of fields or a ParticleRun.  Raises DroverError when it is none or is damaged."""
+    """Opens an archive written by `drover run`: returns a Run (fields) or a ParticleRun.
+
+    Raises DroverError if the file is not such an archive, or is damaged.
+    """
     path = Path(path)
     return settled(path, lambda: open_once(path, read_run))
 
 
 def loaded(array, path):
-    """An array of a run, in memory; raises DroverError where the file is damaged."""
+    """Loads an array of a run into memory; raises DroverError if the file is damaged."""
     try:
         return array.load()
     except BROKEN as error:
@@ -51,7 +54,7 @@ def loaded(array, path):
 
 
 def settled(path, action):
-    """What an action makes of a file, which is tried again when the file's own run has written to it meanwhile."""
+    """Result of an action on a file, which is repeated if the run wrote to the file meanwhile."""
     deadline = time.monotonic() + COMMIT_SECONDS
     while True:
         before = state_of(path)
@@ -65,8 +68,8 @@ def settled(path, action):
 
 
 def open_once(path, read):
-    """What a reader makes of an archive that is open."""
-    refuse_what_is_no_file(path)
+    """Opens an archive and returns the result of a reader."""
+    check_is_file(path)
     try:
         store = Store(path)
     except BROKEN as error:
@@ -82,11 +85,11 @@ def open_once(path, read):
 
 
 def read_head(store, path):
-    """The attributes of an archive and its scene."""
+    """Attributes of an archive and its scene."""
     attributes = attributes_of(store.file)
     if "drover_version" not in attributes or not isinstance(attributes.get("scene"), str):
-        raise DroverError(f"{path} is HDF5 but no archive of drover (its root has no attributes drover_version and "
-                          "scene); expected a file that drover run wrote")
+        raise DroverError(f"{path} is HDF5 but not a drover archive (its root has no attributes drover_version and "
+                          "scene); expected an archive written by drover run")
     try:
         return attributes, tomllib.loads(attributes["scene"])
     except tomllib.TOMLDecodeError as error:
@@ -94,7 +97,7 @@ def read_head(store, path):
 
 
 def kind_of(attributes):
-    """What an archive holds: "run", "stability", "boundary" or, of a table of coefficients, "onset"."""
+    """Kind of an archive: "run", "stability", "boundary" or, for a table of coefficients, "onset"."""
     words = str(attributes.get("title", "")).split()
     return words[1] if words[:1] == ["drover"] and words[1:2] in (["stability"], ["boundary"], ["onset"]) else "run"
 
@@ -107,18 +110,20 @@ def command_of(kind):
 def read_run(store, path):
     attributes, scene = read_head(store, path)
     if kind_of(attributes) != "run":
-        raise DroverError(f"{path} is no run but what drover {command_of(kind_of(attributes))} wrote; open it by drover.open_theory, "
-                          f'or a group of it by xarray.open_dataset("{path}", group="{example_group(store)}")')
+        raise DroverError(f"{path} is not a run: drover {command_of(kind_of(attributes))} wrote it; open it with "
+                          f"drover.open_theory, "
+                          f'or a group of it with xarray.open_dataset("{path}", group="{example_group(store)}")')
     if is_of_particles(scene):
         return read_particles(store, path, attributes, scene)
     frames, observables = (group_dataset(store, group) for group in ("/", "/observables"))
     summary = group_dataset(store, "/summary") if "summary" in store.file else None
     for name in fields_of(scene):
         if name not in frames or frames[name].dims != ("time", "y", "x"):
-            raise DroverError(f"{path} holds no field {name} over time, y and x; expected one in an archive of this form: "
-                              "it is of another version of drover, or damaged")
+            raise DroverError(f"{path} has no field {name} over time, y and x; expected one for this form: the file "
+                              f"is from another "
+                              "version of drover, or damaged")
     if 0 in frames.sizes.values():
-        raise DroverError(f"{path} holds no frame; its run ended before it began: run its scene again")
+        raise DroverError(f"{path} contains no frames: its run ended at the start; run its scene again")
     return Run(path, frames, observables, summary, scene, attributes, store)
 
 
@@ -126,7 +131,7 @@ def example_group(store):
     return next(reversed(list(store.file)), "map")
 
 
-def refuse_what_is_no_file(path):
+def check_is_file(path):
     if path.is_dir():
         raise DroverError(f"{path} is a folder; expected an archive, such as isotropic.h5")
     if not path.exists():
@@ -134,26 +139,26 @@ def refuse_what_is_no_file(path):
     if not path.is_file():
         raise DroverError(f"{path} is not a plain file; expected an archive, such as isotropic.h5")
     if not os.access(path, os.R_OK):
-        raise DroverError(f"{path} may not be read; ask its owner for leave to read it")
+        raise DroverError(f"{path} cannot be read: permission denied; check the permissions of the file")
 
 
 def not_hdf5(path, error):
-    """What to say of a file that HDF5 cannot open."""
+    """Message for a file that HDF5 cannot open."""
     reason, size = one_line(error), path.stat().st_size if path.exists() else 0
     if path.suffix == ".toml":
         return f"{path} is a scene; expected an archive: drover run {path} writes one"
     if size == 0:
-        return f"{path} is empty; expected an archive, such as isotropic.h5: make it again by drover run"
+        return f"{path} is empty; expected an archive, such as isotropic.h5: run its scene again with drover run"
     if "truncated" in reason:
-        return f"{path} is cut short: it has {size} bytes and should have more; copy it again, or run its scene again"
+        return f"{path} is truncated: it has only {size} bytes; copy it again, or run its scene again"
     if "signature" in reason:
         return f"{path} is not an HDF5 file; expected an archive, such as isotropic.h5, which drover run writes"
     return damaged(path, "cannot be read as HDF5", error)
 
 
 def damaged(path, what, error):
-    return (f"{path}: {what} ({one_line(error)}); the file is damaged, or its run wrote to it just now: try again, "
-            "then take another copy of it")
+    return (f"{path}: {what} ({one_line(error)}); the file is damaged, or its run is writing to it: try again, "
+            "then use another copy")
 
 
 def one_line(error):

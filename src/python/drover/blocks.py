@@ -1,27 +1,29 @@
-"""drover/blocks.py: means of correlated series with errors from blocks, honest or refused, as the program's own summary has them."""
+"""drover/blocks.py: means of correlated series with errors from blocks, as in the summary of a run."""
 import numpy
 
-WINDOW_PER_TIME = 5.0        # the window of an autocorrelation time, in such times
+WINDOW_PER_TIME = 5.0        # window of the autocorrelation sum, in autocorrelation times
 TIMES_PER_BLOCK = 10.0       # autocorrelation times
-BLOCKS_LEAST, BLOCKS_MOST = 8, 64
-ROUNDING_SPREAD = 1e-12      # of the largest value: less is a constant
+MIN_BLOCKS, MAX_BLOCKS = 8, 64
+ROUNDING_SPREAD = 1e-12      # relative to the largest value: a smaller spread counts as constant
 
 
 def mean_and_error(values):
-    """The mean of samples at equal times and its standard error; the error is not-a-number where it is refused: for fewer than
-    eight blocks of ten autocorrelation times."""
+    """Mean of equidistant samples and its standard error.
+
+    The error is NaN (not available) for fewer than eight blocks of ten autocorrelation times.
+    """
     values = numpy.asarray(values, dtype=float)
     if len(values) == 0 or not numpy.isfinite(values).all():
         return numpy.nan, numpy.nan
     if len(values) > 1 and is_constant(values):
         return float(values.mean()), 0.0
     time = autocorrelation_time(values)
-    blocks = int(min(len(values) / (TIMES_PER_BLOCK * time), BLOCKS_MOST))
-    if blocks < BLOCKS_LEAST:
+    blocks = int(min(len(values) / (TIMES_PER_BLOCK * time), MAX_BLOCKS))
+    if blocks < MIN_BLOCKS:
         return float(values.mean()), numpy.nan
     length = len(values) // blocks
     means = values[len(values) - blocks * length:].reshape(blocks, length).mean(axis=1)
-    # Blocks that touch are correlated: exact for exponential correlations.
+    # Adjacent blocks are correlated; this correction is exact for exponential correlations.
     lost = (time - 0.25 / time) / length
     return float(means.mean()), float(means.std(ddof=1) / numpy.sqrt(blocks * (1.0 - lost)))
 
@@ -31,7 +33,7 @@ def is_constant(values):
 
 
 def autocorrelation_time(values):
-    """Integrated, in samples, at least 1/2, up to the window of five times itself."""
+    """Integrated autocorrelation time in samples, at least 1/2, with a window of five times itself."""
     if len(values) < 2 or is_constant(values):
         return 0.5
     count, deviations = len(values), values - values.mean()
@@ -40,5 +42,5 @@ def autocorrelation_time(values):
     while window < count // 2 and window < WINDOW_PER_TIME * time:
         window += 1
         time += products[window] / products[0] * count / (count - window)
-    # What is lost by measuring about the sample mean.
+    # Corrects the bias from subtracting the sample mean.
     return max(0.5, time * (1.0 + (2.0 * window + 1.0) / count))

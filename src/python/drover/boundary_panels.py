@@ -1,4 +1,4 @@
-"""drover/boundary_panels.py: a plane of two numbers of a model: its regimes, its lines of lost stability, their errors."""
+"""drover/boundary_panels.py: regimes, stability lines and their errors in the plane of two parameters."""
 from dataclasses import dataclass
 
 import numpy
@@ -11,28 +11,29 @@ from matplotlib.patheffects import withStroke
 from drover.panels import GREEN, GREY, PURPLE, VERMILLION
 
 # Names and pale colours of the codes of the map, from -1.
-REGIMES = ("not defined", "isotropic", "isotropic, densities separate", "flock", "flock that bands",
-           "flock that breaks at an angle")
+REGIMES = ("not defined", "isotropic", "isotropic, phase separation", "flock", "flock, banding",
+           "flock, oblique instability")
 PALE = ("#ffffff", "#e4e4e4", "#ecd2e1", "#cfe3f2", "#f8d5bf", "#c4e8da")
-# Names, colours and widths of lines by what is lost; the wide ones lie below, so that lines which run together are both seen.
-LIMITS = (("onset of a flock", "#000000", 1.8), ("phase separation", PURPLE, 1.8), ("banding: waves along p0", VERMILLION, 1.4),
+# Names, colours and widths of lines by instability; wide lines are drawn below, so coinciding lines remain visible.
+LIMITS = (("onset of a flock", "#000000", 1.8), ("phase separation", PURPLE, 1.8),
+          ("banding: waves along p0", VERMILLION, 1.4),
           ("oblique: waves at an angle to p0", GREEN, 3.0))
 OBLIQUE = 3
 CONVENTIONS = ("mean", "single-rod")
-ANGLES_AT = (0.08, 0.36, 0.64, 0.92)  # parts of the length of an oblique line where its angle is written
-ANGLES_APART = 0.07                   # of the side of the plane
+ANGLES_AT = (0.08, 0.36, 0.64, 0.92)  # fractions of the length of an oblique line where its angle is written
+ANGLES_APART = 0.07                   # relative to the side of the plane
 
 
 @dataclass(frozen=True)
 class Line:
-    """One line of the plane; a closed one ends at its first vertex."""
+    """One line of the plane; a closed line ends at its first vertex."""
 
     limit: int
     convention: int
     closed: bool
     places: numpy.ndarray  # (vertices, 2)
-    errors: numpy.ndarray  # alike
-    angles: numpy.ndarray  # degrees from p0, of the wave that decides
+    errors: numpy.ndarray  # likewise
+    angles: numpy.ndarray  # of the first unstable wave [degrees from p0]
 
     @property
     def has_errors(self):
@@ -40,7 +41,7 @@ class Line:
 
 
 def lines_of(vertices):
-    """The lines of a table of vertices."""
+    """Lines from a table of vertices."""
     columns = {name: vertices[name].values for name in vertices.data_vars}
     lines = []
     for number in numpy.unique(columns["line"]):
@@ -50,13 +51,14 @@ def lines_of(vertices):
             chosen = numpy.append(chosen, chosen[0])
         places, errors = (numpy.column_stack([columns[f"{start}{axis}"][chosen] for axis in "xy"])
                           for start in ("", "error_"))
-        lines.append(Line(int(columns["limit"][chosen[0]]), int(columns["convention"][chosen[0]]), closed, places, errors,
+        lines.append(Line(int(columns["limit"][chosen[0]]), int(columns["convention"][chosen[0]]), closed, places,
+                          errors,
                           columns["angle"][chosen]))
     return lines
 
 
 def draw_regimes(axes, regimes, extent):
-    """The map as pale colours; returns the codes that it has."""
+    """Draws the map in pale colours; returns the codes in it."""
     axes.imshow(regimes.values, origin="lower", extent=extent, aspect="auto", interpolation="nearest", zorder=0,
                 cmap=ListedColormap(PALE), vmin=-1.5, vmax=len(PALE) - 1.5)
     codes = sorted({int(code) for code in numpy.unique(regimes.values) if -1 <= code < len(PALE) - 1})
@@ -73,7 +75,7 @@ def draw_line(axes, line, dashed):
 
 
 def draw_ribbon(axes, line, sides):
-    """One standard error on both sides of a line, where it has any; each piece between not-a-numbers by itself."""
+    """Draws one standard error on both sides of a line; pieces between NaNs separately."""
     defined = numpy.isfinite(line.errors).all(axis=1)
     for piece in numpy.split(numpy.arange(len(defined)), numpy.flatnonzero(numpy.diff(defined.astype(int))) + 1):
         if len(piece) < 2 or not defined[piece[0]]:
@@ -87,14 +89,14 @@ def draw_ribbon(axes, line, sides):
 
 
 def on_one_side(errors):
-    """Errors on the same side all along a line: each turned, where need be, to where the one before it points."""
+    """Flips error vectors so that all point to the same side of a line."""
     turns = numpy.sign(numpy.einsum("ij,ij->i", errors[1:], errors[:-1]))
     turns[turns == 0.0] = 1.0
     return errors * numpy.cumprod(numpy.append(1.0, turns))[:, None]
 
 
 def write_angles(axes, lines, origin, sides):
-    """The angles of the waves that decide, beside a few points of each oblique line; returns whether any was written."""
+    """Writes the angle of the first unstable wave at a few points of each oblique line; returns whether any was."""
     written = []
     for line in (line for line in lines if line.limit == OBLIQUE and len(line.places) > 1):
         places = (line.places - origin) / sides
@@ -121,11 +123,12 @@ def regime_keys(codes):
 
 
 def line_keys(lines, conventions):
-    """What lines are, by colour; what dashes are, where there are two conventions; and ribbons."""
+    """Legend entries of lines, of dashes if there are two conventions, and of error bands."""
     keys = [Line2D([], [], color=colour, linewidth=width, label=words)
             for limit, (words, colour, width) in enumerate(LIMITS) if any(line.limit == limit for line in lines)]
     if len(conventions) > 1:
-        keys += [Line2D([], [], color=GREY, linewidth=1.6, linestyle=style, label=f"{CONVENTIONS[convention]} convention")
+        keys += [Line2D([], [], color=GREY, linewidth=1.6, linestyle=style, label=f"{CONVENTIONS[convention]} "
+                        f"convention")
                  for convention, style in zip(conventions, ("-", (0, (4, 1.6))))]
     if any(line.has_errors for line in lines):
         keys.append(Patch(facecolor=GREY, alpha=0.35, linewidth=0, label="± one standard error"))

@@ -1,4 +1,7 @@
-"""drover/compare.py: a run of fields on a table of coefficients beside one of particles:  python3 -m drover.compare FIELDS PARTICLES [--output PNG]"""
+"""drover/compare.py: compares a calibrated field run with a particle run.
+
+    python3 -m drover.compare FIELDS PARTICLES [--output PNG]
+"""
 import argparse
 import math
 import re
@@ -15,9 +18,10 @@ from drover.error import DroverError
 from drover.particles import ParticleRun, sides_of
 from drover.spectra import structure_factors
 
-FRACTION_MOST = 0.01  # by which area fractions may differ: a rod more or less in a small cell
-# Rows: name here, words, name in calibrated.expected.  The mean field knows one bead velocity, which is along the order.
-ROWS = (("alignment", "alignment g", "alignment"), ("relaxation", "effective relaxation abar [1/s]", "effective_relaxation"),
+MAX_FRACTION_DIFFERENCE = 0.01  # between area fractions of the runs: one rod in a small cell
+# Rows: key, label, name in calibrated.expected.  The mean field has one bead velocity, along the order.
+ROWS = (("alignment", "alignment g", "alignment"),
+        ("relaxation", "effective relaxation abar [1/s]", "effective_relaxation"),
         ("order", "polar order P", "order"), ("size", "bead velocity |<v>| [mm/s]", "bead_velocity"),
         ("along", "bead velocity along the order [mm/s]", "bead_velocity"))
 EXPECTED = re.compile(r"(\w+) = (\S+)(?: \+- (\S+))?(?: \S+)?")
@@ -26,13 +30,13 @@ PARTICLE_SERIES = {"order": "polar_order", "size": "bead_velocity_size", "along"
 
 @dataclass(frozen=True)
 class Side:
-    """One run as it is compared.  Errors are not-a-number where they were refused."""
+    """One run as it is compared.  Errors are NaN where the run is too short for an estimate."""
 
     run: Run | ParticleRun
     times: numpy.ndarray
     series: dict     # "order", "size" and "along" over the times
     numbers: dict    # their means with errors, after the warm-up
-    warm_up: float   # left out [s]
+    warm_up: float   # excluded [s]
     sides: numpy.ndarray
 
     @property
@@ -42,14 +46,14 @@ class Side:
 
 @dataclass(frozen=True)
 class Comparison:
-    expected: dict   # of the mean field: name -> value, error
+    expected: dict   # mean-field prediction: name -> value, error
     fields: Side
     particles: Side
-    factors: dict    # "rods" and "order" -> structure factors of fields and of particles, two Results
+    factors: dict    # "rods" and "order" -> structure factors of fields and particles, two Results
 
 
-def compared(fields, particles):
-    """What two open runs have to say of the same area fractions.  Raises DroverError for runs that cannot be compared."""
+def compare(fields, particles):
+    """Compares two open runs at the same area fractions.  Raises DroverError for runs that cannot be compared."""
     expected = expected_of(fields)
     check_particles(fields, particles)
     most = 0.5 * float(loaded(fields.observables["wavenumber"], fields.path)[-1])
@@ -58,18 +62,19 @@ def compared(fields, particles):
 
 
 def expected_of(run):
-    """Numbers of the mean field that the program noted when it took the coefficients from the table."""
+    """The mean-field prediction that drover stored when it filled in the coefficients."""
     if not isinstance(run, Run):
-        raise DroverError(f"{run.path} is of particles; expected first the archive of a scene of fields with a section "
-                          "[calibrated], then that of particles: exchange them")
+        raise DroverError(f"{run.path} is a particle run; expected first a field run with a section "
+                          "[calibrated], then a particle run: exchange them")
     if not run.scene.get("calibrated", {}).get("table"):
-        raise DroverError(f"{run.path}: its scene has no calibrated.table; expected fields on a table of coefficients: give its "
-                          "scene a section [calibrated] and run it again")
+        raise DroverError(f"{run.path}: its scene has no calibrated.table; expected a calibrated field run: add a "
+                          f"section [calibrated] "
+                          "to its scene and run it again")
     if "rod_density" not in run.frames:
-        raise DroverError(f"{run.path} has no density of the rods; expected fields with one: set fields.rod_density of its scene and run "
+        raise DroverError(f"{run.path} has no rod density; set fields.rod_density in its scene and run "
                           "it again")
     if "bead_velocity_mean_x" not in run.observables:
-        raise DroverError(f"{run.path} has no velocity of the beads; expected fields with one: set fields.bead_velocity of its scene "
+        raise DroverError(f"{run.path} has no bead velocity; set fields.bead_velocity in its scene "
                           "and run it again")
     texts = [EXPECTED.fullmatch(text) for text in run.scene["calibrated"].get("expected", [])]
     try:
@@ -78,27 +83,31 @@ def expected_of(run):
         numbers = {}
     missing = [name for *_, name in ROWS if name not in numbers]
     if missing:
-        raise DroverError(f"{run.path}: calibrated.expected of its scene has no number {missing[0]}; expected what drover run notes "
-                          "there of the mean field: let the scene leave relaxation, drag, driving and weathercock to the table and run it again")
+        raise DroverError(f"{run.path}: calibrated.expected of its scene has no {missing[0]}; expected the mean-field "
+                          f"prediction that drover run "
+                          "stores: take relaxation, drag, driving and weathercock from the table and run the scene "
+                          "again")
     return numbers
 
 
 def check_particles(fields, run):
     if not isinstance(run, ParticleRun):
-        raise DroverError(f"{run.path} is of fields; expected as the second archive a run of particles, beside fields as the first")
+        raise DroverError(f"{run.path} is a field run; expected a particle run as the second archive")
     shape = run.scene["cell"].get("shape", "periodic")
     if shape != "periodic":
-        raise DroverError(f'{run.path}: cell.shape = "{shape}"; expected "periodic", as the cell of fields is: run particles in such '
-                          "a cell")
+        raise DroverError(f'{run.path}: cell.shape = "{shape}"; expected "periodic", as for fields: run particles in a '
+                          "periodic cell")
     for kind in ("bead", "rod"):
         wanted, found = fields.scene["calibrated"][f"{kind}_area_fraction"], area_fraction(run, kind)
-        if abs(found - wanted) > FRACTION_MOST:
-            raise DroverError(f"{run.path}: the area fraction of its {kind}s is {found:.4g}; expected calibrated.{kind}_area_fraction "
-                              f"= {wanted:.4g} of {fields.path} to {FRACTION_MOST:g}: choose two runs of the same area fractions")
+        if abs(found - wanted) > MAX_FRACTION_DIFFERENCE:
+            raise DroverError(f"{run.path}: the area fraction of its {kind}s is {found:.4g}; expected "
+                              f"calibrated.{kind}_area_fraction "
+                              f"= {wanted:.4g} of {fields.path} within {MAX_FRACTION_DIFFERENCE:g}: choose two runs "
+                              f"with equal area fractions")
 
 
 def area_fraction(run, kind):
-    """That the scene gives, or of the bodies that it counts."""
+    """From the scene, or from its numbers of bodies."""
     given = run.scene.get(f"{kind}s", {}).get("area_fraction", 0.0)
     if given > 0.0 or kind not in run.frames.sizes:
         return given
@@ -109,14 +118,14 @@ def area_fraction(run, kind):
 
 
 def projected_area(at, radius, points=2001):
-    """Of spheres on one axis, seen from the side."""
+    """Projected area of a union of spheres on one axis, seen from the side."""
     z = numpy.linspace((at - radius).min(), (at + radius).max(), points)
     half = numpy.sqrt(numpy.maximum(0.0, radius[:, None] ** 2 - (z - at[:, None]) ** 2)).max(axis=0)
     return 2.0 * numpy.trapz(half, z)
 
 
 def field_side(run):
-    """Of fields the velocity of the beads is there by its components alone."""
+    """Field archives contain the mean bead velocity as components only."""
     names = ("polar_order", *(f"{name}_mean_{axis}" for name in ("polar_order", "bead_velocity") for axis in "xy"))
     order, p_x, p_y, v_x, v_y = (series_of(run, name) for name in names)
     size = numpy.hypot(p_x, p_y)
@@ -127,43 +136,46 @@ def field_side(run):
 
 
 def particle_side(run):
-    return side(run, {key: series_of(run, name) for key, name in PARTICLE_SERIES.items()}, PARTICLE_SERIES, sides_of(run))
+    return side(run, {key: series_of(run, name) for key, name in PARTICLE_SERIES.items()}, PARTICLE_SERIES,
+                sides_of(run))
 
 
 def series_of(run, name):
     if name not in run.observables:
-        raise DroverError(f"{run.path} holds no series {name}; expected it in an archive of drover run: it is of another version, or "
+        raise DroverError(f"{run.path} has no series {name}; the file is from another version of drover, or "
                           "damaged")
     return loaded(run.observables[name], run.path).values
 
 
 def side(run, series, summarised, sides):
-    """Means are those of the archive where it has them."""
+    """Uses the means of the archive where they exist."""
     times = run.observables["time"].values
-    whole = run.summary is not None
-    # A run that has not ended has no warm-up yet; half of it is on the safe side.
-    warm_up = float(loaded(run.summary["warm_up"], run.path)) if whole else 0.5 * float(times[-1] - times[0])
+    finished = run.summary is not None
+    # An unfinished run has no warm-up time yet: exclude half of it, to be safe.
+    warm_up = float(loaded(run.summary["warm_up"], run.path)) if finished else 0.5 * float(times[-1] - times[0])
     first = int(numpy.searchsorted(times, (times[0] + warm_up) * (1.0 - 1e-9)))
     last = len(times) - int(ends_early(times))
     numbers = {key: mean_and_error(values[first:last]) for key, values in series.items()}
-    for key, name in summarised.items() if whole else ():
+    for key, name in summarised.items() if finished else ():
         numbers[key] = tuple(float(loaded(run.summary[part], run.path)) for part in (name, f"{name}_error"))
     return Side(run, times, series, numbers, warm_up, sides)
 
 
 def ends_early(times):
-    """Whether the end of the run came before the next sample was due: the last one is not as far from the others."""
+    """Whether the last sampling interval is shorter than the others because the run ended."""
     return len(times) > 2 and times[-1] - times[-2] < (1.0 - 1e-6) * (times[1] - times[0])
 
 
 def number_text(value, error):
-    return f"{value:.4g}" if error == 0.0 else f"{value:.4g} +- " + ("refused" if math.isnan(error) else f"{error:.2g}")
+    if math.isnan(error):
+        return f"{value:.4g} (run too short for an error estimate)"
+    return f"{value:.4g}" if error == 0.0 else f"{value:.4g} +- {error:.2g}"
 
 
 def table_text(comparison):
-    """The numbers of the mean field and of both runs, row by row."""
+    """The mean-field prediction and the results of both runs as a table."""
     sides = (comparison.fields, comparison.particles)
-    lines = [("", "mean field of the table", "run of fields", "run of particles")]
+    lines = [("", "mean field", "fields", "particles")]
     for key, words, name in ROWS:
         lines.append((words, number_text(*comparison.expected[name]),
                       *(number_text(*side.numbers[key]) if key in side.numbers else "-" for side in sides)))
@@ -174,32 +186,33 @@ def table_text(comparison):
 
 def heading(comparison):
     plan = comparison.fields.run.scene["calibrated"]
-    return (f"{comparison.fields.name} (fields) beside {comparison.particles.name} (particles): area fractions "
+    return (f"{comparison.fields.name} (fields) and {comparison.particles.name} (particles): area fractions "
             f"{plan['bead_area_fraction']:g} of beads, {plan['rod_area_fraction']:g} of rods")
 
 
 def remark(side):
-    words = f"{side.name}: cell {side.sides[0]:g} x {side.sides[1]:g} mm, {side.times[-1]:g} s, means after {side.warm_up:.3g} s"
+    words = (f"{side.name}: cell {side.sides[0]:g} x {side.sides[1]:g} mm, {side.times[-1]:g} s, "
+             f"means after {side.warm_up:.3g} s")
     if side.run.summary is None:
-        words += " (it has not reached its end)"
-    if any(math.isnan(error) for _, error in side.numbers.values()):
-        words += "; an error is refused where the run is too short for it"
+        words += " (the run is not finished)"
     return words
 
 
 def compare_files(fields_path, particles_path):
-    """The comparison of two archives and its picture."""
+    """Compares two archives; returns the comparison and its figure."""
     with open_run(fields_path) as fields, open_run(particles_path) as particles:
-        comparison = compared(fields, particles)
+        comparison = compare(fields, particles)
         return comparison, compare_panels.draw(comparison, heading(comparison))
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m drover.compare", description="A run of fields on a table of coefficients "
-                                     "beside a run of particles of the same area fractions: a table and a picture.")
-    parser.add_argument("fields", type=Path, help="what drover run wrote of a scene of fields with a section [calibrated]")
-    parser.add_argument("particles", type=Path, help="what drover run wrote of a scene of particles")
-    parser.add_argument("-o", "--output", type=Path, help="the picture (.png, .pdf or .svg); by default the name of the fields' "
+    parser = argparse.ArgumentParser(prog="python3 -m drover.compare", description="Compares a calibrated field run "
+                                     "with a "
+                                     "particle run at the same area fractions: a table and a figure.")
+    parser.add_argument("fields", type=Path, help="archive of a field scene with a section [calibrated]")
+    parser.add_argument("particles", type=Path, help="archive of a particle scene")
+    parser.add_argument("-o", "--output", type=Path, help="figure file (.png, .pdf or .svg); default: the name of the "
+                                                          "field "
                         "archive with .compared.png")
     options = parser.parse_args(arguments)
     output = options.output or options.fields.with_suffix(".compared.png")

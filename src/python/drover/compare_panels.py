@@ -1,24 +1,24 @@
-"""drover/compare_panels.py: one picture of fields beside particles: order and bead velocity over time, structure factors of rods."""
+"""drover/compare_panels.py: figure of fields and particles: order and bead velocity over time, structure factors."""
 import matplotlib
 import numpy
 from matplotlib.ticker import MaxNLocator
 
 from drover import panels
 from drover.panels import BLUE, GREY, ROUNDING, STEPS, VERMILLION, key_of
-from drover.paper import STYLE, add_axes, sheet, write_words
+from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 
 BOXES = ((0.9, 4.5, 4.75, 2.4), (6.5, 4.5, 4.75, 2.4), (0.9, 1.3, 4.75, 2.4), (6.5, 1.3, 4.75, 2.4))  # inches
 LOOKS = (("fields", BLUE, "o"), ("particles", VERMILLION, "s"))
 SERIES = (("order", "order", "(a) polar order", r"polar order $P$"),
-          ("size", "bead_velocity", "(b) mean velocity of the beads", r"$|\langle\mathbf{v}\rangle|$ [mm s$^{-1}$]"))
+          ("size", "bead_velocity", "(b) mean bead velocity", r"$|\langle\mathbf{v}\rangle|$ [mm s$^{-1}$]"))
 FACTORS = (("rods", "(c) density of the rods", r"structure factor $S$"),
            ("order", "(d) orientation of the rods", r"structure factor $S_{pp}$"))
 
 
 @matplotlib.rc_context(STYLE)
 def draw(comparison, title):
-    """The picture of a comparison, a matplotlib Figure."""
-    picture = sheet()
+    """Draws a comparison as a matplotlib Figure."""
+    picture = new_figure()
     axes = [add_axes(picture, box) for box in BOXES]
     for panel, (key, expected, words, label) in zip(axes[:2], SERIES):
         draw_series(panel, comparison, key, comparison.expected[expected])
@@ -28,12 +28,12 @@ def draw(comparison, title):
         draw_factors(panel, comparison.factors[key])
         panel.set_title(words, loc="left")
         panel.set_ylabel(label)
-    write_words(picture, title, caption(comparison))
+    write_title_and_caption(picture, title, caption(comparison))
     return picture
 
 
 def draw_series(axes, comparison, key, expected):
-    """One quantity of both runs over time, and the mean field as a band."""
+    """Draws one quantity of both runs over time, and the mean field as a band."""
     value, error = expected
     keys = [key_of(f"mean field {with_error(value, error)}", line="-")]
     axes.axhline(value, color=GREY, linewidth=1.4, zorder=2)
@@ -46,7 +46,7 @@ def draw_series(axes, comparison, key, expected):
         keys.append(key_of(f"{name}, mean {with_error(*side.numbers[key])}", colour, line="-"))
         most, last = max(most, float(numpy.nanmax(side.series[key]))), max(last, float(side.times[-1]))
     axes.set_xlim(0.0, last or 1.0)
-    axes.set_ylim(0.0, 1.55 * (most if most > ROUNDING else 1.0))  # room for the legend
+    axes.set_ylim(0.0, 1.55 * (most if most > ROUNDING else 1.0))  # space for the legend
     axes.xaxis.set_major_locator(MaxNLocator(7, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     axes.set_xlabel("time $t$ [s]")
@@ -54,34 +54,37 @@ def draw_series(axes, comparison, key, expected):
 
 
 def with_error(value, error):
-    return f"{value:.3g}" + (rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", error refused")
+    return f"{value:.3g}" + (rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate")
 
 
 def draw_factors(axes, results):
-    """One structure factor of both runs over shells of |q|."""
+    """Draws one structure factor of both runs over shells of |q|."""
     drawn = []
     for result, (name, colour, marker) in zip(results, LOOKS):
         if panels.is_drawable(result):
             panels.draw_result(axes, result, colour, marker)
             drawn.append((result, key_of(name, colour, marker)))
     if not drawn:
-        panels.say_instead(axes, "every structure factor is zero" if len(results[0].x) else
-                           "no wave of the cell is shorter than\nhalf of what the grid keeps: take a finer one")
+        panels.write_instead(axes, "every structure factor is zero" if len(results[0].x) else
+                           "no shell of |q| is below half of the\nkept wavenumbers: use a finer grid")
         return
     panels.log_axes(axes)
     axes.axhline(1.0, color=GREY, linestyle=":", linewidth=1.0, zorder=1)
     axes.set_xlabel("wavenumber $q$ [mm$^{-1}$]")
-    keys = [*(key for _, key in drawn), key_of("independent rods", line=":"), *panels.keys_of([result for result, _ in drawn])]
+    keys = [*(key for _, key in drawn), key_of("independent rods", line=":"),
+            *panels.keys_of([result for result, _ in drawn])]
     panels.make_room_below(axes, 2)
     axes.legend(handles=keys, loc="lower left", ncol=2)
 
 
 def caption(comparison):
-    """What a stranger needs to read the picture."""
+    """Explains the figure to a reader."""
     results = [result for pair in comparison.factors.values() for result in pair]
-    words = ["(a, b) Bands: the mean field of the table, within its standard error. (c, d) Shells of |q| up to half of what the grid "
-             "keeps, second half of the frames: S = ⟨|Σ\u00a0exp(−iqr)|²⟩/N, Spp = ⟨|Σ\u00a0n\u00a0exp(−iqr)|²⟩/N over rods; of fields, "
-             "integrals over σ and the polarisation. Fields have no shot noise of positions; nothing was added for it."]
+    words = ["(a, b) Grey bands: mean field of the table ± one standard error. (c, d) Shells of |q| up to half of the "
+             "wavenumbers "
+             "kept by the grid, second half of the frames: S = ⟨|Σ\u00a0exp(−iqr)|²⟩/N, Spp = "
+             "⟨|Σ\u00a0n\u00a0exp(−iqr)|²⟩/N over rods; for fields, "
+             "integrals over σ and the polarisation. Fields have no shot noise of positions, and none was added."]
     if not all(numpy.isfinite(result.error).all() for result in results):
-        words.append("Hollow points: the run is too short for an error.")
+        words.append("Open symbols: the run is too short for an error estimate.")
     return " ".join(words)

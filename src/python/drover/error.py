@@ -2,4 +2,4 @@
 
 
 class DroverError(Exception):
-    """What is wrong with what was given, as one sentence that says where, what was found and what to do."""
+    """Invalid input.  The message is one sentence: location, value found, remedy."""

@@ -1,4 +1,7 @@
-"""drover/figure.py: one picture of an archive:  python3 -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME]"""
+"""drover/figure.py: draws a figure of an archive.
+
+    python3 -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME]
+"""
 import argparse
 import io
 import sys
@@ -10,13 +13,13 @@ import numpy
 from drover import boundary_figure, onset_figure, panels, particle_figure, stability_figure
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError
-from drover.paper import STYLE, add_axes, bar_box, sheet, write_words
+from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
 from drover.particles import ParticleRun
 from drover.theory import open_any
 
-# What draws what theory found, by the kind of its archive; that of a stability is given a state too.
+# Functions that draw theory, by kind of archive; a stability figure also takes a state.
 THEORY = {"boundary": boundary_figure.draw, "onset": onset_figure.draw}
-# Where panels go, by the shape of the cell: left, bottom, width, height in inches; the map is fitted into its own.
+# Boxes of panels by shape of the cell: left, bottom, width, height in inches; the map is fitted into its box.
 SQUARE = {"map": (0.8, 3.2, 3.75, 3.75), "structure": (6.35, 3.2, 2.15, 3.75), "numbers": (9.3, 4.95, 2.1, 2.0),
           "exponents": (9.3, 3.2, 2.1, 1.4), "order": (0.8, 1.2, 10.6, 1.1)}
 WIDE = {"map": (0.8, 5.3, 9.5, 1.65), "structure": (0.9, 1.25, 2.8, 2.95), "numbers": (4.6, 2.75, 2.8, 1.45),
@@ -24,20 +27,20 @@ WIDE = {"map": (0.8, 5.3, 9.5, 1.65), "structure": (0.9, 1.25, 2.8, 2.95), "numb
 TALL = {**SQUARE, "map": (0.8, 1.6, 3.3, 5.35), "order": (6.35, 1.2, 5.05, 1.1)}
 WIDE_FROM, TALL_FROM = 2.0, 0.62  # ratio of the sides of the cell, x to y
 TITLES = {"map": "(a) {}", "structure": "(b) structure factors",
-          "numbers": "(c) number fluctuations", "exponents": "(d) their local exponent",
-          "order": "(e) polar order of the whole cell"}
+          "numbers": "(c) number fluctuations", "exponents": "(d) local exponent of (c)",
+          "order": "(e) polar order of the cell"}
 
 
 def draw(run, frame=-1):
-    """The picture of a run, a matplotlib Figure.  Raises DroverError when there is no such frame."""
+    """Draws a run as a matplotlib Figure.  Raises DroverError if there is no such frame."""
     frames = run.frames.sizes["time"]
     if not -frames <= frame < frames:
-        raise DroverError(f"{run.path}: frame {frame} is asked for; it has the frames 0 to {frames - 1}: choose "
-                          "one of these")
+        raise DroverError(f"{run.path}: has no frame {frame}; expected 0 to {frames - 1}, or a negative number counted "
+                          "from the end")
     ratio = run.scene["grid"]["lx"] / run.scene["grid"]["ly"]
     layout = WIDE if ratio > WIDE_FROM else TALL if ratio < TALL_FROM else SQUARE
     with matplotlib.rc_context(STYLE):
-        figure = sheet()
+        figure = new_figure()
         boxes = {**layout, "map": fitted(layout["map"], ratio)}
         axes = {name: add_axes(figure, box) for name, box in boxes.items()}
         blocks = panels.draw_map(axes["map"], add_axes(figure, bar_box(boxes["map"])), run, frame)
@@ -46,18 +49,19 @@ def draw(run, frame=-1):
         panels.draw_order(axes["order"], run, columns=1 if layout is WIDE else 2)
         for name, words in TITLES.items():
             axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
-        write_words(figure, title(run, frame), caption(run, drawn, blocks))
+        write_title_and_caption(figure, title(run, frame), caption(run, drawn, blocks))
     return figure
 
 
 def draw_file(path, frame=None, state=None):
-    """The picture of an archive of any kind; frame is of a run alone, state of a stability alone."""
+    """Draws an archive of any kind; `frame` applies to runs only, `state` to archives of drover stability only."""
     with open_any(path) as opened:
         kind = "run" if isinstance(opened, (Run, ParticleRun)) else opened.kind
         for option, value, its_kind in (("--frame", frame, "run"), ("--state", state, "stability")):
             if value is not None and kind != its_kind:
-                raise DroverError(f"{path}: {option} {value} is asked for, but drover {command_of(kind)} wrote this archive; "
-                                  f"only those of drover {its_kind} have one: leave it out")
+                raise DroverError(f"{path}: {option} {value} does not apply, since drover {command_of(kind)} wrote "
+                                  f"this archive; "
+                                  f"only archives of drover {its_kind} have one: omit the option")
         if kind == "run":
             its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw
             return its_draw(opened, -1 if frame is None else frame)
@@ -65,7 +69,7 @@ def draw_file(path, frame=None, state=None):
 
 
 def fitted(box, ratio):
-    """The largest box of a ratio of sides that is in a box, at its upper left."""
+    """The largest box with this aspect ratio inside a box, at its upper left."""
     left, bottom, width, height = box
     fitted_width = min(width, height * ratio)
     return left, bottom + height - fitted_width / ratio, fitted_width, fitted_width / ratio
@@ -79,46 +83,48 @@ def title(run, frame):
 
 
 def caption(run, drawn, blocks):
-    """What a stranger needs to read the picture."""
+    """Explains the figure to a reader."""
     pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-    words = [f"(a) Colours, centred at their mean, are means over {pixel}, arrows over {arrow}; (c) boxes with "
-             "as many cells along y as along x; (d) from each box to the next larger one."]
+    words = [f"(a) Colours (centred at the mean) are averages over {pixel}, arrows over {arrow}; (c) boxes with "
+             "equal numbers of grid cells along x and y; (d) between each box and the next larger one."]
     if run.summary is None:
-        words.append("The run has not reached its end: points are means over all samples so far, the warm-up among "
-                     "them, without errors and without theory.")
+        words.append("The run is not finished: points are means over all samples so far, including the warm-up, "
+                     "without errors and theory.")
     elif drawn:
         words.append("Points are time means after the warm-up with standard errors"
                      + ("." if all(numpy.isfinite(result.error).all() for result in drawn)
-                        else "; hollow ones have none: it was refused, since the run is too short for it."))
-        words.append("Lines are the exact linear theory on the same grid, shells and boxes."
+                        else "; open symbols: the run is too short for an error estimate."))
+        words.append("Lines: exact linear theory for the same grid, shells and boxes."
                      if any(result.has_linear for result in drawn)
-                     else "There is no linear theory beside them: it has no stationary state for this scene.")
+                     else "There is no linear theory for this scene, since it has no stationary state.")
     return " ".join(words)
 
 
 def write(figure, path):
-    """Writes the whole picture or nothing."""
+    """Writes the complete figure or nothing."""
     kind = path.suffix.lstrip(".").lower()
     if kind not in ("png", "pdf", "svg"):
-        raise DroverError(f'{path}: the ending "{path.suffix}" is no picture that is known here; expected .png, .pdf '
+        raise DroverError(f'{path}: the extension "{path.suffix}" is not supported; expected .png, .pdf '
                           "or .svg")
     picture = io.BytesIO()
     figure.savefig(picture, format=kind)
     try:
         path.write_bytes(picture.getvalue())
     except OSError as error:
-        raise DroverError(f"{path} cannot be written ({error.strerror}); name another place by --output") from error
+        raise DroverError(f"{path} cannot be written ({error.strerror}); choose another path with --output") from error
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m drover.figure", description="One picture of an archive: of a run, of "
-                                     "the stability of a scene, of its phase boundaries or of where the coefficients of a table "
-                                     "say that flocks begin.")
-    parser.add_argument("archive", type=Path, help="what drover run, stability or boundary wrote, such as isotropic.h5")
+    parser = argparse.ArgumentParser(prog="python3 -m drover.figure", description="Draws a figure of an archive: a "
+                                     "run, the "
+                                     "stability of a scene, its phase boundaries, or the flocking threshold predicted "
+                                     "by a table.")
+    parser.add_argument("archive", type=Path, help="file written by drover run, stability or boundary, such as "
+                                                   "isotropic.h5")
     parser.add_argument("-o", "--output", type=Path,
-                        help="the picture (.png, .pdf or .svg); by default the archive's name with .png")
-    parser.add_argument("--frame", type=int, help="of a run: number of the frame from 0; -1, the default, is the last")
-    parser.add_argument("--state", help="of a stability: the uniform state, such as isotropic; by default the most "
+                        help="figure file (.png, .pdf or .svg); default: the name of the archive with .png")
+    parser.add_argument("--frame", type=int, help="for runs: number of the frame from 0; -1, the default, is the last")
+    parser.add_argument("--state", help="for drover stability: the uniform state, such as isotropic; default: the most "
                         "ordered one")
     options = parser.parse_args(arguments)
     output = options.output or options.archive.with_suffix(".png")

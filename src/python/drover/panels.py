@@ -1,4 +1,4 @@
-"""drover/panels.py: the panels of the picture of a run, each drawn on axes that it is given."""
+"""drover/panels.py: panels of the figure of a run, drawn on given axes."""
 import re
 
 import numpy
@@ -9,28 +9,28 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 from drover import results
 from drover.archive import loaded
 
-# Okabe and Ito's colours, told apart by colour-blind eyes and, with the markers, in grey.
+# Colours of Okabe and Ito, distinguishable by colour-blind readers and, with the markers, in greyscale.
 BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#606060"
 STRUCTURE_PARTS = (("rods", r"rods, $S_\sigma$", BLUE, "o"),
                    ("beads", r"beads, $S_\rho$", PURPLE, "D"),
                    ("order_along", r"order along $\mathbf{q}$", VERMILLION, "s"),
                    ("order_across", r"order across $\mathbf{q}$", GREEN, "^"))
-FLOW_PARTS = (("velocity_along", r"$\mathbf{v}$ along $\mathbf{q}$", VERMILLION, "s"),  # where there is no order
+FLOW_PARTS = (("velocity_along", r"$\mathbf{v}$ along $\mathbf{q}$", VERMILLION, "s"),  # without order
               ("velocity_across", r"$\mathbf{v}$ across $\mathbf{q}$", GREEN, "^"))
-# What a map can show, the first that the form has; and what its arrows can, the first that is not zero.
+# Colours of a map show the first of these fields in the form; arrows show the first that is not zero.
 COLOURS = (("rod_density", "rod density", r"\sigma"), ("bead_density", "bead density", r"\rho"))
-SIZE_OF_ORDER = "size of the polar order"
+SIZE_OF_ORDER = "magnitude of the polar order"
 ARROWS = (("polar_order", "polar order", r"\mathbf{p}"), ("bead_velocity", "bead velocity", r"\mathbf{v}"))
-PIXELS_MOST, ARROWS_MOST = 64, 16  # along the longer side of the cell, roughly
-SHELLS_A_DECADE = 12               # points of S(q) that are drawn
+MAX_PIXELS, MAX_ARROWS = 64, 16  # along the longer side of the cell, roughly
+SHELLS_PER_DECADE = 12             # points drawn of S(q)
 STEPS = (1, 2, 2.5, 5, 10)           # of ticks
-DECADES_SHOWN = 1e-10              # of S(q), from the largest: rounding lies below
-ROUNDING = 1e-11                   # of a number of rods: less is no fluctuation
-COLOUR_PART = 0.99                 # of the pixels lie inside the range of colours
+DECADES_SHOWN = 1e-10              # of S(q), relative to the largest value: smaller values are rounding errors
+ROUNDING = 1e-11                   # relative to a number of rods: smaller fluctuations are rounding errors
+COLOUR_PART = 0.99                 # fraction of pixels inside the colour range
 
 
 def unit_text(unit):
-    """A UDUNITS text, or a unit as scenes have it, as mathtext: "mm-2" and "mm^-2" alike."""
+    """A unit in UDUNITS ("mm-2") or scene ("mm^-2") notation as mathtext."""
     if "^" in unit:
         return re.sub(r"\^(-?\d+)", r"$^{\1}$", unit)
     words = []
@@ -46,7 +46,7 @@ def with_unit(label, array):
 
 
 def colours_of(run, frame):
-    """The field that colours show, its name and its symbol: a density, or the size of the order of a form without one."""
+    """The field shown by colours, its name and symbol: a density or, in a form without one, the size of the order."""
     for name, words, symbol in COLOURS:
         if name in run.frames:
             return loaded(run.frames[name].isel(time=frame), run.path), words, symbol
@@ -55,11 +55,11 @@ def colours_of(run, frame):
 
 
 def arrows_of(run, frame):
-    """The two parts of the vector that arrows show, its name and its symbol."""
+    """Components of the vector shown by arrows, its name and symbol."""
     for name, words, symbol in ARROWS:
         if f"{name}_x" in run.frames:
             parts = [loaded(run.frames[f"{name}_{axis}"].isel(time=frame), run.path) for axis in "xy"]
-            # Rounding alone is no order.
+            # Ignore rounding errors.
             if name == ARROWS[-1][0] or f"{ARROWS[-1][0]}_x" not in run.frames or abs(parts[0]).max() + abs(
                     parts[1]).max() > 1e-12:
                 return parts, words, symbol
@@ -68,7 +68,7 @@ def arrows_of(run, frame):
 
 def map_title(run, frame):
     colours, arrows = colours_of(run, frame)[1], arrows_of(run, frame)[1]
-    return f"{arrows} and its size" if colours == SIZE_OF_ORDER else f"{colours} and {arrows}"
+    return f"{arrows} and its magnitude" if colours == SIZE_OF_ORDER else f"{colours} and {arrows}"
 
 
 def with_value(words, array):
@@ -77,13 +77,13 @@ def with_value(words, array):
 
 
 def draw_map(axes, bar_axes, run, frame):
-    """A density of one frame with arrows of the order or the flow; returns the sides of the blocks of both."""
+    """Draws a density with arrows of the order or the flow; returns the block sizes of both."""
     density, words, symbol = colours_of(run, frame)
     mean = float(density.mean())
-    density, pixel = block_means(density, PIXELS_MOST)
+    density, pixel = block_means(density, MAX_PIXELS)
     spread = float(numpy.quantile(abs(density - mean), COLOUR_PART))
     if not spread > 1e-12 * abs(mean):
-        spread = 0.1 * abs(mean) or 1.0  # a uniform field: the middle colour
+        spread = 0.1 * abs(mean) or 1.0  # uniform field: middle colour
     x, y = density["x"].values, density["y"].values
     image = axes.imshow(density.values, origin="lower", cmap="RdBu_r", norm=Normalize(mean - spread, mean + spread),
                         extent=(x[0] - pixel[0] / 2, x[-1] + pixel[0] / 2, y[0] - pixel[1] / 2, y[-1] + pixel[1] / 2),
@@ -100,9 +100,9 @@ def draw_map(axes, bar_axes, run, frame):
 
 
 def draw_arrows(axes, run, frame):
-    """Means of the polar order over blocks, so that arrows show what is larger than a cell."""
+    """Draws block averages of the polar order or flow as arrows; returns the block size."""
     parts, _, symbol = arrows_of(run, frame)
-    (p_x, block), (p_y, _) = (block_means(part, ARROWS_MOST) for part in parts)
+    (p_x, block), (p_y, _) = (block_means(part, MAX_ARROWS) for part in parts)
     longest = float(numpy.hypot(p_x, p_y).max())
     if not longest > 0.0:
         return block
@@ -111,32 +111,32 @@ def draw_arrows(axes, run, frame):
                          scale_units="xy", scale=1.0 / length, units="inches", width=0.014,
                          headwidth=4, headlength=4, headaxislength=3.5)
     inches, box = axes.figure.get_size_inches(), axes.get_position()
-    inches_a_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
-    axes.quiverkey(arrows, box.x1 * inches[0] - key * length * inches_a_mm - 0.05, box.y0 * inches[1] - 0.58, key,
+    inches_per_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
+    axes.quiverkey(arrows, box.x1 * inches[0] - key * length * inches_per_mm - 0.05, box.y0 * inches[1] - 0.58, key,
                    coordinates="inches", labelpos="W",
                    label=with_value(rf"arrow: $|{symbol}|={key:g}$", p_x))
     return block
 
 
-def block_means(array, most):
-    """Means over blocks, about `most` of them along the longer side of the cell, and the sides of a block."""
+def block_means(array, count):
+    """Averages over blocks, about `count` along the longer side of the cell, and the size of a block."""
     steps = {axis: float(array[axis][1] - array[axis][0]) for axis in "xy"}
-    side = max(steps[axis] * array.sizes[axis] for axis in "xy") / most
-    cells = {axis: whole_part(array.sizes[axis], side / steps[axis]) for axis in "xy"}
+    side = max(steps[axis] * array.sizes[axis] for axis in "xy") / count
+    cells = {axis: nearest_divisor(array.sizes[axis], side / steps[axis]) for axis in "xy"}
     means = array.coarsen(cells).mean(keep_attrs=True)
     for axis in "xy":
         means[axis].attrs.update(array[axis].attrs)
     return means, tuple(cells[axis] * steps[axis] for axis in "xy")
 
 
-def whole_part(points, wish):
-    """The divisor of a number of points that is nearest to what is wished, as a ratio."""
+def nearest_divisor(points, wish):
+    """The divisor of a number of points whose ratio to the wish is closest to 1."""
     divisors = [n for n in range(1, points + 1) if points % n == 0]
     return min(divisors, key=lambda n: abs(numpy.log(n / wish)))
 
 
 def draw_result(axes, result, colour, marker, shown=slice(None)):
-    """Points with error bars, hollow without where the error was refused, and the theory as a line."""
+    """Draws points with error bars (open symbols without), and the theory as a line."""
     x, mean, error = result.x[shown], result.mean[shown], result.error[shown]
     sure = numpy.isfinite(error)
     style = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 4.5, "zorder": 3}
@@ -151,18 +151,18 @@ def key_of(label, colour=GREY, marker="", line="", fill=None):
 
 
 def keys_of(drawn):
-    """What lines and hollow points mean, where there are any."""
+    """Legend entries of theory lines and open symbols, if any."""
     keys = [key_of("linear theory", line="-", colour="black")] if any(result.has_linear for result in drawn) else []
     if not all(numpy.isfinite(result.error).all() for result in drawn):
-        keys.append(key_of("no error bar (see below)", marker="o", fill="white"))
+        keys.append(key_of("no error estimate", marker="o", fill="white"))
     return keys
 
 
-def log_axes(axes, x_alone=False):
+def log_axes(axes, x_only=False):
     axes.set_xscale("log")
-    if not x_alone:
+    if not x_only:
         axes.set_yscale("log")
-    for axis in (axes.xaxis,) if x_alone else (axes.xaxis, axes.yaxis):
+    for axis in (axes.xaxis,) if x_only else (axes.xaxis, axes.yaxis):
         minor_ticks(axis)
 
 
@@ -172,13 +172,13 @@ def minor_ticks(axis):
 
 
 def minor_label(value, axis):
-    """2 and 5 of each decade, where an axis spans so little that powers of ten are too few."""
+    """Labels 2 and 5 of each decade on axes that span about a decade or less."""
     low, high = axis.get_view_interval()
     return f"{value:g}" if high < 12.0 * low and f"{value:.3e}"[:5] in ("2.000", "5.000") else ""
 
 
 def make_room_below(axes, entries):
-    """Room for a legend of so many entries at the bottom of axes of any scale."""
+    """Extends axes of any scale at the bottom for a legend with this many entries."""
     part = (0.25 + 0.19 * entries) / (axes.get_position().height * axes.figure.get_size_inches()[1])
     scale = axes.yaxis.get_transform()
     bottom, top = scale.transform(axes.get_ylim())
@@ -186,11 +186,11 @@ def make_room_below(axes, entries):
     axes.set_ylim(lower, axes.get_ylim()[1])
 
 
-def say_instead(axes, sentence):
-    """A panel without data says why."""
+def write_instead(axes, message):
+    """Writes why a panel has no data."""
     axes.set_xticks([])
     axes.set_yticks([])
-    axes.text(0.5, 0.5, sentence, ha="center", va="center", transform=axes.transAxes, color=GREY)
+    axes.text(0.5, 0.5, message, ha="center", va="center", transform=axes.transAxes, color=GREY)
 
 
 def is_drawable(result):
@@ -198,15 +198,15 @@ def is_drawable(result):
 
 
 def spread_shells(q):
-    """Numbers of shells that lie evenly on a logarithmic axis; the first ones all."""
+    """Indices of shells evenly spaced on a logarithmic axis."""
     if len(q) == 0:
         return numpy.array([], dtype=int)
-    steps = numpy.unique(numpy.rint(SHELLS_A_DECADE * numpy.log10(q / q[0])), return_index=True)[1]
+    steps = numpy.unique(numpy.rint(SHELLS_PER_DECADE * numpy.log10(q / q[0])), return_index=True)[1]
     return numpy.unique(numpy.append(steps, len(q) - 1))
 
 
 def draw_structure(axes, run):
-    """Structure factors; returns those drawn."""
+    """Draws structure factors; returns those drawn."""
     drawn, keys = [], []
     found = [(*part, results.structure_factor(run, part[0])) for part in STRUCTURE_PARTS + FLOW_PARTS]
     found = [part for part in found if is_drawable(part[-1])]
@@ -221,7 +221,7 @@ def draw_structure(axes, run):
         drawn.append(result)
         keys.append(key_of(label if alike else with_unit(label, units[part]), colour, marker))
     if not drawn:
-        say_instead(axes, "no fluctuations:\nevery $S(q)$ is zero")
+        write_instead(axes, "no fluctuations:\nevery $S(q)$ is zero")
         return drawn
     log_axes(axes)
     axes.set_xlabel(with_unit(r"wavenumber $q$", run.observables["wavenumber"]))
@@ -236,11 +236,11 @@ def draw_structure(axes, run):
 
 
 def draw_numbers(upper, lower, run):
-    """Number fluctuations above, their local exponents below; returns what is drawn."""
+    """Draws number fluctuations above, their local exponents below; returns the results drawn."""
     numbers = results.number_fluctuations(run)
     if not is_drawable(numbers) or not (numbers.mean > ROUNDING * numbers.x).any():
         for axes in (upper, lower):
-            say_instead(axes, f"no fluctuations\nof the number of {results.counted(run) or 'rod'}s")
+            write_instead(axes, f"no fluctuations\nof the number of {results.counted(run) or 'rod'}s")
         return []
     draw_result(upper, numbers, BLUE, "o")
     upper.plot(numbers.x, numpy.sqrt(numbers.x), color=GREY, linestyle=":")
@@ -248,12 +248,12 @@ def draw_numbers(upper, lower, run):
     upper.set_ylabel(r"deviation $\Delta N$")
     upper.tick_params(which="both", labelbottom=False)
     keys = number_keys(numbers, results.counted(run))
-    make_room_below(upper, len(keys) - 1)  # the points rise: there is some already
+    make_room_below(upper, len(keys) - 1)  # the points ascend, which leaves some space
     upper.legend(handles=keys, loc="lower right")
     exponents = results.number_exponents(run, numbers)
     draw_result(lower, exponents, BLUE, "o")
     lower.axhline(0.5, color=GREY, linestyle=":")
-    log_axes(lower, x_alone=True)
+    log_axes(lower, x_only=True)
     lower.set_xlim(upper.get_xlim())
     lower.set_xlabel(f"mean number $N$ of {results.counted(run)}s in a box")
     lower.set_ylabel(r"d ln $\Delta N$ / d ln $N$")
@@ -266,7 +266,7 @@ def number_keys(numbers, what):
 
 
 def draw_order(axes, run, columns):
-    """Polar order over time, the warm-up shaded, its mean as a line."""
+    """Draws the polar order over time, the warm-up shaded, the mean as a line."""
     order = loaded(run.observables["polar_order"], run.path)
     times = order["time"].values
     density = run.frames["polar_order_x"].attrs.get("units") == "mm-2"
@@ -274,20 +274,21 @@ def draw_order(axes, run, columns):
     most = float(order.max())
     if "bead_velocity_order" in run.observables:
         flow = loaded(run.observables["bead_velocity_order"], run.path)
-        axes.plot(times, flow.values, color=GREEN, linewidth=0.9, zorder=1, label="of the bead velocity")
+        axes.plot(times, flow.values, color=GREEN, linewidth=0.9, zorder=1, label="bead velocity order")
         most = 1.3 * max(most, float(flow.max()))
     if run.summary is not None:
         warm_up, mean, error = (float(loaded(run.summary[name], run.path))
                                 for name in ("warm_up", "polar_order", "polar_order_error"))
         if warm_up > 0.0:
-            axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label="warm-up, left out of means")
-        sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", error refused"
+            axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0,
+                         label="warm-up, excluded")
+        sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate"
         axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
                   label=f"mean {mean:.3g}{sign}")
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper right", ncol=columns)
     axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
-    axes.set_ylim(0.0, 1.35 * (most if most > ROUNDING else 1.0))  # room for the legend
+    axes.set_ylim(0.0, 1.35 * (most if most > ROUNDING else 1.0))  # space for the legend
     axes.xaxis.set_major_locator(MaxNLocator(5 * columns, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     axes.set_xlabel(with_unit("time $t$", order["time"]))

@@ -1,4 +1,4 @@
-"""drover/paper.py: the sheet that every picture is drawn on: its style, its size, axes by inches, title and caption."""
+"""drover/paper.py: common layout of figures: style, size, axes in inches, title and caption."""
 import textwrap
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -9,26 +9,26 @@ STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fo
 SIZE = (11.6, 7.7)  # inches
 
 
-def sheet():
+def new_figure():
     figure = Figure(figsize=SIZE)
     FigureCanvasAgg(figure)
     return figure
 
 
 def add_axes(figure, box):
-    """Axes in a box: left, bottom, width, height in inches."""
+    """Adds axes in a box: left, bottom, width, height in inches."""
     left, bottom, width, height = box
     return figure.add_axes((left / SIZE[0], bottom / SIZE[1], width / SIZE[0], height / SIZE[1]))
 
 
 def bar_box(box):
-    """Room for the colour bar on the right of a box."""
+    """Box of the colour bar to the right of a box."""
     left, bottom, width, height = box
     tall = max(height, 1.1)
     return left + width + 0.1, bottom + height - tall, 0.14, tall
 
 
-def write_words(figure, title, caption):
+def write_title_and_caption(figure, title, caption):
     figure.text(0.8 / SIZE[0], 1.0 - 0.32 / SIZE[1], title, fontsize=12, va="center")
     figure.text(0.8 / SIZE[0], 0.66 / SIZE[1], "\n".join(textwrap.wrap(caption, 172)), fontsize=8.5, va="top",
                 linespacing=1.3)

@@ -1,4 +1,4 @@
-"""drover/particle_panels.py: the panels of the picture of a run of particles, each drawn on axes that it is given."""
+"""drover/particle_panels.py: panels of the figure of a particle run, drawn on given axes."""
 import numpy
 from matplotlib.collections import PatchCollection, PolyCollection
 from matplotlib.colors import ListedColormap
@@ -12,8 +12,8 @@ from drover.panels import BLUE, ROUNDING, STEPS, VERMILLION, unit_text
 BEAD, BEAD_EDGE, LIGHTNESS, CHROMA = "#d4d4d4", "#9a9a9a", 66.0, 40.0
 WORDS = {"polar_order": ("polar order", r"$|\langle\mathbf{n}\rangle|$"),
          "energy_kinetic": ("kinetic energy", r"energy"),
-         "bead_velocity_order": ("velocity order of the beads", r"order"),
-         "bead_velocity_size": ("mean velocity of the beads", r"$|\langle\mathbf{v}\rangle|$")}
+         "bead_velocity_order": ("bead velocity order", r"order"),
+         "bead_velocity_size": ("mean bead velocity", r"$|\langle\mathbf{v}\rangle|$")}
 
 
 def words_of(name):
@@ -21,7 +21,7 @@ def words_of(name):
 
 
 def direction_colours(angles):
-    """Colours of directions [rad]: hues of one lightness and one chroma (CIE LCh), so that none stands out."""
+    """Colours of directions [rad]: hues of equal lightness and chroma (CIE LCh)."""
     angles = numpy.asarray(angles, dtype=float)
     fy = (LIGHTNESS + 16.0) / 116.0
     fx, fz = fy + CHROMA * numpy.cos(angles) / 500.0, fy - CHROMA * numpy.sin(angles) / 200.0
@@ -33,10 +33,10 @@ def direction_colours(angles):
 
 
 def outline(at, radius, points=72):
-    """The hull of each two neighbouring spheres on an axis, all of them together: places along the axis and half widths."""
+    """Union of the hulls of neighbouring spheres on an axis: positions along the axis and half widths."""
     inner = numpy.linspace(0.0, numpy.pi, points)
     low, high = (at - radius).min(), (at + radius).max()
-    z = 0.5 * (low + high) - 0.5 * (high - low) * numpy.cos(inner)  # dense at the tips, which are round
+    z = 0.5 * (low + high) - 0.5 * (high - low) * numpy.cos(inner)  # denser at the round tips
     half = numpy.sqrt(numpy.maximum(0.0, radius[:, None]**2 - (z - at[:, None])**2)).max(axis=0)
     for i in range(len(at) - 1):
         gap = at[i + 1] - at[i]
@@ -52,7 +52,7 @@ def outline(at, radius, points=72):
 
 
 def shifted(places, reach, sides, periodic):
-    """Numbers of bodies and where to draw them: in the cell and, of a periodic one, again where they reach over an edge."""
+    """Indices of bodies and their positions; in a periodic cell with images of bodies that cross an edge."""
     half = 0.5 * sides
     wrapped = places - sides * numpy.floor(places / sides + 0.5) if periodic else places
     which, where = [numpy.arange(len(places))], [wrapped]
@@ -77,7 +77,7 @@ def fixed_of(run, name):
 
 
 def draw_beads(axes, run, frame, sides):
-    """Discs; whether there are any."""
+    """Draws beads as discs; returns whether there are any."""
     if "bead_position" not in run.frames:
         return False
     places, radius = frame_of(run, "bead_position", frame)[:, :2], fixed_of(run, "bead_radius")
@@ -90,7 +90,7 @@ def draw_beads(axes, run, frame, sides):
 
 
 def draw_rods(axes, run, frame, sides):
-    """Outlines coloured by direction; whether there are any."""
+    """Draws rods as outlines coloured by direction; returns whether there are any."""
     if "rod_position" not in run.frames:
         return False
     places, axis = (frame_of(run, name, frame) for name in ("rod_position", "rod_axis"))
@@ -106,7 +106,7 @@ def draw_rods(axes, run, frame, sides):
     polygons = []
     for rod, place in zip(which, where):
         z, half = shapes[at[rod].tobytes(), radius[rod].tobytes()]
-        along, size = flat[rod], numpy.hypot(*flat[rod])  # a rod that stands on end is short from above
+        along, size = flat[rod], numpy.hypot(*flat[rod])  # a tilted rod is shorter when seen from above
         across = numpy.array([-along[1], along[0]]) / size if size > 0.0 else numpy.array([0.0, 1.0])
         sides_of_rod = [place + numpy.outer(z, along) + sign * numpy.outer(half, across) for sign in (1.0, -1.0)]
         polygons.append(numpy.concatenate([sides_of_rod[0], sides_of_rod[1][::-1]]))
@@ -122,7 +122,7 @@ def clip(drawn, axes, run, sides):
 
 
 def wall_line(cell, sides):
-    """The side of a cell as a closed line."""
+    """The wall of a cell as a closed line."""
     shape = cell.get("shape", "periodic")
     if shape in ("periodic", "rectangle"):
         return numpy.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * 0.5 * sides
@@ -146,15 +146,15 @@ def draw_cell(axes, run, sides):
     periodic = is_periodic(run)
     axes.plot(line[:, 0], line[:, 1], color="#808080" if periodic else "black", linewidth=0.8 if periodic else 1.4,
               linestyle=(0, (4, 3)) if periodic else "-", zorder=4, clip_on=False)
-    room = 0.015 * max(sides)
-    axes.set_xlim(-0.5 * sides[0] - room, 0.5 * sides[0] + room)
-    axes.set_ylim(-0.5 * sides[1] - room - 0.05 * max(sides), 0.5 * sides[1] + room)
+    margin = 0.015 * max(sides)
+    axes.set_xlim(-0.5 * sides[0] - margin, 0.5 * sides[0] + margin)
+    axes.set_ylim(-0.5 * sides[1] - margin - 0.05 * max(sides), 0.5 * sides[1] + margin)
     axes.set_aspect("equal", anchor="NW")
     axes.set_axis_off()
 
 
 def draw_scale(axes, sides):
-    """A bar below the cell, a round length near a fifth of it."""
+    """Draws a scale bar below the cell, about a fifth of it."""
     wish = max(sides) / 5.0
     decade = 10.0 ** numpy.floor(numpy.log10(wish))
     length = max(step for step in (decade, 2 * decade, 5 * decade) if step <= wish * 1.0001)
@@ -164,7 +164,7 @@ def draw_scale(axes, sides):
 
 
 def draw_wheel(figure, box):
-    """The colours of directions."""
+    """Draws the colour wheel of directions."""
     axes = figure.add_axes(box, projection="polar")
     angles = numpy.linspace(0.0, 2.0 * numpy.pi, 181)
     hues = ListedColormap(direction_colours(0.5 * (angles[1:] + angles[:-1])))
@@ -179,7 +179,7 @@ def draw_wheel(figure, box):
 
 
 def draw_series(axes, run, name, now):
-    """An observable over time, the warm-up shaded, its mean as a line, the frame as a thin one."""
+    """Draws an observable over time: warm-up shaded, mean as a line, time of the frame as a thin line."""
     series = loaded(run.observables[name], run.path)
     times, unit = series["time"].values, series.attrs.get("units", "1")
     axes.plot(times, series.values, color=BLUE, linewidth=0.9)
@@ -188,8 +188,9 @@ def draw_series(axes, run, name, now):
         warm_up, mean, error = (float(loaded(run.summary[key], run.path)) for key in ("warm_up", name, f"{name}_error"))
         if warm_up > 0.0:
             axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0)
-        sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", error refused"
-        axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--", label=f"mean {mean:.3g}{sign}")
+        sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate"
+        axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--", label=f"mean "
+                  f"{mean:.3g}{sign}")
         axes.legend(loc="upper right")
     most = float(numpy.nanmax(numpy.abs(series.values))) if series.size else 1.0
     axes.set_ylim(0.0 if (series.values >= 0.0).all() else -1.1 * most, 1.45 * (most if most > ROUNDING else 1.0))

@@ -1,4 +1,4 @@
-"""drover/results.py: the numbers that figures show: means with errors beside linear theory, of ended runs or not."""
+"""drover/results.py: means with errors and linear theory, of finished and unfinished runs."""
 from dataclasses import dataclass
 
 import numpy
@@ -8,7 +8,7 @@ from drover.archive import loaded
 
 @dataclass(frozen=True)
 class Result:
-    """A mean at each x; error is not-a-number where it was refused, linear where the theory says nothing."""
+    """Means at points x; error is NaN where not available, linear is NaN without a prediction."""
 
     x: numpy.ndarray
     mean: numpy.ndarray
@@ -21,7 +21,7 @@ class Result:
 
 
 def structure_factor(run, part):
-    """S(q) of "rods", "order_along" or "order_across" over |q|; None where the run did not measure it."""
+    """S(q) of "rods", "order_along" or "order_across" over |q|; None if the run did not measure it."""
     name = f"structure_factor_{part}"
     if name not in run.observables:
         return None
@@ -32,30 +32,31 @@ def structure_factor(run, part):
 
 
 def counted(run):
-    """What number fluctuations are of: "rod", "bead" in a model without rods, or None."""
+    """Particles counted in number fluctuations: "rod", "bead" in a model without rods, or None."""
     return next((what for what in ("rod", "bead") if f"{what}_number_variance" in run.observables), None)
 
 
 def number_fluctuations(run):
-    """Deviation DN of the number of rods (or beads) in a box over its mean N; None where the run did not measure it."""
+    """Deviation DN of the number of rods (or beads) in a box over its mean N; None if the run did not measure it."""
     what = counted(run)
     if what is None:
         return None
     if run.summary is not None:
         return summarised(run, f"{what}_number_deviation", loaded(run.summary[f"{what}_number"], run.path).values)
     variance = loaded(run.observables[f"{what}_number_variance"], run.path).mean("time").values
-    x, side = run.frames["x"].values, run.observables["box_side"].values
-    cells = numpy.rint(side / (x[1] - x[0]))  # as many along y
+    side = run.observables["box_side"].values  # of a square with the area of the box
+    area = numpy.prod([len(values) * (values[1] - values[0]) for values in (run.frames[axis].values for axis in "xy")])
     total = loaded(run.observables[f"{what}s_total"], run.path).mean().item()
-    return bare(total * cells**2 / (run.frames.sizes["x"] * run.frames.sizes["y"]), numpy.sqrt(variance))
+    return bare(total * side**2 / area, numpy.sqrt(variance))
 
 
 def number_exponents(run, numbers):
-    """Local exponents d ln DN/d ln N, each between two boxes, over the geometric mean of their N."""
+    """Local exponents d ln DN/d ln N between adjacent boxes, over the geometric mean of their N."""
     middle = numpy.sqrt(numbers.x[1:] * numbers.x[:-1])
     if run.summary is not None:
-        whole = summarised(run, f"{counted(run)}_number_exponent", numbers.x)  # its last is not-a-number: no box is larger
-        return Result(middle, whole.mean[:-1], whole.error[:-1], whole.linear[:-1])
+        exponents = summarised(run, f"{counted(run)}_number_exponent",
+                               numbers.x)  # the last is NaN: there is no larger box
+        return Result(middle, exponents.mean[:-1], exponents.error[:-1], exponents.linear[:-1])
     with numpy.errstate(divide="ignore", invalid="ignore"):
         return bare(middle, numpy.diff(numpy.log(numbers.mean)) / numpy.diff(numpy.log(numbers.x)))
 

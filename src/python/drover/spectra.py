@@ -1,4 +1,4 @@
-"""drover/spectra.py: structure factors of the density and the orientation of rods, of frames of fields and of particles alike."""
+"""drover/spectra.py: structure factors of rod density and orientation, equally defined for fields and particles."""
 from dataclasses import dataclass
 
 import numpy
@@ -11,19 +11,22 @@ from drover.results import Result
 
 @dataclass(frozen=True)
 class Shells:
-    """Modes of a periodic cell, one of each pair q and -q, sorted into shells of |q|/dq in [n + 1/2, n + 3/2), dq = 2 pi/longest side."""
+    """Modes of a periodic cell, one of each pair q and -q, in shells of |q|/dq in [n + 1/2, n + 3/2).
 
-    numbers: numpy.ndarray  # (modes, 2): whole waves along x and y
+    dq = 2 pi/longest side.
+    """
+
+    numbers: numpy.ndarray  # (modes, 2): integer wavenumbers along x and y
     shell: numpy.ndarray    # (modes,)
     q: numpy.ndarray        # mean over each shell [1/mm]
 
     def means(self, values):
-        """Means over shells of a number of each mode."""
+        """Shell averages of one number per mode."""
         return numpy.bincount(self.shell, values) / numpy.bincount(self.shell)
 
 
 def shells_of(sides, most):
-    """The whole shells below a wavenumber; none when the first one lies above it."""
+    """The complete shells below a wavenumber; none if the first is above it."""
     step = 2.0 * numpy.pi / max(sides)
     count = int(most / step * (1.0 + 1e-9))
     reach = [int((count + 0.5) * step * side / (2.0 * numpy.pi)) for side in sides]
@@ -37,12 +40,14 @@ def shells_of(sides, most):
 
 
 def structure_factors(run, most):
-    """S of the density of rods and S of their orientation below a wavenumber, over the second half of the frames, as two Results.
+    """Structure factors of rod density and orientation below a wavenumber, as two Results.
 
-    S = |sum exp(-i q r)|^2/N and |sum n exp(-i q r)|^2/N, n of length 1 in the plane: both 1 for independent rods.  Of fields sums are integrals
-    over sigma and over sigma p.
+    Averages over the second half of the frames of |sum exp(-i q r)|^2/N and |sum n exp(-i q r)|^2/N, with unit vectors
+    n in the plane: both are 1 for independent rods.  For fields the sums are integrals over sigma and sigma p.
     """
-    sides = sides_of(run) if isinstance(run, ParticleRun) else numpy.array([run.scene["grid"]["lx"], run.scene["grid"]["ly"]])
+    sides = sides_of(run) if isinstance(run,
+                                        ParticleRun) else numpy.array([run.scene["grid"]["lx"],
+                                                                       run.scene["grid"]["ly"]])
     shells, count = shells_of(sides, most), run.frames.sizes["time"]
     factors_of = particle_factors if isinstance(run, ParticleRun) else field_factors
     frames = numpy.array([[shells.means(factor) for factor in factors_of(run, frame, sides, shells.numbers)]
@@ -53,33 +58,36 @@ def structure_factors(run, most):
 
 
 def field_factors(run, frame, sides, numbers):
-    """Of one frame, at whole waves."""
+    """Structure factors of one frame at integer wavenumbers."""
     names = ("rod_density", "polar_order_x", "polar_order_y")
     density, *order = (loaded(run.frames[name].isel(time=frame), run.path).values for name in names)
     weight = density if is_of_orientation(run) else 1.0
     at = (numbers[:, 1] % density.shape[0], numbers[:, 0] % density.shape[1])
-    parts = [numpy.abs(numpy.fft.fft2(part)[at] / density.size) ** 2 for part in (density, *(weight * part for part in order))]
+    parts = [numpy.abs(numpy.fft.fft2(part)[at] / density.size) ** 2
+             for part in (density, *(weight * part for part in order))]
     scale = sides[0] * sides[1] / density.mean()
     return scale * parts[0], scale * (parts[1] + parts[2])
 
 
 def is_of_orientation(run):
-    """Whether p is an orientation; else it is the density of it, sigma times an orientation."""
+    """Whether p is the mean orientation; otherwise it is sigma times the orientation."""
     return run.scene["current"].get("kind", "order") == "density-order"
 
 
 def particle_factors(run, frame, sides, numbers):
-    """Of one frame, at whole waves."""
-    places, axes = (loaded(run.frames[name].isel(time=frame), run.path).values[:, :2] for name in ("rod_position", "rod_axis"))
+    """Structure factors of one frame at integer wavenumbers."""
+    places, axes = (loaded(run.frames[name].isel(time=frame), run.path).values[:, :2]
+                    for name in ("rod_position", "rod_axis"))
     return body_factors(places, axes, sides, numbers)
 
 
 def body_factors(places, axes, sides, numbers):
-    """Direct sums over rods.  A wave is the product of one along x and one along y: far fewer of these than waves."""
+    """Direct sums over rods, using the product of waves along x and y."""
     directions = axes / numpy.maximum(numpy.hypot(*axes.T), numpy.finfo(float).tiny)[:, None]
     reach = numpy.abs(numbers).max(axis=0, initial=0)
     along = [numpy.exp(-2j * numpy.pi * numpy.outer(numpy.arange(-most, most + 1), places[:, i] / sides[i]))
              for i, most in enumerate(reach)]
-    parts = [numpy.abs(((weight * along[0]) @ along[1].T)[numbers[:, 0] + reach[0], numbers[:, 1] + reach[1]]) ** 2 / len(places)
+    parts = [numpy.abs(((weight * along[0]) @ along[1].T)[numbers[:, 0] + reach[0], numbers[:, 1] + reach[1]]) ** 2
+             / len(places)
              for weight in (numpy.ones(len(places)), *directions.T)]
     return parts[0], parts[1] + parts[2]

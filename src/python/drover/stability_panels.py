@@ -1,4 +1,4 @@
-"""drover/stability_panels.py: the panels of the picture of a uniform state's stability, each drawn on axes it is given."""
+"""drover/stability_panels.py: panels of the figure of the stability of a uniform state, drawn on given axes."""
 import re
 from dataclasses import dataclass
 
@@ -7,24 +7,25 @@ from matplotlib.colors import SymLogNorm
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 from drover.archive import loaded
-from drover.panels import (BLUE, GREEN, GREY, PURPLE, ROUNDING, STEPS, VERMILLION, key_of, log_axes, make_room_below, minor_ticks,
+from drover.panels import (BLUE, GREEN, GREY, PURPLE, ROUNDING, STEPS, VERMILLION, key_of, log_axes, make_room_below,
+                           minor_ticks,
                            with_unit)
 
 LINES = (("-", BLUE), ("--", VERMILLION), ("-.", GREEN), (":", PURPLE))  # by angle or slow mode
-# Structure factors: words for them where q is along x and there is no order, and of panels that show one of them alone.
+# Structure factors: labels without order (q along x), and labels of panels that show only one of them.
 PARTS = (("rods", r"rods, $S_\sigma$", "rods", ("-", BLUE)),
          ("beads", r"beads, $S_\rho$", "beads", (":", PURPLE)),
          ("order_along_p0", r"order along $\mathbf{q}$", r"the order along $\mathbf{p}_0$", ("--", VERMILLION)),
          ("order_across_p0", r"order across $\mathbf{q}$", r"the order across $\mathbf{p}_0$", ("-.", GREEN)))
-PREFERRED = ("rods", "beads", "order_across_p0", "order_along_p0")  # where one is drawn at several angles
+PREFERRED = ("rods", "beads", "order_across_p0", "order_along_p0")  # preferred if one is drawn at several angles
 STATES = ("ordered", "along_the_field", "isotropic")  # the most ordered first
-DECADES = 5           # of growth rates that a symmetric logarithmic axis shows on the larger side
-SPIKE = 4.0           # times the typical range of a curve; what is beyond is cut off
+DECADES = 5           # of growth rates on the larger side of a symmetric logarithmic axis
+SPIKE = 4.0           # curves are clipped at this multiple of their typical range
 
 
 @dataclass(frozen=True)
 class State:
-    """One uniform state: its group of the archive and what panels ask of it."""
+    """One uniform state: its group of the archive, with queries for the panels."""
 
     name: str
     data: object  # xarray.Dataset
@@ -42,7 +43,7 @@ class State:
         return loaded(self.data[name], self.path)
 
     def holds(self, name):
-        """Whether there is anything to be seen of an array."""
+        """Whether an array has non-zero values."""
         return name in self.data and bool((numpy.nan_to_num(self.array(name).values) != 0.0).any())
 
     def is_defined(self, name):
@@ -50,7 +51,7 @@ class State:
 
     @property
     def fastest(self):
-        """Growth rate, wavenumber and angle of the fastest growing wave of the map; None when none grows."""
+        """Growth rate, wavenumber and angle of the fastest growing wave of the map; None if none grows."""
         rates = self.array("growth_rate")
         most = rates.max("branch")
         place = most.argmax(("angle", "wavenumber"))
@@ -60,8 +61,8 @@ class State:
         return rate, float(most["wavenumber"][place["wavenumber"]]), float(most["angle"][place["angle"]])
 
     def angles(self, more=()):
-        """Angles that curves are drawn at, in degrees: those of the map next to 0, to its middle and to its end, or to 180
-        where it goes all the way round."""
+        """Angles of the curves in degrees: those of the map nearest to 0, to its middle and to its end, or to 180 if it
+        covers the full circle."""
         if self.is_isotropic:
             return [float(self.data["angle"][0])]
         end = min(180.0, float(self.data["angle"][-1]))
@@ -69,7 +70,7 @@ class State:
         return sorted({*chosen, *more})
 
     def parts(self, start):
-        """Structure factors of which there is anything to be seen at the angles that are drawn: those rows of PARTS."""
+        """Rows of PARTS whose structure factors are positive at the angles drawn."""
         names = [(part, start + part[0]) for part in PARTS if start + part[0] in self.data]
         return [part for part, name in names if bool((self.array(name).sel(angle=self.angles()) > 0.0).any())]
 
@@ -85,7 +86,7 @@ def angle_axis(axis, array):
 
 
 def symmetric_log(axis, values, linear):
-    """A logarithmic axis on both sides of 0, with so few ticks that they can be read."""
+    """Sets a symmetric logarithmic axis with few enough ticks to be legible."""
     axis.axes.set_yscale("symlog", linthresh=linear, linscale=1.0)
     low, high = values
     axis.axes.set_ylim(low, high)
@@ -118,20 +119,22 @@ def linear_range(rates, fastest):
 
 
 def draw_growth_map(axes, bar_axes, state):
-    """The rate of the fastest mode over |q| and angle, the line where it changes sign, and the wave that grows fastest."""
+    """Draws the rate of the fastest mode over |q| and angle, its zero line, and the fastest growing wave."""
     rates, fastest = state.array("growth_rate").max("branch"), state.fastest
     most, linear = float(abs(rates).max()) or 1.0, linear_range(rates, fastest)
     norm = SymLogNorm(linear, linscale=1.0, vmin=-most, vmax=most)
     image = axes.pcolormesh(rates["wavenumber"], rates["angle"], rates.values, cmap="RdBu_r", norm=norm,
                             shading="nearest", rasterized=True)
-    log_axes(axes, x_alone=True)
+    log_axes(axes, x_only=True)
     axes.set_xlim(float(rates["wavenumber"][0]), float(rates["wavenumber"][-1]))
     axes.set_ylim(float(rates["angle"][0]), float(rates["angle"][-1]))
     angle_axis(axes.yaxis, rates)
     if fastest is not None:
         if float(rates.min()) < 0.0:
-            axes.contour(rates["wavenumber"], rates["angle"], rates.values, levels=[0.0], colors="black", linewidths=1.2)
-        axes.plot(*fastest[1:], marker="*", markersize=11, color="black", markeredgecolor="white", clip_on=False, zorder=5)
+            axes.contour(rates["wavenumber"], rates["angle"], rates.values, levels=[0.0], colors="black",
+                         linewidths=1.2)
+        axes.plot(*fastest[1:], marker="*", markersize=11, color="black", markeredgecolor="white", clip_on=False,
+                  zorder=5)
     axes.set_xlabel(with_unit(r"wavenumber $|\mathbf{q}|$", rates["wavenumber"]))
     axes.set_ylabel(r"angle of $\mathbf{q}$ to $\mathbf{p}_0$ [degrees]")
     bar = axes.figure.colorbar(image, cax=bar_axes, ticks=symmetric_ticks(-most, most, linear),
@@ -140,19 +143,20 @@ def draw_growth_map(axes, bar_axes, state):
 
 
 def draw_branches(axes, state):
-    """Growth rates of all modes over |q|, at a few angles."""
+    """Draws growth rates of all modes over |q|, at a few angles."""
     rates, fastest = state.array("growth_rate"), state.fastest
     angles = state.angles(() if fastest is None or state.is_isotropic else (fastest[2],))
-    if len(angles) > 3:  # the fastest is worth more than the middle
+    if len(angles) > 3:  # the fastest is more important than the middle
         angles.remove(next(angle for angle in angles[1:-1] if angle != fastest[2]))
     for angle, (line, colour) in zip(angles, LINES):
         at = rates.sel(angle=angle)
         axes.plot(at["wavenumber"], at.values, color=colour, linestyle=line, linewidth=1.1)
     axes.axhline(0.0, color="black", linewidth=0.7, zorder=1)
-    log_axes(axes, x_alone=True)
+    log_axes(axes, x_only=True)
     axes.set_xlim(float(rates["wavenumber"][0]), float(rates["wavenumber"][-1]))
     linear = linear_range(rates, fastest)
-    symmetric_log(axes.yaxis, (-1.5 * float(max(-rates.min(), linear)), 3.0 * max(fastest[0] if fastest else 0.0, linear)),
+    symmetric_log(axes.yaxis,
+                  (-1.5 * float(max(-rates.min(), linear)), 3.0 * max(fastest[0] if fastest else 0.0, linear)),
                   linear)
     axes.set_xlabel(with_unit(r"wavenumber $|\mathbf{q}|$", rates["wavenumber"]))
     axes.set_ylabel(with_unit(r"growth rate Re $s$", rates))
@@ -161,7 +165,7 @@ def draw_branches(axes, state):
 
 
 def legend_below(axes, keys):
-    """A legend at the bottom, side by side as far as there is room."""
+    """Draws a legend at the bottom, with as many columns as fit."""
     width = axes.get_position().width * axes.figure.get_size_inches()[0]
     longest = 0.5 + 0.065 * max(len(re.sub(r"\\math\w+|[${}^\\]", "", key.get_label())) for key in keys)
     columns = max(1, min(len(keys), int(width / longest)))
@@ -170,10 +174,10 @@ def legend_below(axes, keys):
 
 
 def draw_frequencies(axes, state):
-    """Angular frequencies of all modes over |q|, at the first angle."""
+    """Draws angular frequencies of all modes over |q|, at the first angle."""
     array = state.array("frequency")[0]
     axes.plot(array["wavenumber"], array.values, color=BLUE, linewidth=1.1)
-    log_axes(axes, x_alone=True)
+    log_axes(axes, x_only=True)
     axes.set_xlim(float(array["wavenumber"][0]), float(array["wavenumber"][-1]))
     most = float(abs(array).max())
     axes.set_ylim(-1.1 * most, 1.1 * most)
@@ -183,13 +187,13 @@ def draw_frequencies(axes, state):
 
 
 def angle_keys(angles, fastest=None):
-    said = {fastest[2]: " (fastest)"} if fastest else {}
-    return [key_of(angle_text(angle) + said.get(angle, ""), colour, line=line)
+    notes = {fastest[2]: " (fastest)"} if fastest else {}
+    return [key_of(angle_text(angle) + notes.get(angle, ""), colour, line=line)
             for angle, (line, colour) in zip(angles, LINES)]
 
 
 def draw_slow(axes, state, name):
-    """Speeds or dampings of the slow modes over the angle; growth along with the speeds where a speed is complex."""
+    """Draws speeds or damping of the slow modes over the angle, with growth if a speed is complex."""
     array = state.array(name)
     for mode, (line, colour) in zip(array["slow_mode"].values, LINES * len(array["slow_mode"])):
         axes.plot(array["angle"], array.sel(slow_mode=mode).values, color=colour, linestyle=line, linewidth=1.3)
@@ -198,7 +202,8 @@ def draw_slow(axes, state, name):
         growth = state.array("slow_growth")
         shown.append(growth.values)
         axes.plot(growth["angle"], growth.values, color="black", linewidth=0.9, zorder=1)
-        axes.legend(handles=[key_of("Re $u$", BLUE, line="-"), key_of("Im $u$: above 0 it grows", "black", line="-")])
+        axes.legend(handles=[key_of("Re $u$", BLUE, line="-"),
+                             key_of("Im $u$ (growth if positive)", "black", line="-")])
     axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=1)
     axes.set_ylim(*range_without_spikes(numpy.concatenate([values.ravel() for values in shown])))
     angle_axis(axes.xaxis, array)
@@ -208,7 +213,7 @@ def draw_slow(axes, state, name):
 
 
 def range_without_spikes(values):
-    """Limits of an axis that hold all values but those far beyond the others: dampings have poles where speeds meet."""
+    """Axis limits without outliers: damping has poles where speeds coincide."""
     values = values[numpy.isfinite(values)]
     low, high = numpy.quantile(values, (0.05, 0.95))
     width = max(high, 0.0) - min(low, 0.0) or 1.0
@@ -219,7 +224,7 @@ def range_without_spikes(values):
 
 
 def factor_curves(state, start):
-    """Curves of a panel of structure factors: label, style and array over the other axis; and whether all have one unit."""
+    """Curves of a panel of structure factors (label, style, array), and whether all have the same unit."""
     if not state.is_isotropic:
         array = state.array(start + preferred(state, start)[0])
         return [(angle_text(angle), style, array.sel(angle=angle)) for angle, style in zip(state.angles(), LINES)], True
@@ -240,7 +245,7 @@ def factor_title(state, start):
 
 
 def draw_factor(axes, state, start):
-    """Structure factors over |q| ("structure_factor_") or over the frequency ("dynamic_structure_factor_")."""
+    """Draws structure factors over |q| ("structure_factor_") or frequency ("dynamic_structure_factor_")."""
     curves, alike = factor_curves(state, start)
     dynamic, keys = start.startswith("dynamic"), []
     for label, (line, colour), array in curves:
@@ -260,7 +265,7 @@ def draw_factor(axes, state, start):
         log_axes(axes)
         axes.set_xlabel(with_unit(r"wavenumber $|\mathbf{q}|$", axis))
     low, high = axes.get_ylim()
-    axes.set_ylim(min(low, 0.15 * high), high)  # so little changes that a ratio should be seen as such
+    axes.set_ylim(min(low, 0.15 * high), high)  # show at least a factor of several on the logarithmic axis
     label = "dynamic structure factor" if dynamic else "structure factor"
     axes.set_xlim(float(axis[0]), float(axis[-1]))
     axes.set_ylabel(with_unit(label, array) if alike else label)
@@ -268,5 +273,5 @@ def draw_factor(axes, state, start):
 
 
 def sound_wavenumber(state):
-    """|q| of the dynamic structure factor as the archive says it, or None."""
+    """|q| of the dynamic structure factor as text, or None."""
     return f"{float(state.data['sound_wavenumber']):.4g}" if "sound_wavenumber" in state.data else None

@@ -1,7 +1,7 @@
-"""drover/stored.py: groups of an HDF5 archive as xarray datasets, whose arrays stay in the file until they are used.
+"""drover/stored.py: groups of an HDF5 archive as lazily read xarray datasets.
 
-A file from elsewhere is not trusted: no link may lead out of it, no filter may load a plugin, and no array may claim
-more than its bytes can hold.  (Metadata that are damaged just so still break HDF5 itself, and with it the process.)
+Files are not trusted: links, filters that load plugins, and arrays larger than their stored bytes allow are rejected.
+(Certain damaged metadata can still crash HDF5 itself, and the process with it.)
 """
 import os
 import time
@@ -14,19 +14,22 @@ from xarray.core import indexing
 
 from drover.error import DroverError
 
-COMMIT_SECONDS = 2.0    # a commit of a run that is going on takes far less
-QUIET_SECONDS = 0.1     # a file that was written to before that long is not being written to: clocks of files tick slowly
+COMMIT_SECONDS = 2.0    # much longer than a commit of a run in progress
+QUIET_SECONDS = 0.1     # a file unmodified for this long is not being written to (file times are coarse)
 BROKEN = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeError)  # raised by h5py on such files
-INFLATION_MOST = 1032   # deflate cannot make more bytes than this of one
-CHUNK_LEAST = 1 << 20   # bytes that a chunk may take however little it holds
+MAX_INFLATION = 1032    # largest compression ratio of deflate
+MIN_CHUNK = 1 << 20     # bytes that a chunk may always occupy
 FILTERS = (h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32)
-NETCDF_NAMES = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST")  # of attributes that belong to the format
+NETCDF_NAMES = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST")  # attributes of the format itself
 
 
 class Store:
-    """An archive that is open for reading.  Its run may go on writing: rows that are there stay, but HDF5 remembers
-    where they were, so what cannot be read any more is read from the file opened anew.  Another array of the same size
-    may stand in that place by now, and no checksum tells; so of a file that is written to, two readings must agree."""
+    """An archive open for reading, while its run may continue to write.
+
+    Existing rows never change, but HDF5 caches their location; if a read fails, the file is opened again.  The cached
+    location may also contain another array of the same size, which no checksum detects; so two readings must agree
+    while a file is being written.
+    """
 
     def __init__(self, path):
         self.path, self.file, self.stream, self.state, self.quiet = path, None, None, None, False
@@ -36,7 +39,7 @@ class Store:
         wait_for_journal(self.path)
         self.state = state_of(self.path)
         self.quiet = is_quiet(self.state)
-        # By a stream of its own: HDF5 would share what it remembers with any other use of this file in the process.
+        # A separate stream: HDF5 would share its cache with other uses of this file in the process.
         self.stream = open(self.path, "rb")
         try:
             self.file = h5py.File(self.stream, "r")
@@ -52,14 +55,14 @@ class Store:
 
     def read(self, name, key):
         if self.file is None:
-            raise DroverError(f"{self.path} is closed and {name} was not read before; open it again by drover.open_run")
+            raise DroverError(f"{self.path} is closed and {name} had not been read; open it again with drover.open_run")
         deadline = time.monotonic() + COMMIT_SECONDS
         before = None
         while True:
             try:
                 values = self.file[name][key]
                 now = state_of(self.path)
-                # A file that is gone or replaced stays as it was.
+                # A deleted or replaced file no longer changes.
                 if (self.quiet and now == self.state) or now is None or now[0] != self.state[0]:
                     return values
                 if before is not None and numpy.array_equal(values, before, equal_nan=True):
@@ -75,8 +78,8 @@ class Store:
             self.open()
 
 
-class Held:
-    """What reads from a store until it is closed, by close() or at the end of `with`."""
+class StoreOwner:
+    """Base of classes that read from a store until close() or the end of `with`."""
 
     def close(self):
         self.store.close()
@@ -89,7 +92,7 @@ class Held:
 
 
 class StoredArray(BackendArray):
-    """One dataset of a store, of a shape that lies in it, read where it is indexed."""
+    """One dataset of a store, restricted to a shape and read when it is indexed."""
 
     def __init__(self, store, dataset, shape):
         self.store, self.name, self.shape, self.dtype = store, dataset.name, shape, dataset.dtype
@@ -98,14 +101,14 @@ class StoredArray(BackendArray):
         return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR, self.read)
 
     def read(self, key):
-        # The run may have appended since: an open end is the end that there was.
+        # The run may have appended rows: open slices end at the original shape.
         key = tuple(slice(*part.indices(size)) if isinstance(part, slice) else part
                     for part, size in zip(key, self.shape))
         return self.store.read(self.name, key)
 
 
 def state_of(path):
-    """What changes when a file is written or replaced; None when it is gone.  Its first part is the file's number."""
+    """State that changes when a file is written or replaced: inode, size, time; None if the file is gone."""
     try:
         state = os.stat(path)
     except OSError:
@@ -114,43 +117,44 @@ def state_of(path):
 
 
 def is_quiet(state):
-    """Whether a file of this state has not been written to for a while."""
+    """Whether the file has not been modified recently."""
     return state is not None and time.time() - 1e-9 * state[2] > QUIET_SECONDS
 
 
 def wait_for_journal(path):
-    """While a journal stands beside an archive its last commit is not whole in the file."""
+    """Waits until the last commit is complete: a journal exists until then."""
     journal = path.with_name(path.name + ".journal")
     deadline = time.monotonic() + COMMIT_SECONDS
     while journal.exists():
         if time.monotonic() > deadline:
-            raise DroverError(f"{path}: its run was cut off while it wrote (the journal {journal.name} stands beside "
-                              f"it); mend it first: drover info {path}")
+            raise DroverError(f"{path}: its run was interrupted while writing (the journal {journal.name} exists); "
+                              f"repair it first: drover info {path}")
         time.sleep(0.01)
 
 
 def group_dataset(store, group):
-    """A group as a dataset; raises DroverError for what is not sound."""
+    """Reads a group as a dataset; raises DroverError for damaged groups."""
     file, path = store.file, store.path
     if not isinstance(file.get(group), h5py.Group):
-        raise DroverError(f"{path} holds no group {group}; expected one in an archive of drover: the file is damaged, "
-                          "or of another version")
-    names = sound_datasets(file[group], path)
+        raise DroverError(f"{path} has no group {group}; the file is damaged, "
+                          "or from another version of drover")
+    names = valid_datasets(file[group], path)
     variables, axes = {}, {name: file[group][name].shape[0] for name in names if is_axis(file[group][name])}
     for name in names:
         dataset = file[group][name]
         dims = (name,) if name in axes else dimensions(dataset, path)
         shape = tuple(axes.get(axis) for axis in dims)
-        # The run may have appended rows since its times were counted.
+        # The run may have appended rows since its times were read.
         grown = not store.quiet and dims[:1] == ("time",) and dataset.shape[1:] == shape[1:]
         if dataset.shape != shape and not (grown and dataset.shape[0] > shape[0]):
-            raise DroverError(f"{path}: {dataset.name} has the shape {dataset.shape} over {dims}, of {shape}; the file is "
-                              "damaged: take another copy of it")
+            raise DroverError(f"{path}: {dataset.name} has the shape {dataset.shape}, but its axes {dims} have "
+                              f"{shape}; the file is "
+                              "damaged: use another copy")
         data = (dataset[:shape[0]] if name in axes else
                 indexing.LazilyIndexedArray(StoredArray(store, dataset, shape)))
         if name in axes and not (numpy.diff(data) > 0.0).all():
-            raise DroverError(f"{path}: {dataset.name} does not ascend; the file is damaged, or its run wrote to it just "
-                              "now: try again, then take another copy of it")
+            raise DroverError(f"{path}: {dataset.name} is not ascending; the file is damaged, or its run is writing to "
+                              "it: try again, then use another copy")
         variables[name] = xarray.Variable(dims, data, attributes_of(dataset))
     return xarray.Dataset({name: variables[name] for name in names if name not in axes},
                           {name: variables[name] for name in axes})
@@ -163,13 +167,13 @@ def is_axis(dataset):
 def dimensions(dataset, path):
     """Names of the axes of a dataset."""
     if not all(len(scales) == 1 for scales in dataset.dims):
-        raise DroverError(f"{path}: {dataset.name} lacks the names of its axes; the file is damaged: take another copy "
-                          "of it")
+        raise DroverError(f"{path}: {dataset.name} has no axis names; the file is damaged: use another "
+                          "copy")
     return tuple(scales[0].name.split("/")[-1] for scales in dataset.dims)
 
 
 def attributes_of(item):
-    """Attributes that are one number or one text."""
+    """Scalar attributes: numbers and texts."""
     attributes = {}
     for name in item.attrs:
         if name in NETCDF_NAMES or item.attrs.get_id(name).shape != ():
@@ -180,12 +184,12 @@ def attributes_of(item):
     return attributes
 
 
-def sound_datasets(group, path):
-    """Names of the datasets of a group, each of which may be read."""
+def valid_datasets(group, path):
+    """Names of the datasets of a group, all checked."""
     names = []
     for name in group:
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            raise DroverError(f"{path}: {name} is a link to elsewhere; expected the data itself, links are not "
+            raise DroverError(f"{path}: {name} is a link; expected the data itself, since links are not "
                               "followed")
         item = group[name]
         if isinstance(item, h5py.Dataset):
@@ -196,7 +200,7 @@ def sound_datasets(group, path):
 
 def check_dataset(dataset, path, kinds="f"):
     if dataset.is_virtual or dataset.external:
-        raise DroverError(f"{path}: {dataset.name} keeps its data in other files; expected the data itself")
+        raise DroverError(f"{path}: {dataset.name} stores its data in other files; expected the data in this file")
     filters = dataset.id.get_create_plist()
     for code in (filters.get_filter(i)[0] for i in range(filters.get_nfilters())):
         if code not in FILTERS:
@@ -205,8 +209,8 @@ def check_dataset(dataset, path, kinds="f"):
     if dataset.dtype.kind not in kinds:
         raise DroverError(f"{path}: {dataset.name} is of type {dataset.dtype}; expected real numbers: the file is "
                           "damaged")
-    most = INFLATION_MOST * dataset.id.get_storage_size()
+    most = MAX_INFLATION * dataset.id.get_storage_size()
     chunk = int(numpy.prod(dataset.chunks or (0,), dtype=object)) * dataset.dtype.itemsize
-    if dataset.nbytes > most or chunk > max(most, CHUNK_LEAST):
-        raise DroverError(f"{path}: {dataset.name} claims {dataset.nbytes} bytes and holds "
-                          f"{dataset.id.get_storage_size()}; the file is damaged: take another copy of it")
+    if dataset.nbytes > most or chunk > max(most, MIN_CHUNK):
+        raise DroverError(f"{path}: {dataset.name} claims {dataset.nbytes} bytes but stores "
+                          f"{dataset.id.get_storage_size()}; the file is damaged: use another copy")

@@ -1,4 +1,4 @@
-"""drover/theory.py: theory read back from the archives of drover stability and drover boundary, of a scene or of a table."""
+"""drover/theory.py: reads archives of drover stability and drover boundary, for scenes and tables."""
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -6,10 +6,10 @@ import h5py
 
 from drover.archive import kind_of, open_once, read_head, read_run, settled
 from drover.error import DroverError
-from drover.stored import Held, Store, group_dataset
+from drover.stored import Store, StoreOwner, group_dataset
 
 BRANCH, SLOW = ("angle", "wavenumber", "branch"), ("angle", "slow_mode")
-# Axes of what a group must hold, by the command that wrote it; a boundary's groups are known by their names.
+# Required arrays with their axes, by command or, for drover boundary, by group.
 NEEDED = {"stability": {"growth_rate": BRANCH},
           "boundary": {name: ("vertex",) for name in ("line", "limit", "convention", "closed", "x", "y", "error_x",
                                                       "error_y", "angle")},
@@ -18,32 +18,32 @@ NEEDED = {"stability": {"growth_rate": BRANCH},
           "line": {name: ("line_rod_fraction",) for name in ("mean", "mean_error", "mean_share", "single_rod",
                                                              "single_rod_error", "single_rod_share")},
           "map": {"regime": ("map_y", "map_x")}}
-# Axes of what it may hold.
+# Optional arrays with their axes.
 KNOWN = {"frequency": BRANCH, "slow_speed": SLOW, "slow_growth": SLOW, "slow_damping": SLOW}
 FACTORS = {"structure_factor_": ("angle", "wavenumber"), "dynamic_structure_factor_": ("angle", "frequency_axis")}
 
 
 @dataclass(frozen=True)
-class Theory(Held):
-    """What drover stability or drover boundary wrote.  Arrays stay in the file until they are used; close() it, or open
-    it by `with`."""
+class Theory(StoreOwner):
+    """Archive of drover stability or drover boundary.  Arrays are read when they are used; close() it, or open it
+    using `with`."""
 
     path: Path
-    kind: str         # "stability", "boundary" or "onset": what drover boundary TABLE wrote
-    groups: dict      # name -> xarray.Dataset: of each uniform state ("ordered", ...), "boundary" and "map", or "curves" and "line"
-    scene: dict       # every key with its value: scene["relaxation"]["rate"]
-    attributes: dict  # where it came from: version, commit, host, ...
+    kind: str         # "stability", "boundary" or "onset" (drover boundary TABLE)
+    groups: dict      # name -> xarray.Dataset: states ("ordered", ...), "boundary" and "map", or "curves" and "line"
+    scene: dict       # all keys with their values: scene["relaxation"]["rate"]
+    attributes: dict  # provenance: version, commit, host, ...
     store: Store
 
 
 def open_theory(path):
-    """The archive that drover stability or drover boundary wrote.  Raises DroverError when it is none or is damaged."""
+    """Opens an archive of drover stability or drover boundary.  Raises DroverError if it is not one, or is damaged."""
     path = Path(path)
     return settled(path, lambda: open_once(path, read_theory))
 
 
 def open_any(path):
-    """A Run or a Theory.  Raises DroverError when the file is no archive or is damaged."""
+    """Opens a Run or a Theory.  Raises DroverError if the file is not an archive, or is damaged."""
     path = Path(path)
 
     def read(store, path):
@@ -56,7 +56,8 @@ def read_theory(store, path):
     attributes, scene = read_head(store, path)
     kind = kind_of(attributes)
     if kind == "run":
-        raise DroverError(f"{path} is a run; expected what drover stability or drover boundary wrote: open it by "
+        raise DroverError(f"{path} is a run; expected an archive written by drover stability or drover boundary: open "
+                          f"it with "
                           "drover.open_run")
     names = [name for name in store.file if isinstance(store.file.get(name, getlink=True), h5py.HardLink)]
     names = [name for name in names if isinstance(store.file[name], h5py.Group)]
@@ -71,5 +72,5 @@ def check_group(path, group, dataset, needed):
     for name, axes in {**KNOWN, **factors, **needed}.items():
         missing = name not in dataset and name in needed
         if missing or (name in dataset and dataset[name].dims != axes):
-            raise DroverError(f"{path}: the group {group} holds no {name} over {', '.join(axes)}; expected it in an "
-                              "archive of drover: it is of another version, or damaged")
+            raise DroverError(f"{path}: the group {group} has no {name} over {', '.join(axes)}; the file is from "
+                              "another version of drover, or damaged")

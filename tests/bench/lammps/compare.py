@@ -1,23 +1,28 @@
 #!/usr/bin/python3
 """tests/bench/lammps/compare.py: what a scene of rods and beads between vibrated plates costs in LAMMPS, and in drover.
 
-LAMMPS (package `lammps` of Debian, with GRANULAR and RIGID) has the bodies as soft spheres: beads as single ones, a rod as 13 that
-overlap, with the mass, centre and inertia of the solid; linear springs and dashpots with friction that remembers its slip; plates that
-move as drover's; one core.  Its springs are the softest whose overlap at the largest speeds of impact stays below --overlap of a radius,
-its step the largest at which single head-on impacts, run by LAMMPS itself, give back what was asked within --tolerance.
+LAMMPS (package `lammps` of Debian, with GRANULAR and RIGID) has the bodies as soft spheres: beads as single ones, a
+rod as 13 that overlap, with the mass, centre and inertia of the solid; linear springs and dashpots with friction that
+remembers its slip; plates that move as drover's; one core.  Its springs are the softest whose overlap at the largest
+speeds of impact stays below --overlap of a radius, its step the largest at which single head-on impacts, run by
+LAMMPS itself, give back what was asked within --tolerance.
 
-    compare.py --snapshot FILE            a scene of drover: extended XYZ (species, pos, radius, velo, body; Lattice, Time) or H5MD
+    compare.py --snapshot FILE            a scene of drover: extended XYZ (species, pos, radius, velo, body; Lattice,
+      Time) or H5MD
     compare.py --beads 200 --rods 5 --side 20     a packing of its own: a lattice, so warm it up for longer
-    compare.py ... --drover PATH --scene SCENE.toml   and drover on the same scene, on one core, with the ratio of the costs
+    compare.py ... --drover PATH --scene SCENE.toml   and drover on the same scene, on one core, with the ratio of the
+      costs
     compare.py --table                    only the time step, with the restitution of each kind of impact at each step
 
 Prints JSON, then a head and a line of CSV.  Exit status 1: the motion was not sane (`broken` says why).
 
-Cost is core seconds (wall seconds times the share of a core that the program had, so that others on the machine count less) per
-simulated second.  What the numbers do not say:
-- An impact off the centre of mass of a rod has a smaller mass than the rod, so that LAMMPS's dashpot (made for the rod's mass) brakes
+Cost is core seconds (wall seconds times the share of a core that the program had, so that others on the machine count
+less) per simulated second.  What the numbers do not say:
+- An impact off the centre of mass of a rod has a smaller mass than the rod, so that LAMMPS's dashpot (made for the
+  rod's mass) brakes
   it more: the rows rod-tail-plate and rod-head-plate of the table.
-- Springs are made for the speeds of CONTACTS (soft_spheres.py); a scene whose overlaps stay far below --overlap could do with softer
+- Springs are made for the speeds of CONTACTS (soft_spheres.py); a scene whose overlaps stay far below --overlap could
+  do with softer
   ones and larger steps: compare at several --overlap.
 - Plates have the restitution asked for with bodies of the paper's mass; pairs have it with any.
 - The kicks of the rods are left out of LAMMPS: they cost nothing.
@@ -43,7 +48,8 @@ STEPS = [mantissa * 10.0**power for power in (-7, -6, -5) for mantissa in (1, 1.
 
 def parsed(arguments):
     summary, _, rest = __doc__.partition("\n\n")
-    parser = argparse.ArgumentParser(description=summary, epilog=rest, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=summary, epilog=rest,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--snapshot", help="extended XYZ or H5MD file; its last frame is the start")
     add("--beads", type=int, default=200)
@@ -55,7 +61,7 @@ def parsed(arguments):
     add("--steps", type=int, default=1000, help="timed steps of a segment")
     add("--segments", type=int, default=3, help="each ends with a look at the overlaps")
     add("--dt", type=float, help="time step of LAMMPS [s], instead of the one found")
-    add("--overlap", type=float, default=0.01, help="largest overlap that the springs are made for, of the smaller radius")
+    add("--overlap", type=float, default=0.01, help="largest overlap of the springs, relative to the smaller radius")
     add("--tolerance", type=float, default=0.03, help="of restitution")
     add("--worst", action="store_true", help="the tolerance is for each impact instead of the mean over a kind")
     add("--skin", type=float, default=0.3, help="of LAMMPS's neighbour lists [mm]")
@@ -110,18 +116,21 @@ def lammps_cost(spheres, laws, dt, options, folder):
     stretch = max(rod_stretch(frame, particles.rods_of(frame)) for frame in frames)
     beads = frames[-1].kind == particles.BEAD
     speed = numpy.sqrt((frames[-1].velocity[beads]**2).mean(0)) if beads.any() else numpy.full(3, numpy.nan)
-    return {"spheres": len(spheres.radius), "beads": int(beads.sum()), "rods": int((~beads).sum()) // 13, "dt": dt, "steps": steps,
+    return {"spheres": len(spheres.radius), "beads": int(beads.sum()), "rods": int((~beads).sum()) // 13, "dt": dt,
+            "steps": steps,
             "core_seconds": list(seconds), "core_seconds_per_second": seconds.sum() / (steps * dt),
             "sphere_steps_per_second": len(spheres.radius) * steps / seconds.sum(),
             "lists_built": int(built), "lists_built_late": int(late),
-            "overlap_between_bodies": overlaps[:, 0].max(), "overlap_plates": overlaps[:, 1].max(), "overlap_at_start": max(start),
-            "bead_speed": list(speed), "rod_stretch": stretch, "broken": list(broken(frames, stretch, overlaps[:, 1].max()))}
+            "overlap_between_bodies": overlaps[:, 0].max(), "overlap_plates": overlaps[:, 1].max(),
+            "overlap_at_start": max(start), "bead_speed": list(speed), "rod_stretch": stretch,
+            "broken": list(broken(frames, stretch, overlaps[:, 1].max()))}
 
 
 def drover_cost(options, folder):
     """Runs the scene in drover on one core; what came out, by name."""
     overrides = [part for value in (f"time.end={options.drover_time}", *options.set) for part in ("--set", value)]
-    command = [options.drover, "run", options.scene, *overrides, "--threads", "1", "--json", "--output", str(folder / "drover.h5")]
+    command = [options.drover, "run", options.scene, *overrides, "--threads", "1", "--json", "--output",
+               str(folder / "drover.h5")]
     used, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     wall, then = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -130,7 +139,8 @@ def drover_cost(options, folder):
     result = json.loads(done.stdout[done.stdout.index("{"):])
     share = min(1.0, (then.ru_utime + then.ru_stime - used.ru_utime - used.ru_stime) / wall)
     seconds = result["wall_seconds"] * share
-    return {"core_seconds": seconds, "core_share": share, "simulated": options.drover_time, "steps": result.get("steps"),
+    return {"core_seconds": seconds, "core_share": share, "simulated": options.drover_time,
+            "steps": result.get("steps"),
             "core_seconds_per_second": seconds / options.drover_time}
 
 
@@ -147,11 +157,13 @@ def finite_json(value):
 
 def print_results(result):
     print(json.dumps(finite_json(result), indent=1))
-    row = {name: result["lammps"][name] for name in ("beads", "rods", "dt", "steps", "core_seconds_per_second", "sphere_steps_per_second",
+    row = {name: result["lammps"][name] for name in ("beads", "rods", "dt", "steps", "core_seconds_per_second",
+                                                     "sphere_steps_per_second",
                                                      "overlap_between_bodies", "overlap_plates")}
     if "drover" in result:
         row |= {"drover_core_seconds_per_second": result["drover"]["core_seconds_per_second"], "ratio": result["ratio"]}
-    print(",".join(row), ",".join(f"{value:.4g}" if isinstance(value, float) else str(value) for value in row.values()), sep="\n")
+    values = (f"{value:.4g}" if isinstance(value, float) else str(value) for value in row.values())
+    print(",".join(row), ",".join(values), sep="\n")
 
 
 def print_table(table, dt):
@@ -180,7 +192,8 @@ def main(arguments):
         folder, dt = Path(name), options.dt
         if options.table or not dt:
             dt, table = soft_spheres.time_step(laws, [options.dt] if options.dt else STEPS,
-                                               numpy.inf if options.dt else options.tolerance, options.worst, folder, options.lmp)
+                                               numpy.inf if options.dt else options.tolerance, options.worst, folder,
+                                               options.lmp)
             if options.table:
                 return print_table(table, dt)
             result["restitution"] = next(row for row in table if row["dt"] == dt)

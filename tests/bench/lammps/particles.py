@@ -1,4 +1,4 @@
-"""tests/bench/lammps/particles.py: rods and beads as spheres: read from a snapshot or set on a lattice; rods as solids; overlaps."""
+"""tests/bench/lammps/particles.py: spheres of rods and beads, from a snapshot or on a lattice; overlaps."""
 import re
 from dataclasses import dataclass
 
@@ -8,7 +8,8 @@ import numpy
 BEAD, ROD = 1, 2  # also the atom types of LAMMPS
 ROD_RADII = numpy.repeat([0.55, 0.44, 0.36], [7, 3, 3])  # tail to head [mm]
 ROD_SPACING = (4.5 - ROD_RADII[0] - ROD_RADII[-1]) / 12
-ROD_MASS, ROD_CENTRE, ROD_INERTIA_ALONG, ROD_INERTIA_ACROSS = 26.99, 1.942, 3.376, 35.445  # mg, mm from the tail's tip, mg mm^2
+ROD_MASS, ROD_CENTRE = 26.99, 1.942  # mg, mm from the tail's tip
+ROD_INERTIA_ALONG, ROD_INERTIA_ACROSS = 3.376, 35.445  # mg mm^2
 ROD_PLACES = ROD_RADII[0] + ROD_SPACING * numpy.arange(13) - ROD_CENTRE  # of its spheres, from the centre of mass
 BEAD_RADIUS, BEAD_DENSITY = 0.4, 2.7  # mm, mg/mm^3
 AMPLITUDE, FREQUENCY, GAP, GRAVITY = 0.04, 200.0, 1.2, 9810.0  # mm, Hz, mm, mm/s^2
@@ -16,7 +17,7 @@ AMPLITUDE, FREQUENCY, GAP, GRAVITY = 0.04, 200.0, 1.2, 9810.0  # mm, Hz, mm, mm/
 
 @dataclass
 class Spheres:
-    """All spheres of a scene: arrays over spheres; side is (x, y) of the periodic cell [mm]; time [s] sets the plates' phase."""
+    """All spheres of a scene, as arrays; side is (x, y) of the periodic cell [mm]; time [s] sets the plates' phase."""
 
     position: numpy.ndarray
     velocity: numpy.ndarray
@@ -51,11 +52,12 @@ def read(path):
 
 
 def kinds_of(species):
-    """BEAD or ROD of each sphere; a species is `B` or `Rh`, as drover exports them, or text with `bead` or `rod` in it."""
+    """BEAD or ROD of each sphere; a species is `B` or `Rh`, as drover exports them, or contains `bead` or `rod`."""
     text = numpy.char.lower(numpy.asarray(species).astype(str))
-    rods, beads = (text == "rh") | (numpy.char.find(text, "rod") >= 0), (text == "b") | (numpy.char.find(text, "bead") >= 0)
+    rods, beads = (text == "rh") | (numpy.char.find(text, "rod") >= 0), (text == "b") | (numpy.char.find(text,
+                                                                                                         "bead") >= 0)
     if not (rods | beads).all():
-        raise SystemExit(f"species {sorted(set(text[~(rods | beads)]))[:5]}; expected B and Rh, or names with bead and rod in them")
+        raise SystemExit(f"species {sorted(set(text[~(rods | beads)]))[:5]}; expected B, Rh, or names with bead or rod")
     return numpy.where(rods, ROD, BEAD)
 
 
@@ -67,7 +69,7 @@ def column(columns, names, path):
 
 
 def read_xyz(path):
-    """The last frame of an extended XYZ file with pos, radius, velo, body and species; spin from omega where there is one."""
+    """The last frame of an extended XYZ file with pos, radius, velo, body and species; spin from omega if present."""
     with open(path, encoding="utf-8") as lines:
         while head := lines.readline():
             count, comment = int(head), lines.readline()
@@ -81,7 +83,8 @@ def read_xyz(path):
         columns[name] = (values if letter in "SL" else values.astype(float if letter == "R" else int)).squeeze()
     lattice = numpy.array(keys["lattice"].split(), float).reshape(3, 3)
     spin = next((columns[name] for name in ("omega", "angular_velocity", "spin") if name in columns), None)
-    return Spheres(position=column(columns, ("pos",), path), velocity=column(columns, ("velo", "vel", "velocity"), path),
+    return Spheres(position=column(columns, ("pos",), path), velocity=column(columns, ("velo", "vel", "velocity"),
+                                                                             path),
                    radius=column(columns, ("radius",), path), body=column(columns, ("body", "molecule"), path),
                    kind=kinds_of(column(columns, ("species", "kind"), path)), side=(lattice[0, 0], lattice[1, 1]),
                    time=float(keys.get("time", 0.0)), spin=spin)
@@ -119,12 +122,14 @@ def write_xyz(path, spheres):
     with open(path, "w", encoding="utf-8") as out:
         out.write(f'{len(spheres.radius)}\nLattice="{x} 0 0 0 {y} 0 0 0 {GAP}" Time={spheres.time} pbc="T T F" '
                   "Properties=species:S:1:pos:R:3:radius:R:1:velo:R:3:body:I:1\n")
-        for kind, x, radius, v, body in zip(spheres.kind, spheres.position, spheres.radius, spheres.velocity, spheres.body):
-            out.write(f"{names[kind]} {x[0]:.9g} {x[1]:.9g} {x[2]:.9g} {radius:.9g} {v[0]:.9g} {v[1]:.9g} {v[2]:.9g} {body}\n")
+        for kind, x, radius, v, body in zip(spheres.kind, spheres.position, spheres.radius, spheres.velocity,
+                                            spheres.body):
+            out.write(f"{names[kind]} {x[0]:.9g} {x[1]:.9g} {x[2]:.9g} {radius:.9g} "
+                      f"{v[0]:.9g} {v[1]:.9g} {v[2]:.9g} {body}\n")
 
 
 def on_lattice(beads, rods, side, seed):
-    """Beads on random sites of a triangular lattice around rods that lie along x, heads either way, on one of their own."""
+    """Beads on random sites of a triangular lattice around rods along x, with random heads, on their own lattice."""
     random = numpy.random.default_rng(seed)
     floor = base_height(0.0)
     columns = max(1, int(side / 4.7))
@@ -132,7 +137,8 @@ def on_lattice(beads, rods, side, seed):
     if lines and side / lines < 1.2:
         raise SystemExit(f"{rods} rods do not lie in {side} mm; expected at most {columns * int(side / 1.2)}")
     places = random.choice(columns * lines, rods, replace=False) if rods else numpy.zeros(0, int)
-    centre = numpy.stack([(places % columns + 0.5) * side / columns, (places // columns + 0.5) * side / max(lines, 1)], 1)
+    centre = numpy.stack([(places % columns + 0.5) * side / columns, (places // columns + 0.5) * side / max(lines, 1)],
+                         1)
     heading = random.choice([-1.0, 1.0], rods)
     along = ROD_PLACES + ROD_CENTRE - 2.25  # from the middle between the tips
     x = centre[:, :1] + heading[:, None] * along
@@ -168,8 +174,8 @@ def nearest_image(shift, side):
 
 
 def rods_of(spheres):
-    """The rods as solids, by the straight lines through the places and the velocities of their spheres; no spin along the axis
-    unless the snapshot has it.  A rod of another size is the paper's scaled."""
+    """The rods as solids, by the straight lines through the places and the velocities of their spheres; no spin along
+    the axis unless the snapshot has it.  A rod of another size is the paper's scaled."""
     indices = numpy.flatnonzero(spheres.kind == ROD)
     indices = indices[numpy.argsort(spheres.body[indices], kind="stable")].reshape(-1, 13)
     backward = spheres.radius[indices[:, 0]] < spheres.radius[indices[:, -1]]
@@ -193,7 +199,7 @@ def rods_of(spheres):
 
 
 def touching(spheres):
-    """Pairs of spheres of different bodies that overlap, and by how much [mm]: cells of the largest diameter over the plane."""
+    """Pairs of overlapping spheres of different bodies, and their overlaps [mm], by cells of the largest diameter."""
     reach = 2 * spheres.radius.max()
     count = numpy.array([max(3, int(side / reach)) for side in spheres.side])
     cell = numpy.floor(spheres.position[:, :2] / spheres.side * count).astype(int) % count
@@ -211,7 +217,8 @@ def touching(spheres):
         if (dx, dy) == (0, 0):
             keep &= first < second
         first, second = first[keep], second[keep]
-        apart = numpy.linalg.norm(nearest_image(spheres.position[first] - spheres.position[second], spheres.side), axis=1)
+        apart = numpy.linalg.norm(nearest_image(spheres.position[first] - spheres.position[second], spheres.side),
+                                  axis=1)
         overlap = spheres.radius[first] + spheres.radius[second] - apart
         hit = overlap > 0
         pairs.append((first[hit], second[hit], overlap[hit]))

@@ -1,4 +1,4 @@
-"""tests/bench/lammps/soft_spheres.py: rods and beads as soft spheres of LAMMPS: contact laws, input, single impacts, the time step."""
+"""tests/bench/lammps/soft_spheres.py: soft spheres of LAMMPS: contact laws, input, single impacts, time step."""
 import re
 import subprocess
 from dataclasses import dataclass, replace
@@ -49,14 +49,16 @@ def pair_text(law, contact):
 
 
 def plate_text(law, contact):
-    """Of a plate: fix wall/gran turns the number of `damping tsuji` into a dashpot anew at each run, so that e changes from run to run;
-    this dashpot is for the contact's mass, and bodies of other masses have another restitution."""
+    """Of a plate: fix wall/gran turns the number of `damping tsuji` into a dashpot anew at each run, so that e
+    changes from run to run; this dashpot is for the contact's mass, and bodies of other masses have another
+    restitution."""
     dashpot = 2 * law.damping * numpy.sqrt(law.stiffness * contact.mass)
     return f"granular {spring_text(law.stiffness, dashpot, 'velocity', contact.friction)}"
 
 
 def spring_text(stiffness, damping, kind, friction):
-    return f"hooke {stiffness:.8g} {damping:.10g} damping {kind} tangential linear_history {2 / 7 * stiffness:.8g} 0.5 {friction}"
+    return f"hooke {stiffness:.8g} {damping:.10g} damping {kind} "\
+        f"tangential linear_history {2 / 7 * stiffness:.8g} 0.5 {friction}"
 
 
 def law_of(contact, overlap):
@@ -71,8 +73,8 @@ def law_of(contact, overlap):
 
 
 def tsuji_restitution(alpha):
-    """The number for `damping tsuji` that yields the dashpot alpha sqrt(m k) on body masses: LAMMPS's polynomial is fitted to Hertz's
-    law and would give a linear spring another restitution than the one named."""
+    """The number for `damping tsuji` that yields the dashpot alpha sqrt(m k) on body masses: LAMMPS's polynomial is
+    fitted to Hertz's law and would give a linear spring another restitution than the one named."""
     polynomial = numpy.array([4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728])
     low, high = -0.5, 1.0  # it falls from low to high
     for _ in range(200):
@@ -87,15 +89,18 @@ def write_data(path, spheres, height, rods):
     position = spheres.position.copy()
     for number, indices in enumerate(rods.spheres, 1):
         molecule[indices] = number
-        position[indices] = position[indices[:1]] + particles.nearest_image(position[indices] - position[indices[:1]], spheres.side)
+        position[indices] = position[indices[:1]] + particles.nearest_image(position[indices] - position[indices[:1]],
+                                                                            spheres.side)
     density = numpy.where(spheres.kind == ROD, 8.7, particles.BEAD_DENSITY)
     rows = range(len(spheres.radius))
     with open(path, "w", encoding="utf-8") as out:
-        out.write(f"rods and beads\n\n{len(rows)} atoms\n2 atom types\n0 {spheres.side[0]:.15g} xlo xhi\n0 {spheres.side[1]:.15g} ylo yhi\n"
+        out.write(f"rods and beads\n\n{len(rows)} atoms\n2 atom types\n"
+                  f"0 {spheres.side[0]:.15g} xlo xhi\n0 {spheres.side[1]:.15g} ylo yhi\n"
                   f"{height[0]} {height[1]} zlo zhi\n\nAtoms # sphere\n\n")
         for i in rows:
             x, y, z = position[i]
-            out.write(f"{i + 1} {spheres.kind[i]} {2 * spheres.radius[i]:.12g} {density[i]} {x:.14g} {y:.14g} {z:.14g}\n")
+            out.write(f"{i + 1} {spheres.kind[i]} {2 * spheres.radius[i]:.12g} {density[i]} "
+                      f"{x:.14g} {y:.14g} {z:.14g}\n")
         spin = numpy.zeros_like(spheres.velocity) if spheres.spin is None else spheres.spin
         out.write("\nVelocities\n\n")
         for i in rows:
@@ -105,24 +110,27 @@ def write_data(path, spheres, height, rods):
 
 
 def write_rods(path, rods):
-    """Mass, centre, inertia and motion of each rod as fix rigid/small reads them, so that overlapping spheres are not summed."""
+    """Mass, centre, inertia and motion of each rod for fix rigid/small, which does not sum overlapping spheres then."""
     with open(path, "w", encoding="utf-8") as out:
         out.write(f"{len(rods.mass)}\n")
         for number, (mass, centre, inertia, velocity, momentum) in enumerate(
                 zip(rods.mass, rods.centre, rods.inertia, rods.velocity, rods.momentum), 1):
             tensor = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-            out.write(f"{number} " + " ".join(f"{value:.14g}" for value in (mass, *centre, *tensor, *velocity, *momentum)) + " 0 0 0\n")
+            out.write(f"{number} " + " ".join(f"{value:.14g}" for value in (mass, *centre, *tensor, *velocity,
+                                                                            *momentum)) + " 0 0 0\n")
 
 
 def deck(spheres, height, laws, dt, skin, moving, folder):
-    """Writes the data files; returns the input up to the first run.  The plates of a moving scene are at the phase of its time:
-    LAMMPS starts them at the lowest, so an empty cell runs until they are there."""
+    """Writes the data files; returns the input up to the first run.  The plates of a moving scene are at the phase of
+    its time: LAMMPS starts them at the lowest, so an empty cell runs until they are there."""
     rods = particles.rods_of(spheres)
     write_data(folder / "spheres.data", spheres, height, rods)
     write_rods(folder / "rods.dat", rods)
-    plates = f"zplane 0 {particles.GAP} wiggle z {particles.AMPLITUDE} {1 / particles.FREQUENCY}" if moving else "zplane 0 NULL"
+    wiggle = f"zplane 0 {particles.GAP} wiggle z {particles.AMPLITUDE} {1 / particles.FREQUENCY}"
+    plates = wiggle if moving else "zplane 0 NULL"
     there = round((spheres.time * particles.FREQUENCY + 0.5) % 1.0 / particles.FREQUENCY / dt) if moving else 0
-    text = {name: (plate_text if name.endswith("plate") else pair_text)(law, CONTACTS[name]) for name, law in laws.items()}
+    text = {name: (plate_text if name.endswith("plate") else pair_text)(law, CONTACTS[name]) for name,
+            law in laws.items()}
     has = {kind: (spheres.kind == kind).any() for kind in (BEAD, ROD)}
     lines = ["units lj  # with mm, mg and s", "atom_style sphere", "newton off", "boundary p p f", 
              "atom_modify map array sort 1000 1.2",  # a bin of its own, or the empty run switches sorting off
@@ -133,12 +141,14 @@ def deck(spheres, height, laws, dt, skin, moving, folder):
              f"run {there}", "pair_style granular", f"pair_coeff 1 1 {text['bead-bead']}",
              f"pair_coeff 1 2 {text['rod-bead']}", f"pair_coeff 2 2 {text['rod-rod']}",
              f"read_data {folder}/spheres.data add append fix molecules NULL Molecules",
-             f"group beads type {BEAD}", f"group rods type {ROD}", f"neighbor {skin} bin", "neigh_modify delay 0 every 5 check yes"]
+             f"group beads type {BEAD}", f"group rods type {ROD}", f"neighbor {skin} bin", 
+              "neigh_modify delay 0 every 5 check yes"]
     gravity = particles.GRAVITY if moving else 1e-300
     if has[BEAD]:
         lines += ["fix beads_move beads nve/sphere", f"fix beads_fall beads gravity {gravity} vector 0 0 -1"]
     if has[ROD]:
-        lines += [f"fix rods_fall rods gravity {gravity} vector 0 0 -1 disable", "neigh_modify exclude molecule/intra rods",
+        lines += [f"fix rods_fall rods gravity {gravity} vector 0 0 -1 disable",
+                  "neigh_modify exclude molecule/intra rods",
                   f"fix rods_move rods rigid/small molecule infile {folder}/rods.dat reinit no gravity rods_fall"]
     return lines + ["thermo_style custom step", "thermo_modify lost error"]
 
@@ -169,27 +179,28 @@ def frame_of(spheres, path, dt):
 
 
 def run_scene(spheres, laws, dt, options, folder):
-    """Runs a scene: a warm-up, then segments that are timed, with a frame after each.  Returns core seconds, neighbour lists
-    built (and how many too late) of the segments, and the frames."""
+    """Runs a scene: a warm-up, then segments that are timed, with a frame after each.  Returns core seconds,
+    neighbour lists built (and how many too late) of the segments, and the frames."""
     lines = deck(spheres, (-1.0, 3.0), laws, dt, options.skin, True, folder)
     columns = "id x y z vx vy vz modify sort id format float %.12g"
     lines += [f"run {options.warm_up}"]
     for segment in range(options.segments):
         lines += [f"run {options.steps}", f"write_dump all custom {folder}/{segment}.dump {columns}"]
     text = run(lines, folder, options.lmp)
-    loops = re.findall(r"Loop time of (\S+) on .*?(\S+)% CPU use.*?Neighbor list builds = (\d+)\s+Dangerous builds = (\d+)", text, re.S)
+    loops = re.findall(r"Loop time of (\S+) on .*?(\S+)% CPU use.*?Neighbor list builds = (\d+)\s+"
+                       r"Dangerous builds = (\d+)", text, re.S)
     seconds, use, built, late = numpy.array(loops[-options.segments:], float).T
     frames = [frame_of(spheres, folder / f"{segment}.dump", dt) for segment in range(options.segments)]
     return seconds * numpy.minimum(use / 100.0, 1.0), built.sum(), late.sum(), frames
 
 
 class Impacts:
-    """Single head-on impacts, PHASES of each kind, far from each other: rods upright, tails first; TILTED ones by their lowest sphere."""
+    """Single head-on impacts, PHASES of each kind, far apart: rods upright, tails first; TILTED: lowest sphere."""
 
     def __init__(self, dt):
         self.dt = dt
         self.position, self.velocity, self.radius, self.body, self.kind = [], [], [], [], []
-        self.pairs = {name: [] for name in (*CONTACTS, *TILTED)}  # indices of the spheres that touch (-1: the plate), axis, speed
+        self.pairs = {name: [] for name in (*CONTACTS, *TILTED)}  # spheres that touch (-1: the plate), axis, speed
         for phase in range(PHASES):
             for row, name in enumerate(self.pairs):
                 self.add(name, numpy.array([4.0 + 8.0 * phase, 4.0 + 8.0 * row, 0.0]), (phase + 0.5) / PHASES)
@@ -206,7 +217,8 @@ class Impacts:
         else:
             second = self.bead(corner, 8.0, 0.0) if name == "bead-bead" else self.rod(corner, 8.0, (0, 0, 1), 0, 0.0)
             bottom = self.position[second][2] - self.radius[second] - ahead
-            first = self.bead(corner, bottom - 0.8, speed) if name != "rod-rod" else self.rod(corner, bottom - 1.1, (0, 0, -1), 0, speed)
+            first = self.bead(corner, bottom - 0.8, speed) if name != "rod-rod" else self.rod(corner, bottom - 1.1,
+                                                                                              (0, 0, -1), 0, speed)
         self.pairs[name].append((first, second, speed))
 
     def bead(self, corner, bottom, speed):
@@ -232,19 +244,21 @@ class Impacts:
     def restitutions(self, laws, folder, program):
         """{kind: restitution of each impact} as LAMMPS has it."""
         side = (8.0 * PHASES, 8.0 * len(self.pairs))
-        spheres = particles.Spheres(*map(numpy.array, (self.position, self.velocity, self.radius, self.body, self.kind)), side)
+        spheres = particles.Spheres(*map(numpy.array, (self.position, self.velocity, self.radius, self.body,
+                                                       self.kind)), side)
         steps = int(1.5 * max(law.duration for law in laws.values()) / self.dt) + 4
         lines = deck(spheres, (-1.0, 16.0), laws, self.dt, 0.1, False, folder)
         run([*lines, f"run {steps // 4}", f"run {steps - steps // 4}",  # two runs, as a benchmark has
              f"write_dump all custom {folder}/after.dump id vz modify sort id format float %.12g"], folder, program)
         speeds = numpy.append(read_dump(folder / "after.dump")[1]["vz"], 0.0)
-        return {name: numpy.array([(speeds[second] - speeds[first]) / (speed if second >= 0 else -speed) for first, second, speed in pairs])
+        return {name: numpy.array([(speeds[second] - speeds[first]) / (speed if second >= 0 else -speed) for first,
+                                   second, speed in pairs])
                 for name, pairs in self.pairs.items()}
 
 
 def time_step(laws, steps, tolerance, worst, folder, program):
-    """The largest of some steps at which, as at every smaller one, each kind of contact has the restitution asked for, and a table:
-    mean or worst over the impacts of a kind."""
+    """The largest of some steps at which, as at every smaller one, each kind of contact has the restitution asked
+    for, and a table: mean or worst over the impacts of a kind."""
     table, largest, holding = [], None, True
     for dt in sorted(steps):
         found = Impacts(dt).restitutions(laws, folder, program)
@@ -257,5 +271,6 @@ def time_step(laws, steps, tolerance, worst, folder, program):
             break
     if largest is None:
         first = table[0]
-        raise SystemExit(f"restitution is {first['error']:.1%} off at the step {first['dt']:g} s; expected at most {tolerance:.1%}")
+        raise SystemExit(f"restitution is {first['error']:.1%} off at the step {first['dt']:g} s; "
+                         f"expected at most {tolerance:.1%}")
     return largest, table

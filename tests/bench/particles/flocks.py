@@ -1,12 +1,12 @@
-"""tests/bench/particles/flocks.py: which scenes flock: the order and the flow of beads against time, kept as small tables.
+"""tests/bench/particles/flocks.py: which scenes flock: the order and the flow of beads against time, kept as small
+tables.
 
 Usage: flocks.py --drover PROGRAM --output FOLDER [--only NAME ...] [--threads N]
 
-Each case is a scene of models/ with some settings.  FOLDER/NAME.csv gets a row a second; FOLDER/flocks.json one entry a case: mean and largest
-order beside those of as many random directions, the first time that the order passes .8, and the flow of the beads.  A case whose table is
-there is not run again.  A run of a periodic cell of 45 mm takes 2 to 5 minutes of one core, one of 90 mm four times as long; all of them
-an hour and a half.
-"""
+Each case is a scene of models/ with some settings.  FOLDER/NAME.csv gets a row a second; FOLDER/flocks.json one entry
+a case: mean and largest order beside those of as many random directions, the first time that the order passes .8, and
+the flow of the beads.  A case whose table is there is not run again.  A run of a periodic cell of 45 mm takes 2 to 5
+minutes of one core, one of 90 mm four times as long; all of them an hour and a half. """
 import argparse
 import csv
 import json
@@ -20,7 +20,8 @@ import numpy as np
 
 MODELS = Path(__file__).resolve().parents[3] / "models"
 NOMINAL = ["plates.amplitude=0.04", "plates.gap=1.2", "rods.size_tolerance=0.0", "kick.strength=0.015"]
-QUICK = ["plates.amplitude=0.04", "plates.gap=1.15", "rods.size_tolerance=0.0", "kick.strength=0.015"]  # beyond the second gait
+QUICK = ["plates.amplitude=0.04", "plates.gap=1.15", "rods.size_tolerance=0.0",
+         "kick.strength=0.015"]  # beyond the second gait
 LARGE = ["cell.lx=90.0", "cell.ly=90.0"]
 CASES = {
     "matched-dense": ("bead-flock", []),
@@ -45,7 +46,8 @@ CASES = {
        for beads in (0.2, 0.4, 0.5, 0.6, 0.7) for rods in (0.05, 0.08, 0.11)},
 }
 ROUND = ("flower-flock", "flower-poor", "circle-flock")
-SERIES = ["polar_order", "polar_order_local", "bead_velocity_size", "bead_velocity_along_order", "bead_velocity_azimuthal",
+SERIES = ["polar_order", "polar_order_local", "bead_velocity_size", "bead_velocity_along_order",
+          "bead_velocity_azimuthal",
           "rod_velocity_azimuthal"]
 # Instantaneous velocities swing with the plates; means over this many samples do not.
 SMOOTHED = 10
@@ -54,7 +56,8 @@ SMOOTHED = 10
 def run(arguments, scene, settings, folder):
     """Runs a scene; its archive."""
     archive = Path(folder) / "run.h5"
-    words = [arguments.drover, "run", str(MODELS / (scene + ".toml")), "--output", str(archive), "--quiet", "--threads", str(arguments.threads)]
+    words = [arguments.drover, "run", str(MODELS / (scene + ".toml")), "--output", str(archive), "--quiet",
+             "--threads", str(arguments.threads)]
     for setting in [*settings, "output.frame_every=10.0", "output.sample_every=0.1025"]:
         words += ["--set", setting]
     subprocess.run(words, check=True, stdout=subprocess.DEVNULL)

@@ -1,4 +1,4 @@
-"""tests/bench/particles/parts.py: the cases of each part of study.py: scene, settings, starts and seconds of each row."""
+"""tests/bench/particles/parts.py: the cases of each part of study.py: scene, settings, seeds and durations."""
 import math
 from dataclasses import dataclass
 
@@ -45,21 +45,24 @@ def rod_step(seeds, factor):
 
 def matched_step(seeds, factor):
     """Rods of one size, all in one gait: what a step changes is not lost in their spread."""
-    return [make({"dt": dt, "kick": kick}, "rod-matched.toml", {"time.dt": dt, "contacts.substep": dt, "kick.strength": kick, "rods.size_tolerance": 0.0},
+    return [make({"dt": dt, "kick": kick}, "rod-matched.toml",
+                 {"time.dt": dt, "contacts.substep": dt, "kick.strength": kick, "rods.size_tolerance": 0.0},
                  seeds or 40, whole(20.0 * factor, 0.1))
             for dt in STEPS[1:-1] for kick in (0.0, 0.0265)]
 
 
 LAWS = ("simultaneous", "approaching-first", "first-to-last", "last-to-first")
 GAPS = tuple(round(1.18 + 0.01 * i, 2) for i in range(9))
-CHOSEN = {"law": "simultaneous", "restitution": "energetic", "track_slip": True, "increments": 8, "together": 1e-5, "substep": 2e-5}
+CHOSEN = {"law": "simultaneous", "restitution": "energetic", "track_slip": True, "increments": 8,
+          "simultaneity_gap": 1e-5, "substep": 2e-5}
 
 
 def contact_laws():
     """Every law with every restitution; and numbers of the program, one at a time, about those chosen."""
     laws = [{**CHOSEN, "law": law, "restitution": restitution, "track_slip": track_slip}
             for law in LAWS for restitution in ("energetic", "kinetic", "kinematic") for track_slip in (True, False)]
-    for key, values in (("increments", (4, 16, 32, 64)), ("together", (1e-7, 1e-6, 1e-4)), ("substep", (1e-5, 5e-6, 2e-6))):
+    for key, values in (("increments", (4, 16, 32, 64)), ("simultaneity_gap", (1e-7, 1e-6, 1e-4)),
+                        ("substep", (1e-5, 5e-6, 2e-6))):
         laws += [{**CHOSEN, key: value} for value in values]
     return laws
 
@@ -84,7 +87,8 @@ SYMMETRIC = {
 
 
 def rod_matched(seeds, factor):
-    return [make({"gap": gap, "kick": kick}, "rod-matched.toml", {"plates.gap": gap, "kick.strength": kick, "output.frame_every": 0.1}, seeds or 60,
+    return [make({"gap": gap, "kick": kick}, "rod-matched.toml",
+                 {"plates.gap": gap, "kick.strength": kick, "output.frame_every": 0.1}, seeds or 60,
                  whole(30.0 * factor, 0.1))
             for gap, kick in ((1.17, 0.0265), (1.177, 0.0265), (1.184, 0.0265), (1.177, 0.012), (1.177, 0.018))]
 
@@ -105,24 +109,28 @@ def bed_step(seeds, factor):
 
 
 def bed_groups(seeds, factor):
-    return [make({"increments": increments, "slow": slow}, "bead-gas.toml",
-                 {"contacts.increments": increments, "contacts.slow": slow, "cell.lx": 20.0, "cell.ly": 20.0, "beads.area_fraction": 0.7},
+    return [make({"increments": increments, "inelastic_threshold": threshold}, "bead-gas.toml",
+                 {"contacts.increments": increments, "contacts.inelastic_threshold": threshold, "cell.lx": 20.0,
+                  "cell.ly": 20.0, "beads.area_fraction": 0.7},
                  seeds or 4, whole(5.0 * factor, 0.5), measure="bed", release=whole(1.0 * factor, 0.005))
-            for increments, slow in ((64, 0.0), (16, 0.0), (8, 0.0), (8, 0.03), (8, 0.1), (4, 0.03))]
+            for increments, threshold in ((64, 0.0), (16, 0.0), (8, 0.0), (8, 0.03), (8, 0.1), (4, 0.03))]
 
 
 def rod_in_bed(seeds, factor):
-    return [make({"area_fraction": fraction, "kick": kick}, scene, {"kick.strength": kick, "output.frame_every": 0.1}, seeds or 20,
+    return [make({"area_fraction": fraction, "kick": kick}, scene, {"kick.strength": kick, "output.frame_every": 0.1},
+                 seeds or 20,
                  whole(40.0 * factor, 0.1), tilted=False)
             for kick in (0.0265, 0.018) for fraction, scene in ((0.0, "rod-matched.toml"), (0.67, "rod-in-beads.toml"))]
 
 
-PARTS = {part.__name__: part for part in (rod_step, matched_step, rod_laws, rod_kick, rod_matched, rod_symmetric, bed_step, bed_groups, rod_in_bed)}
+PARTS = {part.__name__: part for part in (rod_step, matched_step, rod_laws, rod_kick, rod_matched, rod_symmetric,
+                                          bed_step, bed_groups, rod_in_bed)}
 
 # Under the first line of a table.
 COMMENTS = {
     "rod_laws": (
-        "soft spheres (springs and dashpots) at gap 1.2 mm, the same at contact times 2e-5 and 5e-6 s: damping by mode so that each mode",
-        "has e = 0.1: +13.1 mm/s for 60 % of starts and -7.1 for 40 %; damping by contact: 10.2; damping by the mass of the body: 14",
+        "soft spheres (springs and dashpots) at gap 1.2 mm, equal at contact times 2e-5 and 5e-6 s: damping by mode so",
+        "that each mode has e = 0.1: +13.1 mm/s for 60 % of starts and -7.1 for 40 %; damping by contact: 10.2;",
+        "damping by the mass of the body: 14",
     ),
 }

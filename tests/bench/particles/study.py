@@ -3,29 +3,31 @@
 
     study.py PART --drover PROGRAM --output FOLDER [--seeds N] [--time FACTOR] [--first N]
 
-writes FOLDER/PART.csv, one row a case, and skips the cases that the file has: stopped, it goes on.  Two runs at a time.  PART, and what
-it takes on two cores (estimates at half a microsecond a step of one rod and 25 ns a step of one bead):
+writes FOLDER/PART.csv, one row per case, and skips existing rows: re-run to resume.  Two runs at a
+time.  PART, and what it takes on two cores (estimates at half a microsecond a step of one rod and 25 ns a step of one
+bead):
 
-    rod_step       rod alone: time step and substep from 2e-4 to 2e-6 s, kick off and on                        8 minutes
-    matched_step   the matched rod, all of one size: time step and substep, kick off and on                     3 minutes
-    rod_laws       rod alone: laws of contact at gaps from 1.18 to 1.26 mm, dt = 2e-5 s                        30 minutes
-    rod_kick       rod alone: loss of direction against the strength of the kick                                3 minutes
-    rod_symmetric  rods of which head and tail are alike: their drift                                           2 minutes
-    bed_step       beads at area fractions 0.3 and 0.6: temperature, impacts, decay of a flow, by time step    10 minutes
-    bed_groups     beads at 0.7, where they touch in groups: how finely the impact of a group is followed       4 minutes
-    rod_in_bed     relaxation time of the matched rod in a bed of area fraction 0.67 and without               10 minutes
+    rod_step       rod alone: time step and substep from 2e-4 to 2e-6 s, kick off and on                     8 minutes
+    matched_step   the matched rod, all of one size: time step and substep, kick off and on                  3 minutes
+    rod_laws       rod alone: laws of contact at gaps from 1.18 to 1.26 mm, dt = 2e-5 s                     30 minutes
+    rod_kick       rod alone: loss of direction against the strength of the kick                             3 minutes
+    rod_symmetric  rods of which head and tail are alike: their drift                                        2 minutes
+    bed_step       beads at area fractions 0.3 and 0.6: temperature, impacts, decay of a flow, by time step 10 minutes
+    bed_groups     beads at 0.7, where they touch in groups: how finely the impact of a group is followed    4 minutes
+    rod_in_bed     relaxation time of the matched rod in a bed of area fraction 0.67 and without            10 minutes
 
---time scales all times of runs (whole frames: 0.1 will do), --seeds is how many starts each case has, --first how many cases: to try a
-part.  Rows of other seeds or times are other rows.  A start is a random direction, height and tilt between the plates, at rest, at one
-phase of them.  Drover's own packing does not tilt rods: its starts differ in height alone, and a rod of which head and tail are alike
-would start the same from both ends.  A rod in a bed starts as it is packed, and so does its fellow without.
+--time scales all times of runs (whole frames: 0.1 will do), --seeds is how many starts each case has, --first how
+many cases: to try a part.  Rows of other seeds or times are other rows.  A start is a random direction, height and
+tilt between the plates, at rest, at one phase of them.  Drover's own packing does not tilt rods: its starts differ in
+height alone, and a rod of which head and tail are alike would start the same from both ends.  A rod in a bed starts
+as it is packed, and so does its fellow without.
 
-Columns: `speed` is the displacement over a frame along the direction at its start, mm/s; of one start, its mean after a warm-up.  A
-start goes ahead when that is > 0; ahead_share is how many do, from ahead_low to ahead_high by Wilson's interval of one standard error.
-ahead_time_share counts times, in windows of half a second, instead: a rod may change its gait.  rotational_diffusion, rad2/s, is fitted
-to the correlation of directions of all starts, as measure/trajectories.hpp has it, with the jackknife over starts.  failed counts the
-starts whose run ended with an error, of which note has the last.
-"""
+Columns: `speed` is the displacement over a frame along the direction at its start, mm/s; of one start, its mean after
+a warm-up.  A start moves head-first when that is > 0; head_first_share is how many do, from head_first_low to
+head_first_high by Wilson's interval of one standard error. head_first_time_share counts times, in windows of half a
+second, instead: a rod may change its gait.  rotational_diffusion, rad2/s, is fitted to the correlation of directions
+of all starts, as measure/trajectories.hpp has it, with the jackknife over starts.  failed counts the starts whose run
+ended with an error, of which note has the last. """
 import argparse
 import csv
 import json
@@ -119,7 +121,8 @@ def rotational_diffusion(paths, spacing, drop=0.5):
     most = (min(map(len, paths)) - 1) // 2
     if most < 2:
         return math.nan, math.nan
-    units = numpy.array([[numpy.cos(path[lag:] - path[:len(path) - lag]).mean() for lag in range(most + 1)] for path in paths])
+    units = numpy.array([[numpy.cos(path[lag:] - path[:len(path) - lag]).mean() for lag in range(most + 1)]
+                         for path in paths])
     whole = units.mean(axis=0)
     end = 1
     while end <= most and whole[end] > math.exp(-drop):
@@ -128,7 +131,8 @@ def rotational_diffusion(paths, spacing, drop=0.5):
     if end - first < 2:
         return math.nan, math.nan
     lags = numpy.arange(first, end)
-    return jackknife(units[:, first:end], lambda means: line_slope(lags * spacing, -numpy.log(numpy.maximum(means, 1e-300))))
+    return jackknife(units[:, first:end], lambda means: line_slope(lags * spacing,
+                                                                   -numpy.log(numpy.maximum(means, 1e-300))))
 
 
 def wilson(hits, count):
@@ -148,13 +152,13 @@ def mean_and_error(values):
 def rod_row(_, runs):
     """The starts of a case in one row."""
     speeds = numpy.array([one["speed"] for one in runs])
-    ahead, row = speeds > 0.0, {}
+    head_first, row = speeds > 0.0, {}
     row["speed"], row["speed_error"] = mean_and_error(speeds)
     row["speed_deviation"] = speeds.std(ddof=1) if len(speeds) > 1 else math.nan
-    row["ahead_share"] = ahead.mean()
-    row["ahead_low"], row["ahead_high"] = wilson(ahead.sum(), len(speeds))
-    row["speed_ahead"], row["speed_ahead_error"] = mean_and_error(speeds[ahead])
-    row["speed_astern"], row["speed_astern_error"] = mean_and_error(speeds[~ahead])
+    row["head_first_share"] = head_first.mean()
+    row["head_first_low"], row["head_first_high"] = wilson(head_first.sum(), len(speeds))
+    row["speed_head_first"], row["speed_head_first_error"] = mean_and_error(speeds[head_first])
+    row["speed_tail_first"], row["speed_tail_first_error"] = mean_and_error(speeds[~head_first])
     spacing = runs[0]["spacing"]
     window = max(1, round(0.5 / spacing))
     shares = []
@@ -162,7 +166,7 @@ def rod_row(_, runs):
         frames = len(one["along"]) // window * window
         if frames:
             shares.append((one["along"][:frames].reshape(-1, window).mean(axis=1) > 0.0).mean())
-    row["ahead_time_share"], row["ahead_time_share_error"] = mean_and_error(shares)
+    row["head_first_time_share"], row["head_first_time_share_error"] = mean_and_error(shares)
     diffusion, error = rotational_diffusion([one["angles"] for one in runs], spacing)
     row["rotational_diffusion"], row["rotational_diffusion_error"] = diffusion, error
     turns = diffusion > 1e-9
@@ -186,16 +190,17 @@ def bed_run(program, case, seed, folder):
     releases = []
     for frame in range(max(1, frames // 4), frames):
         run(program, MODELS / case.scene,
-            {**fixed, **start, "packing.file": str(folder / "held.h5"), "packing.frame": frame, "time.end": case.release,
+            {**fixed, **start, "packing.file": str(folder / "held.h5"), "packing.frame": frame,
+             "time.end": case.release,
              "output.frame_every": 0.0}, folder / "release.h5")
         with h5py.File(folder / "release.h5") as file:
-            releases.append(file["series/bead_velocity_x"][:])
+            releases.append(file["series/bead_velocity_mean_x"][:])
             times = file["series/time"][:]
     return {"results": free, "times": times, "releases": numpy.array(releases)}
 
 
 def decay_rate(times, velocity, high, low):
-    """-d ln v/dt by least squares where v is between two shares of its first value; not-a-number for fewer than three samples."""
+    """-d ln v/dt by least squares where v is between two fractions of its first value; NaN below three samples."""
     share = velocity / velocity[0]
     below = numpy.flatnonzero(share < low)
     used = numpy.arange(len(share)) < (below[0] if len(below) else len(share))
@@ -216,7 +221,8 @@ def bed_row(_, runs):
     releases = numpy.concatenate([one["releases"] for one in runs])
     row["releases"] = len(releases)
     # Coulomb's friction would make the rate grow as the flow slows down.
-    for name, high, low in (("decay_rate", 1.0, 0.35), ("decay_rate_early", 1.0, 0.65), ("decay_rate_late", 0.65, 0.35)):
+    for name, high, low in (("decay_rate", 1.0, 0.35), ("decay_rate_early", 1.0, 0.65),
+                            ("decay_rate_late", 0.65, 0.35)):
         row[name], row[f"{name}_error"] = jackknife(releases, lambda mean, high=high, low=low: decay_rate(
             runs[0]["times"], mean, high, low))
     row["velocity_left"] = releases.mean(axis=0)[-1] / releases.mean(axis=0)[0]
@@ -277,8 +283,10 @@ class Table:
 
 def columns_of(cases):
     """Those of the key, of failures, and of what is measured."""
-    fixed = {"rod": ["speed", "speed_error", "speed_deviation", "ahead_share", "ahead_low", "ahead_high", "speed_ahead",
-                     "speed_ahead_error", "speed_astern", "speed_astern_error", "ahead_time_share", "ahead_time_share_error",
+    fixed = {"rod": ["speed", "speed_error", "speed_deviation", "head_first_share", "head_first_low",
+                     "head_first_high", "speed_head_first",
+                     "speed_head_first_error", "speed_tail_first", "speed_tail_first_error", "head_first_time_share",
+                     "head_first_time_share_error",
                      "rotational_diffusion", "rotational_diffusion_error", "relaxation_time", "relaxation_time_error"],
              "bed": ["bead_temperature_horizontal", "bead_temperature_horizontal_error", "impacts_bead_bead_rate",
                      "impacts_bead_bead_rate_error", "releases", "decay_rate", "decay_rate_error", "decay_rate_early",

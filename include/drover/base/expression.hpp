@@ -1,0 +1,115 @@
+// base/expression.hpp: expressions written as text in a scene: parsed, differentiated, expanded, evaluated by strips.
+#pragma once
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drover/base/error.hpp"
+
+namespace drover {
+
+/// What the names in a text mean.  Each variable has a slot, 0, 1, ...: the index of its value at evaluation.
+struct Vocabulary {
+    using Slots = std::map<std::string, int, std::less<>>;
+    Slots variables = {};                                       ///< "rod_density" -> slot
+    std::map<std::string, Slots, std::less<>> operators = {};   ///< "d_x" -> {"rod_density" -> slot}: prefix
+    std::map<std::string, double, std::less<>> constants = {};  ///< besides pi
+};
+
+/// A function of the values in the slots: an immutable directed acyclic graph in which each subexpression occurs once,
+/// so that derivatives stay of the size of the expression.  Copies share the graph.
+class Expression {
+public:
+    Expression() : Expression(0.0) {}
+    explicit Expression(double constant);
+
+    struct Graph;  // src/base/expression_graph.hpp
+    explicit Expression(std::shared_ptr<const Graph> graph) : graph_(std::move(graph)) {}
+    const Graph& graph() const { return *graph_; }
+
+private:
+    std::shared_ptr<const Graph> graph_;
+};
+
+/// Parses
+///   sum     = product { ("+" | "-") product }
+///   product = signed { ("*" | "/" | juxtaposition) signed }
+///   signed  = ("-" | "+") signed | atom [ "^" signed ]
+///   atom    = number | name | function "(" arguments ")" | operator name | operator "(" name ")" | "(" sum ")"
+/// Juxtaposition, before a name or "(", is a product: "2 x", "3(x + 1)"; "a / b c" is (a / b) c.  -x^2 is -(x^2), and
+/// x^y^z is x^(y^z).  Numbers are decimal; names are [a-zA-Z_][a-zA-Z0-9_]*.  The constant pi and the functions abs,
+/// atan, atan2(y, x), cos, cosh, exp, log, max, min, pow, sign (-1, 0 or 1), sin, sinh, sqrt, step (1 above 0, else 0),
+/// tan and tanh are built in.  A name before "(" is a call if a function or an operator has that name, else a factor.
+/// "d_x f^2" without parentheses is rejected as ambiguous.
+/// Constants are folded; nothing else is rearranged: evaluate() performs the operations of the text in their order.
+/// `where` is the place of the first character of the text.  Throws an input Error at the column of the offending
+/// character (without a column if where.column is 0) for anything else, for constants that are infinite or undefined
+/// (1/0, log(-1), 1e999), and for more than 10000 characters, 200 levels of nesting or 20000 operations.
+Expression parse_expression(const std::string& text, const Vocabulary& vocabulary, const SourceLocation& where = {});
+
+/// The exact derivative by the value in a slot, simplified.  abs has the derivative sign; step and sign have 0, also at
+/// the jump; max and min have that of the argument they choose, and of the second one where both are equal.
+/// Throws an input Error at `where` if a constant is infinite or the derivative has more than 20000 operations.
+Expression derivative(const Expression& expression, int slot, const SourceLocation& where = {});
+
+/// The expression with a constant in the place of a slot, simplified.  Throws an input Error at `where` if a constant
+/// part becomes infinite or undefined, such as 1 / W with W = 0.
+Expression bind(const Expression& expression, int slot, double value, const SourceLocation& where = {});
+
+// Simplified.
+Expression operator+(const Expression& a, const Expression& b);
+Expression operator-(const Expression& a, const Expression& b);
+Expression operator*(const Expression& a, const Expression& b);
+
+/// The value; infinite or NaN where a quotient, power or function is.  `slots` must reach beyond every slot in use.
+double evaluate(const Expression& expression, std::span<const double> slots);
+
+std::set<int> slots_of(const Expression& expression);
+
+/// The degree as a polynomial in the slots `in`, without cancellations between different terms.  nullopt if it is not
+/// such a polynomial (a quotient by one of the slots, exp of one, x^0.5) or its degree exceeds 1000.
+std::optional<int> degree(const Expression& expression, const std::set<int>& in);
+
+/// Whether the expression simplifies to 0 (0 f is taken as 0, even where f is infinite).
+bool is_zero(const Expression& expression);
+
+/// The value of an expression that simplifies to a number.
+std::optional<double> constant_value(const Expression& expression);
+
+/// Products that add up to the expression, at most one of each: products and natural powers of sums are expanded, and
+/// equal factors of a quotient cancel.  Empty for 0.  Throws an input Error at `where` for more than 1000 products, for
+/// a sum to a power above 64 and for infinite coefficients.
+std::vector<Expression> summands(const Expression& expression, const SourceLocation& where = {});
+
+/// A text that parse_expression() reads back as the same expression.  Throws an input Error if it has more than 10000
+/// characters.
+std::string text_of(const Expression& expression);
+
+/// Several expressions compiled for evaluation at many points; common subexpressions are evaluated once.  Equal to
+/// evaluate() up to rounding: natural powers are products, and sums may be added up in another order; where a constant
+/// factor is 0, the product is 0.  Safe to share between threads.
+class StripProgram {
+public:
+    /// Throws an input Error if the expressions have more than 4096 operations.
+    explicit StripProgram(std::span<const Expression> outputs);
+
+    /// out[k][i] += value of expression k at point i, for i < size.  slots[s]: the values of slot s at the points, or
+    /// nullptr if it is uniform[s] at every point or not used.  Both spans reach beyond every slot in use (uniform may
+    /// be empty if no slot in use is uniform).  No out[k] overlaps another array.  Allocates nothing; takes 0.4 MB of
+    /// stack.
+    void add(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
+             std::span<double* const> out) const;
+
+    struct Code;  // src/base/strip_program.cpp
+
+private:
+    std::shared_ptr<const Code> code_;
+};
+
+}  // namespace drover

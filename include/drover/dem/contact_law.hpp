@@ -1,0 +1,97 @@
+// dem/contact_law.hpp: the contact laws.  A law is a parameter struct; a soft law is also a pure function from the
+// state of a contact to its force.  To add a soft law: its keys in [contacts] (setup.hpp, setup_schema.cpp), and here
+// its struct and one alternative of ContactLaw.
+#pragma once
+#include <cmath>
+#include <concepts>
+#include <numbers>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "drover/dem/impact.hpp"
+#include "drover/dem/setup.hpp"
+#include "drover/dem/shape.hpp"
+
+namespace drover::dem {
+
+/// A contact of soft bodies at the end of a step.
+struct SoftContact {
+    double overlap = 0.0;        ///< delta > 0 [mm]
+    double opening_speed = 0.0;  ///< u_n, normal velocity of first past second [mm/s]
+    double mass = 0.0;           ///< reduced mass of a normal impulse at the point of contact [mg]
+    double restitution = 0.0, friction = 0.0;
+    Vector stretch;  ///< of the tangential spring before this step, in the tangent plane [mm]
+    Vector slip;     ///< tangential displacement of first past second in this step [mm]
+    /// Quadrature weight of a force that does not vanish where the contact begins or ends; 1 except in the first and
+    /// last step.
+    double edge_weight = 1.0;
+};
+
+struct SoftForce {
+    double elastic = 0.0;  ///< normal, pushes apart [mg mm/s^2]
+    double damping = 0.0;  ///< normal, the part that dissipates energy
+    Vector tangential;     ///< on first
+    Vector stretch;        ///< of the tangential spring now [mm]
+    double stored = 0.0;   ///< elastic energy now [mg mm^2/s^2]
+    double slipped = 0.0;  ///< energy lost to sliding in this step, >= 0
+};
+
+/// What a soft law provides.
+template <class Law>
+concept SoftLaw = requires(const Law& law, const SoftContact& contact, const ContactControl& control) {
+    { Law::name } -> std::convertible_to<const char*>;
+    { Law::from(control) } -> std::same_as<Law>;
+    { law.contact_time(1.0) } -> std::same_as<double>;  // of an elastic collision of this reduced mass [mg], in s
+    { law(contact) } -> std::same_as<SoftForce>;
+};
+
+/// The linear spring-dashpot of Cundall & Strack, Geotechnique 29, 47 (1979).
+///
+/// Normal force k delta - gamma u_n, with gamma = -2 ln e sqrt(m k/(pi^2 + ln^2 e)): a binary collision has the
+/// restitution e at any speed.  The formula assumes that the dashpot may pull before the contact ends (Schwager &
+/// Poeschel, Granul. Matter 9, 465 (2007)).
+/// Tangential force -k_t s of a spring s that slips where the force would exceed mu k delta.  The limit uses the
+/// elastic part of the normal force, whose impulse over a collision equals that of the total: a collision that slides
+/// throughout has the tangential impulse mu (1 + e) m |u_n| of the impulse law.
+struct SpringDashpot {
+    static constexpr const char* name = "spring-dashpot";
+    double stiffness = 0.0;             ///< k [mg/s^2]
+    double tangential_stiffness = 0.0;  ///< k_t [mg/s^2]
+
+    static SpringDashpot from(const ContactControl& control) {
+        return {.stiffness = control.stiffness,
+                .tangential_stiffness = control.tangential_stiffness_ratio * control.stiffness};
+    }
+    double contact_time(double mass) const { return std::numbers::pi * std::sqrt(mass / stiffness); }
+
+    SoftForce operator()(const SoftContact& contact) const {
+        const double ln_e = std::log(contact.restitution);
+        const double gamma =
+            -2.0 * ln_e * std::sqrt(contact.mass * stiffness / (std::numbers::pi * std::numbers::pi + ln_e * ln_e));
+        const double elastic = stiffness * contact.overlap;
+        const Vector trial = contact.stretch + contact.slip;
+        const double size = length(trial), limit = contact.friction * elastic / tangential_stiffness;
+        const Vector stretch = size > limit ? limit / size * trial : trial;
+        return {.elastic = elastic,
+                .damping = -gamma * contact.opening_speed * contact.edge_weight,
+                .tangential = -tangential_stiffness * stretch,
+                .stretch = stretch,
+                .stored = 0.5 * (elastic * contact.overlap + tangential_stiffness * dot(stretch, stretch)),
+                .slipped = 0.5 * tangential_stiffness * dot(contact.stretch + stretch, trial - stretch)};
+    }
+};
+
+using ContactLaw = std::variant<ImpactLaw, SpringDashpot>;
+
+/// The values of contacts.model.
+std::vector<std::string> contact_models();
+
+/// The law that contacts.model names, with its parameters.
+ContactLaw contact_law(const ContactControl& control);
+
+/// Of a soft law, throws an input Error unless all coefficients of restitution are above 0 and dt resolves the shortest
+/// contact of two of these shapes.
+void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const LocationOf& place);
+
+}  // namespace drover::dem

@@ -1,0 +1,70 @@
+// measure/fields.hpp: the observables of fields.
+#pragma once
+#include <optional>
+
+#include "drover/measure/observable.hpp"
+#include "drover/measure/summary.hpp"
+#include "drover/numerics/field.hpp"
+#include "drover/numerics/shells.hpp"
+#include "drover/physics/energy.hpp"
+#include "drover/physics/form.hpp"
+
+namespace drover::measure {
+
+inline constexpr int direction_sectors = 8;
+
+/// What the observables of a run need, prepared once.
+struct FieldSetting {
+    numerics::Grid grid;
+    physics::Form form;
+    numerics::Shells shells;
+    numerics::Sectors sectors;
+    std::vector<int> boxes;                         ///< box sides, in cells: a box has as many cells along x as along y
+    std::vector<int> long_boxes;                    ///< shorter sides of the boxes with the aspect ratio 4, in cells
+    int degree = 1;                                 ///< of the products: sets which modes are kept
+    std::vector<double> separations;                ///< mean distance in each bin of the pair correlation [mm]
+    std::vector<int> separation_bin;                ///< of each grid point as a displacement, -1 for none
+    std::optional<std::vector<std::string>> terms;  ///< whose powers are measured; nullopt: no energy budget
+};
+FieldSetting make_field_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
+                                std::optional<std::vector<std::string>> power_terms = {});
+
+/// |a_q|^2 of each stored mode [mm-4].  Along: the component of p along q; across: the component along q rotated by +90
+/// degrees; at q = 0 along is x, across is y.  Empty for fields that the form does not have.
+struct ModePowers {
+    std::vector<double> rods, beads, order_along, order_across, velocity_along, velocity_across;
+    std::vector<double> cross;       ///< Re(sigma_q^* i p_along,q): even in q, zero on average where sigma is conserved
+    std::vector<double> beads_rods;  ///< Re(rho_q^* sigma_q)
+};
+ModePowers mode_powers(const FieldSetting& setting, const numerics::Spectra& spectra,
+                       const numerics::Spectra* velocity = nullptr);
+
+/// One moment of a run.  The powers are computed on construction, once for all observables.
+struct FieldMoment {
+    const FieldSetting& setting;
+    const numerics::Spectra& spectra;
+    const numerics::Fields& fields;
+    const numerics::Spectra* velocity = nullptr;        ///< of the beads, two components; null when the form has none
+    const numerics::Fields* slaved_velocity = nullptr;  ///< the same on the grid, where `fields` does not hold it
+    std::optional<physics::EnergyBudget> energy = {};   ///< when it is measured
+    ModePowers powers = mode_powers(setting, spectra, velocity);
+};
+
+/// Boxes of one shape, by size.  The names of their observables end in `ending`.
+struct BoxFamily {
+    const char* ending;
+    const char* shape;                      ///< for people
+    std::vector<int> FieldSetting::*sides;  ///< the shorter side, in cells
+    int along_x, along_y;                   ///< sides in units of the shorter one
+};
+/// Squares, and boxes with the aspect ratio 4 along x and along y, which resolve the directions of a flock.
+std::span<const BoxFamily> box_families();
+
+/// The observables of a form; those of the energy budget when the setting has terms.
+Observables<FieldMoment> field_observables(const FieldSetting& setting);
+
+/// The recorded series with what their summary needs.  The numbers of rods and beads are those of the first sample:
+/// they are conserved, and a start from a file may have other means than the uniform state of the scene.
+Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries> series);
+
+}  // namespace drover::measure

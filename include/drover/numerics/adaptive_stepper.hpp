@@ -1,0 +1,58 @@
+// numerics/adaptive_stepper.hpp: steps of fixed length, divided so that each part meets a tolerance.
+#pragma once
+#include <map>
+#include <memory>
+
+#include "drover/numerics/stepper.hpp"
+
+namespace drover::numerics {
+
+/// Steps taken so far.
+struct StepCount {
+    std::int64_t accepted = 0, rejected = 0;
+};
+
+/// The step of the method, and how exactly each part of it must be taken.
+struct StepControl {
+    std::string method;      ///< name of a stepper table
+    double dt = 0.0;         ///< [s]
+    double tolerance = 0.0;  ///< largest relative error of a part; 0: dt is never divided
+};
+
+/// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  Where
+/// the embedded error estimate rejects a part, their number doubles; where a whole dt leaves a margin, it falls to the
+/// next smaller one.  A linear system is exact and is never divided.
+class AdaptiveStepper {
+public:
+    AdaptiveStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads);
+
+    /// Replaces the system by one on the same grid: the same equations with another linear part.
+    void set_system(System system);
+
+    /// From step to step + 1 of dt.  Throws a run Error where no part meets the tolerance.
+    void advance(std::int64_t step, Spectra& state);
+
+    const System& system() const { return system_; }
+    const StepCount& count() const { return count_; }
+
+    /// Parts of dt now: part of the state of a run.
+    int division() const { return division_; }
+    void set_division(int division) { division_ = division; }
+    static constexpr int max_division = 1 << 16;
+
+private:
+    Stepper& stepper(int division);
+    void advance_in_parts(double t, Spectra& state);
+    double relative_error(const Spectra& before, const Spectra& after, const Spectra& error) const;
+
+    StepControl control_;
+    std::uint64_t seed_;
+    Threads& threads_;
+    System system_;
+    std::map<int, Stepper> steppers_;  // by division, for the present system
+    int division_ = 1;
+    Spectra next_, error_;
+    StepCount count_;
+};
+
+}  // namespace drover::numerics

@@ -1,0 +1,116 @@
+// physics/coefficients.hpp: the numbers of the rod-bead equations, section by section of a scene.
+//
+//     d_t sigma     = -div J + D_sigma lap sigma + noise,    J = u p  or  u sigma p                        (rodcont)
+//     d_t rho       = -div(rho v) + D_rho lap rho + noise                                                 (beadcont)
+//     m rho d_t v   = -m rho v.grad v [optional] - Gamma v + eta lap v + zeta grad(div v) + alpha p
+//                     - E grad rho - F grad sigma + force                                                  (beadmom)
+//     d_t p         = -w p.grad p - (a + b |p|^2) p + K3 lap p + K1 grad(div p) + lambda v
+//                     - A grad rho - B grad sigma + orienting field + noise                                (polarfull)
+//
+// rho, sigma: densities of beads and rods [1/mm^2]; v: velocity of the beads; p: polar order, either the density sigma
+// times the mean orientation (J = u p) or the mean orientation itself (J = u sigma p).  [p] is the unit of p.
+// Units, ranges and meanings: physics/coefficient_registry.hpp, their only home.
+// Source: Kumar, Soni, Ramaswamy & Sood, Nat. Commun. 5, 4688 (2014), Methods; the symbols are theirs.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "drover/base/schema.hpp"
+
+namespace drover::physics {
+
+// The sections of a model, each key a number.  What ends in `_terms` adds monomials "c rho^i sigma^j".
+
+struct RodCurrent {
+    double speed = 0.0;
+    std::string kind = "order";  ///< order: J = u p; density-order: J = u sigma p
+};
+struct Inertia {
+    double bead_mass = 1.0;
+    bool advection = false;  ///< with m rho v.grad v
+};
+struct Drag {
+    double coefficient = 0.0;
+    std::vector<std::string> coefficient_terms;
+};
+struct Viscosity {
+    double shear = 0.0, bulk = 0.0;
+};
+struct Driving {
+    double strength = 0.0;
+    std::vector<std::string> strength_terms;
+};
+struct Stiffness {
+    double beads = 0.0, rods = 0.0;
+};
+struct Relaxation {
+    double rate = 1.0;
+    std::vector<std::string> rate_terms;
+    double saturation = 0.0;
+    std::vector<std::string> saturation_terms;
+};
+struct Elasticity {
+    double stiffness = 0.0, splay = 0.0;
+};
+struct Weathercock {
+    double strength = 0.0;
+    std::vector<std::string> strength_terms;
+    /// mean: lambda of the equations; single-rod: lambda_s of one rod, dn/dt = lambda_s (1 - nn).v, as an assay of one
+    /// rod measures it; averaged over directions lambda = lambda_s/2.
+    std::string convention = "mean";
+};
+struct SelfAdvection {
+    double strength = 0.0;
+};
+struct Pressure {
+    double beads = 0.0, rods = 0.0;
+};
+struct Diffusion {
+    double beads = 0.0, rods = 0.0;
+};
+struct Noise {
+    double order = 0.0, rods = 0.0, beads = 0.0;
+};
+
+/// lambda_s/lambda: the mean over the directions of rods of (1 - nn).v is v/2 in the plane.
+inline constexpr double single_rod_factor = 2.0;
+
+/// A force on the beads from outside: uniform, or at a point that may move.
+struct BodyForce {
+    std::string kind = "none";                  ///< none, uniform or point
+    double x = 0.0, y = 0.0;                    ///< uniform: force per area [mg/(mm s^2)]; point: force [mg mm/s^2]
+    double at_x = 0.0, at_y = 0.0;              ///< point: its position at t = 0 [mm]
+    double velocity_x = 0.0, velocity_y = 0.0;  ///< point: its velocity [mm/s]
+    double width = 0.0;  ///< point: standard deviation of the Gaussian it is spread over [mm]; 0: band-limited
+};
+
+/// A field that orients rods: d_t p = ... + h.
+struct OrientingField {
+    double x = 0.0, y = 0.0;  ///< [[p]/s]
+};
+
+/// Values of one coefficient at the nodes of a table, [bead][rod], rods fastest, and their standard errors, if known.
+struct TableColumn {
+    std::vector<double> values, errors;
+};
+
+/// Measured coefficients on a mesh of densities: a column replaces its coefficient.
+struct TableData {
+    std::vector<double> bead_density, rod_density;  ///< the nodes, ascending; empty: no dependence
+    std::map<std::string, TableColumn> columns;     ///< by key of the coefficient, "relaxation.rate"
+    std::string outside = "refuse";                 ///< refuse or hold: beyond the nodes
+
+    /// The column of a key; empty where the table has none.
+    const TableColumn& column(const std::string& key) const;
+    bool has_values() const;
+};
+
+}  // namespace drover::physics
+
+namespace drover {
+template <>
+const std::vector<Row<physics::BodyForce>>& schema<physics::BodyForce>();
+template <>
+const std::vector<Row<physics::OrientingField>>& schema<physics::OrientingField>();
+}  // namespace drover

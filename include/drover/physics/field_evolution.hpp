@@ -1,0 +1,67 @@
+// physics/field_evolution.hpp: the fields of a model in time, with a linear part that follows the bead density.
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "drover/numerics/adaptive_stepper.hpp"
+#include "drover/physics/right_hand_side.hpp"
+
+namespace drover::physics {
+
+/// The reference about which the exact linear part is taken: the bead density of the uniform state times sqrt(2)^rung.
+/// The explicit remainder cannot amplify where the reference is at most twice the smallest bead density, for beads with
+/// inertia (their drag rate is Gamma/(m rho)), or at least half of the largest, for slaved beads (their diffusion is
+/// rho E/Gamma).
+Reference reference_at(const UniformState& uniform, int rung);
+
+/// The rung for given densities on the grid.  Half a rung of hysteresis keeps it from alternating between two.
+int follow_densities(const Equations& equations, const Extremes& extremes, int rung);
+
+/// State of its own, beside the fields: the rung of the reference and the division of dt.
+class FieldEvolution {
+public:
+    FieldEvolution(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
+                   const numerics::StepControl& control, std::uint64_t seed, Threads& threads);
+
+    /// Chooses the reference for an initial state.
+    void start(const numerics::Spectra& state);
+
+    /// From step to step + 1.  Throws a run Error that names the cause.
+    void advance(std::int64_t step, numerics::Spectra& state);
+
+    const Equations& equations() const { return equations_; }
+    const numerics::System& system() const {
+        return linear_;
+    }  ///< the linear part about the uniform state of the model
+    const numerics::StepCount& count() const { return stepper_.count(); }
+    int division() const { return stepper_.division(); }  ///< parts of dt now
+    std::int64_t reference_changes() const { return changes_; }
+
+    /// What a checkpoint needs besides the fields.
+    std::vector<double> save() const;
+    void restore(std::span<const double> values);
+    static constexpr std::size_t saved_numbers = 2;
+
+private:
+    /// The equations about one reference.
+    struct Split {
+        numerics::System system;
+        std::shared_ptr<RightHandSide> remainder;  // nullptr: every term is linear
+    };
+    Split split_at(int rung) const;
+    void set_reference(int rung);
+    void follow_beads();
+
+    Equations equations_;
+    numerics::Grid grid_;
+    Dealiasing dealiasing_;
+    Threads& threads_;
+    numerics::System linear_;
+    Split split_;
+    numerics::AdaptiveStepper stepper_;
+    int rung_ = 0;
+    std::int64_t changes_ = 0;
+};
+
+}  // namespace drover::physics

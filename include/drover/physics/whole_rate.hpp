@@ -1,0 +1,25 @@
+// physics/whole_rate.hpp: the right-hand side of the equations without any splitting.
+#pragma once
+#include <memory>
+
+#include "drover/numerics/linear_operator.hpp"
+#include "drover/physics/right_hand_side.hpp"
+
+namespace drover::physics {
+
+/// d_t a = L a + N(t, a): for implicit steppers, budgets and tests.  The same for any reference, to rounding.
+class WholeRate {
+public:
+    WholeRate(const Equations& equations, const numerics::Grid& grid, const Reference& about, Threads& threads,
+              const Dealiasing& dealiasing = {});
+
+    numerics::Spectra operator()(double t, const numerics::Spectra& state) const;
+    /// The same, into `rate`, on the modes that the grid keeps.
+    void write(double t, const numerics::Spectra& state, numerics::Spectra& rate) const;
+
+    numerics::System system;  ///< with its nonlinear part
+    numerics::LinearOperator linear;
+    std::shared_ptr<RightHandSide> rest;
+};
+
+}  // namespace drover::physics

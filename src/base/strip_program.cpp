@@ -1,0 +1,284 @@
+// base/strip_program.cpp: compiles expressions to instructions on registers, each a loop over a chunk of points.
+#include "base/strip_kernels.hpp"
+
+namespace drover {
+
+namespace {
+constexpr std::size_t max_instructions = 4096;
+constexpr std::size_t scratch_size = 4096;  // numbers in the registers: 32 KB, the size of a first-level cache
+constexpr std::size_t max_chunk = 128;      // points: long enough to hide the call of a kernel
+
+struct Argument {
+    enum class Kind : std::uint8_t { none, constant, slot, instruction, output };
+    Kind kind = Kind::none;
+    int index = 0;
+};
+
+struct Instruction {
+    StripOperation kind = StripOperation::apply;
+    Operation operation = Operation::add;  ///< of kind apply
+    Argument a = {}, b = {}, c = {};
+    int output = -1;         ///< the result is stored here, or
+    std::size_t target = 0;  ///< in this register
+};
+}  // namespace
+
+struct StripProgram::Code {
+    std::vector<Instruction> instructions;
+    std::vector<double> constants;
+    std::size_t chunk = max_chunk;
+};
+
+namespace {
+class Compiler {
+public:
+    explicit Compiler(std::span<const Expression> outputs) : graph_(Folding::lenient) {
+        for (const Expression& output : outputs) roots_.push_back(lowered(output.graph()));
+        count_uses();
+        emitted_.assign(static_cast<std::size_t>(graph_.size()), -1);
+        for (std::size_t k = 0; k < roots_.size(); ++k) accumulate(static_cast<int>(k), roots_[k]);
+        allocate_registers();
+    }
+    StripProgram::Code code;
+
+private:
+    /// What computes a node: arguments are nodes.
+    struct Plan {
+        StripOperation kind = StripOperation::apply;
+        int a = -1, b = -1, c = -1;
+    };
+
+    /// The root of a graph in ours, with natural powers as products.
+    int lowered(const Expression::Graph& graph) {
+        std::vector<int> here;
+        for (const Node& node : graph.nodes) {
+            const auto at = [&](int there) { return there < 0 ? -1 : here[static_cast<std::size_t>(there)]; };
+            if (node.operation == Operation::number) here.push_back(graph_.number(node.value));
+            else if (node.operation == Operation::slot)
+                here.push_back(graph_.slot(node.left, graph.names.at(node.left)));
+            else if (node.operation == Operation::power) here.push_back(power(at(node.left), at(node.right)));
+            else here.push_back(graph_.make(node.operation, at(node.left), at(node.right)));
+        }
+        return here.back();
+    }
+    int power(int base, int exponent) {
+        constexpr double max_factors = 64.0;
+        const double n = graph_[exponent].value, size = std::abs(n);
+        if (!graph_.is_number(exponent) || size > max_factors) return graph_.make(Operation::power, base, exponent);
+        if (size == 0.5) {
+            const int root = graph_.make(Operation::sqrt, base);
+            return n > 0.0 ? root : graph_.make(Operation::divide, graph_.number(1.0), root);
+        }
+        if (size != std::floor(size) || size == 0.0) return graph_.make(Operation::power, base, exponent);
+        int result = -1, square = base;
+        for (unsigned bits = static_cast<unsigned>(size); bits > 0; bits >>= 1u) {
+            if (bits & 1u) result = result < 0 ? square : graph_.make(Operation::multiply, result, square);
+            if (bits > 1u) square = graph_.make(Operation::multiply, square, square);
+        }
+        return n > 0.0 ? result : graph_.make(Operation::divide, graph_.number(1.0), result);
+    }
+
+    void count_uses() {
+        uses_.assign(static_cast<std::size_t>(graph_.size()), 0);
+        for (const int root : roots_) ++uses_[static_cast<std::size_t>(root)];
+        for (int i = graph_.size() - 1; i >= 0; --i) {
+            const Node& node = graph_[i];
+            if (uses_[static_cast<std::size_t>(i)] == 0 || is_leaf(node)) continue;
+            ++uses_[static_cast<std::size_t>(node.left)];
+            if (is_binary(node)) ++uses_[static_cast<std::size_t>(node.right)];
+        }
+    }
+    bool is_used_once(int node) const { return uses_[static_cast<std::size_t>(node)] == 1; }
+    /// A product that no one else needs is part of the sum that needs it.
+    bool is_fused(int node) const { return graph_[node].operation == Operation::multiply && is_used_once(node); }
+
+    Plan plan(int index) const {
+        const Node& node = graph_[index];
+        const int a = node.left, b = node.right;
+        switch (node.operation) {
+            case Operation::add:
+                if (is_fused(b)) return {StripOperation::multiply_add, graph_[b].left, graph_[b].right, a};
+                if (is_fused(a)) return {StripOperation::multiply_add, graph_[a].left, graph_[a].right, b};
+                return {StripOperation::add, a, b};
+            case Operation::subtract:
+                if (is_fused(b)) return {StripOperation::subtract_product, graph_[b].left, graph_[b].right, a};
+                if (is_fused(a)) return {StripOperation::multiply_subtract, graph_[a].left, graph_[a].right, b};
+                return {StripOperation::subtract, a, b};
+            case Operation::multiply: return {StripOperation::multiply, a, b};
+            case Operation::divide: return {StripOperation::divide, a, b};
+            default: return {StripOperation::apply, a, b};
+        }
+    }
+
+    /// Emits what computes a node, its arguments first; without recursion, which a long sum could make too deep.
+    void emit_value(int root) {
+        std::vector<int> waiting{root};
+        while (!waiting.empty()) {
+            const int node = waiting.back();
+            if (is_leaf(graph_[node]) || emitted_[static_cast<std::size_t>(node)] >= 0) {
+                waiting.pop_back();
+                continue;
+            }
+            const Plan planned = plan(node);
+            const std::size_t before = waiting.size();
+            for (const int argument : {planned.c, planned.b, planned.a})
+                if (argument >= 0 && !is_leaf(graph_[argument]) && emitted_[static_cast<std::size_t>(argument)] < 0)
+                    waiting.push_back(argument);
+            if (waiting.size() > before) continue;
+            waiting.pop_back();
+            emitted_[static_cast<std::size_t>(node)] = static_cast<int>(code.instructions.size());
+            emit({.kind = planned.kind,
+                  .operation = graph_[node].operation,
+                  .a = argument(planned.a),
+                  .b = argument(planned.b),
+                  .c = argument(planned.c)});
+        }
+    }
+
+    /// out += root, summand by summand.
+    void accumulate(int output, int root) {
+        struct Summand {
+            int node;
+            bool is_positive;
+        };
+        std::vector<Summand> waiting{{root, true}};
+        while (!waiting.empty()) {
+            const auto [index, is_positive] = waiting.back();
+            waiting.pop_back();
+            const Node node = graph_[index];
+            const Argument sum{Argument::Kind::output, output};
+            if (graph_.is_number(index, 0.0)) continue;
+            const bool is_ours = is_used_once(index);
+            if (is_ours && (node.operation == Operation::add || node.operation == Operation::subtract)) {
+                waiting.push_back({node.right, is_positive == (node.operation == Operation::add)});
+                waiting.push_back({node.left, is_positive});
+            } else if (is_ours && node.operation == Operation::negate) {
+                waiting.push_back({node.left, !is_positive});
+            } else if (is_ours && node.operation == Operation::multiply) {
+                emit_value(node.left);
+                emit_value(node.right);
+                emit({.kind = is_positive ? StripOperation::multiply_add : StripOperation::subtract_product,
+                      .a = argument(node.left),
+                      .b = argument(node.right),
+                      .c = sum,
+                      .output = output});
+            } else {
+                emit_value(index);
+                emit({.kind = is_positive ? StripOperation::add : StripOperation::subtract,
+                      .a = sum,
+                      .b = argument(index),
+                      .output = output});
+            }
+        }
+    }
+
+    void emit(const Instruction& instruction) {
+        require(code.instructions.size() < max_instructions, {},
+                "the expressions have more than {} operations together; expected shorter ones", max_instructions);
+        code.instructions.push_back(instruction);
+    }
+    Argument argument(int index) {
+        if (index < 0) return {};
+        const Node& node = graph_[index];
+        if (node.operation == Operation::slot) return {Argument::Kind::slot, node.left};
+        if (node.operation != Operation::number)
+            return {Argument::Kind::instruction, emitted_[static_cast<std::size_t>(index)]};
+        code.constants.push_back(node.value);
+        return {Argument::Kind::constant, static_cast<int>(code.constants.size()) - 1};
+    }
+
+    /// A register is free again after the last instruction that reads it, which may write its result there.
+    void allocate_registers() {
+        std::vector<std::size_t> last_use(code.instructions.size(), 0);
+        for (std::size_t i = 0; i < code.instructions.size(); ++i)
+            for (const Argument& read : {code.instructions[i].a, code.instructions[i].b, code.instructions[i].c})
+                if (read.kind == Argument::Kind::instruction) last_use[static_cast<std::size_t>(read.index)] = i;
+        std::vector<std::size_t> free;
+        std::size_t registers = 0;
+        for (std::size_t i = 0; i < code.instructions.size(); ++i) {
+            Instruction& instruction = code.instructions[i];
+            for (const Argument& read : {instruction.a, instruction.b, instruction.c}) {
+                if (read.kind != Argument::Kind::instruction) continue;
+                const auto source = static_cast<std::size_t>(read.index);
+                if (last_use[source] != i) continue;
+                last_use[source] = max_instructions;  // an argument given twice is freed once
+                free.push_back(code.instructions[source].target);
+            }
+            if (instruction.output >= 0) continue;
+            if (free.empty()) free.push_back(registers++);
+            instruction.target = free.back();
+            free.pop_back();
+        }
+        code.chunk = std::min(max_chunk, scratch_size / std::max<std::size_t>(registers, 1));
+    }
+
+    GraphBuilder graph_;
+    std::vector<int> roots_, uses_;
+    std::vector<int> emitted_;  ///< node -> the instruction that computes it
+};
+
+/// An argument at one call: its first number, whether it varies between points, and whether it moves with the chunks.
+struct Source {
+    const double* first;
+    bool varies, moves;
+};
+
+struct Step {
+    StripKernel kernel;
+    Operation operation;
+    Source a, b, c;
+    double* target;
+    bool target_moves;
+};
+
+const double* at(const Source& source, std::size_t offset) {
+    return source.moves ? source.first + offset : source.first;
+}
+}  // namespace
+
+StripProgram::StripProgram(std::span<const Expression> outputs)
+    : code_(std::make_shared<const Code>(Compiler(outputs).code)) {}
+
+void StripProgram::add(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
+                       std::span<double* const> out) const {
+    const Code& code = *code_;
+    static constexpr double unused = 0.0;
+    alignas(64) std::array<double, scratch_size> registers;
+    std::array<double, max_instructions> constant_results;
+    std::array<bool, max_instructions> is_constant;
+    std::array<Step, max_instructions> steps;
+    std::size_t count = 0;
+    const auto source_of = [&](const Argument& argument) -> Source {
+        const auto index = static_cast<std::size_t>(argument.index);
+        switch (argument.kind) {
+            case Argument::Kind::none: return {&unused, false, false};
+            case Argument::Kind::constant: return {&code.constants[index], false, false};
+            case Argument::Kind::slot:
+                return slots[index] ? Source{slots[index], true, true} : Source{&uniform[index], false, false};
+            case Argument::Kind::output: return {out[index], true, true};
+            case Argument::Kind::instruction: break;
+        }
+        if (is_constant[index]) return {&constant_results[index], false, false};
+        return {&registers[code.instructions[index].target * code.chunk], true, false};
+    };
+    for (std::size_t i = 0; i < code.instructions.size(); ++i) {
+        const Instruction& instruction = code.instructions[i];
+        const Source a = source_of(instruction.a), b = source_of(instruction.b), c = source_of(instruction.c);
+        const StripKernel kernel = strip_kernel(instruction.kind, a.varies, b.varies, c.varies);
+        is_constant[i] = !a.varies && !b.varies && !c.varies;  // then it is computed once
+        double* const target = instruction.output >= 0 ? out[static_cast<std::size_t>(instruction.output)]
+                                                       : &registers[instruction.target * code.chunk];
+        if (is_constant[i]) kernel(1, instruction.operation, a.first, b.first, c.first, &constant_results[i]);
+        else steps[count++] = {kernel, instruction.operation, a, b, c, target, instruction.output >= 0};
+    }
+    for (std::size_t offset = 0; offset < size; offset += code.chunk) {
+        const std::size_t points = std::min(code.chunk, size - offset);
+        for (std::size_t s = 0; s < count; ++s) {
+            const Step& step = steps[s];
+            step.kernel(points, step.operation, at(step.a, offset), at(step.b, offset), at(step.c, offset),
+                        step.target_moves ? step.target + offset : step.target);
+        }
+    }
+}
+
+}  // namespace drover

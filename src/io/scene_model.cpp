@@ -1,0 +1,124 @@
+// io/scene_model.cpp: model sections and text terms between TOML tables and a Model.
+#include "io/scene_model.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include "drover/physics/coefficient_registry.hpp"
+
+namespace drover::io {
+
+namespace {
+using physics::TextTerm;
+
+std::string term_table(std::size_t number) { return text("terms[{}]", number); }
+
+/// The texts of a key: one, or a list of them.
+std::vector<physics::WrittenExpression> texts_of(const LocatedValue& found, const std::string& key) {
+    std::vector<physics::WrittenExpression> result;
+    const auto add = [&](const std::string& written) {
+        const std::size_t n = result.size();
+        result.push_back({written, n < found.items.size() ? found.items[n] : found.where});
+    };
+    if (const auto* one = std::get_if<std::string>(&found.value)) add(*one);
+    else if (const auto* list = std::get_if<std::vector<std::string>>(&found.value))
+        std::for_each(list->begin(), list->end(), add);
+    else
+        fail_input(found.where, "{} = {}; expected an expression in quotes, or a list of two: the x and y components",
+                   key, toml_text(found.value));
+    return result;
+}
+
+TextTerm read_term(const LocatedTable& table, const std::string& name) {
+    TextTerm term{.of = {}, .where = table.where};
+    for (const auto& [key, found] : table.values) {
+        const std::string whole = name + "." + key;
+        if (key == "of") {
+            const auto* word = std::get_if<std::string>(&found.value);
+            require(word != nullptr, found.where, "{} = {}; expected the name of a field in quotes", whole,
+                    toml_text(found.value));
+            term.of = *word;
+        } else if (key == "value") term.value = texts_of(found, whole);
+        else if (key == "flux") term.flux = texts_of(found, whole);
+        else if (key == "parameter_names") term.parameters = std::get<std::vector<std::string>>(found.value);
+        else fail_input(found.where, "unknown key {}; expected of, value, flux or parameters", whole);
+    }
+    return term;
+}
+
+void read_terms(const LocatedTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations) {
+    for (std::size_t n = 1; tables.contains(term_table(n)); ++n)
+        model.text_terms.push_back(read_term(tables.at(term_table(n)), term_table(n)));
+    const auto parameters = tables.find(parameter_table);
+    if (parameters == tables.end()) return;
+    for (const auto& [name, found] : parameters->second.values) {
+        const std::string key = std::string(parameter_table) + "." + name;
+        const bool known = std::any_of(model.text_terms.begin(), model.text_terms.end(), [&](const TextTerm& term) {
+            return std::find(term.parameters.begin(), term.parameters.end(), name) != term.parameters.end();
+        });
+        require(known, found.where, "{} is not a parameter of any [[terms]]; expected one that a term lists", key);
+        const Description description{.name = name,
+                                      .default_value = 0.0,
+                                      .unit = {},
+                                      .range = any_number,
+                                      .choices = {},
+                                      .doc = "a parameter of the terms written as text"};
+        model.parameters[name] = std::get<double>(checked_value(description, parameter_table, found));
+        locations.emplace(key, found.where);
+    }
+}
+
+std::string term_text(const TextTerm& term, const physics::Model& model) {
+    const auto list = [](const std::vector<physics::WrittenExpression>& texts) {
+        std::vector<std::string> words;
+        for (const auto& one : texts) words.push_back(one.text);
+        return toml_text(words);
+    };
+    std::string result = "[[terms]]\nof = " + toml_text(term.of) + "\n";
+    if (!term.value.empty()) result += "value = " + list(term.value) + "\n";
+    if (!term.flux.empty()) result += "flux = " + list(term.flux) + "\n";
+    std::vector<std::string> parameters;
+    for (const std::string& name : term.parameters)
+        parameters.push_back(name + " = " + toml_text(model.parameters.at(name)));
+    if (!parameters.empty()) result += "parameters = { " + joined(parameters) + " }\n";
+    return result;
+}
+}  // namespace
+
+void read_model(const LocatedTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations) {
+    for (const physics::ModelSection& section : physics::model_sections()) {
+        const auto table = tables.find(section.name);
+        if (table == tables.end()) continue;
+        std::vector<Description> rows;
+        for (const physics::ModelKey& key : section.keys) rows.push_back(key.description);
+        reject_unknown_keys(table->second, section.name, rows);
+        for (const physics::ModelKey& key : section.keys)
+            if (const auto found = table->second.values.find(key.description.name);
+                found != table->second.values.end()) {
+                key.set(model, checked_value(key.description, section.name, found->second));
+                locations.emplace(section.name + "." + found->first, found->second.where);
+            }
+    }
+    read_terms(tables, model, locations);
+}
+
+bool is_model_table(const std::string& name) {
+    if (name == parameter_table || name.starts_with("terms[")) return true;
+    const auto sections = physics::model_sections();
+    return std::any_of(sections.begin(), sections.end(),
+                       [&](const physics::ModelSection& section) { return section.name == name; });
+}
+
+std::string model_text(const physics::Model& model) {
+    std::string result;
+    for (const physics::ModelSection& section : physics::model_sections()) {
+        if (!result.empty()) result += '\n';
+        result += "[" + section.name + "]\n";
+        for (const physics::ModelKey& key : section.keys)
+            result += key.description.name + " = " + toml_text(key.get(model)) + "\n";
+    }
+    for (const TextTerm& term : model.text_terms) result += "\n" + term_text(term, model);
+    return result;
+}
+
+}  // namespace drover::io

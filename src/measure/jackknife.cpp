@@ -1,0 +1,76 @@
+// measure/jackknife.cpp: the jackknife over groups of unequal size.
+#include "measure/jackknife.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace drover::measure {
+
+std::size_t segments_per_body(std::size_t bodies) {
+    return bodies == 0 || bodies >= min_groups ? 1 : (min_groups + bodies - 1) / bodies;
+}
+
+Estimate jackknife(const std::vector<std::vector<double>>& sums, const std::vector<std::vector<double>>& counts,
+                   const std::function<double(std::span<const double> means)>& function) {
+    const std::size_t quantities = sums.empty() ? 0 : sums[0].size();
+    std::vector<double> total(quantities), number(quantities), means(quantities), left_out;
+    std::vector<std::size_t> filled;
+    for (std::size_t g = 0; g < sums.size(); ++g) {
+        double values = 0.0;
+        for (std::size_t k = 0; k < quantities; ++k) {
+            total[k] += sums[g][k];
+            number[k] += counts[g][k];
+            values += counts[g][k];
+        }
+        if (values > 0.0) filled.push_back(g);
+    }
+    for (std::size_t k = 0; k < quantities; ++k) means[k] = total[k] / number[k];
+    Estimate result{.mean = quantities > 0 ? function(means) : std::numeric_limits<double>::quiet_NaN()};
+    for (const double count : number) result.samples = std::max(result.samples, static_cast<std::size_t>(count));
+    if (!std::isfinite(result.mean)) {
+        result.refusal = "no error estimate: there is no finite value";
+        return result;
+    }
+    if (filled.size() < 2) {
+        result.refusal = "no error estimate: there is only one independent value; follow more bodies, or for longer";
+        return result;
+    }
+    double sum = 0.0, squares = 0.0;
+    for (const std::size_t g : filled) {
+        for (std::size_t k = 0; k < quantities; ++k) means[k] = (total[k] - sums[g][k]) / (number[k] - counts[g][k]);
+        left_out.push_back(function(means));
+        sum += left_out.back();
+    }
+    const auto groups = static_cast<double>(filled.size());
+    for (const double value : left_out) squares += (value - sum / groups) * (value - sum / groups);
+    const double error = std::sqrt((groups - 1.0) / groups * squares);
+    if (!std::isfinite(error)) {
+        result.refusal = "no error estimate: all values of one quantity are in one group";
+        return result;
+    }
+    result.mean -= (groups - 1.0) * (sum / groups - result.mean);
+    result.error = error;
+    result.blocks = filled.size();
+    return result;
+}
+
+std::vector<Estimate> jackknife_means(const std::vector<std::vector<double>>& sums,
+                                      const std::vector<std::vector<double>>& counts) {
+    std::vector<Estimate> result;
+    const std::size_t quantities = sums.empty() ? 0 : sums[0].size();
+    for (std::size_t k = 0; k < quantities; ++k) {
+        std::vector<std::vector<double>> one_sum, one_count;
+        double sum = 0.0, count = 0.0;
+        for (std::size_t g = 0; g < sums.size(); ++g) {
+            one_sum.push_back({sums[g][k]});
+            one_count.push_back({counts[g][k]});
+            sum += sums[g][k];
+            count += counts[g][k];
+        }
+        result.push_back(jackknife(one_sum, one_count, [](auto means) { return means[0]; }));
+        result.back().mean = sum / count;  // a plain mean has no bias: the correction for unequal groups is noise
+    }
+    return result;
+}
+
+}  // namespace drover::measure

@@ -1,0 +1,36 @@
+// measure/jackknife.hpp: means and functions of means with errors from the jackknife over independent groups of values.
+#pragma once
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "drover/measure/trajectories.hpp"
+
+namespace drover::measure {
+
+/// Into how many segments of time the path of each body is cut: see min_groups.
+std::size_t segments_per_body(std::size_t bodies);
+
+/// The segment to which time i of `times` belongs.
+inline std::size_t segment_of(std::size_t i, std::size_t times, std::size_t segments) { return i * segments / times; }
+
+/// Sums of values and their numbers, [group][quantity].
+struct GroupSums {
+    std::vector<std::vector<double>> sums, counts;
+    GroupSums(std::size_t groups, std::size_t quantities)
+        : sums(groups, std::vector<double>(quantities)), counts(groups, std::vector<double>(quantities)) {}
+    void add(std::size_t group, std::size_t quantity, double value) {
+        sums[group][quantity] += value;
+        counts[group][quantity] += 1.0;
+    }
+};
+
+/// `function` of the means of the quantities over all groups.  Empty groups are left out.
+Estimate jackknife(const std::vector<std::vector<double>>& sums, const std::vector<std::vector<double>>& counts,
+                   const std::function<double(std::span<const double> means)>& function);
+
+/// The mean of each quantity, sum over number whatever the sizes of the groups, with its error by the jackknife.
+std::vector<Estimate> jackknife_means(const std::vector<std::vector<double>>& sums,
+                                      const std::vector<std::vector<double>>& counts);
+
+}  // namespace drover::measure

@@ -1,0 +1,373 @@
+// physics/coefficient_registry.cpp: the registry: every coefficient with its key, symbol, unit, range and meaning.
+#include "drover/physics/coefficient_registry.hpp"
+
+#include <algorithm>
+
+namespace drover::physics {
+
+const std::vector<CoefficientRow>& coefficient_registry() {
+    static const std::vector<CoefficientRow> rows{
+        {.section = "current",
+         .name = "speed",
+         .symbol = "u",
+         .unit = "mm/s",
+         .doc = "speed of rods along the order, in d_t sigma = -div(u p) or -div(u sigma p)",
+         .needs = needs_rod_density,
+         .value = [](Model& m) -> double& { return m.current.speed; }},
+        {.section = "inertia",
+         .name = "bead_mass",
+         .symbol = "m",
+         .unit = "mg",
+         .range = positive,
+         .doc = "mass of a bead, in m rho d_t v",
+         .value = [](Model& m) -> double& { return m.inertia.bead_mass; }},
+        {.section = "drag",
+         .name = "coefficient",
+         .symbol = "Gamma",
+         .unit = "mg/(mm^2 s)",
+         .range = not_negative,
+         .doc = "friction of the beads with the plate, in m rho d_t v = -Gamma v",
+         .needs = needs_bead_velocity,
+         .value = [](Model& m) -> double& { return m.drag.coefficient; },
+         .monomials = [](Model& m) -> std::vector<std::string>& { return m.drag.coefficient_terms; },
+         .compiled = &Coefficients::drag},
+        {.section = "viscosity",
+         .name = "shear",
+         .symbol = "eta",
+         .unit = "mg/s",
+         .range = not_negative,
+         .doc = "shear viscosity of the beads, in m rho d_t v = eta lap v",
+         .needs = needs_bead_velocity,
+         .value = [](Model& m) -> double& { return m.viscosity.shear; }},
+        {.section = "viscosity",
+         .name = "bulk",
+         .symbol = "zeta",
+         .unit = "mg/s",
+         .range = not_negative,
+         .doc = "bulk viscosity of the beads, in m rho d_t v = zeta grad(div v)",
+         .needs = needs_bead_velocity,
+         .value = [](Model& m) -> double& { return m.viscosity.bulk; }},
+        {.section = "driving",
+         .name = "strength",
+         .symbol = "alpha",
+         .unit = "mg/(mm s^2)/[p]",
+         .doc = "force of the rods on the beads, in m rho d_t v = alpha p",
+         .needs = needs_bead_velocity,
+         .order_power = -1,
+         .value = [](Model& m) -> double& { return m.driving.strength; },
+         .monomials = [](Model& m) -> std::vector<std::string>& { return m.driving.strength_terms; },
+         .compiled = &Coefficients::driving},
+        {.section = "stiffness",
+         .name = "beads",
+         .symbol = "E",
+         .unit = "mg mm^2/s^2",
+         .doc = "stiffness (inverse compressibility) of the beads, in m rho d_t v = -E grad rho",
+         .needs = needs_bead_density | needs_bead_velocity,
+         .value = [](Model& m) -> double& { return m.stiffness.beads; }},
+        {.section = "stiffness",
+         .name = "rods",
+         .symbol = "F",
+         .unit = "mg mm^2/s^2",
+         .doc = "pressure of the rods on the beads, in m rho d_t v = -F grad sigma",
+         .needs = needs_rod_density | needs_bead_velocity,
+         .value = [](Model& m) -> double& { return m.stiffness.rods; }},
+        {.section = "relaxation",
+         .name = "rate",
+         .symbol = "a",
+         .unit = "1/s",
+         .doc = "decay rate of the order, in d_t p = -a p; < 0: the order grows until b stops it",
+         .value = [](Model& m) -> double& { return m.relaxation.rate; },
+         .monomials = [](Model& m) -> std::vector<std::string>& { return m.relaxation.rate_terms; },
+         .compiled = &Coefficients::relaxation},
+        {.section = "relaxation",
+         .name = "saturation",
+         .symbol = "b",
+         .unit = "1/s/[p]^2",
+         .range = not_negative,
+         .doc = "saturation of the order, in d_t p = -b |p|^2 p",
+         .order_power = -2,
+         .value = [](Model& m) -> double& { return m.relaxation.saturation; },
+         .monomials = [](Model& m) -> std::vector<std::string>& { return m.relaxation.saturation_terms; },
+         .compiled = &Coefficients::saturation},
+        {.section = "elasticity",
+         .name = "stiffness",
+         .symbol = "K3",
+         .unit = "mm^2/s",
+         .range = not_negative,
+         .doc = "elasticity of the order against any gradient, in d_t p = K3 lap p",
+         .value = [](Model& m) -> double& { return m.elasticity.stiffness; }},
+        {.section = "elasticity",
+         .name = "splay",
+         .symbol = "K1",
+         .unit = "mm^2/s",
+         .range = not_negative,
+         .doc = "additional elasticity against splay, in d_t p = K1 grad(div p)",
+         .value = [](Model& m) -> double& { return m.elasticity.splay; }},
+        {.section = "weathercock",
+         .name = "strength",
+         .symbol = "lambda",
+         .unit = "[p]/mm",
+         .doc = "alignment of rods by the flow of beads, in d_t p = lambda v; or lambda_s, see convention",
+         .needs = needs_bead_velocity,
+         .order_power = 1,
+         .value = [](Model& m) -> double& { return m.weathercock.strength; },
+         .monomials = [](Model& m) -> std::vector<std::string>& { return m.weathercock.strength_terms; },
+         .compiled = &Coefficients::weathercock},
+        {.section = "advection",
+         .name = "strength",
+         .symbol = "w",
+         .unit = "mm/s/[p]",
+         .doc = "self-advection of the order, in d_t p = -w p.grad p",
+         .order_power = -1,
+         .value = [](Model& m) -> double& { return m.advection.strength; }},
+        {.section = "pressure",
+         .name = "beads",
+         .symbol = "A",
+         .unit = "[p] mm^3/s",
+         .doc = "turning of rods away from crowded beads, in d_t p = -A grad rho",
+         .needs = needs_bead_density,
+         .order_power = 1,
+         .value = [](Model& m) -> double& { return m.pressure.beads; }},
+        {.section = "pressure",
+         .name = "rods",
+         .symbol = "B",
+         .unit = "[p] mm^3/s",
+         .doc = "turning of rods away from crowded rods, in d_t p = -B grad sigma; independent rods: u/2",
+         .needs = needs_rod_density,
+         .order_power = 1,
+         .value = [](Model& m) -> double& { return m.pressure.rods; }},
+        {.section = "diffusion",
+         .name = "beads",
+         .symbol = "D_rho",
+         .unit = "mm^2/s",
+         .range = not_negative,
+         .doc = "diffusion of beads, in d_t rho = D_rho lap rho",
+         .needs = needs_bead_density,
+         .value = [](Model& m) -> double& { return m.diffusion.beads; }},
+        {.section = "diffusion",
+         .name = "rods",
+         .symbol = "D_sigma",
+         .unit = "mm^2/s",
+         .range = not_negative,
+         .doc = "diffusion of rods, in d_t sigma = D_sigma lap sigma",
+         .needs = needs_rod_density,
+         .value = [](Model& m) -> double& { return m.diffusion.rods; }},
+        {.section = "noise",
+         .name = "order",
+         .symbol = "Delta",
+         .unit = "[p]^2 mm^2/s",
+         .range = not_negative,
+         .doc = "strength of the white noise on p, <f_i f_j> = Delta delta_ij delta(r - r') delta(t - t')",
+         .order_power = 2,
+         .value = [](Model& m) -> double& { return m.noise.order; }},
+        {.section = "noise",
+         .name = "rods",
+         .symbol = "Delta_sigma",
+         .unit = "1/s",
+         .range = not_negative,
+         .doc =
+             "strength of the conserved noise on sigma; independent rods: 2 D_sigma sigma; 0: sigma has no shot noise",
+         .needs = needs_rod_density,
+         .value = [](Model& m) -> double& { return m.noise.rods; }},
+        {.section = "noise",
+         .name = "beads",
+         .symbol = "Delta_rho",
+         .unit = "1/s",
+         .range = not_negative,
+         .doc = "strength of the conserved noise on rho",
+         .needs = needs_bead_density,
+         .value = [](Model& m) -> double& { return m.noise.beads; }}};
+    return rows;
+}
+
+const CoefficientRow& coefficient_row(const std::string& key) {
+    const CoefficientRegistry& rows = coefficient_registry();
+    const auto found =
+        std::find_if(rows.begin(), rows.end(), [&](const CoefficientRow& row) { return row.key() == key; });
+    require(found != rows.end(), {}, "{} is not a coefficient; expected a key of the registry", key);
+    return *found;
+}
+
+bool has_fields(const FieldChoice& fields, unsigned needs) {
+    return (fields.bead_density || !(needs & needs_bead_density)) &&
+           (fields.rod_density || !(needs & needs_rod_density)) &&
+           (fields.bead_velocity != "absent" || !(needs & needs_bead_velocity));
+}
+
+namespace {
+ModelKey coefficient_key(const CoefficientRow& row) {
+    const Model standard;
+    return {.description = {.name = row.name,
+                            .default_value = row.value_in(standard),
+                            .unit = row.unit,
+                            .range = row.range,
+                            .choices = {},
+                            .doc = row.symbol + ": " + row.doc},
+            .get = [row](const Model& model) -> Value { return row.value_in(model); },
+            .set = [row](Model& model, const Value& value) { row.value(model) = std::get<double>(value); },
+            .number = row.value};
+}
+
+ModelKey monomials_key(const CoefficientRow& row) {
+    using Texts = std::vector<std::string>;
+    return {.description = {.name = row.name + "_terms",
+                            .default_value = Texts{},
+                            .unit = {},
+                            .range = {},
+                            .choices = {},
+                            .doc = "monomials in the densities that are added to it, such as \"-0.5 rho sigma^2\""},
+            .get = [row](const Model& model) -> Value { return row.monomials_in(model); },
+            .set = [row](Model& model, const Value& value) { row.monomials(model) = std::get<Texts>(value); }};
+}
+
+/// The keys of a struct of a model that are not coefficients.
+template <class Struct>
+void add_keys(Struct Model::*part, std::vector<ModelKey>& keys) {
+    const std::vector<Description> described = descriptions<Struct>();
+    for (std::size_t i = 0; i < described.size(); ++i) {
+        const Row<Struct>& row = schema<Struct>()[i];
+        keys.push_back(
+            {.description = described[i],
+             .get = [part, &row](const Model& model) { return schema_detail::get(model.*part, row); },
+             .set = [part, &row](Model& model, const Value& value) { schema_detail::set(model.*part, row, value); }});
+    }
+}
+
+ModelKey word_key(const char* name, std::string& (*word)(Model&), std::vector<std::string> choices, const char* doc) {
+    Model standard;
+    return {.description = {.name = name,
+                            .default_value = word(standard),
+                            .unit = {},
+                            .range = {},
+                            .choices = std::move(choices),
+                            .doc = doc},
+            .get = [word](const Model& model) -> Value { return word(const_cast<Model&>(model)); },
+            .set = [word](Model& model, const Value& value) { word(model) = std::get<std::string>(value); }};
+}
+
+ModelKey nodes_key(const std::string& name, const std::string& unit, const Range& range, const char* doc,
+                   std::function<std::vector<double>&(Model&)> nodes) {
+    return {.description = {.name = name,
+                            .default_value = std::vector<double>{},
+                            .unit = unit,
+                            .range = range,
+                            .choices = {},
+                            .doc = doc},
+            .get = [nodes](const Model& model) -> Value {
+                Model copy{.table = model.table};  // nodes() makes a column where there is none
+                return nodes(copy);
+            },
+            .set = [nodes](Model& model, const Value& value) { nodes(model) = std::get<std::vector<double>>(value); }};
+}
+
+std::vector<ModelKey> table_keys(const CoefficientRegistry& registry) {
+    constexpr const char* values = "at each node, rod density fastest; replaces the number in its own section";
+    constexpr const char* errors = "standard errors of these values, independent of each other; for drover boundary";
+    std::vector<ModelKey> keys{nodes_key("bead_density", "1/mm^2", any_number,
+                                         "nodes of the bead density rho, ascending; empty: no dependence on it",
+                                         [](Model& m) -> std::vector<double>& { return m.table.bead_density; }),
+                               nodes_key("rod_density", "1/mm^2", any_number,
+                                         "nodes of the rod density sigma, ascending; empty: no dependence on it",
+                                         [](Model& m) -> std::vector<double>& { return m.table.rod_density; })};
+    for (const bool error : {false, true})
+        for (const CoefficientRow& row : registry)
+            if (row.varies())
+                keys.push_back(nodes_key(row.section + "_" + row.name + (error ? "_error" : ""), row.unit,
+                                         error ? not_negative : any_number, error ? errors : values,
+                                         [key = row.key(), error](Model& m) -> std::vector<double>& {
+                                             TableColumn& column = m.table.columns[key];
+                                             return error ? column.errors : column.values;
+                                         }));
+    keys.push_back(word_key(
+        "outside", [](Model& m) -> std::string& { return m.table.outside; }, {"refuse", "hold"},
+        "beyond the nodes: refuse: the run stops with an error; hold: the values at the edge"));
+    return keys;
+}
+
+/// Keys of a section that are not coefficients.
+void add_other_keys(const std::string& section, const CoefficientRegistry& registry, std::vector<ModelKey>& keys) {
+    if (section == "fields") add_keys(&Model::fields, keys);
+    if (section == "uniform") add_keys(&Model::uniform, keys);
+    if (section == "force") add_keys(&Model::force, keys);
+    if (section == "orienting_field") add_keys(&Model::orienting_field, keys);
+    if (section == "current")
+        keys.push_back(word_key(
+            "kind", [](Model& m) -> std::string& { return m.current.kind; }, {"order", "density-order"},
+            "order: J = u p, p being sigma times the mean orientation [1/mm^2]; density-order: J = u sigma p, p being "
+            "the mean orientation itself [1]; [p] is the unit of p"));
+    if (section == "inertia")
+        keys.push_back({.description = {.name = "advection",
+                                        .default_value = false,
+                                        .unit = {},
+                                        .range = {},
+                                        .choices = {},
+                                        .doc = "whether beads carry their own momentum: m rho v.grad v"},
+                        .get = [](const Model& m) -> Value { return m.inertia.advection; },
+                        .set = [](Model& m, const Value& v) { m.inertia.advection = std::get<bool>(v); }});
+    if (section == "weathercock")
+        keys.push_back(word_key(
+            "convention", [](Model& m) -> std::string& { return m.weathercock.convention; }, {"mean", "single-rod"},
+            "what strength is: mean: lambda of the equations; single-rod: lambda_s of one rod that turns as dn/dt = "
+            "lambda_s (1 - nn).v, which an assay of one rod in a transverse flow measures: lambda = lambda_s/2"));
+    if (section == "table")
+        for (ModelKey& key : table_keys(registry)) keys.push_back(std::move(key));
+}
+}  // namespace
+
+std::vector<ModelSection> model_sections(const CoefficientRegistry& registry) {
+    std::vector<ModelSection> sections{{"fields", "The fields of the model; the polar order p is always one.", {}},
+                                       {"uniform", "The mean densities.", {}},
+                                       {"current", "Motion of rods along their order.", {}},
+                                       {"inertia", "Inertia of the beads.", {}},
+                                       {"drag", "Friction of the beads with the plate.", {}},
+                                       {"viscosity", "Viscosity of the beads.", {}},
+                                       {"driving", "Rods driving beads.", {}},
+                                       {"stiffness", "Pressure on the beads: forces along gradients of density.", {}},
+                                       {"relaxation", "Relaxation and saturation of the order.", {}},
+                                       {"elasticity", "Elasticity of the order.", {}},
+                                       {"weathercock", "Beads turning rods.", {}},
+                                       {"advection", "Order carried by itself.", {}},
+                                       {"pressure", "Rods turning away from crowded places.", {}},
+                                       {"diffusion", "Diffusion of the densities.", {}},
+                                       {"noise", "Strengths of the noise.", {}},
+                                       {"force", "A body force on the beads.", {}},
+                                       {"orienting_field", "A field that orients rods.", {}},
+                                       {"table", "Coefficients measured on a mesh of densities.", {}}};
+    for (ModelSection& section : sections) {
+        for (const CoefficientRow& row : registry) {
+            if (row.section != section.name) continue;
+            section.keys.push_back(coefficient_key(row));
+            if (row.varies()) section.keys.push_back(monomials_key(row));
+        }
+        add_other_keys(section.name, registry, section.keys);
+    }
+    return sections;
+}
+
+std::vector<CoefficientValue> coefficient_values(const Model& model, const CoefficientRegistry& registry) {
+    std::vector<CoefficientValue> result;
+    for (const CoefficientRow& row : registry) {
+        if (!has_fields(model.fields, row.needs)) continue;
+        std::string value = text("{:.6g}", row.value_in(model));
+        bool is_given = row.value_in(model) != 0.0;
+        if (row.varies()) {
+            for (const std::string& monomial : row.monomials_in(model)) value += " + " + monomial;
+            is_given = is_given || !row.monomials_in(model).empty();
+            if (!model.table.column(row.key()).values.empty()) value = "from the table", is_given = true;
+        }
+        if (is_given) result.push_back({row.key(), row.symbol, value, row.unit, row.doc});
+    }
+    for (const auto& [name, value] : model.parameters)
+        result.push_back(
+            {"terms." + name, name, text("{:.6g}", value), "", "a parameter of the terms written as text"});
+    return result;
+}
+
+std::string coefficient_documentation(const CoefficientRegistry& registry) {
+    std::string result = "| symbol | key | unit | meaning |\n|---|---|---|---|\n";
+    for (const CoefficientRow& row : registry)
+        result += text("| {} | `{}` | {} | {} |\n", row.symbol, row.key(), row.unit, row.doc);
+    return result;
+}
+
+}  // namespace drover::physics

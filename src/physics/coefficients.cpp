@@ -1,0 +1,66 @@
+// physics/coefficients.cpp: columns of a table, and the keys of forces and fields from outside.
+#include "drover/physics/coefficients.hpp"
+
+#include <algorithm>
+
+namespace drover::physics {
+
+const TableColumn& TableData::column(const std::string& key) const {
+    static const TableColumn none;
+    const auto found = columns.find(key);
+    return found == columns.end() ? none : found->second;
+}
+
+bool TableData::has_values() const {
+    return std::any_of(columns.begin(), columns.end(), [](const auto& one) { return !one.second.values.empty(); });
+}
+
+}  // namespace drover::physics
+
+namespace drover {
+
+template <>
+const std::vector<Row<physics::BodyForce>>& schema<physics::BodyForce>() {
+    static const std::vector<Row<physics::BodyForce>> rows{
+        {.name = "kind",
+         .member = &physics::BodyForce::kind,
+         .choices = {"none", "uniform", "point"},
+         .doc = "body force on the beads: the same everywhere, or at a point that may move"},
+        {.name = "x",
+         .member = &physics::BodyForce::x,
+         .unit = "mg/(mm s^2), point: mg mm/s^2",
+         .doc = "x component: a force per area when uniform, a force at a point"},
+        {.name = "y", .member = &physics::BodyForce::y, .unit = "mg/(mm s^2), point: mg mm/s^2", .doc = "y component"},
+        {.name = "at_x",
+         .member = &physics::BodyForce::at_x,
+         .unit = "mm",
+         .doc = "point: its position at t = 0, along x"},
+        {.name = "at_y",
+         .member = &physics::BodyForce::at_y,
+         .unit = "mm",
+         .doc = "point: its position at t = 0, along y"},
+        {.name = "velocity_x",
+         .member = &physics::BodyForce::velocity_x,
+         .unit = "mm/s",
+         .doc = "point: its velocity along x"},
+        {.name = "velocity_y",
+         .member = &physics::BodyForce::velocity_y,
+         .unit = "mm/s",
+         .doc = "point: its velocity along y"},
+        {.name = "width",
+         .member = &physics::BodyForce::width,
+         .unit = "mm",
+         .range = not_negative,
+         .doc = "point: standard deviation of the Gaussian it is spread over; 0: band-limited point force"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<physics::OrientingField>>& schema<physics::OrientingField>() {
+    static const std::vector<Row<physics::OrientingField>> rows{
+        {.name = "x", .member = &physics::OrientingField::x, .unit = "[p]/s", .doc = "h_x, in d_t p = h"},
+        {.name = "y", .member = &physics::OrientingField::y, .unit = "[p]/s", .doc = "h_y, in d_t p = h"}};
+    return rows;
+}
+
+}  // namespace drover

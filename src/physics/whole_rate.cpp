@@ -1,0 +1,30 @@
+// physics/whole_rate.cpp: linear part and the rest, added up.
+#include "drover/physics/whole_rate.hpp"
+
+#include <algorithm>
+
+namespace drover::physics {
+
+WholeRate::WholeRate(const Equations& equations, const numerics::Grid& grid, const Reference& about, Threads& threads,
+                     const Dealiasing& dealiasing)
+    : system(linear_system(equations, grid, about, dealiasing)),
+      linear(system),
+      rest(std::make_shared<RightHandSide>(equations, system, about, threads)) {
+    system.nonlinear = [shared = rest](double t, const numerics::Spectra& state, numerics::Spectra& rate) {
+        (*shared)(t, state, rate);
+    };
+}
+
+void WholeRate::write(double t, const numerics::Spectra& state, numerics::Spectra& rate) const {
+    std::fill(rate.values.begin(), rate.values.end(), numerics::Complex(0.0));
+    (*rest)(t, state, rate);
+    linear.add(state, rate);
+}
+
+numerics::Spectra WholeRate::operator()(double t, const numerics::Spectra& state) const {
+    numerics::Spectra rate(system.grid, state.count());
+    write(t, state, rate);
+    return rate;
+}
+
+}  // namespace drover::physics

@@ -1,0 +1,21 @@
+// run/boundary_plan.hpp: the plane, the uncertain numbers and the conventions of drover boundary, read from a scene.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/io/scene.hpp"
+#include "drover/physics/phase_boundary.hpp"
+
+namespace drover::run {
+
+struct PlannedBoundary {
+    physics::Plane plane;
+    std::vector<physics::Uncertain> uncertain;
+    std::vector<std::string> conventions;  ///< of lambda: at least one
+    std::vector<physics::Limit> limits;    ///< at least one
+};
+
+/// Throws an input Error at the key that is wrong.
+PlannedBoundary plan_boundary(const io::Scene& scene);
+
+}  // namespace drover::run

@@ -1,0 +1,42 @@
+// run/number_lists.cpp: reading keys with numbers.
+#include "run/number_lists.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+namespace drover::run {
+
+namespace {
+std::string trimmed(std::string word) {
+    word.erase(0, word.find_first_not_of(" \t"));
+    word.erase(word.find_last_not_of(" \t") + 1);
+    return word;
+}
+}  // namespace
+
+Assignment read_assignment(const std::string& written, const std::string& list, const std::string& example,
+                           const SourceLocation& where) {
+    const std::size_t equals = written.find('=');
+    require(equals != std::string::npos && !trimmed(written.substr(0, equals)).empty(), where,
+            "{} has \"{}\"; expected \"section.key = values\", as in {}", list, written, example);
+    return {.key = trimmed(written.substr(0, equals)), .value = trimmed(written.substr(equals + 1))};
+}
+
+std::vector<std::string> split(const std::string& words, char separator) {
+    std::vector<std::string> parts;
+    std::istringstream stream(words);
+    for (std::string part; std::getline(stream, part, separator);) parts.push_back(trimmed(part));
+    return parts;
+}
+
+double read_number(const std::string& word, const std::string& written, const std::string& list,
+                   const std::string& example, const SourceLocation& where) {
+    char* end = nullptr;
+    const double value = std::strtod(word.c_str(), &end);
+    require(!word.empty() && *end == '\0' && std::isfinite(value), where,
+            "{} has \"{}\" in \"{}\"; expected numbers, as in {}", list, word, written, example);
+    return value;
+}
+
+}  // namespace drover::run

@@ -1,0 +1,26 @@
+// run/number_lists.hpp: "section.key = numbers", the text of sweeps and boundaries.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/base/error.hpp"
+
+namespace drover::run {
+
+struct Assignment {
+    std::string key, value;
+};
+
+/// Splits "key = value", an element of the scene's key `list`; messages quote `example`.  Throws an input Error at
+/// `where`.
+Assignment read_assignment(const std::string& written, const std::string& list, const std::string& example,
+                           const SourceLocation& where);
+
+/// "1, 2, 3" or "0.5:2" by its separator, without spaces.
+std::vector<std::string> split(const std::string& words, char separator);
+
+/// A finite number.  Throws an input Error that names the word.
+double read_number(const std::string& word, const std::string& written, const std::string& list,
+                   const std::string& example, const SourceLocation& where);
+
+}  // namespace drover::run

@@ -1,0 +1,235 @@
+// run/result_tables.cpp: a result as the tables of an archive: nested lists become arrays.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "drover/base/text.hpp"
+#include "drover/run/result.hpp"
+
+namespace drover::run {
+
+namespace {
+/// Values of one dataset, with the depth of the list that it belongs to.
+struct Column {
+    Entry entry;
+    std::string name;
+    std::size_t depth = 0;
+    std::vector<double> values;
+};
+
+/// What is stored of a value: text without choices is not.
+bool is_stored(const Entry& entry) {
+    if (!entry.shown.archive || std::holds_alternative<std::vector<std::string>>(entry.value)) return false;
+    return !std::holds_alternative<std::string>(entry.value) || !entry.choices.empty();
+}
+
+double stored_value(const Entry& entry) {
+    if (const auto* number = std::get_if<double>(&entry.value)) return *number;
+    if (const auto* count = std::get_if<std::int64_t>(&entry.value)) return static_cast<double>(*count);
+    if (const auto* flag = std::get_if<bool>(&entry.value)) return *flag ? 1.0 : 0.0;
+    const auto& words = std::get<std::string>(entry.value);
+    return static_cast<double>(std::find(entry.choices.begin(), entry.choices.end(), words) - entry.choices.begin());
+}
+
+std::string meaning_of(const Entry& entry) {
+    std::string codes;
+    for (std::size_t i = 0; i < entry.choices.size(); ++i)
+        codes += text("{}{} {}", i > 0 ? ", " : "", i, entry.choices[i]);
+    if (codes.empty()) return entry.meaning;
+    return entry.meaning + ": " + codes;
+}
+
+std::string unit_of(const Entry& entry) { return entry.unit.empty() ? "1" : entry.unit; }
+
+/// "mean" and "error" make mean_error, "mean" and "" mean.
+std::string name_in(const std::string& record, const std::string& name) {
+    std::string joint = record.empty() ? name : name.empty() ? record : record + "_" + name;
+    std::replace(joint.begin(), joint.end(), '-', '_');
+    return joint;
+}
+
+/// The stored numbers of a record; a vector is stored by its components.
+void add_columns(const Record& record, const std::string& before, std::size_t depth, std::vector<Column>& columns) {
+    for (const Entry& entry : record.entries) {
+        if (!is_stored(entry)) continue;
+        const std::string name = name_in(before, entry.dataset.value_or(entry.name));
+        if (const auto* vector = std::get_if<std::vector<double>>(&entry.value)) {
+            const char* const axes[]{"x", "y", "z"};
+            for (std::size_t i = 0; i < vector->size() && i < 3; ++i)
+                columns.push_back({entry, name + "_" + axes[i], depth, {(*vector)[i]}});
+        } else {
+            columns.push_back({entry, name, depth, {stored_value(entry)}});
+        }
+    }
+    for (const auto& [name, part] : record.parts)
+        if (part.shown.archive && part.group.empty()) add_columns(part, name_in(before, name), depth, columns);
+}
+
+/// The lists from the outermost to an innermost one, and the arrays over its rows.
+struct Flattened {
+    std::vector<const List*> path;
+    std::vector<Column> columns;
+    std::size_t rows = 0;
+};
+
+/// Appends one row: `row` has the same columns every time.
+void append_row(const std::vector<Column>& row, Flattened& to) {
+    if (to.rows++ == 0) {
+        to.columns = row;
+        return;
+    }
+    for (std::size_t c = 0; c < row.size(); ++c) to.columns[c].values.push_back(row[c].values.front());
+}
+
+using Counters = std::map<std::string, double>;
+
+void flatten(const List& list, std::vector<const List*> path, std::vector<Column> outer, Counters& counters,
+             std::map<std::string, Flattened>& found) {
+    const std::size_t depth = path.size();
+    path.push_back(&list);
+    for (const Record& row : list.rows) {
+        std::vector<Column> columns = outer;
+        if (!list.row.empty() && !row.lists.empty()) {
+            const Entry index{.name = list.row, .unit = "1", .meaning = "index of the " + list.row, .value = 0.0};
+            columns.push_back({index, list.row, depth, {counters[list.row]}});
+            counters[list.row] += 1.0;
+        }
+        add_columns(row, "", depth, columns);
+        if (row.lists.empty()) {
+            Flattened& table = found[list.name];
+            table.path = path;
+            append_row(columns, table);
+        }
+        for (const List& inner : row.lists)
+            if (inner.shown.archive) flatten(inner, path, columns, counters, found);
+    }
+}
+
+void add_array(const std::string& name, const Entry& entry, std::vector<std::string> axes, std::vector<double> values,
+               files::ResultTable& table) {
+    table.quantities.push_back({name, unit_of(entry), meaning_of(entry), std::move(axes)});
+    table.values.push_back(std::move(values));
+}
+
+/// Arrays over the index of the row.
+void add_long_table(const Flattened& flat, files::ResultTable& table) {
+    const List& inner = *flat.path.back();
+    std::vector<double> index(flat.rows);
+    for (std::size_t i = 0; i < flat.rows; ++i) index[i] = static_cast<double>(i);
+    table.axes.push_back({inner.row, "1", inner.meaning, index});
+    for (const Column& column : flat.columns)
+        add_array(inner.prefix + column.name, column.entry, {inner.row}, column.values, table);
+}
+
+bool is_coordinate(const Column& column, const Flattened& flat) {
+    return column.entry.name == flat.path[column.depth]->coordinate;
+}
+
+/// Arrays over the coordinates of all lists, which must be the same in every row of the list around them.
+void add_grid(const Flattened& flat, files::ResultTable& table) {
+    std::vector<std::size_t> sizes, strides;
+    for (std::size_t depth = 0; depth < flat.path.size(); ++depth) sizes.push_back(flat.path[depth]->rows.size());
+    strides.assign(sizes.size(), 1);
+    for (std::size_t depth = sizes.size() - 1; depth-- > 0;) strides[depth] = strides[depth + 1] * sizes[depth + 1];
+    std::vector<std::string> axes;
+    for (const Column& column : flat.columns)
+        if (is_coordinate(column, flat)) {
+            std::vector<double> values;
+            for (std::size_t i = 0; i < sizes[column.depth]; ++i)
+                values.push_back(column.values[i * strides[column.depth]]);
+            axes.push_back(column.name);
+            table.axes.push_back({column.name, unit_of(column.entry), column.entry.meaning, values});
+        }
+    for (const Column& column : flat.columns) {
+        if (is_coordinate(column, flat)) continue;
+        std::vector<double> values;
+        for (std::size_t i = 0; i < flat.rows; i += strides[column.depth]) values.push_back(column.values[i]);
+        const auto last = axes.begin() + static_cast<std::ptrdiff_t>(column.depth) + 1;
+        add_array(flat.path.back()->prefix + column.name, column.entry, {axes.begin(), last}, std::move(values), table);
+    }
+}
+
+using Tables = std::map<std::string, files::ResultTable>;
+
+void append(const files::ResultTable& from, files::ResultTable& to) {
+    to.axes.insert(to.axes.end(), from.axes.begin(), from.axes.end());
+    to.quantities.insert(to.quantities.end(), from.quantities.begin(), from.quantities.end());
+    to.values.insert(to.values.end(), from.values.begin(), from.values.end());
+}
+
+std::string group_of(const Record& record, const std::string& around) {
+    return record.group.empty() ? around : record.group;
+}
+
+void add_list(const List& list, const std::string& group, Tables& tables);
+
+void add_record(const Record& record, const std::string& around, Tables& tables) {
+    const std::string group = group_of(record, around);
+    std::vector<Column> columns;
+    add_columns(record, "", 0, columns);
+    if (!group.empty()) {
+        files::ResultTable& table = tables[group];
+        for (const Column& column : columns) add_array(column.name, column.entry, {}, column.values, table);
+        append(record.maps, table);
+    }
+    for (const auto& [name, part] : record.parts)
+        if (!part.group.empty()) add_record(part, group, tables);
+    for (const List& list : record.lists) add_list(list, group, tables);
+}
+
+void add_list(const List& list, const std::string& group, Tables& tables) {
+    if (!list.shown.archive) return;
+    const bool has_groups =
+        std::any_of(list.rows.begin(), list.rows.end(), [](const Record& row) { return !row.group.empty(); });
+    if (has_groups) {
+        for (const Record& row : list.rows) add_record(row, group, tables);
+        return;
+    }
+    Counters counters;
+    std::map<std::string, Flattened> found;
+    flatten(list, {}, {}, counters, found);
+    for (const auto& [name, flat] : found) {
+        const bool is_grid =
+            std::all_of(flat.path.begin(), flat.path.end(), [](const List* one) { return !one->coordinate.empty(); });
+        const std::string own = flat.path.back()->group;
+        files::ResultTable& table = tables[own.empty() ? group : own];
+        if (is_grid) add_grid(flat, table);
+        else add_long_table(flat, table);
+    }
+}
+}  // namespace
+
+std::vector<files::ResultTable> result_tables(const Result& result) {
+    Tables tables;
+    add_record(result.root, "", tables);
+    std::vector<files::ResultTable> list;
+    for (auto& [group, table] : tables) {
+        table.group = group;
+        list.push_back(std::move(table));
+    }
+    return list;
+}
+
+namespace {
+void add_attributes(const Record& record, const std::string& before, std::vector<files::Attribute>& attributes) {
+    for (const Entry& entry : record.entries) {
+        const std::string name = name_in(before, entry.dataset.value_or(entry.name));
+        if (const auto* words = std::get_if<std::string>(&entry.value)) {
+            if (!words->empty()) attributes.emplace_back(name, *words);
+        } else if (is_stored(entry) && !std::holds_alternative<std::vector<double>>(entry.value)) {
+            if (const double value = stored_value(entry); std::isfinite(value)) attributes.emplace_back(name, value);
+        }
+    }
+    for (const auto& [name, part] : record.parts)
+        if (part.group.empty()) add_attributes(part, name_in(before, name), attributes);
+}
+}  // namespace
+
+std::vector<files::Attribute> result_attributes(const Result& result) {
+    std::vector<files::Attribute> attributes = result.attributes;
+    if (result.root.group.empty()) add_attributes(result.root, "", attributes);
+    return attributes;
+}
+
+}  // namespace drover::run
