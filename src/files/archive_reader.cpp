@@ -193,7 +193,9 @@ std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name
 ArchiveReader::ArchiveReader(const std::filesystem::path& file) try {
     const QuietErrors quiet;
     require_plain_file(file);
-    file_ = std::make_unique<File>(File{{file.string(), Fault::input}, Hdf5File::open_for_reading(file)});
+    Hdf5File hdf5 =
+        Hdf5File::open_for_reading(file);  // before File: GCC 12 destroys members of an aggregate twice here
+    file_ = std::make_unique<File>(File{{file.string(), Fault::input}, std::move(hdf5)});
 } catch (const std::system_error& cause) {
     fail_input({file.string()}, "cannot be read: {}; expected a readable archive of drover", std::string(cause.what()));
 }

@@ -79,7 +79,7 @@ std::vector<std::string> section_names(SectionOf kind) {
 }
 
 /// The kind of a scene, from its sections.  Throws an input Error when sections of both kinds are present.
-SceneKind kind_of(const SceneTables& tables) {
+SceneKind kind_of(const LocatedTables& tables) {
     const auto first_of = [&](SectionOf kind) {
         for (const std::string& name : section_names(kind))
             if (const auto table = tables.find(name); table != tables.end()) return table;
@@ -103,7 +103,7 @@ void reject_keys_of_fields(const Scene& scene) {
 
 }  // namespace
 
-Scene scene_of(const SceneTables& tables, const std::string& file) {
+Scene scene_of(const LocatedTables& tables, const std::string& file) {
     Scene scene;
     scene.file = file;
     scene.kind = kind_of(tables);
@@ -130,6 +130,28 @@ Scene scene_of(const SceneTables& tables, const std::string& file) {
 SourceLocation location_of(const Scene& scene, const std::string& key) {
     const auto found = scene.places.find(key);
     return found != scene.places.end() ? found->second : SourceLocation{.file = scene.file};
+}
+
+ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model) {
+    std::vector<std::string> numbers;
+    for (const auto& [name, value] : model.parameters) {
+        numbers.push_back(std::string(parameter_table) + "." + name);
+        if (numbers.back() == key)
+            return {.unit = "", .range = any_number, .in = [name = name](physics::Model& m) -> double& {
+                        return m.parameters.at(name);
+                    }};
+    }
+    for (const physics::ModelSection& section : physics::model_sections())
+        for (const physics::ModelKey& one : section.keys) {
+            if (!one.number) continue;
+            numbers.push_back(section.name + "." + one.description.name);
+            if (numbers.back() == key)
+                return {.unit = one.description.unit, .range = one.description.range, .in = one.number};
+        }
+    const std::string near = nearest_name(key, numbers);
+    fail_input(where, "{} is not a number of the model; {}", key,
+               near.empty() ? text("expected one such as {} (see drover schema)", "driving.strength")
+                            : text("did you mean {}?", near));
 }
 
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command) {

@@ -11,8 +11,6 @@ namespace drover::io {
 namespace {
 using physics::TextTerm;
 
-constexpr const char* parameter_table = "terms";
-
 std::string term_table(std::size_t number) { return text("terms[{}]", number); }
 
 /// The texts of a key: one, or a list of them.
@@ -48,7 +46,7 @@ TextTerm read_term(const LocatedTable& table, const std::string& name) {
     return term;
 }
 
-void read_terms(const SceneTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations) {
+void read_terms(const LocatedTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations) {
     for (std::size_t n = 1; tables.contains(term_table(n)); ++n)
         model.text_terms.push_back(read_term(tables.at(term_table(n)), term_table(n)));
     const auto parameters = tables.find(parameter_table);
@@ -87,7 +85,7 @@ std::string term_text(const TextTerm& term, const physics::Model& model) {
 }
 }  // namespace
 
-void read_model(const SceneTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations) {
+void read_model(const LocatedTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations) {
     for (const physics::ModelSection& section : physics::model_sections()) {
         const auto table = tables.find(section.name);
         if (table == tables.end()) continue;
@@ -121,28 +119,6 @@ std::string model_text(const physics::Model& model) {
     }
     for (const TextTerm& term : model.text_terms) result += "\n" + term_text(term, model);
     return result;
-}
-
-ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model) {
-    std::vector<std::string> numbers;
-    for (const auto& [name, value] : model.parameters) {
-        numbers.push_back(std::string(parameter_table) + "." + name);
-        if (numbers.back() == key)
-            return {.unit = "", .range = any_number, .in = [name = name](physics::Model& m) -> double& {
-                        return m.parameters.at(name);
-                    }};
-    }
-    for (const physics::ModelSection& section : physics::model_sections())
-        for (const physics::ModelKey& one : section.keys) {
-            if (!one.number) continue;
-            numbers.push_back(section.name + "." + one.description.name);
-            if (numbers.back() == key)
-                return {.unit = one.description.unit, .range = one.description.range, .in = one.number};
-        }
-    const std::string near = nearest_name(key, numbers);
-    fail_input(where, "{} is not a number of the model; {}", key,
-               near.empty() ? text("expected one such as {} (see drover schema)", "driving.strength")
-                            : text("did you mean {}?", near));
 }
 
 }  // namespace drover::io

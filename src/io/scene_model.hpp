@@ -3,13 +3,17 @@
 #include <map>
 #include <string>
 
-#include "drover/io/scene.hpp"
+#include "drover/base/schema.hpp"
+#include "drover/physics/model.hpp"
 
 namespace drover::io {
 
+/// The table of the parameters of text terms.
+inline constexpr const char* parameter_table = "terms";
+
 /// Fills the model from the tables of a scene and notes where each key is.  `[[terms]]` number n is the table terms[n],
 /// their parameters the table terms.
-void read_model(const SceneTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations);
+void read_model(const LocatedTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations);
 
 /// The tables that belong to a model, whether or not a scene has them.
 bool is_model_table(const std::string& name);

@@ -62,7 +62,7 @@ std::vector<SourceLocation> items_of(const toml::node& node, const std::string& 
 
 /// The keys of one section.  A table inside [calibrate] is the section calibrate.<name>.
 void add_table(const std::string& section, const toml::table& table, const SourceLocation& where,
-               const std::string& file, SceneTables& tables) {
+               const std::string& file, LocatedTables& tables) {
     LocatedTable located{.where = where, .values = {}};
     for (const auto& [key, value] : table) {
         const SourceLocation location = where_of(key.source(), file);
@@ -78,7 +78,7 @@ void add_table(const std::string& section, const toml::table& table, const Sourc
 }
 
 /// [[terms]] number n is the section terms[n]; the numbers in its parameters are keys of the section terms.
-void add_terms(const toml::array& terms, const std::string& file, SceneTables& tables) {
+void add_terms(const toml::array& terms, const std::string& file, LocatedTables& tables) {
     std::size_t number = 0;
     LocatedTable parameters{.where = where_of(terms.source(), file), .values = {}};
     for (const toml::node& node : terms) {
@@ -106,8 +106,8 @@ void add_terms(const toml::array& terms, const std::string& file, SceneTables& t
     if (!parameters.values.empty()) tables.emplace("terms", std::move(parameters));
 }
 
-SceneTables tables_of(const toml::table& root, const std::string& file) {
-    SceneTables tables;
+LocatedTables tables_of(const toml::table& root, const std::string& file) {
+    LocatedTables tables;
     for (const auto& [name, node] : root) {
         const std::string section(name.str());
         const SourceLocation where = where_of(name.source(), file);
@@ -146,7 +146,7 @@ Setting read_setting(const std::string& setting) {
 }
 
 /// Sets the value, read as TOML if it is valid TOML, else as a text.
-void apply_setting(const Setting& setting, SceneTables& tables) {
+void apply_setting(const Setting& setting, LocatedTables& tables) {
     const auto& [where, section, key, written] = setting;
     Value value = written;
     try {
@@ -167,7 +167,7 @@ bool invalidates_filled(const Setting& setting) {
 }
 
 /// calibrated.filled of a resolved scene, or nullptr.
-std::vector<std::string>* filled_of(SceneTables& tables) {
+std::vector<std::string>* filled_of(LocatedTables& tables) {
     const auto calibrated = tables.find("calibrated");
     if (calibrated == tables.end()) return nullptr;
     const auto filled = calibrated->second.values.find("filled");
@@ -176,7 +176,7 @@ std::vector<std::string>* filled_of(SceneTables& tables) {
 }
 
 /// Removes the numbers that the table filled in earlier, so that they are filled in for another state.
-void remove_filled(SceneTables& tables) {
+void remove_filled(LocatedTables& tables) {
     const std::vector<std::string>* filled = filled_of(tables);
     if (filled == nullptr) return;
     for (const std::string& written : *filled) {
@@ -191,14 +191,14 @@ void remove_filled(SceneTables& tables) {
 }
 
 /// Marks a number as set by the user instead of filled in from the table.
-void mark_as_set(const Setting& setting, SceneTables& tables) {
+void mark_as_set(const Setting& setting, LocatedTables& tables) {
     if (std::vector<std::string>* filled = filled_of(tables))
         std::erase_if(*filled, [&](const std::string& written) { return filled_name(written) == setting.name(); });
 }
 }  // namespace
 
 Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides) {
-    SceneTables tables = tables_of(parsed(toml, name), name);
+    LocatedTables tables = tables_of(parsed(toml, name), name);
     std::vector<Setting> settings;
     for (const std::string& written : overrides) settings.push_back(read_setting(written));
     if (std::any_of(settings.begin(), settings.end(), invalidates_filled)) remove_filled(tables);

@@ -32,7 +32,7 @@ SCENES = {
     "a text for a list of texts": ("[sweep]\nvary = \"relaxation.rate = 1, 2\"\n", ["bad.toml:2:1", "a list of texts"]),
     "numbers for a list of texts": ("[sweep]\nvary = [1, 2]\n",
                                     ["bad.toml:2:1", "sweep.vary = [1.0, 2.0]", "a list of texts"]),
-    "a mixed list": ("[sweep]\nvary = [\"relaxation.rate = 1\", 2]\n", ["bad.toml:2:1", "sweep.vary", "one kind"]),
+    "a mixed list": ("[sweep]\nvary = [\"relaxation.rate = 1\", 2]\n", ["bad.toml:2:1", "sweep.vary", "one type"]),
     "a list with true in it": ("[sweep]\nvary = [true]\n", ["bad.toml:2:1", "sweep.vary", "expected"]),
     "a list of lists": ("[sweep]\nvary = [[\"relaxation.rate = 1\"]]\n", ["bad.toml:2:1", "sweep.vary", "expected"]),
     "a table in a table": ("[grid.nx]\npoints = 16\n", ["bad.toml:1", "grid.nx", "is a table"]),

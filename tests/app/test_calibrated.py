@@ -239,7 +239,7 @@ def test_a_table_with_negative_errors_is_rejected(folder):
 
 def test_particle_scenes_have_no_section_calibrated(folder):
     (folder / "rods.toml").write_text(scene_text({"cell.lx": 10.0, "calibrated.table": "table.h5"}))
-    rejected(folder, ["check", "rods.toml"], ["[calibrated]", "of a scene of fields"])
+    rejected(folder, ["check", "rods.toml"], ["[calibrated]", "belongs to a scene of fields"])
 
 
 def test_a_scene_without_a_table_is_unchanged(folder):

@@ -182,7 +182,7 @@ with h5py.File(sys.argv[1], "r+") as file:
     EXPECT_THAT(sentence_of([&] {
                     Archive::resume(folder / "run.h5", sample_recordings(), {}, std::vector<std::size_t>{2, 2});
                 }),
-                HasSubstr("/rod_density does not hold float64 numbers"));
+                HasSubstr("/rod_density holds neither float64 nor int64 numbers"));
 }
 
 TEST(Archive, results_replace_those_of_the_same_name) {

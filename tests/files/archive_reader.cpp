@@ -45,10 +45,10 @@ TEST(ArchiveReader, a_missing_dataset_row_or_attribute_is_an_input_error_that_na
     EXPECT_THAT(sentence_of([&] { reader.read("/bead_density"); }), HasSubstr("run.h5: has no dataset /bead_density"));
     EXPECT_THAT(sentence_of([&] { reader.read("/observables"); }), HasSubstr("has no dataset /observables"));
     EXPECT_THAT(sentence_of([&] { reader.read_row("/time", 3); }),
-                HasSubstr("/time has 3 rows; expected one numbered 3"));
+                HasSubstr("/time has 3 rows; expected one with the number 3"));
     EXPECT_THAT(sentence_of([&] { reader.text_attribute("author"); }), HasSubstr("has no attribute author"));
     EXPECT_THAT(sentence_of([&] { reader.text_attribute("seed"); }),
-                HasSubstr("attribute seed is a number; expected a text"));
+                HasSubstr("attribute seed is a number; expected a string"));
 }
 
 TEST(ArchiveReader, a_foreign_file_cannot_open_other_files_load_plugins_or_exhaust_memory) {

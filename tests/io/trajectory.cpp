@@ -165,8 +165,7 @@ TEST(Trajectory, bodies_of_another_number_or_shape_are_rejected) {
     EXPECT_THAT(refusal(more), AllOf(HasSubstr("a.toml:3: packing.file = \"run.h5\" "), HasSubstr("other bodies")));
     dem::Bodies thick = sample_bodies();
     thick.shapes[1] = dem::make_rod({1.1, 0.9, 0.8}, 4.0, 8.0);
-    EXPECT_THAT(refusal(thick),
-                HasSubstr("/bodies/rods/sphere_at is not that of this scene; expected the same shapes"));
+    EXPECT_THAT(refusal(thick), HasSubstr("/bodies/rods/sphere_at differs from this scene; expected the same shapes"));
     dem::Bodies none = sample_bodies();
     none.rods.clear();
     EXPECT_THAT(refusal(none), HasSubstr("contains bodies in /bodies/rods, and this scene has none"));

@@ -35,6 +35,9 @@ struct LocatedTable {
     std::map<std::string, LocatedValue> values;
 };
 
+/// The tables of a scene text by name: "grid", "calibrate.drag".
+using LocatedTables = std::map<std::string, LocatedTable>;
+
 /// The allowed numbers: a closed interval, or open at its lower end.
 struct Range {
     double min = -std::numeric_limits<double>::infinity();

@@ -148,12 +148,9 @@ struct ModelNumber {
 /// Of the parameters of terms it knows those that `model` has: "terms.W".
 ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model);
 
-/// The tables of a scene text by name: "grid", "calibrate.drag".
-using SceneTables = std::map<std::string, LocatedTable>;
-
 /// The scene of these tables, with defaults for absent keys; not yet filled from a calibrated table, nor checked.
 /// Throws an input Error for an unknown key or table, a value out of range, or tables of both kinds.
-Scene scene_of(const SceneTables& tables, const std::string& file);
+Scene scene_of(const LocatedTables& tables, const std::string& file);
 
 /// Every key of the scene's kind with its value, as TOML that reads back as the same scene.
 std::string resolved_text(const Scene& scene);

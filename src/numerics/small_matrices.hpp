@@ -1,0 +1,44 @@
+// numerics/small_matrices.hpp: decompositions of matrices of at most 6 rows as plain functions, compiled once.
+//
+// Each decomposition of Eigen costs 10 s to 16 s of compile time wherever it is instantiated.
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+
+namespace drover::numerics {
+
+inline constexpr int max_small_rows = 6;
+template <class Scalar>
+using SmallSquare = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, 0, max_small_rows, max_small_rows>;
+using SmallMatrix = SmallSquare<std::complex<double>>;
+using SmallRealMatrix = SmallSquare<double>;
+using SmallVector = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, 0, max_small_rows, 1>;
+using SmallRealVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_small_rows, 1>;
+
+/// m vectors = vectors diag(values); columns of norm 1.
+struct EigenDecomposition {
+    SmallVector values;
+    SmallMatrix vectors;
+};
+EigenDecomposition eigen_decomposition(const SmallMatrix& m);
+SmallVector eigenvalues(const SmallMatrix& m);
+SmallVector eigenvalues(const SmallRealMatrix& m);
+
+/// m = unitary triangular unitary^H.
+struct SchurDecomposition {
+    SmallMatrix triangular, unitary;
+};
+SchurDecomposition schur_decomposition(const SmallMatrix& m);
+
+/// m = left diag(values) right^H, values descending; left and right unitary.
+struct SingularValueDecomposition {
+    SmallMatrix left;
+    SmallRealVector values;
+    SmallMatrix right;
+};
+SingularValueDecomposition singular_value_decomposition(const SmallMatrix& m);
+
+/// By LU with partial pivoting; m must be regular.
+SmallMatrix inverse(const SmallMatrix& m);
+
+}  // namespace drover::numerics

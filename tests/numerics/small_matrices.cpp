@@ -1,0 +1,63 @@
+// tests/numerics/small_matrices.cpp: decompositions reproduce the matrix.
+#include "numerics/small_matrices.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace drover::numerics {
+namespace {
+
+/// Arbitrary reproducible entries of order one.
+SmallMatrix sample(int rows) {
+    SmallMatrix m(rows, rows);
+    for (int i = 0; i < rows; ++i)
+        for (int k = 0; k < rows; ++k) m(i, k) = {std::sin(1.0 + 7.0 * i + 3.0 * k), std::cos(2.0 + 5.0 * i - 2.0 * k)};
+    return m;
+}
+
+// Backward stable algorithms: a few n ulp of |m| < 2 n, times the condition of the eigenvectors for those.
+constexpr double rounding = 1e-13;
+
+TEST(SmallMatrices, eigenvectors_are_normalised_and_satisfy_the_eigenvalue_equation) {
+    for (int rows = 1; rows <= max_small_rows; ++rows) {
+        const SmallMatrix m = sample(rows);
+        const EigenDecomposition found = eigen_decomposition(m);
+        EXPECT_LT((m * found.vectors - found.vectors * found.values.asDiagonal()).norm(), rounding);
+        for (int k = 0; k < rows; ++k) EXPECT_NEAR(found.vectors.col(k).norm(), 1.0, rounding);
+        EXPECT_EQ(eigenvalues(m), found.values);
+    }
+}
+
+TEST(SmallMatrices, real_matrices_have_conjugate_pairs_of_eigenvalues) {
+    SmallRealMatrix rotation(2, 2);
+    rotation << 0.6, -0.8, 0.8, 0.6;
+    const SmallVector values = eigenvalues(rotation);
+    EXPECT_NEAR(values(0).real(), 0.6, rounding);
+    EXPECT_NEAR(std::abs(values(0).imag()), 0.8, rounding);
+    EXPECT_EQ(values(0), std::conj(values(1)));
+}
+
+TEST(SmallMatrices, schur_and_singular_value_decompositions_multiply_to_the_matrix) {
+    for (int rows = 1; rows <= max_small_rows; ++rows) {
+        const SmallMatrix m = sample(rows), one = SmallMatrix::Identity(rows, rows);
+        const SchurDecomposition schur = schur_decomposition(m);
+        EXPECT_LT((schur.unitary * schur.triangular * schur.unitary.adjoint() - m).norm(), rounding);
+        EXPECT_LT((schur.unitary * schur.unitary.adjoint() - one).norm(), rounding);
+        for (int i = 0; i < rows; ++i)
+            for (int k = 0; k < i; ++k) EXPECT_EQ(schur.triangular(i, k), 0.0);
+        const SingularValueDecomposition svd = singular_value_decomposition(m);
+        EXPECT_LT((svd.left * svd.values.cast<std::complex<double>>().asDiagonal() * svd.right.adjoint() - m).norm(),
+                  rounding);
+        EXPECT_LT((svd.left * svd.left.adjoint() - one).norm(), rounding);
+        for (int k = 1; k < rows; ++k) EXPECT_GE(svd.values(k - 1), svd.values(k));
+    }
+}
+
+TEST(SmallMatrices, the_inverse_of_a_regular_matrix_multiplies_to_the_identity) {
+    const SmallMatrix m = sample(6) + 3.0 * SmallMatrix::Identity(6, 6), one = SmallMatrix::Identity(6, 6);
+    EXPECT_LT((m * inverse(m) - one).norm(), 1e-12);  // condition below 100
+}
+
+}  // namespace
+}  // namespace drover::numerics
