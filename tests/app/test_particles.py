@@ -116,8 +116,8 @@ def test_another_run_starts_from_a_frame(ran, tmp_path):
 def test_a_packing_of_other_bodies_is_refused(ran, tmp_path):
     given = {"packing.kind": "file", "packing.file": str(ran / "tiny.h5")}
     for changes, says in (({"beads.count": 23}, "other bodies"), ({"rods.count": 5}, "other bodies"),
-                          ({"rods.length": 5.0}, "/bodies/rods/sphere_at is not that of this scene"),
-                          ({"beads.diameters": [0.9]}, "/bodies/beads/radius is not that of this scene"),
+                          ({"rods.length": 5.0}, "/bodies/rods/sphere_at differs from this scene"),
+                          ({"beads.diameters": [0.9]}, "/bodies/beads/radius differs from this scene"),
                           ({"packing.frame": 11}, "packing.frame = 11; expected one of the frames 0 to 10"),
                           ({"cell.lx": 25.0}, "lies in a periodic cell of 24 by 18 mm and this scene in a periodic cell of 25 by 18 mm"),
                           ({"cell.shape": "circle"}, "and this scene in a circle of radius 25 mm; expected the same cell"),
@@ -128,13 +128,13 @@ def test_a_packing_of_other_bodies_is_refused(ran, tmp_path):
 
 
 def test_bad_scenes_are_refused_with_their_place(tmp_path):
-    for changes, says in (({"grid.nx": 16}, "[grid] is of a scene of fields, and [cell]"),
-                          ({"uniform.rod_density": 1.0}, "[uniform] is of a scene of fields"),
+    for changes, says in (({"grid.nx": 16}, "[grid] belongs to a scene of fields, [cell]"),
+                          ({"uniform.rod_density": 1.0}, "[uniform] belongs to a scene of fields"),
                           ({"time.stepper": "etdrk4"}, "time.stepper is for scenes of fields"),
                           ({"output.powers": True}, "output.powers is for scenes of fields"),
                           ({"beads.diamters": [0.8]}, "unknown key beads.diamters; did you mean beads.diameters?"),
                           ({"beads.diameters": [1.3]}, "bad.toml:7:1: plates.gap = 1.2 mm, with bodies 1.3 mm thick"),
-                          ({"beads.diameters": 0.8}, "expected a list of numbers > 0 [mm]: of the beads of a mixture; a list of one"),
+                          ({"beads.diameters": 0.8}, "expected a list of numbers > 0 [mm]: diameters of the beads, one for each component"),
                           ({"beads.diameters": [0.7, 0.8]}, "bad.toml:7:1: beads.proportions has 1 numbers beside 2"),
                           ({"beads.count": 2000}, "bad.toml:6:1: beads cover 2.327 and rods"),
                           ({"kick.strength": -0.1}, "kick.strength = -0.1; expected a number >= 0"),
@@ -277,9 +277,9 @@ def test_exported_bodies_have_their_direction(ran, tmp_path):
 def test_an_export_that_cannot_be_is_refused_and_leaves_nothing(ran, tmp_path):
     (tmp_path / "kept.xyz").write_text("precious")
     archive = ran / "tiny.h5"
-    for words, says in ((["-o", "kept.xyz"], "exists"), (["-o", "kept.xyz", "--overwrite"], "no XYZ file"),
+    for words, says in ((["-o", "kept.xyz"], "exists"), (["-o", "kept.xyz", "--overwrite"], "not an XYZ file"),
                         (["-o", "new.xyz", "--frame", "11"], "has no frame 11; expected one of 0 to 10"),
-                        (["-o", "no/new.xyz"], "cannot be written"), (["-o", archive, "--overwrite"], "no XYZ file")):
+                        (["-o", "no/new.xyz"], "cannot be written"), (["-o", archive, "--overwrite"], "not an XYZ file")):
         rejected(tmp_path, ["export", archive, *words], [says])
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "0")
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "1", "--overwrite")
