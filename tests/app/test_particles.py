@@ -134,7 +134,7 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
                           ({"output.powers": True}, "output.powers is for scenes of fields"),
                           ({"beads.diamters": [0.8]}, "unknown key beads.diamters; did you mean beads.diameters?"),
                           ({"beads.diameters": [1.3]}, "bad.toml:7:1: plates.gap = 1.2 mm, with bodies 1.3 mm thick"),
-                          ({"beads.diameters": 0.8}, "expected a list of numbers > 0 [mm]: of the beads of a mixture; a list of one"),
+                          ({"beads.diameters": 0.8}, "expected a list of numbers > 0 [mm]: diameters of the beads, one for each component"),
                           ({"beads.diameters": [0.7, 0.8]}, "bad.toml:7:1: beads.proportions has 1 numbers beside 2"),
                           ({"beads.count": 2000}, "bad.toml:6:1: beads cover 2.327 and rods"),
                           ({"kick.strength": -0.1}, "kick.strength = -0.1; expected a number >= 0"),
