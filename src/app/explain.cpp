@@ -7,6 +7,7 @@
 
 #include "command.hpp"
 #include "drover/numerics/stepper_table.hpp"
+#include "drover/physics/equations.hpp"
 #include "drover/physics/right_hand_side.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/run_scene.hpp"
@@ -19,12 +20,14 @@ struct Explanation {
     std::string form;
     std::vector<physics::Component> fields;
     std::vector<physics::ActiveTerm> terms;
+    std::vector<std::string> without_degree;  ///< terms whose products have no finite degree
+    std::vector<physics::CoefficientValue> coefficients;
     physics::FastestGrowth growth;
     double fastest_rate = 0.0;  ///< |s|max [1/s]
     Cost cost;
     physics::TransformCount transforms;  ///< per right-hand side
     int stages = 0;                      ///< right-hand sides per step; 0 when every term is linear
-    bool saturates = false;              ///< a term stops the growth of order
+    std::string limit_of_growth;         ///< what may stop the growth of order
     int degree = 1;                      ///< of the products
     int kept_x = 0, kept_y = 0;          ///< the largest mode number kept on each axis
 };
@@ -39,18 +42,32 @@ int stages_of(const io::Scene& scene) {
     return static_cast<int>(scene.time.tolerance > 0.0 ? std::max(stages, stepper.error.size()) : stages);
 }
 
+std::vector<std::string> terms_without_degree(const physics::Equations& equations) {
+    std::vector<std::string> names;
+    for (const physics::Term& term : equations.active)
+        if (!physics::point_cost(equations, term).has_finite_degree) names.push_back(term.name);
+    return names;
+}
+
+std::string limit_of_growth(const physics::Equations& equations) {
+    if (equations.saturation.is_active()) return " until relaxation.saturation limits it";
+    return equations.model.text_terms.empty() ? "; no term saturates it" : " unless a term written as text limits it";
+}
+
 Explanation explain(const io::Scene& scene) {
     const physics::Equations equations(scene.model);
     const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
     return {.form = physics::form_name(equations.form),
             .fields = physics::component_names(equations.form),
             .terms = physics::active_terms(equations),
+            .without_degree = terms_without_degree(equations),
+            .coefficients = physics::coefficient_values(scene.model),
             .growth = physics::fastest_growth(system),
             .fastest_rate = physics::fastest_rate(system),
             .cost = cost_of(scene),
             .transforms = physics::transform_count(equations),
             .stages = physics::is_nonlinear(equations) ? stages_of(scene) : 0,
-            .saturates = equations.saturation.is_active(),
+            .limit_of_growth = limit_of_growth(equations),
             .degree = system.degree,
             .kept_x = largest_kept(scene.grid.nx, system.degree),
             .kept_y = largest_kept(scene.grid.ny, system.degree)};
@@ -60,9 +77,14 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
     nlohmann::json fields = nlohmann::json::array(), terms = nlohmann::json::array();
     for (const physics::Component& field : e.fields) fields.push_back({{"name", field.name}, {"unit", field.unit}});
     for (const physics::ActiveTerm& term : e.terms) terms.push_back({{"name", term.name}, {"equation", term.equation}});
+    nlohmann::json coefficients = nlohmann::json::array();
+    for (const physics::CoefficientValue& one : e.coefficients)
+        coefficients.push_back({{"key", one.key}, {"symbol", one.symbol}, {"value", one.value}, {"unit", one.unit}});
     nlohmann::json result{{"form", e.form},
                           {"fields", fields},
                           {"terms", terms},
+                          {"terms_without_degree", e.without_degree},
+                          {"coefficients", coefficients},
                           {"transforms_per_right_hand_side",
                            {{"inverse", e.transforms.inverse}, {"forward", e.transforms.forward}}},
                           {"right_hand_sides_per_step", e.stages},
@@ -85,6 +107,9 @@ void print_transforms(const Explanation& e) {
         std::printf("  %d real transforms per right-hand side (%d inverse, %d forward), %d per step\n", each,
                     e.transforms.inverse, e.transforms.forward, each * e.stages);
     }
+    if (!e.without_degree.empty())
+        std::printf("  no finite degree: %s; aliases are not removed exactly, see spectral_tail in the output\n",
+                    joined(e.without_degree).c_str());
     std::printf("  products of degree %d: modes up to %d along x and %d along y are kept (dealiasing)\n", e.degree,
                 e.kept_x, e.kept_y);
 }
@@ -98,6 +123,10 @@ void print(const io::Scene& scene, const Explanation& e) {
     std::printf("terms\n");
     for (const physics::ActiveTerm& term : e.terms)
         std::printf("  %-21s %s\n", term.name.c_str(), term.equation.c_str());
+    std::printf("coefficients\n");
+    for (const physics::CoefficientValue& one : e.coefficients)
+        std::printf("  %-21s %-11s = %s %s\n", one.key.c_str(), one.symbol.c_str(), one.value.c_str(),
+                    one.unit.c_str());
     std::printf("stepper %s, order %d: %s\n", stepper.name.c_str(), stepper.order, stepper.citation.c_str());
     print_transforms(e);
     std::printf("  %lld steps of dt = %g s%s; dt |s|max = %.3g for the linear terms (exact for any dt)\n",
@@ -107,8 +136,7 @@ void print(const io::Scene& scene, const Explanation& e) {
     const char* state = e.stages > 0 ? "the isotropic state is " : "";
     if (e.growth.rate > 0.0)
         std::printf("  %sunstable: a mode grows at %.4g /s at |q| = %.3g /mm, by a factor e^%.3g in this run%s\n",
-                    state, e.growth.rate, e.growth.q, e.growth.rate * scene.time.end,
-                    e.saturates ? " until relaxation.saturation limits it" : "; no term saturates it");
+                    state, e.growth.rate, e.growth.q, e.growth.rate * scene.time.end, e.limit_of_growth.c_str());
     else if (e.growth.rate == 0.0)
         std::printf("  %sneutral: a mode neither grows nor decays at |q| = %.3g /mm\n", state, e.growth.q);
     else

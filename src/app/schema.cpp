@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
+#include "drover/physics/coefficient_registry.hpp"
 
 namespace drover::app {
 
@@ -41,11 +42,24 @@ void print(const std::vector<io::SectionDescription>& sections) {
         }
     }
 }
+
+/// The one list of tables, whose keys are not those of a section.
+void print_terms() {
+    std::fputs(R"(
+# A term of an equation as text, as many as wanted; see the manual, models/README.md.
+# [[terms]]
+# of = "order"               # whose equation: bead_density, rod_density, bead_velocity (a force), order
+# value = ["...", "..."]     # x and y components; of a density one text
+# flux = ["...", "..."]      # of a density instead of a value: d_t = -div flux
+# parameters = { W = 0.7 }   # numbers in the texts: terms.W for --set, sweep and boundary
+)",
+               stdout);
+}
 }  // namespace
 
 void add_schema(CLI::App& program, Action& action) {
     struct Options {
-        bool json = false;
+        bool json = false, coefficients = false;
         std::string kind;
     };
     const auto options = std::make_shared<Options>();
@@ -54,14 +68,21 @@ void add_schema(CLI::App& program, Action& action) {
     command->add_flag("--json", options->json, "Print as JSON");
     command->add_option("--kind", options->kind, "Only the keys of scenes of fields, or of particles")
         ->check(CLI::IsMember({"fields", "particles"}));
+    command->add_flag("--coefficients", options->coefficients,
+                      "The coefficients of the equations as a table in Markdown");
     command->callback([options, &action] {
         action = [options] {
+            if (options->coefficients) {
+                std::fputs(physics::coefficient_documentation().c_str(), stdout);
+                return run::exit_done;
+            }
             const std::vector<io::SectionDescription> sections =
                 options->kind.empty()
                     ? io::scene_schema()
                     : io::scene_schema(options->kind == "fields" ? io::SceneKind::fields : io::SceneKind::particles);
             if (!options->json) {
                 print(sections);
+                if (options->kind != "particles") print_terms();
                 return run::exit_done;
             }
             nlohmann::json result = nlohmann::json::array();

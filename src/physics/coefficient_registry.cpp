@@ -387,7 +387,8 @@ std::vector<CoefficientValue> coefficient_values(const Model& model, const Coeff
 std::string coefficient_documentation(const CoefficientRegistry& registry) {
     std::string result = "| symbol | key | unit | meaning |\n|---|---|---|---|\n";
     for (const CoefficientRow& row : registry)
-        result += text("| {} | `{}` | {} | {} |\n", row.symbol, row.key(), row.unit, row.doc);
+        result +=
+            text("| {} | `{}`{} | {} | {} |\n", row.symbol, row.key(), row.varies() ? " *" : "", row.unit, row.doc);
     return result;
 }
 

@@ -157,21 +157,6 @@ Values velocity_rate(const Equations& e, const State& s, const Values& v, const 
     });
 }
 
-/// One component of d_t p, the densities' gradients along it given.
-Values order_rate(const Equations& e, const State& s, const Values& p, const Values& v, const Values& grad_div,
-                  const Values& grad_rho, const Values& grad_sigma, double field, const Calculus& d) {
-    const Model& m = e.model;
-    const Values x = d.x(p), y = d.y(p), spread = d.lap(p);
-    return at_each([&](std::size_t i) {
-        const double a = e.relaxation.at(s.rho[i], s.sigma[i]).value, b = e.saturation.at(s.rho[i], s.sigma[i]).value,
-                     lambda = e.weathercock.at(s.rho[i], s.sigma[i]).value;
-        return -m.advection.strength * (s.px[i] * x[i] + s.py[i] * y[i]) -
-               (a + b * (s.px[i] * s.px[i] + s.py[i] * s.py[i])) * p[i] + m.elasticity.stiffness * spread[i] +
-               m.elasticity.splay * grad_div[i] + lambda * v[i] - m.pressure.beads * grad_rho[i] -
-               m.pressure.rods * grad_sigma[i] + field;
-    });
-}
-
 Values product(const Values& a, const Values& b) {
     return at_each([&](std::size_t i) { return a[i] * b[i]; });
 }
@@ -180,7 +165,25 @@ Values divergence(const Values& x, const Values& y, const Calculus& d) {
     return at_each([&](std::size_t i) { return dx[i] + dy[i]; });
 }
 
-/// The equations of physics/terms.hpp, line by line.
+/// One component of d_t p, the densities' gradients along it given.
+Values order_rate(const Equations& e, const State& s, const Values& p, const Values& v, const Values& grad_div,
+                  const Values& grad_rho, const Values& grad_sigma, const Values& grad_square, double field,
+                  const Calculus& d) {
+    const Model& m = e.model;
+    const Values x = d.x(p), y = d.y(p), spread = d.lap(p), bilaplacian = d.lap(spread),
+                 div = divergence(s.px, s.py, d);
+    return at_each([&](std::size_t i) {
+        const double a = e.relaxation.at(s.rho[i], s.sigma[i]).value, b = e.saturation.at(s.rho[i], s.sigma[i]).value,
+                     lambda = e.weathercock.at(s.rho[i], s.sigma[i]).value;
+        return -m.advection.strength * (s.px[i] * x[i] + s.py[i] * y[i]) - m.advection.divergence * p[i] * div[i] -
+               m.advection.gradient * grad_square[i] - m.elasticity.bilaplacian * bilaplacian[i] -
+               (a + b * (s.px[i] * s.px[i] + s.py[i] * s.py[i])) * p[i] + m.elasticity.stiffness * spread[i] +
+               m.elasticity.splay * grad_div[i] + lambda * v[i] - m.pressure.beads * grad_rho[i] -
+               m.pressure.rods * grad_sigma[i] + field;
+    });
+}
+
+/// The equations of physics/coefficients.hpp, line by line.
 std::vector<Values> written_rates(const Equations& e, const State& s, const Calculus& d) {
     const Model& m = e.model;
     std::vector<Values> rates;
@@ -198,8 +201,11 @@ std::vector<Values> written_rates(const Equations& e, const State& s, const Calc
         rates.push_back(velocity_rate(e, s, s.vy, force.y, d.y(div), d));
     }
     const Values div = divergence(s.px, s.py, d);
-    rates.push_back(order_rate(e, s, s.px, s.vx, d.x(div), d.x(s.rho), d.x(s.sigma), m.orienting_field.x, d));
-    rates.push_back(order_rate(e, s, s.py, s.vy, d.y(div), d.y(s.rho), d.y(s.sigma), m.orienting_field.y, d));
+    const Values square = at_each([&](std::size_t i) { return s.px[i] * s.px[i] + s.py[i] * s.py[i]; });
+    rates.push_back(
+        order_rate(e, s, s.px, s.vx, d.x(div), d.x(s.rho), d.x(s.sigma), d.x(square), m.orienting_field.x, d));
+    rates.push_back(
+        order_rate(e, s, s.py, s.vy, d.y(div), d.y(s.rho), d.y(s.sigma), d.y(square), m.orienting_field.y, d));
     return rates;
 }
 

@@ -79,8 +79,7 @@ TEST(ActiveTerms, are_those_with_a_coefficient) {
     EXPECT_TRUE(active_terms(Equations(model)).empty());
     model.elasticity.splay = 1.0;
     ASSERT_EQ(active_terms(Equations(model)).size(), 1u);
-    EXPECT_EQ(active_terms(Equations(model)).front().equation,
-              "d_t p: K1 grad(div p), K1 = 1 mm^2/s");
+    EXPECT_EQ(active_terms(Equations(model)).front().equation, "d_t p: K1 grad(div p), K1 = 1 mm^2/s");
 }
 
 TEST(PlaneWave, of_the_order_moves_the_density_as_the_telegraph_equation_says) {

@@ -6,6 +6,7 @@
 #include "drover/base/random.hpp"
 #include "full_model.hpp"
 #include "modes.hpp"
+#include "text_terms.hpp"
 
 namespace drover::physics {
 namespace {
@@ -82,6 +83,8 @@ double difference(const Equations& e, UniformPoint point, const Reference& about
 std::vector<NamedModel> forms_and_table() {
     std::vector<NamedModel> forms = all_forms();
     forms.push_back(tabulated());
+    // Every form with terms as text besides; functions without degree are cut off by the grid.
+    for (const NamedModel& form : all_forms()) forms.push_back({form.name + ", with texts", with_texts(form.model)});
     return forms;
 }
 
