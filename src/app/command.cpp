@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "drover/base/log.hpp"
+#include "drover/run/kind.hpp"
 
 namespace drover::app {
 

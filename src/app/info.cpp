@@ -9,6 +9,7 @@
 #include "drover/io/trajectory.hpp"
 #include "drover/io/xyz.hpp"
 #include "drover/run/calibration.hpp"
+#include "drover/run/kind.hpp"
 
 namespace drover::app {
 

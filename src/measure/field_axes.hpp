@@ -1,6 +1,7 @@
 // measure/field_axes.hpp: the axes of the observables of fields.
 #pragma once
-#include "drover/measure/fields.hpp"
+#include "drover/measure/field_setting.hpp"
+#include "drover/measure/observable.hpp"
 
 namespace drover::measure {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "drover/measure/trajectories.hpp"
+#include "drover/measure/statistics.hpp"
 
 namespace drover::measure {
 

@@ -9,10 +9,8 @@
 #include <numbers>
 #include <tuple>
 
-#include "drover/io/scene_text.hpp"
 #include "drover/physics/fluctuations.hpp"
 #include "drover/run/field_simulation.hpp"
-#include "drover/run/kind.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {
@@ -212,11 +210,6 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
     return sampling;
 }
 
-Report make_report(const files::ArchiveReader& archive) {
-    const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file"));
-    return kind_of(scene).report(archive, scene);
-}
-
 Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded) {
     recorded.spacing = sampling.spacing;
     recorded.warm_up = sampling.warm_up;
@@ -259,9 +252,9 @@ const Prediction* find_prediction(const Report& report, const std::string& name)
 
 files::ResultTable result_table(const Report& report) {
     files::ResultTable table{.group = "/summary",
-                          .axes = file_axes(measure::axes_of(report.summary.rows)),
-                          .quantities = {},
-                          .values = {}};
+                             .axes = file_axes(measure::axes_of(report.summary.rows)),
+                             .quantities = {},
+                             .values = {}};
     for (const measure::SummaryRow& row : report.summary.rows) {
         std::vector<double> means, errors, times;
         for (const measure::Estimate& estimate : row.estimates) {

@@ -4,7 +4,8 @@
 #include <utility>
 
 #include "drover/measure/summary.hpp"
-#include "drover/run/kind.hpp"
+#include "drover/run/scene_support.hpp"
+#include "drover/run/simulation.hpp"
 
 namespace drover::run {
 
@@ -15,9 +16,9 @@ template <class Moment, class MakeMoment>
 ScheduledRecording sample_recording(const io::Scene& scene, const char* group, measure::Observables<Moment> rows,
                                     MakeMoment make_moment) {
     files::Recording recording{.group = group,
-                            .axes = file_axes(measure::axes_of(rows)),
-                            .quantities = {},
-                            .rows_per_chunk = samples_per_chunk(scene)};
+                               .axes = file_axes(measure::axes_of(rows)),
+                               .quantities = {},
+                               .rows_per_chunk = samples_per_chunk(scene)};
     for (const auto& row : rows)
         recording.quantities.push_back({row.name, row.unit, row.formula, measure::names_of(row.axes)});
     const auto values = std::make_shared<std::vector<std::vector<double>>>();

@@ -2,32 +2,15 @@
 #pragma once
 #include <optional>
 
+#include "drover/measure/field_setting.hpp"
 #include "drover/measure/observable.hpp"
 #include "drover/measure/summary.hpp"
 #include "drover/numerics/field.hpp"
-#include "drover/numerics/shells.hpp"
 #include "drover/physics/energy.hpp"
-#include "drover/physics/form.hpp"
 
 namespace drover::measure {
 
 inline constexpr int direction_sectors = 8;
-
-/// What the observables of a run need, prepared once.
-struct FieldSetting {
-    numerics::Grid grid;
-    physics::Form form;
-    numerics::Shells shells;
-    numerics::Sectors sectors;
-    std::vector<int> boxes;                         ///< box sides, in cells: a box has as many cells along x as along y
-    std::vector<int> long_boxes;                    ///< shorter sides of the boxes with the aspect ratio 4, in cells
-    int degree = 1;                                 ///< of the products: sets which modes are kept
-    std::vector<double> separations;                ///< mean distance in each bin of the pair correlation [mm]
-    std::vector<int> separation_bin;                ///< of each grid point as a displacement, -1 for none
-    std::optional<std::vector<std::string>> terms;  ///< whose powers are measured; nullopt: no energy budget
-};
-FieldSetting make_field_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
-                                std::optional<std::vector<std::string>> power_terms = {});
 
 /// |a_q|^2 of each stored mode [mm-4].  Along: the component of p along q; across: the component along q rotated by +90
 /// degrees; at q = 0 along is x, across is y.  Empty for fields that the form does not have.
@@ -49,16 +32,6 @@ struct FieldMoment {
     std::optional<physics::EnergyBudget> energy = {};   ///< when it is measured
     ModePowers powers = mode_powers(setting, spectra, velocity);
 };
-
-/// Boxes of one shape, by size.  The names of their observables end in `ending`.
-struct BoxFamily {
-    const char* ending;
-    const char* shape;                      ///< for people
-    std::vector<int> FieldSetting::*sides;  ///< the shorter side, in cells
-    int along_x, along_y;                   ///< sides in units of the shorter one
-};
-/// Squares, and boxes with the aspect ratio 4 along x and along y, which resolve the directions of a flock.
-std::span<const BoxFamily> box_families();
 
 /// The observables of a form; those of the energy budget when the setting has terms.
 Observables<FieldMoment> field_observables(const FieldSetting& setting);

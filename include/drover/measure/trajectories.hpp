@@ -13,13 +13,6 @@ struct Path {
     std::vector<double> x, y;
 };
 
-/// Errors here come from groups of values that are taken as independent: bodies when there are min_groups or more of
-/// them, else segments of time of each body, at least min_groups in all.  In a flock rods are not independent: such
-/// errors are too small there; use runs with different seeds.  Each estimate is the jackknife over groups; `blocks` is
-/// their number: (mean - truth)/error is Student's t with blocks - 1 degrees of freedom.  With fewer than two groups
-/// there is no error, and `refusal` gives the reason.
-inline constexpr std::size_t min_groups = 16;
-
 /// C(t) = <cos(theta(t0 + t) - theta(t0))> over all rods and all origins t0.
 struct RotationalCorrelation {
     std::vector<double> times;                      ///< 0, spacing, 2 spacing, ... [s]

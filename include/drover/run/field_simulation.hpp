@@ -2,7 +2,8 @@
 #pragma once
 #include "drover/base/threads.hpp"
 #include "drover/io/scene.hpp"
-#include "drover/run/kind.hpp"
+#include "drover/run/scene_support.hpp"
+#include "drover/run/simulation.hpp"
 
 namespace drover::run {
 

@@ -1,6 +1,10 @@
 // run/particle_simulation.hpp: a scene of particles as a Simulation.
 #pragma once
-#include "drover/run/kind.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/run/report.hpp"
+#include "drover/run/scene_support.hpp"
+#include "drover/run/simulation.hpp"
 
 namespace drover::run {
 

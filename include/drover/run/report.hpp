@@ -27,8 +27,7 @@ struct Report {
     double time = 0.0;          ///< of the last sample [s]
 };
 
-/// Reads the observables of an archive.  Throws an input Error if it is not an archive of a run.
-Report make_report(const files::ArchiveReader& archive);
+/// The report of an archive of fields; see make_report() of run/kind.hpp.
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene);
 
 /// The samples of an archive that are on the schedule of its scene.

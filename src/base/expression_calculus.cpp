@@ -1,4 +1,4 @@
-// base/expression.cpp: values, derivatives and properties of expressions.
+// base/expression_calculus.cpp: values, derivatives and properties of expressions.
 #include <optional>
 
 #include "base/expression_graph.hpp"
