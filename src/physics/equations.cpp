@@ -90,7 +90,8 @@ Symbol force_symbol(const Equations& equations, const UniformPoint& about, const
 }
 
 namespace {
-/// Divides the forces by what they move, or eliminates a slaved velocity, and drops the fields that the form leaves out.
+/// Divides the forces by what they move, or eliminates a slaved velocity, and drops the fields that the form leaves
+/// out.
 Symbol reduced(const Equations& equations, Symbol m, const UniformPoint& about, const Eigen::Vector2d& force) {
     const Form& form = equations.form;
     if (form.velocity == Velocity::dynamic) {

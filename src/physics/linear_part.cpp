@@ -25,8 +25,8 @@ Symbol symbol_at_angle(const CompiledModel& model, const Term& term, const Unifo
     return rotated(symbol_of(model, term, about, {.x = q * c, .y = q * s}), c, -s);
 }
 
-/// What of a symbol along and across q an isotropic operator can have: no part that joins along and across, and parities
-/// that make it real with the factor i on vectors.
+/// What of a symbol along and across q an isotropic operator can have: no part that joins along and across, and
+/// parities that make it real with the factor i on vectors.
 Symbol even_part(const Symbol& m) {
     const std::array along{rho, sigma, v_x, p_x};
     const std::array across{v_y, p_y};

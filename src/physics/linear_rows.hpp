@@ -7,8 +7,9 @@
 
 namespace drover::physics {
 
-/// Rows of the linear parts that give the force on the beads (dynamic) or their velocity (slaved), at one |q|: along q from
-/// both densities and the parts of v and p along q; across q from those across.  And what a slaved velocity drives.
+/// Rows of the linear parts that give the force on the beads (dynamic) or their velocity (slaved), at one |q|: along q
+/// from both densities and the parts of v and p along q; across q from those across.  And what a slaved velocity
+/// drives.
 struct VelocityRow {
     std::array<double, 4> along{};
     std::array<double, 2> across{};

@@ -58,8 +58,8 @@ struct Slow {
 constexpr const char* at_threshold =
     "at the threshold: a fast mode is as slow as the conserved ones, and s is not a series in q";
 
-/// Turns of the whole state and, where nothing holds beads back, pushes of all of them: uniform changes of v and p that stay.  Rows of the
-/// block of v and p: as many as it has.
+/// Turns of the whole state and, where nothing holds beads back, pushes of all of them: uniform changes of v and p
+/// that stay.  Rows of the block of v and p: as many as it has.
 Small uniform_changes(const Equations& e, const StationaryState& about, const Small& block) {
     const auto n = block.rows();
     // Nothing slows the beads down: no drag, and no driving that the flow itself would change.
@@ -85,7 +85,8 @@ Slow slow_at_rest(const Equations& e, const StationaryState& about, const Compac
     const Small block = constant.bottomRightCorner(rest, rest), mass = moved.bottomRightCorner(rest, rest);
     const Small changes = uniform_changes(e, about, block);
     const auto slow = densities + changes.cols();
-    // block + moved changes g^T is not singular, and g^T times its inverse is the left null vectors, dual to the changes.
+    // block + moved changes g^T is not singular, and g^T times its inverse is the left null vectors, dual to the
+    // changes.
     const double rate = block.cwiseAbs().maxCoeff();
     const Small g = rate * changes;
     const Small whole = block + mass * changes * g.transpose();

@@ -149,7 +149,8 @@ std::vector<Margin> margins_at(const PlaneModels& models, const std::vector<nume
     return result;
 }
 
-/// Margins at points of a line, each at the angle that decides there: by how much it differs elsewhere does not matter to first order.
+/// Margins at points of a line, each at the angle that decides there: by how much it differs elsewhere does not matter
+/// to first order.
 std::vector<double> margins_along(const PlaneModels& models, const std::vector<BoundaryPoint>& line, Limit limit,
                                   Threads& threads) {
     std::vector<double> result(line.size());

@@ -1,4 +1,5 @@
-// physics/point_arrays.hpp: which arrays the active terms of a model need at the points of the grid, and which they make.
+// physics/point_arrays.hpp: which arrays the active terms of a model need at the points of the grid, and which they
+// make.
 #pragma once
 #include <array>
 

@@ -129,7 +129,8 @@ struct Landscape {
     const Equations& equations;
     const UniformPoint& about;
     double at(double log_q, double angle) const { return growth(equations, about, std::exp(log_q), angle).rate; }
-    /// Rounding makes no growth: that of a mode is the matrix's times the mode's condition, large where modes nearly fall together.
+    /// Rounding makes no growth: that of a mode is the matrix's times the mode's condition, large where modes nearly
+    /// fall together.
     bool grows(double log_q, double angle) const {
         const Modes all = modes(equations, about, wavevector_from_order(about, std::exp(log_q), angle));
         const double size = std::numeric_limits<double>::epsilon() * all.rates.cwiseAbs().maxCoeff();

@@ -98,7 +98,8 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
     return result;
 }
 
-/// Beads that nothing holds back are at rest relative to nothing: a steady state needs the other forces on them to vanish.
+/// Beads that nothing holds back are at rest relative to nothing: a steady state needs the other forces on them to
+/// vanish.
 StationaryStates without_drag(const Equations& e, const Values& c, const UniformPoint& rest) {
     const Eigen::Vector2d force = uniform_source(e, Equation::bead_velocity),
                           field = uniform_source(e, Equation::polar_order);
@@ -269,7 +270,8 @@ StationaryStates stationary_states(const Equations& e, double bead_density, doub
 }
 
 namespace {
-/// Coefficients of small v and p about a state at rest, with their slopes in the densities, whatever terms they come from.
+/// Coefficients of small v and p about a state at rest, with their slopes in the densities, whatever terms they come
+/// from.
 Values effective_values(const Equations& e, const Expansion& at, const UniformPoint& rest) {
     constexpr int rho = FieldIndex::bead_density, sigma = FieldIndex::rod_density, v = FieldIndex::bead_velocity_x,
                   p = FieldIndex::polar_order_x;
@@ -319,7 +321,8 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
                             .pressure_rods = 0.0 - at.first_x(p_x, sigma),
                             .stiffness_across = stiffness,
                             .stiffness_along = 0.0 - at.second_xx(p_x, p_x)};
-    // eta and Gamma of the order across q: (Gamma + eta q^2)(a + K3 q^2) = lambda alpha where it neither grows nor decays.
+    // eta and Gamma of the order across q: (Gamma + eta q^2)(a + K3 q^2) = lambda alpha where it neither grows nor
+    // decays.
     double drag = 1.0, shear = 0.0, product = 0.0, beads_carried = 0.0;
     if (e.form.velocity != Velocity::absent) {
         drag = c.drag.value;
@@ -345,8 +348,8 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
     }
     const double rods_carried = e.form.rod_density < 0 ? 0.0 : 0.0 - at.first_x(sigma, p_x);
     r.sound_stiffness = rods_carried * r.pressure_rods + beads_carried * r.pressure_beads;
-    // eta K3 Q^2 + (Gamma K3 + eta a) Q + Gamma abar = 0 for Q = q^2: the form of the root that survives eta = 0.  Order
-    // that beads do not turn is independent of their flow.
+    // eta K3 Q^2 + (Gamma K3 + eta a) Q + Gamma abar = 0 for Q = q^2: the form of the root that survives eta = 0.
+    // Order that beads do not turn is independent of their flow.
     const double middle = drag * stiffness + shear * c.a.value;
     const double under = middle * middle - 4.0 * shear * stiffness * drag * r.relaxation;
     const double square =

@@ -115,7 +115,8 @@ def test_a_run_rejects_a_formula_that_is_infinite_in_a_cell(tmp_path):
 SMALL_GRID = {"grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0, "output.frame_every": 0.5,
               "output.sample_every": 0.5}
 
-# Order grows where rods are dense, -1 sigma, and nothing saturates it: p' = (sigma - 0.5) p with a current that gathers rods.
+# Order grows where rods are dense, -1 sigma, and nothing saturates it: p' = (sigma - 0.5) p with a current that gathers
+# rods.
 BLOWING_UP = {"uniform.rod_density": 1.0, "relaxation.rate": 0.5, "relaxation.rate_terms": ["-1 sigma"],
               "relaxation.saturation": 0.0, "current.speed": 1.0, "time.dt": 0.05, "time.end": 100.0,
               "initial.kind": "random", "initial.amplitude": 0.1, "output.checkpoint_minutes": 0.0, **SMALL_GRID}

@@ -242,7 +242,8 @@ def test_beads_are_hotter_up_than_along(scene, ran):
 def test_one_rod_drives_itself_along_its_axis(ran):
     run = ran("rod")
     along, across = run.ways()
-    # Its gaits have 12.5 and -7.1 mm/s; which of them, a rounding can decide.  A third of the slower is what a start may cost.
+    # Its gaits have 12.5 and -7.1 mm/s; which of them, a rounding can decide.  A third of the slower is what a start
+    # may cost.
     assert run.count("rods") == 1 and run.count("beads") == 0 and abs(along.sum()) > 5.0
     assert np.abs(across).sum() < 0.25 * np.abs(along).sum()
     assert run.series("work_kicks")[-1] != 0.0 and run.series("impacts_rod_plate")[-1] > 100.0

@@ -81,7 +81,8 @@ def test_each_stepper_restarts_to_the_same_bytes(stepper, tmp_path):
     assert_same_bytes(whole, parts)
 
 
-# Rods and beads without noise: beads are driven apart by a wave of order, to half of their density and less, and come back.
+# Rods and beads without noise: beads are driven apart by a wave of order, to half of their density and less, and come
+# back.
 BEADS = {
     "fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 1.0, "inertia.bead_mass": 0.5,
     "drag.coefficient": 1.0, "viscosity.shear": 0.2, "driving.strength": 1.2, "stiffness.beads": 1.0,
@@ -119,7 +120,8 @@ def test_rods_and_beads_restart_to_the_same_bytes_with(evolution, end, tmp_path)
     assert_same_bytes(whole, two)
     with h5py.File(whole) as file:
         lowest, highest = (file[f"observables/{end}_bead_density"][()] for end in ("min", "max"))
-    # The reference is at most 1.7 times the minimum density (slaved: at least 1/1.7 of the maximum): it changes and changes back.
+    # The reference is at most 1.7 times the minimum density (slaved: at least 1/1.7 of the maximum): it changes and
+    # changes back.
     if evolution == "a slaved velocity":
         assert highest[0] < 1.1 and highest.max() > 1.75
     else:

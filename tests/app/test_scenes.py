@@ -97,7 +97,8 @@ def test_fluctuations_of_rods_among_beads_are_those_of_linear_theory(ran):
     run = ran("isotropic-beads")
     for name in ("structure_factor_rods", "structure_factor_order_across"):
         measured, linear = run["summary/" + name], run["summary/" + name + "_linear"]
-        # 300 s hold some 60 independent samples of 8 to 60 modes a shell: 3 per cent; the nonlinear terms are worth as much.
+        # 300 s hold some 60 independent samples of 8 to 60 modes a shell: 3 per cent; the nonlinear terms are worth as
+        # much.
         assert np.abs(measured[5:] / linear[5:] - 1.0).mean() < 0.06, name
 
 
@@ -117,7 +118,8 @@ def test_a_flock_carries_its_beads(ran):
     assert 0.9 * p0 < run.mean("polar_order") < p0
     assert run.mean("bead_velocity_order") > 0.98
     late = len(run.series("polar_order")) // 2
-    # v = alpha p/Gamma, 1 mm/s at full order, but for what its inertia holds back, Gamma/(m rho) = 20 /s against rates below 1 /s.
+    # v = alpha p/Gamma, 1 mm/s at full order, but for what its inertia holds back, Gamma/(m rho) = 20 /s against rates
+    # below 1 /s.
     assert run.series("bead_velocity_mean_x")[late:] == pytest.approx(run.series("polar_order_mean_x")[late:], rel=0.02)
 
 
@@ -138,7 +140,8 @@ def test_a_band_moves_as_its_formula(ran):
     first = np.fft.fft(density.mean(1), axis=1)[:, 1]  # the longest wave: its phase is the place of the band
     moved = -np.unwrap(np.angle(first)) * side / (2.0 * math.pi)
     measured = (moved[-1] - moved[1]) / (time[-1] - time[1])
-    # At dt = 0.1 s the error of a step moves it by 1e-5 of its speed; the fronts feel each other by exp(-48 p_l/2) = 1e-6.
+    # At dt = 0.1 s the error of a step moves it by 1e-5 of its speed; the fronts feel each other by exp(-48 p_l/2) =
+    # 1e-6.
     assert measured == pytest.approx(speed, rel=3e-5)
     waves = 2j * math.pi * np.fft.fftfreq(density.shape[2], side / density.shape[2])
     shifted = np.fft.ifft(np.fft.fft(density[0].mean(0)) * np.exp(-waves * speed * time[-1])).real
@@ -182,14 +185,17 @@ def assert_band_is_that_of_the_formula(found, tolerance):
 
 
 def test_a_band_keeps_the_speed_the_densities_and_the_fronts_of_its_formula(ran):
-    # At dt = 0.1 s the error of etdrk2 makes the front ahead wider by 3 parts in 10^4, and by four times as much at 0.2 s; all else is
+    # At dt = 0.1 s the error of etdrk2 makes the front ahead wider by 3 parts in 10^4, and by four times as much at 0.2
+    # s; all else is
     # right to 1 in 10^4.
     assert_band_is_that_of_the_formula(measured_band(ran("band"), 128.0, 0), 1e-3)
 
 
 def test_a_band_finds_the_speed_the_densities_and_the_fronts_of_its_formula_from_others(tmp_path):
-    # Both fronts steeper than they should be, by 1.4 and 2.8 times, and order and density too low in the band and its gas too dense,
-    # the totals being those of 80 mm of liquid in 192 mm; what is left over spreads between the fronts for some hundred seconds.
+    # Both fronts steeper than they should be, by 1.4 and 2.8 times, and order and density too low in the band and its
+    # gas too dense,
+    # the totals being those of 80 mm of liquid in 192 mm; what is left over spreads between the fronts for some hundred
+    # seconds.
     height = "0.9 * (1 / (1 + exp(0.8 * (x - 112))) + 1 / (1 + exp(-0.8 * (x - 32))) - 1)"
     excess = 0.5 * 80.0 / 192.0 * 0.1
     run = Ran(tmp_path, "band", ["grid.nx=384", "grid.ny=4", "grid.lx=192", "time.dt=0.2", 'time.stepper="etdrk4"', "time.end=2000",
@@ -197,7 +203,8 @@ def test_a_band_finds_the_speed_the_densities_and_the_fronts_of_its_formula_from
                                  f'initial.polar_order_x="1 / sqrt(3) * {height}"'])
     start = run["rod_density"][0]
     assert start.max() < 1.31 and start.min() > 0.85
-    # One front feels the other by exp(-80 p_l/2) = 1e-10; of what the start was wrong by, 2e-2 after 100 s, 3e-7 is left after 2000 s.
+    # One front feels the other by exp(-80 p_l/2) = 1e-10; of what the start was wrong by, 2e-2 after 100 s, 3e-7 is
+    # left after 2000 s.
     assert_band_is_that_of_the_formula(measured_band(run, 192.0, 30), 1e-5)
 
 
@@ -218,7 +225,8 @@ def test_walls_across_a_flock_stay_as_they_are(ran):
     x = np.arange(512) / 16.0
     wall = np.tanh(x - 8.0) - np.tanh(x - 24.0) - 1.0
     for name in ("polar_order_y", "bead_velocity_y"):
-        # The formula lacks the tail of the next image, 2 exp(-16) = 2.3e-7 half-way between two walls, which the run adds; the
+        # The formula lacks the tail of the next image, 2 exp(-16) = 2.3e-7 half-way between two walls, which the run
+        # adds; the
         # modes beyond the cut hold 5e-9, and the walls attract each other by exp(-32).
         assert np.abs(run[name][-1] - wall).max() < 3e-7
     for name in ("rod_density", "bead_density"):
@@ -279,7 +287,8 @@ def test_order_grows_after_a_quench(ran):
     run = ran("quench")
     assert run.series("structure_factor_order_across").shape[0] == 101
     largest = run.series("polar_order_largest")
-    # To p0 = sqrt(0.4) and, where the densities are other than the mean, no further, for constant coefficients; waves overshoot a little.
+    # To p0 = sqrt(0.4) and, where the densities are other than the mean, no further, for constant coefficients; waves
+    # overshoot a little.
     assert largest[0] < 0.06 and math.sqrt(0.4) * 0.95 < largest[-1] < math.sqrt(0.4) * 1.2
     order = run.series("polar_order")
     assert order[-1] > 10.0 * order[0]

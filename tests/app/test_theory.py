@@ -18,7 +18,8 @@ def state_named(report, name):
 
 def test_stability_of_a_flock_is_that_of_its_closed_forms(tmp_path):
     report = drover_json(tmp_path, "stability", FLOCK)
-    # models/flock.toml: sigma = 0.02, rho = 0.8, m = 2.1, u = 3.6, Gamma = alpha = 33.6, E = 168, F = 420, a = b = 0.4, lambda = 0.6, A = 1, B = 40.
+    # models/flock.toml: sigma = 0.02, rho = 0.8, m = 2.1, u = 3.6, Gamma = alpha = 33.6, E = 168, F = 420, a = b = 0.4,
+    # lambda = 0.6, A = 1, B = 40.
     gain, u, sigma, rho, p0 = 0.6, 3.6, 0.02, 0.8, math.sqrt(0.5)
     chi, abar_a, bbar = 1.0 + 2.1 * rho * gain / 33.6, 1.0 + 0.6 * 168.0 / 33.6, 40.0 + 0.6 * 420.0 / 33.6
     found = report["coefficients"]
@@ -99,7 +100,8 @@ strength = 1.0
 
 
 def test_the_onset_of_rods_with_drag_is_at_a_gain_of_two(tmp_path):
-    # A single rod turns with lambda_s and rotational diffusion a: order begins at lambda_s alpha/(Gamma a) = 2, for lambda at half of it.
+    # A single rod turns with lambda_s and rotational diffusion a: order begins at lambda_s alpha/(Gamma a) = 2, for
+    # lambda at half of it.
     report = drover_json(tmp_path, "boundary", FLOCK, "--x", "weathercock.strength = 0.2:2", "--y", "relaxation.rate = 0.1:1",
                        "--convention", "mean", "--convention", "single-rod", *settings(['boundary.lines=["onset"]']))
     assert [(one["limit"], one["convention"]) for one in report["traced"]] == [("onset", "mean"), ("onset", "single-rod")]
@@ -154,7 +156,8 @@ def test_an_axis_that_a_table_replaces_is_rejected(tmp_path):
 # --- compared with runs
 
 def test_fluctuations_of_a_flock_in_the_linear_regime_are_those_of_its_theory(tmp_path):
-    # The scene of giant fluctuations with a millionth of its noise: corrections are a thousandth of the linear theory.  dt = 0.1:
+    # The scene of giant fluctuations with a millionth of its noise: corrections are a thousandth of the linear theory.
+    # dt = 0.1:
     # the rates of the flock, 1 /s, then have an error of (rate dt)^2/12 = 1e-3.
     quiet = ["noise.order=32e-6", "noise.rods=9.6e-6", "grid.nx=32", "grid.ny=32", "time.dt=0.1", "time.end=2400", "output.frame_every=0"]
     report = drover_json(tmp_path, "run", MODELS / "number-fluctuations.toml", "--quiet", *settings(quiet))

@@ -1,4 +1,5 @@
-// tests/bench/theory.cpp: time of maps of modes and of phase boundaries, beside the eigenvalues that they cannot do without.
+// tests/bench/theory.cpp: time of maps of modes and of phase boundaries, beside the eigenvalues that they cannot do
+// without.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Eigenvalues>

@@ -1,5 +1,5 @@
-// tests/physics/anchoring.cpp: terms that are not isotropic, d_t p_y = -W p_y, as rows and as text; terms that are not what
-// they declare.
+// tests/physics/anchoring.cpp: terms that are not isotropic, d_t p_y = -W p_y, as rows and as text; terms that are not
+// what they declare.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -11,8 +11,8 @@ namespace {
 
 // a = -mu (sigma - sigma_c): with sigma = sigma_gas + p/c and z = x - c t,
 //     K p'' + (c - B/c) p' - w p p' - b p (p - p_l/2)(p - p_l) = 0,
-// solved by p_l/(1 + exp(kappa z)) with 2 K kappa^2 - w p_l kappa - b p_l^2 = 0: one root ahead of the band, one behind, both for
-// c^2 = B + w mu/(3 b), p_l = 2 mu/(3 b c), sigma_gas = sigma_c - 2 mu/(9 b c^2).
+// solved by p_l/(1 + exp(kappa z)) with 2 K kappa^2 - w p_l kappa - b p_l^2 = 0: one root ahead of the band, one
+// behind, both for c^2 = B + w mu/(3 b), p_l = 2 mu/(3 b c), sigma_gas = sigma_c - 2 mu/(9 b c^2).
 struct Band {
     double mu = 0.9, sigma_c = 1.1, b = 0.8, pressure = 1.2, advection = 0.7, stiffness = 0.5, splay = 0.3;
     double c = std::sqrt(pressure + advection * mu / (3.0 * b));

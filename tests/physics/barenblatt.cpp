@@ -1,4 +1,5 @@
-// tests/physics/barenblatt.cpp: beads that spread into a vacuum: overdamped against Barenblatt's solution, with inertia refused.
+// tests/physics/barenblatt.cpp: beads that spread into a vacuum: overdamped against Barenblatt's solution, with
+// inertia refused.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -63,8 +64,8 @@ Outcome spread(int n, double dt) {
 }
 
 TEST(Barenblatt, edge_is_followed_without_a_clamp_at_the_order_of_its_kink) {
-    // The edge is a kink: its Fourier series is right to h^2 in the mean, and to h at the edge itself.  dt falls with h, so that
-    // the error of time, dt^2 away from the edge, falls with it.
+    // The edge is a kink: its Fourier series is right to h^2 in the mean, and to h at the edge itself.  dt falls with
+    // h, so that the error of time, dt^2 away from the edge, falls with it.
     const Outcome coarse = spread(64, 0.02), middle = spread(128, 0.01), fine = spread(256, 0.005);
     EXPECT_LT(fine.error, 2e-3);
     EXPECT_GT(std::log2(coarse.error / middle.error), 1.5) << coarse.error << ", " << middle.error;

@@ -57,8 +57,8 @@ double error(int n, double dt) {
 
 TEST(Burgers, curl_free_order_in_two_dimensions_follows_cole_and_hopf_with_spectral_accuracy) {
     const double coarse = error(16, 0.01), middle = error(32, 0.01), fine = error(64, 0.01);
-    // Order is analytic as far from the real plane as psi has no zero: its series falls exponentially, and twice the modes square
-    // the error.
+    // Order is analytic as far from the real plane as psi has no zero: its series falls exponentially, and twice the
+    // modes square the error.
     EXPECT_GT(coarse / middle, 30.0) << coarse << ", " << middle;
     EXPECT_GT(middle / fine, 10.0 * coarse / middle) << coarse << ", " << middle << ", " << fine;
     // (1e-6)^2 of space, and of time 1e-6 at dt = 0.25 (below) to the fourth power of the step: 3e-12.

@@ -1,4 +1,5 @@
-// tests/physics/chi_square.hpp: whether the modes of independent realisations have a given law: sums of squares and their tails.
+// tests/physics/chi_square.hpp: whether the modes of independent realisations have a given law: sums of squares and
+// their tails.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -13,8 +14,8 @@ namespace drover::physics {
 
 inline constexpr std::uint64_t seed = 20141021;  // fixed before the first run
 
-/// Regularised upper incomplete gamma function: probability that a chi-square of 2 a degrees exceeds 2 x.  Series below a + 1,
-/// continued fraction above (Abramowitz & Stegun 6.5.29, 6.5.31).
+/// Regularised upper incomplete gamma function: probability that a chi-square of 2 a degrees exceeds 2 x.  Series
+/// below a + 1, continued fraction above (Abramowitz & Stegun 6.5.29, 6.5.31).
 inline double upper_gamma(double a, double x) {
     if (x <= 0.0) return 1.0;
     const double front = std::exp(-x + a * std::log(x) - std::lgamma(a));
@@ -42,8 +43,8 @@ inline double two_sided(double squares, double degrees) {
     return 2.0 * std::min(above, 1.0 - above);
 }
 
-/// Modes kept for products of a degree that stand for themselves and their conjugates: the half plane, with the half column
-/// kx = 0, ky > 0.
+/// Modes kept for products of a degree that stand for themselves and their conjugates: the half plane, with the half
+/// column kx = 0, ky > 0.
 inline std::vector<std::size_t> independent_modes(const numerics::Grid& grid, int degree) {
     std::vector<std::size_t> result;
     for (std::size_t m = 1; m < numerics::modes(grid); ++m) {
@@ -54,8 +55,8 @@ inline std::vector<std::size_t> independent_modes(const numerics::Grid& grid, in
     return result;
 }
 
-/// Sums of squares over realisations, of every mode and every pair of its variables: independent complex normal numbers of unit
-/// variance, if the law is right.
+/// Sums of squares over realisations, of every mode and every pair of its variables: independent complex normal
+/// numbers of unit variance, if the law is right.
 struct Tally {
     std::vector<std::vector<double>>
         of_mode;  ///< |zi|^2, then |zi + zj|^2/2 and |zi + i zj|^2/2 of the pairs, all twice

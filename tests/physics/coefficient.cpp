@@ -1,4 +1,5 @@
-// tests/physics/coefficient.cpp: coefficients that depend on the densities: polynomials as written, tables as smooth surfaces.
+// tests/physics/coefficient.cpp: coefficients that depend on the densities: polynomials as written, tables as smooth
+// surfaces.
 #include "drover/physics/coefficient.hpp"
 
 #include <gtest/gtest.h>

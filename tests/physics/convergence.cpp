@@ -1,4 +1,5 @@
-// tests/physics/convergence.cpp: the order of every method on the full equations, small amplitudes, and the energy budget.
+// tests/physics/convergence.cpp: the order of every method on the full equations, small amplitudes, and the energy
+// budget.
 #include <gtest/gtest.h>
 
 #include "drover/physics/energy.hpp"
@@ -28,7 +29,8 @@ TEST(Order, of_every_method_on_the_full_equations_with_varying_density_is_what_i
     }
 }
 
-/// Deviation from the linear theory after one unit of time, by the same method with the same step: linear terms are exact.
+/// Deviation from the linear theory after one unit of time, by the same method with the same step: linear terms are
+/// exact.
 double deviation(const Equations& e, double amplitude) {
     Threads threads(1);
     const WholeRate whole(e, grid, reference(e.model.uniform), threads);
@@ -53,7 +55,8 @@ TEST(SmallAmplitude, leaves_a_deviation_from_linear_theory_that_falls_as_its_squ
             const double whole = deviation(e, 2e-3), half = deviation(e, 1e-3);
             const std::string name = e.active.size() == 1 ? e.active.front().name : "all terms";
             ASSERT_GT(half, 0.0) << form.name << ": " << name;
-            // Products of two waves: 4, with a part of third order of relative size 1e-3; of three (saturation alone): 8.
+            // Products of two waves: 4, with a part of third order of relative size 1e-3; of three (saturation alone):
+            // 8.
             const double ratio = whole / half;
             EXPECT_GT(ratio, 3.96) << form.name << ": " << name;
             EXPECT_LT(ratio, 8.1) << form.name << ": " << name;
@@ -63,7 +66,8 @@ TEST(SmallAmplitude, leaves_a_deviation_from_linear_theory_that_falls_as_its_squ
     EXPECT_GT(checked, 25);
 }
 
-/// |E(t) - E(0) - integral of the powers|, of the kinetic energy and of that of the order, the larger.  The integral by Simpson.
+/// |E(t) - E(0) - integral of the powers|, of the kinetic energy and of that of the order, the larger.  The integral
+/// by Simpson.
 double budget_gap(const Equations& e, const std::string& method, int steps) {
     Threads threads(1);
     const WholeRate whole(e, grid, reference(e.model.uniform), threads);

@@ -16,8 +16,8 @@ using numerics::Grid;
 using numerics::Spectra;
 using Values = std::vector<double>;
 
-// Fields of the two lowest modes on a grid that resolves every product of them, 1/rho included: its series in an amplitude of 0.15
-// falls below rounding before the cut at |k| < 64/5.
+// Fields of the two lowest modes on a grid that resolves every product of them, 1/rho included: its series in an
+// amplitude of 0.15 falls below rounding before the cut at |k| < 64/5.
 constexpr Grid grid{64, 64, 7.0, 9.0};
 constexpr double time = 0.7;
 

@@ -1,4 +1,5 @@
-// tests/physics/evolution.hpp: a model on a grid, from fields given as functions of the place to fields at a later time.
+// tests/physics/evolution.hpp: a model on a grid, from fields given as functions of the place to fields at a later
+// time.
 #pragma once
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
-// tests/physics/flock_model.hpp: a flock of rods and beads in the normalisation of the closed forms (m = 1, u = 1, J = u p).
+// tests/physics/flock_model.hpp: a flock of rods and beads in the normalisation of the closed forms (m = 1, u = 1, J =
+// u p).
 #pragma once
 #include <cmath>
 

@@ -1,4 +1,5 @@
-// tests/physics/flock_spectrum.cpp: a noisy flock of the whole model has the law of linear theory, its direction that of diffusion.
+// tests/physics/flock_spectrum.cpp: a noisy flock of the whole model has the law of linear theory, its direction that
+// of diffusion.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -19,7 +20,8 @@ using numerics::Complex;
 constexpr double direction = 0.7;  ///< of p0 [rad]: along no axis and no wavevector of the grid
 constexpr double weak = 1e-8;      ///< of a natural noise: deviations of 1e-4 beside fields of order one
 
-/// Beads and rods, dynamic: every wave of the grid below decays.  Order grows where rods are dense, too slowly for bands.
+/// Beads and rods, dynamic: every wave of the grid below decays.  Order grows where rods are dense, too slowly for
+/// bands.
 Model noisy_flock() {
     return {.fields = {.bead_density = true, .rod_density = true, .bead_velocity = "dynamic"},
             .uniform = {.rod_density = 0.8, .bead_density = 1.2},
@@ -129,9 +131,9 @@ TEST(FlockSpectrumStatistics, of_the_whole_model_with_little_noise_is_the_lyapun
     const Model model = noisy_flock();
     const Law law(model, direction);
     ASSERT_GT(law.slowest, 0.1) << "a stable flock that forgets within the times below";
-    // etdrk2 errs by some (rate dt)^2/6 of the variance for rates that are not in its exact linear part, 3 b p0^2 = 1.5 /s and
-    // less, where |s|max = 6.7 /s: at 0.5 it is 2e-3 of some variables and, with 10000 realisations, 1e-3 of all, beside
-    // sqrt(2/306000) = 2.6e-3.  (At 1 it is 4e-3, and the test with 10000 realisations fails.)
+    // etdrk2 errs by some (rate dt)^2/6 of the variance for rates that are not in its exact linear part, 3 b p0^2 =
+    // 1.5 /s and less, where |s|max = 6.7 /s: at 0.5 it is 2e-3 of some variables and, with 10000 realisations, 1e-3
+    // of all, beside sqrt(2/306000) = 2.6e-3.  (At 1 it is 4e-3, and the test with 10000 realisations fails.)
     for (const auto& [dt_rate, steps] : {std::pair{0.1, 60}, {0.5, 40}}) {
         const Verdict found = verdict_of_runs(law, model, dt_rate / law.fastest, steps, 1500);
         EXPECT_GT(found.min, 1e-3) << "some mode or pair, dt|s|max = " << dt_rate;
@@ -139,8 +141,8 @@ TEST(FlockSpectrumStatistics, of_the_whole_model_with_little_noise_is_the_lyapun
     }
 }
 
-// What the test can see: runs of a model that is wrong in one thing leave the law within the 3 s of the runs, and a law that is
-// wrong is not forgotten in them.
+// What the test can see: runs of a model that is wrong in one thing leave the law within the 3 s of the runs, and a
+// law that is wrong is not forgotten in them.
 TEST(FlockSpectrumStatistics, of_a_model_wrong_in_one_thing_fails_the_same_test) {
     const Model model = noisy_flock();
     const Law law(model, direction);
@@ -166,7 +168,8 @@ struct MeanOrder {
     double square = (lambda * alpha / gamma - a) / b;  ///< p0^2
     double chi = 1.0 + mass * lambda * alpha / (gamma * gamma);
 
-    /// v = alpha p/Gamma + the slow rest: chi d_t p_across = f, so that <theta^2> = Delta t/(p0^2 chi^2 V) at late times.
+    /// v = alpha p/Gamma + the slow rest: chi d_t p_across = f, so that <theta^2> = Delta t/(p0^2 chi^2 V) at late
+    /// times.
     double turning(double noise, double volume) const { return noise / (square * chi * chi * volume); }
     /// Of the modulus, at late times: of d_t v = -g v + (k/lambda) p, d_t p = lambda v - h p + f.
     double modulus(double noise, double volume) const {
@@ -243,8 +246,8 @@ TEST_F(FlockDirection, of_runs_of_the_whole_model_diffuses_as_that_of_linear_the
         EXPECT_GT(two_sided(sums.stretched, realisations), 1e-3) << "modulus, " << name;
         EXPECT_GT(two_sided(sums.whole, 4 * realisations), 1e-3) << "beads and order together, " << name;
     }
-    // The late law alone: four times the 3.7 % of this many realisations; the first second, before the beads hold the order back,
-    // is worth another 2 %.
+    // The late law alone: four times the 3.7 % of this many realisations; the first second, before the beads hold the
+    // order back, is worth another 2 %.
     const double found = late_sums.turned / realisations * turned(late_law);
     const double late = steps * dt * theory.turning(model.noise.order, volume);
     EXPECT_NEAR(found / late, 1.0, 0.15);

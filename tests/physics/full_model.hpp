@@ -9,7 +9,8 @@
 
 namespace drover::physics {
 
-/// Two components, dynamic velocity, every coefficient of order one, every dependence on the densities that a scene can state.
+/// Two components, dynamic velocity, every coefficient of order one, every dependence on the densities that a scene
+/// can state.
 inline Model full_model() {
     return {.fields = {.bead_density = true, .rod_density = true, .bead_velocity = "dynamic"},
             .uniform = {.rod_density = 0.7, .bead_density = 1.3},

@@ -1,4 +1,5 @@
-// tests/physics/long_waves.cpp: slow modes of uniform states against their closed forms, and against the eigenvalues they approach.
+// tests/physics/long_waves.cpp: slow modes of uniform states against their closed forms, and against the eigenvalues
+// they approach.
 #include "drover/physics/long_waves.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +28,8 @@ LongWaves flock_waves(const Letters& letters) {
     return long_waves(equations, flock_of(equations));
 }
 
-// u (u - v0 c)(u - v1 c) = (s^2/chi)(C0 u - Bbar v0 c): every entry of U has its own rounding, some 1e-16 of numbers of order one.
+// u (u - v0 c)(u - v1 c) = (s^2/chi)(C0 u - Bbar v0 c): every entry of U has its own rounding, some 1e-16 of numbers
+// of order one.
 TEST(SlowModes, of_a_flock_have_the_speeds_of_the_cubic_at_every_angle) {
     for (const double w : {0.0, 0.35, -1.2}) {
         const Letters l{.w = w};
@@ -135,8 +137,8 @@ std::vector<Case> cases() {
             .elasticity = {.stiffness = 0.5, .splay = 0.2},
             .advection = {.strength = 0.4},
             .pressure = {.rods = 0.7}};
-    // Odd orders of q are imaginary and even ones real in a flock: after q^2 comes q^3.  The isotropic state is even in q: after q^2
-    // comes q^4.
+    // Odd orders of q are imaginary and even ones real in a flock: after q^2 comes q^3.  The isotropic state is even
+    // in q: after q^2 comes q^4.
     return {{"flock", flock, 1, 3.0},
             {"order per rod", mean, 1, 3.0},
             {"slaved", slaved, 1, 3.0},
@@ -185,7 +187,8 @@ TEST(SlowModes, near_onset_do_not_depend_on_the_unit_of_density) {
         const std::vector<SlowMode> found = modes_of(s);
         ASSERT_EQ(found.size(), plain.size());
         for (std::size_t i = 0; i < plain.size(); ++i) {
-            // abar = -1e-4 is a difference of numbers of order one: twelve digits are left, of which the root and the square take some.
+            // abar = -1e-4 is a difference of numbers of order one: twelve digits are left, of which the root and the
+            // square take some.
             EXPECT_NEAR(found[i].speed.real(), plain[i].speed.real(), 1e-9 * std::abs(plain.back().speed));
             EXPECT_NEAR(found[i].damping.real(), plain[i].damping.real(), 1e-9 * (1.0 + std::abs(plain[i].damping)));
         }
@@ -193,7 +196,8 @@ TEST(SlowModes, near_onset_do_not_depend_on_the_unit_of_density) {
 }
 
 TEST(SlowModes, of_beads_that_nothing_holds_back_are_sound) {
-    // No drag, no driving: rho d_t v = -E grad rho; s = +- i sqrt(E) q - (eta + zeta) q^2/(2 rho), and -eta q^2/rho across.
+    // No drag, no driving: rho d_t v = -E grad rho; s = +- i sqrt(E) q - (eta + zeta) q^2/(2 rho), and -eta q^2/rho
+    // across.
     Letters l{.gamma = 0.0, .alpha = 0.0, .f = 0.0};
     Model model = flock_model(l);
     model.pressure.beads = 0.0;
@@ -225,7 +229,8 @@ TEST(SlowModes, at_the_threshold_are_refused_with_the_reason) {
 }
 
 TEST(SlowModes, of_a_defective_speed_have_no_damping_and_count_as_growing) {
-    // Without w, Bbar and Abar the slow order moves with neither density but drives both: u = 0 twice, once without a vector of its own.
+    // Without w, Bbar and Abar the slow order moves with neither density but drives both: u = 0 twice, once without a
+    // vector of its own.
     Letters l{.e = 0.0, .f = 0.0, .w = 0.0, .pressure_a = 0.0, .pressure_b = 0.0};
     const LongWaves waves = flock_waves(l);
     bool defective = false;
@@ -292,9 +297,11 @@ TEST(Banding, of_rods_has_the_neutral_wave_of_the_closed_form) {
 }
 
 TEST(Banding, near_onset_with_beads_needs_the_slope_by_what_the_current_carries) {
-    // abar_s + (rho0 alpha/Gamma) abar_rho and C0 in place of abar_s and Bbar, chi times the square of the slope (beads have inertia:
+    // abar_s + (rho0 alpha/Gamma) abar_rho and C0 in place of abar_s and Bbar, chi times the square of the slope
+    // (beads have inertia:
     // chi s^2 + nu s + ... = 0), to leading order in abar: the error of the predicted
-    // |abar| of the boundary is of relative order |abar| (or its root), so it falls at least by two when slopes do by four.
+    // |abar| of the boundary is of relative order |abar| (or its root), so it falls at least by two when slopes do by
+    // four.
     double last = 0.0;
     for (const double scale : {0.04, 0.01, 0.0025}) {
         const double by_rods = -0.5 * scale, by_beads = -0.3 * scale;

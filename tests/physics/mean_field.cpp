@@ -1,4 +1,5 @@
-// tests/physics/mean_field.cpp: rods that turn with the beads they drive, in mean field: the model beside all of their angles.
+// tests/physics/mean_field.cpp: rods that turn with the beads they drive, in mean field: the model beside all of their
+// angles.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,8 +11,9 @@
 namespace drover::physics {
 namespace {
 
-// Rods with rotational diffusion D_r turn as dn/dt = lambda_s (1 - nn).v in beads that move with v = alpha P/Gamma, P = <n>.  With
-// theta the angle between a rod and v, d_t f = D_r f'' + lambda_s v (f sin theta)'; in f_n = <cos n theta>, P = f_1,
+// Rods with rotational diffusion D_r turn as dn/dt = lambda_s (1 - nn).v in beads that move with v = alpha P/Gamma, P
+// = <n>.  With theta the angle between a rod and v, d_t f = D_r f'' + lambda_s v (f sin theta)'; in f_n = <cos n
+// theta>, P = f_1,
 //     d_t f_n = -n^2 D_r f_n + (n/2) lambda_s v (f_{n-1} - f_{n+1}),     lambda_s v = g D_r P.
 // Stationary: f ~ exp(g P cos theta), so P = I1(gP)/I0(gP).
 // The closure keeps f_1 and a stationary f_2 = lambda_s v f_1/(4 D_r):

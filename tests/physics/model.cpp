@@ -83,7 +83,8 @@ TEST(ActiveTerms, are_those_with_a_coefficient) {
 }
 
 TEST(PlaneWave, of_the_order_moves_the_density_as_the_telegraph_equation_says) {
-    // With a = K = 0: d_tt sigma = u B lap sigma.  A standing wave: sigma ~ cos(w t), i p along q ~ (w/(u q)) sin(w t), w^2 = u B q^2.
+    // With a = K = 0: d_tt sigma = u B lap sigma.  A standing wave: sigma ~ cos(w t), i p along q ~ (w/(u q)) sin(w
+    // t), w^2 = u B q^2.
     Model model = independent_rods();
     model.relaxation.rate = 0.0;
     model.noise = {};
@@ -112,7 +113,8 @@ TEST(InitialState, random_has_the_deviation_asked_and_the_exact_mean_density) {
     double variance = 0.0;
     for (std::size_t m = 1; m < state.size; ++m)
         variance += (m % numerics::columns(grid) == 0 ? 1.0 : 2.0) * std::norm(state[1][m]);
-    // 961 kept modes of 1024 hold that part of the variance; its relative deviation is sqrt(2/961) = 0.046: four of them.
+    // 961 kept modes of 1024 hold that part of the variance; its relative deviation is sqrt(2/961) = 0.046: four of
+    // them.
     EXPECT_NEAR(variance, 0.01 * 961.0 / 1024.0, 0.01 * 0.19);
 }
 

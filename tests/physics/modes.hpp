@@ -30,7 +30,8 @@ inline numerics::Spectra uniform_state(const Form& form, const numerics::Grid& g
     return state;
 }
 
-/// The mean densities, the order along a direction [rad] in balance with its saturation and with the beads that it drives:
+/// The mean densities, the order along a direction [rad] in balance with its saturation and with the beads that it
+/// drives:
 /// b p0^2 = lambda alpha/Gamma - a, v0 = alpha p0/Gamma.
 inline UniformPoint flock(const Equations& e, double direction) {
     const double rho = e.model.uniform.bead_density, sigma = e.model.uniform.rod_density;

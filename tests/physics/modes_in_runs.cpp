@@ -1,4 +1,5 @@
-// tests/physics/modes_in_runs.cpp: small waves in runs of the whole model grow, decay and travel at the rates of linear theory.
+// tests/physics/modes_in_runs.cpp: small waves in runs of the whole model grow, decay and travel at the rates of
+// linear theory.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +17,9 @@ using numerics::Complex;
 constexpr double pi = std::numbers::pi;
 
 // A wave of 1e-6 beside fields of order one leaves 1e-12 to the next order.  Rounding over a thousand steps is
-// 1e-16 sqrt(1000)/1e-6 = 3e-9 of the logarithm of its amplitude.  The method errs by (rate dt)^4/120 of the largest rate that
-// is not in its exact linear part, 2 b p0^2 = 0.6 /s with dt = 0.25 s: 4e-6, and 2e-5 of a smaller rate beside it.
+// 1e-16 sqrt(1000)/1e-6 = 3e-9 of the logarithm of its amplitude.  The method errs by (rate dt)^4/120 of the largest
+// rate that is not in its exact linear part, 2 b p0^2 = 0.6 /s with dt = 0.25 s: 4e-6, and 2e-5 of a smaller rate
+// beside it.
 constexpr double amplitude = 1e-6, tolerance = 1e-4;
 
 struct Mode {
@@ -58,8 +60,8 @@ struct Wave {
     }
 };
 
-/// WaveModes of one wave, all of them put on the uniform state and each measured by its left eigenvector in one run of `steps`, a
-/// multiple of 20.
+/// WaveModes of one wave, all of them put on the uniform state and each measured by its left eigenvector in one run of
+/// `steps`, a multiple of 20.
 std::vector<Mode> measured(const Wave& wave, const std::vector<int>& which, double dt, int steps) {
     Evolution run(wave.model, wave.grid);
     const WaveModes modes = wave.modes();
@@ -181,8 +183,8 @@ struct LongWaves {
     double abar = pressure + 0.8 * 1.1 / 2.0, bbar = 0.6 + 0.8 * 0.4 / 2.0;
     double c0 = 0.9 * bbar + 1.2 * 1.5 / 2.0 * abar;
 
-    /// How far a speed u [mm/s] is from a root of u (u - v0 c)(u - v1 c) = (s^2/chi)(C0 u - speed Bbar v0 c), by one step
-    /// of Newton's method.
+    /// How far a speed u [mm/s] is from a root of u (u - v0 c)(u - v1 c) = (s^2/chi)(C0 u - speed Bbar v0 c), by one
+    /// step of Newton's method.
     double distance(Complex u, double angle) const {
         const double c = std::cos(angle), s = std::sin(angle), v0 = velocity * c, v1 = 0.6 * order / chi * c;
         const Complex cubic = u * (u - v0) * (u - v1) - s * s / chi * (c0 * u - 0.9 * bbar * v0);
@@ -223,7 +225,8 @@ TEST(SoundInAFlock, travels_and_dies_at_the_rates_of_linear_theory_at_four_angle
         }
 }
 
-// Abar = A + lambda E/Gamma < 0: order turns to where beads are many.  The cubic then has two complex roots at oblique angles.
+// Abar = A + lambda E/Gamma < 0: order turns to where beads are many.  The cubic then has two complex roots at oblique
+// angles.
 TEST(FlockThatSeeksBeads, grows_in_oblique_waves_and_in_none_along_or_across_its_order) {
     Model model = two_components(carried - 0.3);
     model.pressure.beads = -0.6;  // Abar = -0.16
@@ -236,8 +239,8 @@ TEST(FlockThatSeeksBeads, grows_in_oblique_waves_and_in_none_along_or_across_its
                 measured(wave, {wave.modes().fastest_growing()}, 0.25, grid.lx == large.lx ? 800 : 200)[0];
             expect_rate(mode, text("{} degrees, cell of {} mm", 15 * i, grid.lx));
             growth.push_back(mode.found.real());
-            // u = speed + i growth/q, with growth/q = 0.12 mm/s at 30 degrees.  The cubic leaves out the damping: gamma q,
-            // gamma < 1 mm^2/s.
+            // u = speed + i growth/q, with growth/q = 0.12 mm/s at 30 degrees.  The cubic leaves out the damping:
+            // gamma q, gamma < 1 mm^2/s.
             if (grid.lx == large.lx) {
                 EXPECT_LT(long_waves(wave).distance(speed(mode, wave), angle), 0.006) << 15 * i << " degrees";
             }
@@ -290,7 +293,8 @@ TEST(Bands, grow_in_waves_longer_than_the_neutral_one_and_die_in_shorter_ones) {
     expect_rate(shorter, "shorter");
     EXPECT_GT(longer.found.real(), 0.0);
     EXPECT_LT(shorter.found.real(), 0.0);
-    // Where the growth that the runs show passes zero, by a straight line between two waves 1 % away: right to some 0.01^2.
+    // Where the growth that the runs show passes zero, by a straight line between two waves 1 % away: right to some
+    // 0.01^2.
     const double rise = shorter.found.real() - longer.found.real();
     EXPECT_NEAR((0.99 * shorter.found.real() - 1.01 * longer.found.real()) / rise, 1.0, 2e-4);
 }

@@ -115,7 +115,8 @@ PlaneAxis coefficient(const std::string& name, double from, double to, std::func
 }
 
 TEST(PhaseBoundary, of_rods_with_drag_lies_at_a_gain_of_two) {
-    // One rod turns by lambda_s; with rotational diffusion Dr = a and g = lambda_s alpha/(Gamma Dr) order begins at g = 2.
+    // One rod turns by lambda_s; with rotational diffusion Dr = a and g = lambda_s alpha/(Gamma Dr) order begins at g
+    // = 2.
     Letters l{.gamma = 1.7, .alpha = 1.3};
     Plane plane{.model = flock_model(l),
                 .x = coefficient("weathercock.strength", 0.2, 3.0,
@@ -157,7 +158,8 @@ TEST(PhaseBoundary, of_banding_is_the_closed_form) {
 }
 
 TEST(PhaseBoundary, of_oblique_waves_with_speeds_alone_is_where_two_meet) {
-    // Rods only, constant coefficients: u (u - v1 c) = s^2 Bbar: real at every angle unless Bbar < 0, and then not across.
+    // Rods only, constant coefficients: u (u - v1 c) = s^2 Bbar: real at every angle unless Bbar < 0, and then not
+    // across.
     const Plane plane{.model = {.uniform = {.rod_density = 1.0},
                                 .current = {.speed = 1.0},
                                 .relaxation = {.rate = -0.4, .saturation = 1.0},
@@ -248,8 +250,8 @@ TEST(PhaseBoundary, of_a_model_that_cannot_be_names_the_point) {
     }
 }
 
-// A table of measured a, alpha and lambda with errors: the true line is that of the true values; bands about lines traced from values
-// drawn with those errors must hold it as often as a normal law says.
+// A table of measured a, alpha and lambda with errors: the true line is that of the true values; bands about lines
+// traced from values drawn with those errors must hold it as often as a normal law says.
 TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
     Plane truth = density_plane(0.0, {});
     TableData& t = truth.model.table;
@@ -281,7 +283,8 @@ TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
         ASSERT_EQ(found.lines.size(), 1u);
         // One point of each, so that trials are independent: half-way along.
         const BoundaryPoint& p = found.lines[0].points[found.lines[0].points.size() / 2];
-        // Where the true line crosses the band's direction, by bisection of the true margin along it, in standard errors.
+        // Where the true line crosses the band's direction, by bisection of the true margin along it, in standard
+        // errors.
         const auto true_margin = [&](double n) {
             return margins(truth, {{p.x + n * p.error_x, p.y + n * p.error_y}}, Limit::onset, threads)[0].value;
         };

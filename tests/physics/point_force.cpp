@@ -1,4 +1,5 @@
-// tests/physics/point_force.cpp: a force at a point of the bead fluid, at rest and moving: screened, incompressible, and between.
+// tests/physics/point_force.cpp: a force at a point of the bead fluid, at rest and moving: screened, incompressible,
+// and between.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -60,8 +61,8 @@ double lattice_sum(int power) {
     return sum;
 }
 
-/// The screened part of the flow at r = ell z: compressible K0; incompressible delta K0 - d_i d_j K0, which is -K1/z along z and
-/// K0 + K1/z across.
+/// The screened part of the flow at r = ell z: compressible K0; incompressible delta K0 - d_i d_j K0, which is -K1/z
+/// along z and K0 + K1/z across.
 Eigen::Matrix2d screened(const Eigen::Vector2d& z, bool compressible) {
     const double d = z.norm(), k0 = std::cyl_bessel_k(0.0, d), k1 = std::cyl_bessel_k(1.0, d);
     if (compressible) return k0 * Eigen::Matrix2d::Identity();
@@ -69,8 +70,8 @@ Eigen::Matrix2d screened(const Eigen::Vector2d& z, bool compressible) {
     return -k1 / d * along + (k0 + k1 / d) * across;
 }
 
-/// Over images of the force, of which those three cells away and more are below e^(-55/ell).  A Gaussian that the force is spread over
-/// multiplies what is screened, outside it, by exp(width^2/(2 ell^2)).
+/// Over images of the force, of which those three cells away and more are below e^(-55/ell).  A Gaussian that the
+/// force is spread over multiplies what is screened, outside it, by exp(width^2/(2 ell^2)).
 Eigen::Matrix2d screened_images(const Eigen::Vector2d& r, const Model& model, double ell, double side,
                                 bool compressible) {
     Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
@@ -88,10 +89,12 @@ TEST(PointForce, moves_compressible_beads_parallel_to_itself_everywhere_by_the_s
     around(run, 2.0 * ell, 5.0 * ell, [&](const Eigen::Vector2d& r, std::size_t i) {
         const Eigen::Vector2d v(found[run.form.bead_velocity][i], found[run.form.bead_velocity + 1][i]);
         const Eigen::Vector2d exact = screened_images(r, model, ell, 2.0 * middle, true) * scale(model);
-        // K0(5) = 4e-3; the Gaussian is at e^(-27) of its height at 2 mm, and at e^(-26) where the modes of the grid end.
+        // K0(5) = 4e-3; the Gaussian is at e^(-27) of its height at 2 mm, and at e^(-26) where the modes of the grid
+        // end.
         ASSERT_LT((v - exact).norm(), 1e-11 * scale(model).norm()) << r.transpose();
         ASSERT_LT(std::abs(v.x() * 0.8 - v.y() * 0.6), 1e-12 * scale(model).norm()) << r.transpose();
-        // The formula for a plane: the nearest image is K0(17)/K0(3) = 4e-7 at the most; the Gaussian gives its exp(0.036).
+        // The formula for a plane: the nearest image is K0(17)/K0(3) = 4e-7 at the most; the Gaussian gives its
+        // exp(0.036).
         if (r.norm() < 3.0) {
             ASSERT_NEAR(v.norm() / scale(model).norm() / std::exp(0.5 * 0.27 * 0.27) / std::cyl_bessel_k(0.0, r.norm()),
                         1.0, 1e-6);
@@ -107,7 +110,8 @@ TEST(PointForce, fixed_in_beads_of_any_stiffness_ends_in_the_incompressible_flow
     model.force.x = tiny;
     model.force.y = 0.0;
     Evolution run(model, {256, 256, side, side});
-    // Sound of the longest wave, sqrt(E/m) 0.314 = 1.2 rad/s, and every other dies at half of drag over mass, 0.6 /s and faster.
+    // Sound of the longest wave, sqrt(E/m) 0.314 = 1.2 rad/s, and every other dies at half of drag over mass, 0.6 /s
+    // and faster.
     const numerics::Fields found = settled(run, 1.0, 60);
     const double s4 = lattice_sum(4), s8 = lattice_sum(8), s12 = lattice_sum(12);
     int ahead = 0;
@@ -128,9 +132,11 @@ TEST(PointForce, fixed_in_beads_of_any_stiffness_ends_in_the_incompressible_flow
                               mended = ell * ell * (hessian(images) + background);
         const Eigen::Vector2d exact =
             (screened_images(r, model, ell, side, false) + ell * ell * hessian(own) + mended) * scale(model);
-        // The next term of the images, 15 S16 (r/side)^14 (ell/side)^2 = 2e-9 at 5 mm; the Gaussian is at e^(-25) at 1.9 mm.
+        // The next term of the images, 15 S16 (r/side)^14 (ell/side)^2 = 2e-9 at 5 mm; the Gaussian is at e^(-25) at
+        // 1.9 mm.
         ASSERT_LT((v - exact).norm(), 1e-8 * scale(model).norm()) << r.transpose();
-        // On the line of the force and across it: with the algebraic part of the images taken off, the formulas for a plane.
+        // On the line of the force and across it: with the algebraic part of the images taken off, the formulas for a
+        // plane.
         const double z = r.norm() / ell, width = model.force.width / ell, spread = std::exp(0.5 * width * width);
         const double rest = (v - mended * scale(model)).x() / scale(model).x();
         const double image_error = 1e-3;  // screened parts of four images, K1((20 - 5)/2) = 3e-4 each at the most
@@ -147,8 +153,8 @@ TEST(PointForce, fixed_in_beads_of_any_stiffness_ends_in_the_incompressible_flow
     });
     EXPECT_GT(ahead, 70);
     ASSERT_GT(abreast.size(), 35u);
-    // Beads flow back beyond z = 1.1144.  The slope there is -0.18, the screened parts of images are below 1e-4 so near the force, and
-    // cells are 0.04 apart: the line between two of them bends by 1e-4.
+    // Beads flow back beyond z = 1.1144.  The slope there is -0.18, the screened parts of images are below 1e-4 so
+    // near the force, and cells are 0.04 apart: the line between two of them bends by 1e-4.
     const auto turns = std::find_if(abreast.begin(), abreast.end(), [](const auto& at) { return at.second < 0.0; });
     ASSERT_TRUE(turns != abreast.begin() && turns != abreast.end());
     const auto [z0, v0] = turns[-1];
@@ -156,7 +162,8 @@ TEST(PointForce, fixed_in_beads_of_any_stiffness_ends_in_the_incompressible_flow
     EXPECT_NEAR(z0 + (z1 - z0) * v0 / (v0 - v1), 1.1144, 2e-3);
 }
 
-/// The flow of a force that has moved at U for ever, mode by mode: m rho d_t is -i m rho q.U, and rho follows the divergence.
+/// The flow of a force that has moved at U for ever, mode by mode: m rho d_t is -i m rho q.U, and rho follows the
+/// divergence.
 Eigen::Vector2d moving_flow(const Model& m, const numerics::Grid& grid, int most_x, int most_y, double t, double x,
                             double y) {
     const double rho = m.uniform.bead_density;
@@ -207,8 +214,8 @@ double moving_error(double stiffness, double bulk, double dt) {
 }
 
 TEST(PointForce, moving_through_beads_without_and_with_stiffness_drags_the_flow_that_linear_theory_says) {
-    // A step takes the force in by a rule of three points, which errs by (q.U dt)^4/2880; at q = 5, where the Gaussian is e^(-2),
-    // q.U dt = 0.074: 1e-8.
+    // A step takes the force in by a rule of three points, which errs by (q.U dt)^4/2880; at q = 5, where the Gaussian
+    // is e^(-2), q.U dt = 0.074: 1e-8.
     EXPECT_LT(moving_error(0.0, 0.0, 0.025), 1e-7);
     EXPECT_LT(moving_error(4.0, 0.3, 0.025), 1e-7);
     EXPECT_GT(std::log2(moving_error(4.0, 0.3, 0.1) / moving_error(4.0, 0.3, 0.05)), 3.7);

@@ -41,8 +41,8 @@ TEST(UniformRelaxation, order_follows_landau_from_below_and_from_above_saturatio
             const double t = (i + 1) * dt;
             const double square = saturated / (1.0 + (saturated / (start * start) - 1.0) * std::exp(2.0 * abar * t));
             const std::vector<double> p = means(state);
-            // A step of the fourth-order method errs by some (rate dt)^5/120; the fastest rate, 2 b p^2 = 6.4 at the start of p = 2,
-            // lasts some 1/(rate dt) steps: (0.0128)^4/120 = 2e-10.
+            // A step of the fourth-order method errs by some (rate dt)^5/120; the fastest rate, 2 b p^2 = 6.4 at the
+            // start of p = 2, lasts some 1/(rate dt) steps: (0.0128)^4/120 = 2e-10.
             ASSERT_NEAR(p[0] * p[0] + p[1] * p[1], square, 1e-9) << "p(0) = " << start << ", t = " << t;
             // No term turns p: all of them are along it.
             ASSERT_NEAR(p[0] * 0.8 + p[1] * 0.6, 0.0, 1e-14);
@@ -89,8 +89,8 @@ TEST(UniformRelaxation, beads_and_order_come_to_lie_along_each_other_at_the_rate
         const double middle = rate();
         by.step((i + 1) * dt, static_cast<std::uint64_t>(i) + 1, state);
         integral += dt / 3.0 * (first + 4.0 * middle + rate());
-        // Method and Simpson's rule are both right to (rate dt)^4/120, the rates a + b p^2 and Gamma/(m rho) being some 3 at first,
-        // 2 b p^2 as much again: (6 * 0.0025)^4/120 = 4e-10.
+        // Method and Simpson's rule are both right to (rate dt)^4/120, the rates a + b p^2 and Gamma/(m rho) being
+        // some 3 at first, 2 b p^2 as much again: (6 * 0.0025)^4/120 = 4e-10.
         ASSERT_NEAR(cross() / (start * std::exp(-integral)), 1.0, 1e-9) << "t = " << (i + 2) * dt;
     }
     EXPECT_LT(cross() / start, 0.03) << "so much of the angle is gone that its decay has been seen";

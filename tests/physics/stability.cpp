@@ -143,8 +143,8 @@ TEST(ModeMap, holds_eigenvectors_with_their_duals) {
 }
 
 TEST(ModeMap, follows_branches_through_crossings) {
-    // Isotropic: waves along q and across it do not know of each other, and their rates cross: across by order alone, along by the
-    // pressure too.  Rates on one branch are smooth: second differences of order (step)^2.
+    // Isotropic: waves along q and across it do not know of each other, and their rates cross: across by order alone,
+    // along by the pressure too.  Rates on one branch are smooth: second differences of order (step)^2.
     Letters l = isotropic_letters();
     const Equations e(flock_model(l));
     Threads threads(1);
@@ -164,7 +164,8 @@ TEST(ModeMap, follows_branches_through_crossings) {
 }
 
 TEST(ModeMap, of_a_defective_matrix_keeps_every_rate) {
-    // Beads alone, damped sound: rho s^2 + Gamma s + rho E q^2 = 0 has a double root without a second vector at q = Gamma/(2 rho sqrt E).
+    // Beads alone, damped sound: rho s^2 + Gamma s + rho E q^2 = 0 has a double root without a second vector at q =
+    // Gamma/(2 rho sqrt E).
     const Letters l{.alpha = 0.0, .f = 0.0, .lambda = 0.0};
     Model model = flock_model(l);
     model.viscosity = {};
@@ -240,7 +241,8 @@ TEST(Instabilities, of_a_flock_with_attracting_beads_are_oblique_and_the_fastest
     const std::vector<Instability> found = instabilities(e, flock_of(e), search);
     ASSERT_FALSE(found.empty());
     EXPECT_EQ(found[0].name, "oblique");
-    // By brute force, over steps of 0.5 degrees and 1 % in q: not more than the refined maximum, and not less than second order in the steps.
+    // By brute force, over steps of 0.5 degrees and 1 % in q: not more than the refined maximum, and not less than
+    // second order in the steps.
     double most = 0.0;
     for (int k = 0; k < 700; ++k)
         for (int a = 0; a <= 180; ++a)

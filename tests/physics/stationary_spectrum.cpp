@@ -1,4 +1,5 @@
-// tests/physics/stationary_spectrum.cpp: the noisy linear model stays in the stationary law of its Lyapunov equation, at any step.
+// tests/physics/stationary_spectrum.cpp: the noisy linear model stays in the stationary law of its Lyapunov equation,
+// at any step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -109,9 +110,9 @@ TEST(StationarySpectrumStatistics, of_the_noisy_linear_model_is_the_lyapunov_sol
     }
 }
 
-// A method that knows the linear part exactly but holds the noise still over a step has (2/z) tanh(z/2) of the variance,
-// z = rate dt.  The test must see that.  (At dt|s|max = 0.1 the fastest mode lacks 8 parts in 10^4, which this many
-// realisations cannot tell.)
+// A method that knows the linear part exactly but holds the noise still over a step has (2/z) tanh(z/2) of the
+// variance, z = rate dt.  The test must see that.  (At dt|s|max = 0.1 the fastest mode lacks 8 parts in 10^4, which
+// this many realisations cannot tell.)
 TEST(StationarySpectrumStatistics, of_noise_frozen_over_the_step_fails_the_same_test) {
     Threads threads(1);
     Model plain = model;
@@ -139,7 +140,8 @@ TEST(StationarySpectrumStatistics, of_noise_frozen_over_the_step_fails_the_same_
             return numerics::Stepper(frozen, numerics::stepper_table("exponential-euler"), dt, seed, threads);
         });
         const Verdict found = diagnosis(sample.tally);
-        // At 1 the fastest mode lacks 8 %: three deviations of its own, which the whole set sees and Bonferroni may not.
+        // At 1 the fastest mode lacks 8 %: three deviations of its own, which the whole set sees and Bonferroni may
+        // not.
         EXPECT_LT(std::min(found.whole, found.min), 1e-3) << "dt|s|max = " << dt_rate;
         if (dt_rate == 10.0) {
             EXPECT_LT(std::max(found.whole, found.min), 1e-3);

@@ -63,7 +63,8 @@ TEST(StiffFlock, keeps_the_order_of_every_method_at_a_sound_of_100_radians_and_a
 
 TEST(StiffFlock, keeps_the_order_of_every_method_when_sound_of_100_radians_a_step_is_hardly_damped) {
     const double dt = 0.05, sound = 100.0 / (dt * 1.944);
-    // Sound that turns by many radians a step is not yet in the range where the order rules: it does from some 12 radians on.
+    // Sound that turns by many radians a step is not yet in the range where the order rules: it does from some 12
+    // radians on.
     expect_order(flock(20.0, sound * sound), dt, 8, 64);
 }
 

@@ -46,7 +46,8 @@ void balance(const Equations& e, UniformPoint& point) {
     point.velocity = force / (gamma > 0.0 ? gamma : 1.0);
 }
 
-/// Largest difference between the symbol and a central difference of the right-hand side, relative to the largest entry.
+/// Largest difference between the symbol and a central difference of the right-hand side, relative to the largest
+/// entry.
 double difference(const Equations& e, UniformPoint point, const Reference& about, int kx, int ky, Threads& threads) {
     if (e.form.bead_density < 0)
         point.bead_density = about.bead_density;  // not a field: the mass that moves is the scene's

@@ -181,8 +181,8 @@ TEST(TextTerms, that_depend_on_position_or_time_run_but_have_no_uniform_state) {
     Evolution evolution(model, grid);
     numerics::Spectra state = evolution.spectra({wave(0.0, 0.0, 0.0), wave(0.0, 0.0, 0.0)});
     evolution.advance(state, "etdrk4", 0.05, 40);
-    // p = h cos(x/4) (1 - e^{-a t})/a + 0.1 (t/a - (1 - e^{-a t})/a^2), at t = 2; ETDRK4 integrates a source that is linear
-    // in time exactly.
+    // p = h cos(x/4) (1 - e^{-a t})/a + 0.1 (t/a - (1 - e^{-a t})/a^2), at t = 2; ETDRK4 integrates a source that is
+    // linear in time exactly.
     const double a = 0.3, t = 2.0, grown = (1.0 - std::exp(-a * t)) / a;
     const numerics::Fields fields = evolution.fields(state);
     for (std::size_t i = 0; i < fields.size; ++i)

@@ -16,7 +16,8 @@ inline TextTerm text_term(const std::string& of, const std::vector<std::string>&
     return term;
 }
 
-/// Adds terms of every kind to a model with rods: products, gradients, functions, anisotropic and density-dependent ones.
+/// Adds terms of every kind to a model with rods: products, gradients, functions, anisotropic and density-dependent
+/// ones.
 inline Model with_texts(Model model) {
     model.parameters = {{"W", 0.7}, {"c", 0.4}};
     model.text_terms = {text_term("order", {"-W order_x order_y^2", "W order_x^2 order_y"}),

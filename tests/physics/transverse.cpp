@@ -1,4 +1,5 @@
-// tests/physics/transverse.cpp: order across its own gradient, (0, p_y(x)): standing kinks, and fronts that invade disorder.
+// tests/physics/transverse.cpp: order across its own gradient, (0, p_y(x)): standing kinks, and fronts that invade
+// disorder.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,8 +12,8 @@ namespace {
 constexpr double growth = 0.5;  // -abar [1/s]
 constexpr int rows = 8;         // nothing depends on y, but may: one pair of modes along y is kept at least
 
-/// Every term but viscosity and what pushes from outside: advection, the pressures A, B, E and F, the splay K1, the rod current
-/// and the inertia of the beads must all drop out of this sector by themselves.
+/// Every term but viscosity and what pushes from outside: advection, the pressures A, B, E and F, the splay K1, the
+/// rod current and the inertia of the beads must all drop out of this sector by themselves.
 struct Sector {
     Model model = full_model();
     double drag, driving, saturation, stiffness;
@@ -83,8 +84,8 @@ TEST(TransverseSector, rate_of_a_kink_lattice_falls_spectrally_with_the_resoluti
     EXPECT_GT(coarse / middle, 100.0) << coarse << ", " << middle;
     EXPECT_GT(middle / fine, 10.0 * coarse / middle) << coarse << ", " << middle << ", " << fine;
     EXPECT_LT(fine, 1e-10);
-    // Rounding: 1e-16 of coefficients of order one, times K3 q^2 = 0.35 (51 * 2 pi/12)^2 = 250 of the last mode kept, for
-    // some ten coefficients that count.
+    // Rounding: 1e-16 of coefficients of order one, times K3 q^2 = 0.35 (51 * 2 pi/12)^2 = 250 of the last mode kept,
+    // for some ten coefficients that count.
     EXPECT_LT(finest, 3e-13);
 }
 
@@ -95,8 +96,8 @@ TEST(TransverseSector, kink_lattice_stands_still_in_a_fluid_with_every_term_but_
     const std::vector<FieldFunction> exact = sector.fields([&](double x, double) { return lattice(x); });
     numerics::Spectra state = run.spectra(exact);
     run.advance(state, "etdrk4", 0.05, 240);
-    // Six relaxation times 1/|abar|.  The start errs by the modes that are left out, 2e-12 of it; neighbouring kinks attract, which
-    // grows slower than |abar|: e^6 = 400 times.
+    // Six relaxation times 1/|abar|.  The start errs by the modes that are left out, 2e-12 of it; neighbouring kinks
+    // attract, which grows slower than |abar|: e^6 = 400 times.
     EXPECT_LT(largest_difference(run.fields(state), run.sampled(exact)), 1e-9);
 }
 
@@ -110,7 +111,8 @@ TEST(TransverseSector, kink_of_tanh_stands_still_between_two_halves_of_opposite_
     Evolution run(sector.model, {768, rows, side, 3.0});
     numerics::Spectra state = run.spectra(sector.fields(pair));
     run.advance(state, "etdrk4", 0.05, 240);
-    // At the edges of the halves the formula has a kink of its own, of e^(-2 sharpness 16) = 2e-12, which grows by e^6 at the most.
+    // At the edges of the halves the formula has a kink of its own, of e^(-2 sharpness 16) = 2e-12, which grows by e^6
+    // at the most.
     // Modes are kept up to 153 * 2 pi/64 = 15 /mm, where the series has fallen to e^(-pi q/(2 sharpness)) = 8e-13.
     EXPECT_LT(largest_difference(run.fields(state), run.sampled(sector.fields(pair))), 1e-10);
 }
@@ -121,8 +123,9 @@ TEST(TransverseSector, front_of_order_invades_disorder_with_its_exact_speed_and_
     sector.model.inertia.advection = false;
     const double sharpness = std::sqrt(growth / (2.0 * sector.stiffness)),
                  speed = 3.0 * std::sqrt(growth * sector.stiffness / 2.0), side = 80.0, half_width = 16.0;
-    // Order between two fronts that part, each cell of the period with its own pair: their sum solves the equation up to the tail
-    // of one front at another, e^(-sharpness distance) with distances of 32 mm at first and of 80 - 2 * 23.1 mm at the end: 2e-12.
+    // Order between two fronts that part, each cell of the period with its own pair: their sum solves the equation up
+    // to the tail of one front at another, e^(-sharpness distance) with distances of 32 mm at first and of 80 - 2 *
+    // 23.1 mm at the end: 2e-12.
     const auto pairs = [&](double x, double t) {
         const auto front = [&](double z) { return 1.0 / (1.0 + std::exp(sharpness * z)); };
         const double reach = half_width + speed * t;
@@ -139,8 +142,8 @@ TEST(TransverseSector, front_of_order_invades_disorder_with_its_exact_speed_and_
     const double dt = 0.02, end = 8.0;
     run.advance(state, "etdrk4", dt, static_cast<int>(std::lround(end / dt)));
     const numerics::Fields found = run.fields(state), exact = run.sampled(at(end));
-    // Ahead of the fronts rounding and the tails grow by e^(|abar| t) = 55: 1e-10; the method leaves (rate dt)^4/120 with
-    // rates of 2 |abar| = 1: 1e-9.
+    // Ahead of the fronts rounding and the tails grow by e^(|abar| t) = 55: 1e-10; the method leaves (rate dt)^4/120
+    // with rates of 2 |abar| = 1: 1e-9.
     EXPECT_LT(largest_difference(found, exact), 3e-9);
     // The speed, from where the front stands at the end: at the cell nearest to it, ln(p0/p - 1) = sharpness (x - c t).
     const int component = run.form.polar_order + 1;

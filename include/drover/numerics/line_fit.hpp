@@ -9,8 +9,8 @@ struct Line {
     double at_zero = 0.0, slope = 0.0;
 };
 
-/// The line that minimises sum weights (y - at_zero - slope x)^2; points with weight 0 are ignored.  NaN where the line is
-/// not unique.  x, y and weights have the same length.
+/// The line that minimises sum weights (y - at_zero - slope x)^2; points with weight 0 are ignored.  NaN where the
+/// line is not unique.  x, y and weights have the same length.
 Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights);
 
 }  // namespace drover::numerics

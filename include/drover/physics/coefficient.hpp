@@ -36,8 +36,8 @@ public:
     /// Of the polynomial; a table counts as 1, though it has no finite degree.
     int degree() const;
 
-    /// out = the values at some points, less `reference`; a density that the coefficient does not depend on may be null.  Where a
-    /// table refuses, not-a-number.
+    /// out = the values at some points, less `reference`; a density that the coefficient does not depend on may be
+    /// null.  Where a table refuses, not-a-number.
     void evaluate(const double* bead_density, const double* rod_density, double reference, std::span<double> out) const;
 
     /// "0.5 - 0.1 rho sigma^2", or "from a table": for people.

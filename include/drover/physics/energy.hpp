@@ -9,8 +9,8 @@
 
 namespace drover::physics {
 
-/// Energies and powers of one state.  Kinetic: integral of m rho v^2/2, of a dynamic velocity; of the order: integral of
-/// p^2/2.  d/dt of each is the sum of its powers, for the modes that the grid keeps, noise apart.
+/// Energies and powers of one state.  Kinetic: integral of m rho v^2/2, of a dynamic velocity; of the order: integral
+/// of p^2/2.  d/dt of each is the sum of its powers, for the modes that the grid keeps, noise apart.
 struct EnergyBudget {
     double kinetic = 0.0;                ///< [mg mm^2/s^2]
     double order = 0.0;                  ///< [[p]^2 mm^2]

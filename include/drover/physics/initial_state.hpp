@@ -25,8 +25,8 @@ struct InitialState {
 void check(const InitialState& initial, const Model& model, const numerics::Grid& grid,
            const Dealiasing& dealiasing = {}, const LocationOf& place = no_location);
 
-/// The fields of every kind but "file": the uniform state and the perturbation.  Random: independent normal numbers of the
-/// given deviation in each cell of each field, the means of the densities unchanged.  Throws as check().
+/// The fields of every kind but "file": the uniform state and the perturbation.  Random: independent normal numbers of
+/// the given deviation in each cell of each field, the means of the densities unchanged.  Throws as check().
 numerics::Spectra initial_spectra(const InitialState& initial, const Model& model, const numerics::System& system,
                                   std::uint64_t seed, Threads& threads);
 

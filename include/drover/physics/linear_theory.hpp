@@ -21,8 +21,8 @@ numerics::System linear_system(const Equations& equations, const numerics::Grid&
 /// The same about the scene's uniform densities.
 numerics::System linear_system(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing = {});
 
-/// The largest growth rate of the linear model over the modes of a grid [1/s], conserved means left out, and the |q| where it
-/// is [1/mm].
+/// The largest growth rate of the linear model over the modes of a grid [1/s], conserved means left out, and the |q|
+/// where it is [1/mm].
 struct FastestGrowth {
     double rate = 0.0, q = 0.0;
 };
@@ -31,8 +31,8 @@ FastestGrowth fastest_growth(const numerics::System& system);
 /// The largest |s| of the linear model over the kept modes [1/s]: what dt is held against.
 double fastest_rate(const numerics::System& system);
 
-/// Stationary structure factors of the linear model at |q| [1/mm]; zero for fields that the form has not.  Cross structure
-/// factors: of a density and i times the part of p along q.  Source: m S + S m^T + Q = 0 for each block.
+/// Stationary structure factors of the linear model at |q| [1/mm]; zero for fields that the form has not.  Cross
+/// structure factors: of a density and i times the part of p along q.  Source: m S + S m^T + Q = 0 for each block.
 struct StructureFactor {
     double rods = 0.0, beads = 0.0;                      ///< of sigma, of rho [1/mm^2]
     double order_along = 0.0, order_across = 0.0;        ///< of the parts of p along and across q [[p]^2 mm^2]
@@ -45,8 +45,8 @@ void add_scaled(const StructureFactor& part, double factor, StructureFactor& sum
 
 StructureFactor structure_factor(const numerics::System& system, const Form& form, double q);
 
-/// The same for each stored mode of the system's grid; zero at q = 0 and where a mode is not kept.  Throws a run Error where
-/// a mode grows.
+/// The same for each stored mode of the system's grid; zero at q = 0 and where a mode is not kept.  Throws a run Error
+/// where a mode grows.
 std::vector<StructureFactor> structure_factors(const numerics::System& system, const Form& form);
 
 }  // namespace drover::physics

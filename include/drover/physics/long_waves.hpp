@@ -1,4 +1,5 @@
-// physics/long_waves.hpp: the slow modes of a uniform state at long waves: speeds and dampings by angle, exact in q -> 0.
+// physics/long_waves.hpp: the slow modes of a uniform state at long waves: speeds and dampings by angle, exact in q ->
+// 0.
 #pragma once
 #include <Eigen/Core>
 #include <complex>
@@ -19,9 +20,10 @@ struct SlowMode {
         shape;  ///< as in Symbol, of length 1 after each field is divided by its unit
 };
 
-/// What rules the slow modes, the fast ones being eliminated: rates = (-i q U + q^2 D) slow, with U = U_x c + U_y s and D likewise
-/// of second degree, c and s cosine and sine of the angle of q.  As many slow modes as the state has conserved densities, one more for the
-/// free direction of a flock, two for the momentum of beads that nothing holds back.
+/// What rules the slow modes, the fast ones being eliminated: rates = (-i q U + q^2 D) slow, with U = U_x c + U_y s
+/// and D likewise of second degree, c and s cosine and sine of the angle of q.  As many slow modes as the state has
+/// conserved densities, one more for the free direction of a flock, two for the momentum of beads that nothing holds
+/// back.
 struct LongWaves {
     using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, FieldIndex::count, FieldIndex::count>;
     Small speed_x, speed_y;                    ///< U
@@ -31,8 +33,8 @@ struct LongWaves {
     std::string undefined;  ///< why there is no such expansion (a fast mode has become slow); empty: there is
 };
 
-/// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators, II.2), for
-/// moved d/dt = F(q), F the sum of the terms' linearisations, which is of second degree in q.
+/// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators,
+/// II.2), for moved d/dt = F(q), F the sum of the terms' linearisations, which is of second degree in q.
 LongWaves long_waves(const Equations& equations, const StationaryState& about);
 
 /// Slow modes of waves at an angle to the x axis [rad], ordered by speed.

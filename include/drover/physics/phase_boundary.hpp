@@ -1,4 +1,5 @@
-// physics/phase_boundary.hpp: lines in a plane of two numbers of a model on which a uniform state gains or loses stability.
+// physics/phase_boundary.hpp: lines in a plane of two numbers of a model on which a uniform state gains or loses
+// stability.
 #pragma once
 #include <functional>
 #include <string>
@@ -21,11 +22,12 @@ enum class Limit {
 std::string limit_name(Limit limit);
 Limit limit_of(const std::string& name);  ///< throws an input Error with the names that there are
 
-/// Above 0 on the stable side.  Of long waves, q -> 0: exact there, by second-order perturbation; waves of finite length may grow first, which
-/// physics/stability.hpp tells.  Its size has no meaning beyond its sign and its zero.
+/// Above 0 on the stable side.  Of long waves, q -> 0: exact there, by second-order perturbation; waves of finite
+/// length may grow first, which physics/stability.hpp tells.  Its size has no meaning beyond its sign and its zero.
 struct Margin {
     double value =
-        0.0;  ///< not-a-number: the state of which the limit speaks does not exist, or a coefficient refuses the densities
+        /// Not-a-number: the state of which the limit speaks does not exist, or a coefficient refuses the densities
+        0.0;
     double angle = 0.0;  ///< of the wave that decides, from p0 [rad]
 };
 Margin margin(const Equations& equations, double bead_density, double rod_density, Limit limit);
@@ -51,8 +53,9 @@ std::vector<Uncertain> table_errors(const Model& model);
 
 struct BoundaryPoint {
     double x = 0.0, y = 0.0;
-    /// Standard error of where the line runs: it lies at (x, y) +- (error_x, error_y), which is along the gradient of the margin in the plane
-    /// scaled to a square.  Not-a-number where the margin has no slope there (a cusp, a corner).
+    /// Standard error of where the line runs: it lies at (x, y) +- (error_x, error_y), which is along the gradient of
+    /// the margin in the plane scaled to a square.  Not-a-number where the margin has no slope there (a cusp, a
+    /// corner).
     double error_x = 0.0, error_y = 0.0;
     double angle = 0.0;  ///< of the wave that decides [rad]
 };

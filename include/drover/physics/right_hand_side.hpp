@@ -26,14 +26,15 @@ public:
                   Threads& threads);
     ~RightHandSide();
 
-    /// Writes the kept modes of `rate`; the others must be zero already.  Throws a run Error where the beads of a dynamic
-    /// velocity leave a vacuum, which their inertia divides by, or a density leaves a coefficient's table.
+    /// Writes the kept modes of `rate`; the others must be zero already.  Throws a run Error where the beads of a
+    /// dynamic velocity leave a vacuum, which their inertia divides by, or a density leaves a coefficient's table.
     void operator()(double t, const numerics::Spectra& state, numerics::Spectra& rate);
 
     /// Of the last evaluation.
     Extremes extremes() const;
 
-    /// Of a slaved form: the velocity of the beads on the grid, two components, in balance with the forces at each point.
+    /// Of a slaved form: the velocity of the beads on the grid, two components, in balance with the forces at each
+    /// point.
     numerics::Fields bead_velocity(double t, const numerics::Spectra& state, const numerics::Transform& transform);
 
 private:

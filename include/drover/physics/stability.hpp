@@ -19,9 +19,9 @@ using ModeShapes =
 /// The places of a Symbol that a form's fields take, in order: as many modes as there are.
 std::vector<int> places_of(const Form& form);
 
-/// The modes of one wavevector: fields ~ exp(i q.r + s t).  Rows of `shapes`: the form's fields in the order of places_of, a column
-/// for each mode, of length 1; `duals` times shapes is the identity.  Nearly equal columns of shapes: M is defective there,
-/// `duals` large.
+/// The modes of one wavevector: fields ~ exp(i q.r + s t).  Rows of `shapes`: the form's fields in the order of
+/// places_of, a column for each mode, of length 1; `duals` times shapes is the identity.  Nearly equal columns of
+/// shapes: M is defective there, `duals` large.
 struct Modes {
     ModeRates rates;  ///< s [1/s]: growth Re s, frequency -Im s
     ModeShapes shapes, duals;
@@ -39,8 +39,8 @@ struct Growth {
 };
 Growth growth(const Equations& equations, const UniformPoint& about, double q, double angle);
 
-/// All branches over wavenumbers and angles, each followed along q from the smallest, and there from angle to angle: a mode goes on as the one
-/// whose shape it has or, where shapes are no guide (defective), whose rate is nearest.
+/// All branches over wavenumbers and angles, each followed along q from the smallest, and there from angle to angle: a
+/// mode goes on as the one whose shape it has or, where shapes are no guide (defective), whose rate is nearest.
 struct ModeMap {
     std::vector<double> wavenumbers;  ///< |q| [1/mm], ascending
     std::vector<double> angles;       ///< of q, from the direction of p0 (from x without order) [rad]
@@ -57,8 +57,9 @@ numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, 
 
 /// A kind of instability: its fastest wave.
 struct Instability {
-    /// Of the isotropic state: "order" (a flock forms), "phase separation".  Of a flock: "banding" (waves along p0), "oblique",
-    /// "phase separation" (waves across p0 that stand still), "uniform" (the whole of it turns or grows, without a wave).
+    /// Of the isotropic state: "order" (a flock forms), "phase separation".  Of a flock: "banding" (waves along p0),
+    /// "oblique", "phase separation" (waves across p0 that stand still), "uniform" (the whole of it turns or grows,
+    /// without a wave).
     std::string name;
     double rate = 0.0, frequency = 0.0;  ///< Re s, -Im s [1/s]
     double q = 0.0, angle = 0.0;         ///< [1/mm], [rad]; q = 0: without a wave
@@ -67,8 +68,8 @@ struct Instability {
     bool at_shortest = false;            ///< still growing faster where the search ends: the model has no shortest wave
 };
 
-/// What grows on a state, fastest first; empty: it is stable against waves from min to max.  Searched on `wavenumbers` |q|, evenly by
-/// their logarithm, at 46 angles, every maximum then refined.
+/// What grows on a state, fastest first; empty: it is stable against waves from min to max.  Searched on `wavenumbers`
+/// |q|, evenly by their logarithm, at 46 angles, every maximum then refined.
 struct Search {
     double min = 1e-4, max = 1e2;  ///< |q| [1/mm]
     int wavenumbers = 96;

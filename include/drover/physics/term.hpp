@@ -1,7 +1,8 @@
 // physics/term.hpp: one term of the equations: its exact linearisation, its isotropic linear part, its action.
 //
-// A term is complete in itself.  The propagator takes the isotropic linear part about a state at rest, nothing else; the
-// action is the whole term less that part, so the two together are always the term, whatever its symmetry or order in q.
+// A term is complete in itself.  The propagator takes the isotropic linear part about a state at rest, nothing else;
+// the action is the whole term less that part, so the two together are always the term, whatever its symmetry or order
+// in q.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -29,8 +30,8 @@ struct FieldIndex {
     };
 };
 
-/// d/dt of small deviations ~ exp(i q.r) from a uniform state: rates = symbol * deviations.  The rows of the velocity hold
-/// forces on the beads per area [mg/(mm s^2)], not divided by m rho.
+/// d/dt of small deviations ~ exp(i q.r) from a uniform state: rates = symbol * deviations.  The rows of the velocity
+/// hold forces on the beads per area [mg/(mm s^2)], not divided by m rho.
 using Symbol = Eigen::Matrix<std::complex<double>, FieldIndex::count, FieldIndex::count>;
 
 /// The uniform state about which the exact linear part is taken: its densities, the beads at rest, no order.
@@ -170,8 +171,9 @@ struct Term {
     int degree_in_q = 2;  ///< of the linearisation, a polynomial in q of at most fourth degree; -1: it is none
     /// Of the action at points; `pointwise_velocity`: a slaved velocity that is no linear function of the fields.
     std::function<PointCost(const CompiledModel&, bool pointwise_velocity)> cost;
-    Act remainder;  ///< adds the term less its isotropic linear part about the reference; reads fields, allocates nothing
-    Act whole;      ///< or adds the whole term; the solver subtracts the linear part
+    /// Adds the term less its isotropic linear part about the reference; reads fields, allocates nothing
+    Act remainder;
+    Act whole;  ///< or adds the whole term; the solver subtracts the linear part
     /// Fourier coefficients of a source of a vector equation; uniform: it has none but at q = 0.
     std::function<VectorMode(const CompiledModel&, const numerics::Grid&, double t, const numerics::Wavevector& q)>
         source;
