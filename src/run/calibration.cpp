@@ -220,7 +220,8 @@ void run_share(const io::Scene& scene, const CalibrationLayout& layout, const Ca
         log_information("{} measurements{} ({} trials already done), {} trials at a time, in {}", work.units(),
                         options.shares > 1 ? text(", share {} of {}", options.share, options.shares) : "",
                         work.already(), workers, options.folder.string());
-    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .die_with_parent = true, .grace_period = grace_period});
+    const PoolOutcome pool =
+        run_jobs(work.jobs(), {.workers = workers, .die_with_parent = true, .grace_period = grace_period});
     outcome.trials = work.ran();
     outcome.stopped = pool.stopped;
 }

@@ -1,9 +1,10 @@
-"""tests/app/read_with_mdanalysis.py: what other people's programs find in a trajectory: MDAnalysis in the H5MD file, ASE in the XYZ.
+"""tests/app/read_with_mdanalysis.py: reads a trajectory with MDAnalysis (the H5MD file) and ASE (the XYZ file).
 
-Usage: DROVER=build/release/drover read_with_mdanalysis.py    (needs python3-mdanalysis and python3-ase, which CI has not)
+Usage: DROVER=build/release/drover read_with_mdanalysis.py
+Needs python3-mdanalysis and python3-ase, which CI does not install.
 
-Runs a small scene of particles and holds what MDAnalysis and ASE read against what h5py reads.  What it printed is kept in
-read_with_mdanalysis.txt.
+Runs a small scene of particles and compares what MDAnalysis and ASE read with what h5py reads.
+read_with_mdanalysis.txt is a record of the output.
 """
 import os
 import subprocess

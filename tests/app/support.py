@@ -38,8 +38,11 @@ SMALL = {
 
 
 def scenes(kind):
-    """The scenes of models/ by name: those for "calibrate" have a section of that name, of the others those of "particles" have a [cell] and
-    those of "fields" have none."""
+    """The names of the scenes of models/ of one kind.
+
+    A scene with a section [calibrate] is of kind "calibrate"; of the others, a scene with a section [cell] is of kind
+    "particles", and one without is of kind "fields".
+    """
     def kind_of(scene):
         return "calibrate" if "calibrate" in scene else "particles" if "cell" in scene else "fields"
     return sorted(path.stem for path in MODELS.glob("*.toml") if kind_of(tomllib.loads(path.read_text())) == kind)

@@ -1,4 +1,4 @@
-"""tests/app/test_bad_commands.py: errors in outputs, sweeps, restarts, archives and command lines, reported in one line.
+"""tests/app/test_bad_commands.py: errors in outputs, sweeps, restarts, archives and command lines give one line.
 
 As in test_bad_input.py: exit status 2, one line on standard error, nothing on standard output, the folder as it was.
 """

@@ -1,4 +1,4 @@
-"""tests/app/test_bad_model.py: what a model may not be, each told with its place and a remedy; and runs that fail half-way."""
+"""tests/app/test_bad_model.py: invalid models, each reported with its place and a remedy; runs that fail half-way."""
 import re
 
 import h5py
@@ -51,7 +51,8 @@ MODELS = {
                                       ["bad.toml:2:1", "-1 tau", "expected"]),
     "a monomial with a root": ('[relaxation]\nrate_terms = ["1 sigma^0.5"]\n',
                                ["bad.toml:2:1", "1 sigma^0.5", "expected"]),
-    "an empty monomial": ('[relaxation]\nrate_terms = [""]\n', ["bad.toml:2:1", "no term of a polynomial", "expected a number"]),
+    "an empty monomial": ('[relaxation]\nrate_terms = [""]\n',
+                          ["bad.toml:2:1", "no term of a polynomial", "expected a number"]),
     "a slaved velocity with viscosity and varying drag": (
         SLAVED + '[viscosity]\nshear = 1\n[drag]\ncoefficient = 1\ncoefficient_terms = ["1 rho"]\n',
         ["bad.toml:8:1", "slaved", "viscosity.shear", "dynamic"]),
@@ -84,7 +85,8 @@ MODELS = {
     "a tolerance with noise on beads": (BEADS + "[noise]\nbeads = 1\n[time]\ntolerance = 1e-3\n",
                                         ["bad.toml:7:1", "time.tolerance", "noise"]),
     "a tolerance without an estimate": ('[time]\ntolerance = 1e-3\nstepper = "exponential-euler"\n',
-                                        ["bad.toml:2:1", "time.tolerance", "no embedded error estimate", "choose etdrk2"]),
+                                        ["bad.toml:2:1", "time.tolerance", "no embedded error estimate",
+                                         "choose etdrk2"]),
     "a formula for another start": ('[initial]\npolar_order_x = "1"\n',
                                     ["bad.toml:2:1", "initial.polar_order_x", 'expected "formula"']),
     "a formula for a field that is not there": (
@@ -168,7 +170,8 @@ def test_a_density_outside_its_table_stops_the_run_with_an_error(tmp_path):
     ended = drover(tmp_path, "run", "table.toml", "--quiet", status=1)
     for words in ("outside the table of relaxation.rate", "0.9 to 1.1", 'table.outside = "hold"'):
         assert words in ended.stderr
-    drover(tmp_path, "run", "table.toml", "--quiet", "--overwrite", "--set", 'table.outside="hold"', "--set", "time.end=5")
+    drover(tmp_path, "run", "table.toml", "--quiet", "--overwrite", "--set", 'table.outside="hold"',
+           "--set", "time.end=5")
 
 
 def test_a_step_that_no_division_makes_accurate_stops_the_run_with_an_error(tmp_path):
@@ -177,4 +180,5 @@ def test_a_step_that_no_division_makes_accurate_stops_the_run_with_an_error(tmp_
     (tmp_path / "flock.toml").write_text(scene_text(scene))
     ended = drover(tmp_path, "run", "flock.toml", "--quiet", status=1)
     assert "time.tolerance" in ended.stderr or "became NaN or infinite" in ended.stderr, ended.stderr
-    drover(tmp_path, "run", "flock.toml", "--quiet", "--overwrite", "--set", "relaxation.saturation=1", "--set", "time.end=20")
+    drover(tmp_path, "run", "flock.toml", "--quiet", "--overwrite", "--set", "relaxation.saturation=1",
+           "--set", "time.end=20")

@@ -307,7 +307,8 @@ def test_folders_and_trials_of_another_scene_are_rejected(tmp_path):
     rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.damping.hold=0.03"],
             ["damping-bead-0.3.trials", "another scene"])
     (folder / "damping-bead-0.4.trials").write_text("notes of mine")
-    rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"], ["is not a file of trials"])
+    rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
+             ["is not a file of trials"])
 
 
 def test_a_second_calibration_in_one_folder_is_rejected_and_the_first_continues(tmp_path):

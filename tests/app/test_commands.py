@@ -86,7 +86,8 @@ def growth_of(keys):
 
 @pytest.mark.parametrize("keys", [
     {"a": -0.3, "K": 0.1},  # order that grows everywhere at once
-    {"a": 0.5, "u": 2.0, "B": -3.0, "K": 2.0, "K1": 1.0, "D": 0.4},  # rods that turn towards high density: at a finite q
+    # rods that turn towards high density: at a finite q
+    {"a": 0.5, "u": 2.0, "B": -3.0, "K": 2.0, "K1": 1.0, "D": 0.4},
 ])
 def test_explain_reports_which_mode_grows_and_how_fast(keys, tmp_path):
     names = {"u": "current.speed", "a": "relaxation.rate", "K": "elasticity.stiffness", "K1": "elasticity.splay",
@@ -151,7 +152,8 @@ def schema(folder, *words):
 def flat(tables, above=""):
     """Values by "section.key", of sections within sections too."""
     return {name: value for key, held in tables.items()
-            for name, value in (flat(held, f"{above}{key}.") if isinstance(held, dict) else {f"{above}{key}": held}).items()}
+            for name, value in (flat(held, f"{above}{key}.") if isinstance(held, dict)
+                                else {f"{above}{key}": held}).items()}
 
 
 @pytest.mark.parametrize("kind, least", [("fields", ""), ("particles", "[cell]\n")])

@@ -85,10 +85,12 @@ def test_numbers_come_from_the_table_and_both_archives(folder, both):
     with h5py.File(folder / "fields.h5") as file:
         assert both.fields.numbers["order"][0] == file["summary/polar_order"][()]
         place = numpy.flatnonzero(file["observables/time"][()] == file["time"][-1])[0]
-        last = {name: file[name][-1] for name in ("bead_density", "rod_density", *(f"{field}_{axis}" for axis in "xy" for field in
+        last = {name: file[name][-1]
+                for name in ("bead_density", "rod_density", *(f"{field}_{axis}" for axis in "xy" for field in
                                                   ("bead_velocity", "polar_order")))}
     v, n = (numpy.array([(last[density] * last[f"{name}_{axis}"]).mean() / last[density].mean() for axis in "xy"])
-            for name, density in (("bead_velocity", "bead_density"), ("polar_order", "rod_density")))  # means over bodies
+            # means over bodies
+            for name, density in (("bead_velocity", "bead_density"), ("polar_order", "rod_density")))
     p = numpy.array([last[f"polar_order_{axis}"].mean() for axis in "xy"])
     for key, value in (("order", numpy.hypot(*n)), ("size", numpy.hypot(*v)), ("along", v @ p / numpy.hypot(*p))):
         assert both.fields.series[key][place] == pytest.approx(value, rel=1e-9)
@@ -118,7 +120,8 @@ def test_the_last_sample_is_excluded_if_its_interval_is_short():
 def test_the_table_says_where_a_run_is_too_short_for_an_error_and_leaves_unknown_numbers_out(both):
     assert [compare.number_text(*pair) for pair in ((0.5, 0.19), (0.5, 0.0), (0.5, numpy.nan))] == [
         "0.5 +- 0.19", "0.5", "0.5 (run too short for an error estimate)"]
-    rows = {line.split("  ")[0]: re.split(r"  +", line)[1:] for line in compare.table_text(both).splitlines() if "  " in line}
+    rows = {line.split("  ")[0]: re.split(r"  +", line)[1:] for line in compare.table_text(both).splitlines()
+            if "  " in line}
     assert rows["alignment g"] == ["2.319 +- 0.32", "-", "-"]
     assert rows["polar order P"] == ["0.5001 +- 0.19",
                                      *(compare.number_text(*side.numbers["order"])

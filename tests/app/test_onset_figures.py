@@ -24,8 +24,10 @@ def numbers(rods=RODS, line=LINE):
     ones = numpy.ones_like(line)
     return {"curves": {"rod_fraction": rods, "bead_fraction": BEADS, "drag": drag, "drag_error": 0.05 * drag,
                        "threshold": threshold, "threshold_error": 0.1 * threshold},
-            "line": {"line_rod_fraction": line, "mean": place, "mean_error": 0.02 * ones, "mean_share": ones, "single_rod": single,
-                     "single_rod_error": 0.01 * ones, "single_rod_share": ones, "mean_above": 0.0 * ones, "single_rod_above": 0.0 * ones}}
+            "line": {"line_rod_fraction": line, "mean": place, "mean_error": 0.02 * ones, "mean_share": ones,
+                     "single_rod": single,
+                     "single_rod_error": 0.01 * ones, "single_rod_share": ones, "mean_above": 0.0 * ones,
+                     "single_rod_above": 0.0 * ones}}
 
 
 AXES = {"curves": ("rod_fraction", "bead_fraction"), "line": ("line_rod_fraction",)}
@@ -35,8 +37,8 @@ def write(folder, groups):
     """An archive as drover boundary TABLE writes it."""
     path = folder / "onset.h5"
     with h5py.File(path, "w") as file:
-        file.attrs.update({"title": "drover onset of table.h5 (its scene)", "drover_version": "0.1.0", "scene": "[cell]\nlx = 45.0\n",
-                           "scene_file": "table.h5 (its scene)"})
+        file.attrs.update({"title": "drover onset of table.h5 (its scene)", "drover_version": "0.1.0",
+                           "scene": "[cell]\nlx = 45.0\n", "scene_file": "table.h5 (its scene)"})
         for name, arrays in groups.items():
             for axis in AXES[name]:
                 file.create_dataset(f"{name}/{axis}", data=arrays[axis]).make_scale(axis)
@@ -70,8 +72,10 @@ def test_curves_lines_crossings_and_regions_are_drawn(tmp_path):
     thresholds = lines_of(left, "-", len(BEADS))[0], lines_of(left, "--", len(BEADS))[0]
     for line, part in zip(thresholds, (1.0, 0.5)):
         assert line.get_color() == "black" and numpy.allclose(line.get_ydata(), part / BEADS)
-    marks = sorted((float(line.get_xdata()[0]), float(line.get_ydata()[0])) for line in left.lines if line.get_marker() == "o")
-    places = [(part / (2.0 + 5.0 * rods), 2.0 + 5.0 * rods) for rods in RODS for part in (0.5, 1.0) if part / (2.0 + 5.0 * rods) >= 0.2]
+    marks = sorted((float(line.get_xdata()[0]), float(line.get_ydata()[0])) for line in left.lines
+                   if line.get_marker() == "o")
+    places = [(part / (2.0 + 5.0 * rods), 2.0 + 5.0 * rods) for rods in RODS for part in (0.5, 1.0)
+              if part / (2.0 + 5.0 * rods) >= 0.2]
     assert numpy.allclose(marks, sorted(places))
     assert numpy.allclose(lines_of(right, "-", len(LINE))[0].get_xdata(), 1.0 / (2.0 + 5.0 * LINE))
     experiment = next(line for line in right.lines if line.get_linewidth() == 0.7)
@@ -115,7 +119,8 @@ def test_a_table_without_any_crossing_says_why(tmp_path, drag, sentence):
         groups["line"][f"{name}_share"][:] = 0.0
     picture = picture_of(write(tmp_path, groups))
     said = [text.get_text() for text in picture.axes[1].texts]
-    assert len(said) == 1 and said[0].startswith("no crossing in this table") and said[0].rstrip(" on").count(sentence) == 1
+    assert len(said) == 1 and said[0].startswith("no crossing in this table")
+    assert said[0].rstrip(" on").count(sentence) == 1
     assert overlaps(picture) == []
 
 
@@ -158,7 +163,8 @@ def test_what_is_damaged_or_asked_wrongly_is_refused_with_a_sentence(tmp_path, m
     path = write(tmp_path, numbers())
     with pytest.raises(package.DroverError, match="--frame 0 does not apply, since drover boundary wrote this archive"):
         figure.draw_file(path, frame=0)
-    with pytest.raises(package.DroverError, match="is not a run: drover boundary wrote it; open it with drover.open_theory"):
+    with pytest.raises(package.DroverError,
+                       match="is not a run: drover boundary wrote it; open it with drover.open_theory"):
         package.open_run(path)
     for name, sentence in (("line/mean_error", "the group line has no mean_error over line_rod_fraction"),
                            ("line", "has no group line, which drover boundary TABLE writes")):

@@ -1,7 +1,8 @@
-"""tests/app/test_particle_scenes.py: every scene of particles of models/ runs, keeps its books, and is what it says.
+"""tests/app/test_particle_scenes.py: every scene of particles of models/ runs, conserves energy and matches its model.
 
-Cells and times are shortened by --set so that all of them take a dozen seconds of one core; densities, plates, bodies and contacts are
-those of the scene.  The flocks themselves take minutes: what is held here is what a run of any length owes.
+--set reduces cells and times so that all scenes together take about twelve seconds of one core; densities, plates,
+bodies and contacts are those of the scene.  Flocks take minutes to form, so the tests check only properties that a run
+of any length has.
 """
 import math
 import re
@@ -28,7 +29,8 @@ SHORT = {
     "flower-poor": FLOWER,
     "circle-flock": ["cell.radius=10", *OFTEN],
     "bead-gas": ["cell.lx=12", "cell.ly=12", *OFTEN],
-    "full-size": ["cell.lx=22.5", "cell.ly=22.5", "time.end=0.06", "output.frame_every=0.012", "output.sample_every=0.002"],
+    "full-size": ["cell.lx=22.5", "cell.ly=22.5", "time.end=0.06", "output.frame_every=0.012",
+                  "output.sample_every=0.002"],
 }
 SCENES = sorted(SHORT)
 WITH_RODS = [scene for scene in SCENES if scene != "bead-gas"]
@@ -72,7 +74,8 @@ class Ran:
     @property
     def spheres(self):
         """Places (frame, sphere, 3), radii and times."""
-        return (self["particles/spheres/position/value"], self["particles/spheres/radius"], self["particles/spheres/position/time"])
+        return (self["particles/spheres/position/value"], self["particles/spheres/radius"],
+                self["particles/spheres/position/time"])
 
     def count(self, kind):
         return self[f"bodies/{kind}/mass"].size if f"bodies/{kind}/mass" in self else 0
@@ -112,7 +115,8 @@ def test_scenes_of_matched_rods_have_the_same_rods_and_plates():
     model = scene_of("rod-matched")
     for name in MATCHED:
         scene = scene_of(name)
-        assert scene["plates"] == model["plates"] and scene["rods"]["size_tolerance"] == model["rods"]["size_tolerance"], name
+        assert scene["plates"] == model["plates"], name
+        assert scene["rods"]["size_tolerance"] == model["rods"]["size_tolerance"], name
         assert scene["kick"]["strength"] == {"rod-matched": 0.0265, "rods-alone": 0.015}.get(name, 0.018), name
 
 
@@ -130,7 +134,8 @@ def test_a_scene_as_it_stands_starts_at_rest_without_order(scene, tmp_path):
     if scene not in WITH_RODS:
         return
     axis = run["bodies/rods/axis/value"][0]
-    assert np.abs(axis[:, 2]).max() < 0.1  # all lie: heads of .72 mm and tails of 1.1 mm, 3.6 mm apart, in a gap of 1.2 mm
+    # all lie: heads of .72 mm and tails of 1.1 mm, 3.6 mm apart, in a gap of 1.2 mm
+    assert np.abs(axis[:, 2]).max() < 0.1
     angles, rods = np.arctan2(axis[:, 1], axis[:, 0]), len(axis)
     if rods > 1:
         # N random directions have a mean longer than 3/sqrt(N) once in exp(9) = 8000 packings.
@@ -156,7 +161,8 @@ def test_the_bodies_are_those_of_the_scene_from_first_to_last(scene, ran):
         if asked["count"] > 0:
             assert asked["count"] == run.count(kind)
         else:  # half a body, and as much for rods of sizes that differ
-            assert run.told[kind]["area_fraction"] == pytest.approx(asked["area_fraction"], rel=0.75 / run.count(kind) + 0.005)
+            assert run.told[kind]["area_fraction"] == pytest.approx(asked["area_fraction"],
+                                                                    rel=0.75 / run.count(kind) + 0.005)
         for what in ("position", "velocity", "angular_velocity"):
             values = run[f"bodies/{kind}/{what}/value"]
             assert values.shape == (frames, run.count(kind), 3) and np.isfinite(values).all()
@@ -203,7 +209,8 @@ def wall_distance(cell, x, y):
     width = math.asin(corner * math.sin(half) / cell["petal_radius"])  # half the angle of an arc, from its centre
     centre = corner * math.cos(half) - cell["petal_radius"] * math.cos(width)
     angle, r = np.arctan2(y, x), np.hypot(x, y)
-    angle = np.abs(angle - 2.0 * half * np.round(angle / (2.0 * half)))  # each petal in the place of the first, upper half
+    # each petal in the place of the first, upper half
+    angle = np.abs(angle - 2.0 * half * np.round(angle / (2.0 * half)))
     px, py = r * np.cos(angle), r * np.sin(angle)
     from_corner = np.hypot(px - corner * math.cos(half), py - corner * math.sin(half))
     return np.where(np.arctan2(py, px - centre) <= width, cell["petal_radius"] - np.hypot(px - centre, py), from_corner)
@@ -211,7 +218,8 @@ def wall_distance(cell, x, y):
 
 def test_the_distance_from_a_flower_is_that_of_its_drawing():
     cell = {"shape": "flower", "radius": 8.0, "petals": 6, "petal_radius": 5.0}
-    assert wall_distance(cell, 4.0 * math.sqrt(3.0) + 2.0, 0.0) == pytest.approx(0.0, abs=1e-12)  # 8 cos 30 - 3, and 5 beyond
+    # 8 cos 30 - 3, and 5 beyond
+    assert wall_distance(cell, 4.0 * math.sqrt(3.0) + 2.0, 0.0) == pytest.approx(0.0, abs=1e-12)
     assert wall_distance(cell, 0.0, 0.0) == pytest.approx(8.0)
     assert wall_distance(cell, 4.0 * math.sqrt(3.0), 4.0) == pytest.approx(0.0, abs=1e-12)  # a corner
     assert wall_distance(cell, 4.0 * math.sqrt(3.0) - 0.5, 4.0 - 0.5 / math.sqrt(3.0)) > 0.0

@@ -1,4 +1,4 @@
-"""tests/app/test_particles.py: scenes of particles run, restart, sweep, explain, export and are drawn as scenes of fields are."""
+"""tests/app/test_particles.py: run, restart, sweep, explain, export and figures of scenes of particles."""
 import json
 import signal
 import subprocess
@@ -10,8 +10,8 @@ import pytest
 from matplotlib import image
 from pictures import overlaps
 from rejection import rejected
-from support import (contents, drover, drover_json, end_group, environment, scene_text, settings, start, tree, wait_until,
-                     write_scene)
+from support import (contents, drover, drover_json, end_group, environment, scene_text, settings, start, tree,
+                     wait_until, write_scene)
 
 import drover as package
 from drover import particle_figure, particle_panels
@@ -45,7 +45,8 @@ def ran(tmp_path_factory):
 
 def assert_same(one, other):
     a, b = contents(one), contents(other)
-    assert {"particles/spheres/position/value", "bodies/rods/axis/value", "series/polar_order", "summary/polar_order"} <= set(a)
+    assert {"particles/spheres/position/value", "bodies/rods/axis/value", "series/polar_order",
+            "summary/polar_order"} <= set(a)
     assert sorted(a) == sorted(b)
     assert [name for name in a if a[name] != b[name]] == []
 
@@ -61,7 +62,8 @@ def frames_of(path):
 def test_a_run_prints_means_with_errors_and_leaves_an_archive(tmp_path):
     ended = drover(tmp_path, "run", write_tiny(tmp_path))
     assert "polar_order " in ended.stdout and "energy_kinetic" in ended.stdout and "error" in ended.stdout
-    assert "24 beads and 6 rods, 1000 steps" in ended.stderr and "impacts: " in ended.stderr and "balanced to" in ended.stderr
+    assert "24 beads and 6 rods, 1000 steps" in ended.stderr and "impacts: " in ended.stderr
+    assert "balanced to" in ended.stderr
     with h5py.File(tmp_path / "tiny.h5") as file:
         assert file["particles/spheres/position/value"].shape == (11, SPHERES, 3)
         assert list(file["particles/spheres/position/step"]) == list(range(0, 1001, 100))
@@ -105,7 +107,8 @@ def test_a_run_that_is_stopped_or_killed_goes_on_to_the_same_bytes(sent, status,
 
 
 def test_another_run_starts_from_a_frame(ran, tmp_path):
-    write_tiny(tmp_path, {"packing.kind": "file", "packing.file": str(ran / "tiny.h5"), "packing.frame": 5, "time.end": 0.002})
+    write_tiny(tmp_path,
+               {"packing.kind": "file", "packing.file": str(ran / "tiny.h5"), "packing.frame": 5, "time.end": 0.002})
     drover(tmp_path, "run", "tiny.toml", "--quiet")
     with h5py.File(ran / "tiny.h5") as one, h5py.File(tmp_path / "tiny.h5") as other:
         for name in ("bodies/beads/position", "bodies/rods/position", "bodies/rods/axis"):
@@ -119,8 +122,10 @@ def test_a_packing_of_other_bodies_is_refused(ran, tmp_path):
                           ({"rods.length": 5.0}, "/bodies/rods/sphere_at differs from this scene"),
                           ({"beads.diameters": [0.9]}, "/bodies/beads/radius differs from this scene"),
                           ({"packing.frame": 11}, "packing.frame = 11; expected one of the frames 0 to 10"),
-                          ({"cell.lx": 25.0}, "lies in a periodic cell of 24 by 18 mm and this scene in a periodic cell of 25 by 18 mm"),
-                          ({"cell.shape": "circle"}, "and this scene in a circle of radius 25 mm; expected the same cell"),
+                          ({"cell.lx": 25.0},
+                           "lies in a periodic cell of 24 by 18 mm and this scene in a periodic cell of 25 by 18 mm"),
+                          ({"cell.shape": "circle"},
+                           "and this scene in a circle of radius 25 mm; expected the same cell"),
                           ({"packing.file": "none.h5"}, "packing.file: none.h5: does not exist"),
                           ({"packing.file": "tiny.toml"}, "is not an HDF5 file")):
         write_tiny(tmp_path, {**given, **changes})
@@ -134,7 +139,8 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
                           ({"output.powers": True}, "output.powers is for scenes of fields"),
                           ({"beads.diamters": [0.8]}, "unknown key beads.diamters; did you mean beads.diameters?"),
                           ({"beads.diameters": [1.3]}, "bad.toml:7:1: plates.gap = 1.2 mm, with bodies 1.3 mm thick"),
-                          ({"beads.diameters": 0.8}, "expected a list of numbers > 0 [mm]: diameters of the beads, one for each component"),
+                          ({"beads.diameters": 0.8},
+                           "expected a list of numbers > 0 [mm]: diameters of the beads, one for each component"),
                           ({"beads.diameters": [0.7, 0.8]}, "bad.toml:7:1: beads.proportions has 1 numbers beside 2"),
                           ({"beads.count": 2000}, "bad.toml:6:1: beads cover 2.327 and rods"),
                           ({"kick.strength": -0.1}, "kick.strength = -0.1; expected a number >= 0"),
@@ -147,16 +153,17 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
         rejected(tmp_path, ["check", "bad.toml"], ["bad.toml:", says])
     write_tiny(tmp_path)
     for command in ("stability", "boundary"):
-        rejected(tmp_path, [command, "tiny.toml"], ["a scene of particles", f"drover {command} needs a scene of fields"])
+        rejected(tmp_path, [command, "tiny.toml"],
+                 ["a scene of particles", f"drover {command} needs a scene of fields"])
 
 
 def test_a_sweep_and_a_ramp_make_tables(tmp_path):
     write_tiny(tmp_path, {"time.end": 0.004})
-    rows = json.loads(drover(tmp_path, "sweep", "tiny.toml", "--vary", "kick.strength = 0.01, 0.02", "--seeds", "2", "--json",
-                             "--workers", "1", "--quiet").stdout)
+    rows = json.loads(drover(tmp_path, "sweep", "tiny.toml", "--vary", "kick.strength = 0.01, 0.02", "--seeds", "2",
+                             "--json", "--workers", "1", "--quiet").stdout)
     assert [row["kick.strength"] for row in rows] == [0.01, 0.02] and all("polar_order" in row for row in rows)
-    drover(tmp_path, "sweep", "tiny.toml", "--vary", "kick.strength = 0.01, 0.02", "--ramp", "up-down", "--workers", "1",
-           "--quiet", "-o", "ramp")
+    drover(tmp_path, "sweep", "tiny.toml", "--vary", "kick.strength = 0.01, 0.02", "--ramp", "up-down",
+           "--workers", "1", "--quiet", "-o", "ramp")
     archives = sorted((tmp_path / "ramp").glob("*.h5"))
     assert len(archives) == 3
     with h5py.File(archives[0]) as one, h5py.File(archives[1]) as other:
@@ -202,8 +209,8 @@ def test_a_run_without_frames_to_follow_leaves_paths_out(tmp_path):
 
 def test_a_sweep_takes_means_over_seeds_of_single_rods(tmp_path):
     write_tiny(tmp_path, {"beads.count": 0, "rods.count": 1, "output.frame_every": 0.0005, "analysis.warm_up": 0.0})
-    row, other = json.loads(drover(tmp_path, "sweep", "tiny.toml", "--vary", "beads.count = 0, 2", "--seeds", "8", "--json",
-                                   "--workers", "1", "--quiet").stdout)
+    row, other = json.loads(drover(tmp_path, "sweep", "tiny.toml", "--vary", "beads.count = 0, 2", "--seeds", "8",
+                                   "--json", "--workers", "1", "--quiet").stdout)
     archives = sorted((tmp_path / "tiny.sweep").glob("point-0000-*.h5"))
     runs = [drover_json(tmp_path, "info", archive)["results"] for archive in archives]
     for name in ("rod_speed", "rod_head_first_fraction", "rotational_diffusion"):
@@ -231,13 +238,15 @@ def test_explain_tells_bodies_and_cost(tmp_path):
 
 
 def test_schema_tells_which_scenes_have_a_section(tmp_path):
-    kinds = {section["name"]: section.get("kind") for section in json.loads(drover(tmp_path, "schema", "--json").stdout)}
+    kinds = {section["name"]: section.get("kind")
+             for section in json.loads(drover(tmp_path, "schema", "--json").stdout)}
     assert kinds["grid"] == "fields" and kinds["rods"] == "particles" and kinds["time"] is None
 
 
 def test_info_tells_what_an_archive_holds(ran):
     words = drover(ran, "info", "tiny.h5").stdout
-    for line in ("frames               11, t = 0 to 0.02 s", f"spheres              {SPHERES}", "beads                24",
+    for line in ("frames               11, t = 0 to 0.02 s", f"spheres              {SPHERES}",
+                 "beads                24",
                  "rods                 6", "cell                 periodic: 24 by 18 by 1.28 mm", "polar_order "):
         assert line in words, words
     assert "polar_order" in drover_json(ran, "info", "tiny.h5")["results"]
@@ -257,12 +266,14 @@ def test_exported_spheres_are_those_of_the_archive(ran, tmp_path):
         for number, (_, rows) in zip((0, 5, 10), frames):
             numbers = numpy.array([row[1:] for row in rows], dtype=float)
             for name, columns in (("position", slice(0, 3)), ("velocity", slice(4, 7))):
-                assert numpy.allclose(numbers[:, columns], file[f"particles/spheres/{name}/value"][number], rtol=1e-8, atol=1e-12)
+                assert numpy.allclose(numbers[:, columns], file[f"particles/spheres/{name}/value"][number], rtol=1e-8,
+                                      atol=1e-12)
             assert (numbers[:, 3] == file["particles/spheres/radius"][:].round(9)).all()
             assert (numbers[:, 8] == file["particles/spheres/body"][:]).all()
             assert [row[0] for row in rows] == ["B"] * 24 + ["Rh"] * 78
     words = drover(tmp_path, "info", "all.xyz").stdout
-    assert "frames               3, t = 0 to 0.02 s" in words and f"particles            {SPHERES}" in words and "radius:R:1" in words
+    assert "frames               3, t = 0 to 0.02 s" in words and f"particles            {SPHERES}" in words
+    assert "radius:R:1" in words
 
 
 def test_exported_bodies_have_their_direction(ran, tmp_path):
@@ -279,7 +290,8 @@ def test_an_export_that_cannot_be_is_refused_and_leaves_nothing(ran, tmp_path):
     archive = ran / "tiny.h5"
     for words, says in ((["-o", "kept.xyz"], "exists"), (["-o", "kept.xyz", "--overwrite"], "not an XYZ file"),
                         (["-o", "new.xyz", "--frame", "11"], "has no frame 11; expected one of 0 to 10"),
-                        (["-o", "no/new.xyz"], "cannot be written"), (["-o", archive, "--overwrite"], "not an XYZ file")):
+                        (["-o", "no/new.xyz"], "cannot be written"),
+                        (["-o", archive, "--overwrite"], "not an XYZ file")):
         rejected(tmp_path, ["export", archive, *words], [says])
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "0")
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "1", "--overwrite")
@@ -308,8 +320,8 @@ def test_the_figure_draws_walls_of(shape, tmp_path):
 def test_the_figure_shows_rods_by_their_direction(tmp_path):
     write_tiny(tmp_path, {"time.end": 0.002, "packing.kind": "aligned"})
     drover(tmp_path, "run", "tiny.toml", "--quiet")
-    ended = subprocess.run([sys.executable, "-m", "drover.figure", "tiny.h5", "--frame", "0", "--output", "x.png"], cwd=tmp_path,
-                           capture_output=True, text=True, env=environment(), check=False)
+    ended = subprocess.run([sys.executable, "-m", "drover.figure", "tiny.h5", "--frame", "0", "--output", "x.png"],
+                           cwd=tmp_path, capture_output=True, text=True, env=environment(), check=False)
     assert ended.returncode == 0, ended.stderr
     picture = image.imread(tmp_path / "x.png")[..., :3]
     along = particle_panels.direction_colours(0.0)
@@ -323,7 +335,8 @@ def test_the_figure_shows_rods_by_their_direction(tmp_path):
 def test_an_outline_holds_all_spheres_and_little_more():
     at, radius = numpy.array([-1.0, 0.0, 0.5]), numpy.array([0.55, 0.44, 0.36])
     z, half = particle_panels.outline(at, radius)
-    assert z[0] == pytest.approx(-1.55) and z[-1] == pytest.approx(0.86) and half[0] == half[-1] == pytest.approx(0.0, abs=1e-6)
+    assert z[0] == pytest.approx(-1.55) and z[-1] == pytest.approx(0.86)
+    assert half[0] == half[-1] == pytest.approx(0.0, abs=1e-6)
     for a, r in zip(at, radius):
         inside = numpy.abs(z - a) < r
         assert (half[inside] >= numpy.sqrt(r**2 - (z[inside] - a)**2) - 1e-12).all()

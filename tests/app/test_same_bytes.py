@@ -84,7 +84,8 @@ def test_each_stepper_restarts_to_the_same_bytes(stepper, tmp_path):
 # Rods and beads without noise: beads are driven apart by a wave of order, to half of their density and less, and come
 # back.
 BEADS = {
-    "fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 1.0, "inertia.bead_mass": 0.5,
+    "fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 1.0,
+    "inertia.bead_mass": 0.5,
     "drag.coefficient": 1.0, "viscosity.shear": 0.2, "driving.strength": 1.2, "stiffness.beads": 1.0,
     "stiffness.rods": 0.3, "current.speed": 0.5, "relaxation.rate": 0.15, "relaxation.rate_terms": ["0.05 rho"],
     "relaxation.saturation": 0.5, "elasticity.stiffness": 0.1, "weathercock.strength": 0.2, "pressure.rods": 0.3,
@@ -142,7 +143,8 @@ def rows_at(path, group, times):
         all_times = file[group + "/time"][()]
         rows = [int(np.flatnonzero(np.abs(all_times - time) < 1e-9)[0]) for time in times]
         for name, item in file[group or "/"].items():
-            if isinstance(item, h5py.Dataset) and item.shape and (name == "time" or any(scale.name.endswith("/time") for scale in item.dims[0].values())):
+            if isinstance(item, h5py.Dataset) and item.shape and (
+                    name == "time" or any(scale.name.endswith("/time") for scale in item.dims[0].values())):
                 found[name] = item[()][rows].tobytes()
     return found
 

@@ -37,7 +37,8 @@ class Ran:
 
     def __init__(self, folder, scene, more=()):
         name = scene + ".h5"
-        self.told = drover_json(folder, "run", MODELS / (scene + ".toml"), "--overwrite", "--quiet", "--threads", "1", *settings([*SHORT[scene], *more]))
+        self.told = drover_json(folder, "run", MODELS / (scene + ".toml"), "--overwrite", "--quiet", "--threads", "1",
+                                *settings([*SHORT[scene], *more]))
         self.arrays = {}
         with h5py.File(folder / name) as file:
             def take(path, item):
@@ -106,7 +107,8 @@ def test_fields_on_a_table_have_the_drag_that_was_measured(ran):
     run = ran("calibrated-flock")
     with h5py.File(MODELS / "matched.calibration" / "table.h5") as table:
         dense = list(table["calibration/bead_area_fraction"]).index(0.6)
-        drag, response, error = (table[f"calibration/{name}"][dense, -1] for name in ("drag", "response_time", "response_time_error"))
+        drag, response, error = (table[f"calibration/{name}"][dense, -1]
+                                 for name in ("drag", "response_time", "response_time_error"))
     assert max(response, error) < 0.2  # s: far below the second in which the order of this run changes
     p, v = (run.series(f"{name}_mean_x") for name in ("polar_order", "bead_velocity"))
     assert np.polyfit(p[50:], v[50:], 1)[0] == pytest.approx(drag, rel=0.05)
@@ -145,20 +147,26 @@ def test_a_band_moves_as_its_formula(ran):
     assert measured == pytest.approx(speed, rel=3e-5)
     waves = 2j * math.pi * np.fft.fftfreq(density.shape[2], side / density.shape[2])
     shifted = np.fft.ifft(np.fft.fft(density[0].mean(0)) * np.exp(-waves * speed * time[-1])).real
-    assert np.abs(density[-1].mean(0) - shifted).max() < 2e-4  # the same, times the steepest slope, 0.1 /mm^3, and 58 mm
-    assert density[-1].min() == pytest.approx(5.0 / 6.0, abs=1e-4) and density[-1].max() == pytest.approx(4.0 / 3.0, abs=1e-4)
+    # the same, times the steepest slope, 0.1 /mm^3, and 58 mm
+    assert np.abs(density[-1].mean(0) - shifted).max() < 2e-4
+    assert density[-1].min() == pytest.approx(5.0 / 6.0, abs=1e-4)
+    assert density[-1].max() == pytest.approx(4.0 / 3.0, abs=1e-4)
     assert np.ptp(density[-1], axis=0).max() < 1e-12  # nothing happens along the fronts
 
 
 def band_profile(x, side, gas, liquid, ahead, kappa_ahead, behind, kappa_behind):
     """Density of a band between two fronts 1/(1 + exp(kappa z)) in a periodic cell."""
-    height = sum(1.0 / (1.0 + np.exp(kappa_ahead * (x - ahead - image))) + 1.0 / (1.0 + np.exp(-kappa_behind * (x - behind - image))) - 1.0
+    height = sum(1.0 / (1.0 + np.exp(kappa_ahead * (x - ahead - image)))
+                 + 1.0 / (1.0 + np.exp(-kappa_behind * (x - behind - image))) - 1.0
                  for image in (-side, 0.0, side))
     return gas + (liquid - gas) * height
 
 
 def measured_band(run, side, first):
-    """Speed, densities and both 1/front width of the only band of a run, from fits to its frames from the first one given on."""
+    """Speed, densities and both 1/front width of the only band of a run.
+
+    The values are fits to the frames from number `first` on.
+    """
     time, profiles = run["time"][first:], run["rod_density"].mean(1)[first:]
     x = side / profiles.shape[1] * np.arange(profiles.shape[1])
     fits = []
@@ -172,13 +180,14 @@ def measured_band(run, side, first):
         fits.append(curve_fit(lambda at, *shape: band_profile(at, side, *shape), x, profile, guess)[0])
     gas, liquid, ahead, kappa_ahead, behind, kappa_behind = np.array(fits).T
     speeds = [np.polyfit(time, np.unwrap(front, period=side), 1)[0] for front in (ahead, behind)]
-    return {"speed of the front ahead": speeds[0], "speed of the front behind": speeds[1], "gas": gas[-1], "liquid": liquid[-1],
-            "kappa ahead": kappa_ahead[-1], "kappa behind": kappa_behind[-1]}
+    return {"speed of the front ahead": speeds[0], "speed of the front behind": speeds[1], "gas": gas[-1],
+            "liquid": liquid[-1], "kappa ahead": kappa_ahead[-1], "kappa behind": kappa_behind[-1]}
 
 
 def assert_band_is_that_of_the_formula(found, tolerance):
     c, p = 2.0 / math.sqrt(3.0), 1.0 / math.sqrt(3.0)
-    exact = {"speed of the front ahead": c, "speed of the front behind": c, "gas": 5.0 / 6.0, "liquid": 4.0 / 3.0, "kappa ahead": p, "kappa behind": p / 2.0}
+    exact = {"speed of the front ahead": c, "speed of the front behind": c, "gas": 5.0 / 6.0, "liquid": 4.0 / 3.0,
+             "kappa ahead": p, "kappa behind": p / 2.0}
     errors = {name: found[name] / exact[name] - 1.0 for name in exact}
     print(", ".join(f"{name} {found[name]:.6f} ({error:+.1e})" for name, error in errors.items()))
     assert max(map(abs, errors.values())) < tolerance, errors
@@ -198,7 +207,8 @@ def test_a_band_finds_the_speed_the_densities_and_the_fronts_of_its_formula_from
     # seconds.
     height = "0.9 * (1 / (1 + exp(0.8 * (x - 112))) + 1 / (1 + exp(-0.8 * (x - 32))) - 1)"
     excess = 0.5 * 80.0 / 192.0 * 0.1
-    run = Ran(tmp_path, "band", ["grid.nx=384", "grid.ny=4", "grid.lx=192", "time.dt=0.2", 'time.stepper="etdrk4"', "time.end=2000",
+    run = Ran(tmp_path, "band",
+              ["grid.nx=384", "grid.ny=4", "grid.lx=192", "time.dt=0.2", 'time.stepper="etdrk4"', "time.end=2000",
                                  "output.frame_every=50", f'initial.rod_density="5/6 + {excess} + 0.5 * {height}"',
                                  f'initial.polar_order_x="1 / sqrt(3) * {height}"'])
     start = run["rod_density"][0]
@@ -317,13 +327,15 @@ def test_explain_tells_what_a_scene_costs(scene, tmp_path):
         kept = told["largest_mode_kept"][axis]
         assert kept * (told["degree"] + 1) < points <= (kept + 1) * (told["degree"] + 1)
     assert told["memory_bytes"] > 8 * nx * ny * len(told["fields"])
-    assert 0.0 < told["seconds_per_step_estimate"] and told["seconds_per_step_estimate"] * told["steps"] <= told["seconds_estimate"]
+    assert 0.0 < told["seconds_per_step_estimate"]
+    assert told["seconds_per_step_estimate"] * told["steps"] <= told["seconds_estimate"]
     assert f"form: {told['form']}\n" in text and "(estimate)" in text
     assert [term["name"] for term in told["terms"] if term["name"] not in text] == []
 
 
 def test_a_form_with_fewer_fields_makes_fewer_transforms(tmp_path):
-    common = ["relaxation.rate=-1", "relaxation.saturation=1", "advection.strength=1", "elasticity.stiffness=1", "grid.nx=32", "grid.ny=32"]
+    common = ["relaxation.rate=-1", "relaxation.saturation=1", "advection.strength=1", "elasticity.stiffness=1",
+              "grid.nx=32", "grid.ny=32"]
     beads = ["fields.bead_density=true", 'fields.bead_velocity="dynamic"', "drag.coefficient=1", "driving.strength=1",
              "weathercock.strength=1", "stiffness.beads=1"]
     (tmp_path / "empty.toml").write_text("")
@@ -338,5 +350,6 @@ def test_a_form_with_fewer_fields_makes_fewer_transforms(tmp_path):
 
 
 def test_explain_of_a_large_grid_says_that_it_scaled(tmp_path):
-    text = drover(tmp_path, "explain", MODELS / "number-fluctuations.toml", "--set", "grid.nx=2048", "--set", "grid.ny=2048").stdout
+    text = drover(tmp_path, "explain", MODELS / "number-fluctuations.toml", "--set", "grid.nx=2048",
+                  "--set", "grid.ny=2048").stdout
     assert "smaller grid" in text and "(estimate)" in text

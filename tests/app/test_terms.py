@@ -1,4 +1,4 @@
-"""tests/app/test_terms.py: terms as text through the program: stability, runs, settings, errors; documented coefficients."""
+"""tests/app/test_terms.py: terms as text in the program: stability, runs, settings, errors; documentation."""
 import json
 import re
 import subprocess

@@ -18,20 +18,24 @@ COARSE = {"stability.wavenumbers": 32, "stability.angles": 7, "stability.frequen
 BANDING = {"uniform.rod_density": 1.1, "relaxation.rate": 1.0, "relaxation.rate_terms": ["-1 sigma"],
            "relaxation.saturation": 1.0, "current.speed": 1.0, "pressure.rods": 1.0, "elasticity.stiffness": 1.0,
            "elasticity.splay": 0.0, "initial.kind": "uniform"}
-POLAR = {"fields.rod_density": False, "relaxation.rate": -0.5, "relaxation.saturation": 0.5, "elasticity.stiffness": 1.0,
+POLAR = {"fields.rod_density": False, "relaxation.rate": -0.5, "relaxation.saturation": 0.5,
+         "elasticity.stiffness": 1.0,
          "advection.strength": 0.5, "noise.order": 0.01, "grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0}
 STATES = {  # changes of a scene, its base, the state that is drawn, titles of the panels without their letters
     "a flock": ({"relaxation.rate": -0.5, "relaxation.saturation": 1.0, "initial.kind": "uniform"}, SMALL, "ordered",
                 ["fastest growth rate", "growth rates of all modes", "speeds", "damping", "of rods", "of rods"]),
     "a flock that bands": (BANDING, SMALL, "ordered",
-                           ["fastest growth rate", "growth rates of all modes", "speeds", "damping", "of rods", "of rods"]),
+                           ["fastest growth rate", "growth rates of all modes", "speeds", "damping", "of rods",
+                            "of rods"]),
     "no noise": ({"noise.order": 0.0, "noise.rods": 0.0, **BANDING}, SMALL, "ordered",
                  ["fastest growth rate", "growth rates of all modes", "speeds", "damping"]),
     "isotropic": ({}, SMALL, "isotropic", ["growth rates of all modes", "frequencies of all modes", "$S", "$S"]),
     "no densities": ({}, POLAR, "ordered", ["fastest growth rate", "growth rates of all modes", "speeds", "damping",
                                             "of the order across", "of the order across"]),
-    "nothing but decay": ({"relaxation.rate": 0.5, "noise.order": 0.0}, POLAR, "isotropic", ["growth rates of all modes"]),
-    "a field": ({"orienting_field.x": 0.05}, POLAR, "along the field", ["fastest growth rate", "growth rates of all modes",
+    "nothing but decay": ({"relaxation.rate": 0.5, "noise.order": 0.0}, POLAR, "isotropic",
+                          ["growth rates of all modes"]),
+    "a field": ({"orienting_field.x": 0.05}, POLAR, "along the field",
+                ["fastest growth rate", "growth rates of all modes",
                                                                         "of the order across", "of the order across"]),
 }
 # Aligned rods drag beads, beads turn rods; both coefficients are known to some error on a mesh of densities.
@@ -41,7 +45,8 @@ TABLE = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "unifor
          "stiffness.beads": 200.0, "stiffness.rods": 400.0, "relaxation.rate": 0.4,
          "relaxation.saturation": 0.4, "elasticity.stiffness": 2.0, "weathercock.strength": 0.6, "pressure.beads": 1.0,
          "pressure.rods": 40.0, "table.bead_density": [0.5, 1.0, 1.5], "table.rod_density": [0.01, 0.1],
-         "table.relaxation_rate": [0.45, 0.40, 0.38, 0.28, 0.30, 0.20], "table.driving_strength": [10.0, 15.0, 18.0, 30.0, 26.0, 44.0],
+         "table.relaxation_rate": [0.45, 0.40, 0.38, 0.28, 0.30, 0.20],
+         "table.driving_strength": [10.0, 15.0, 18.0, 30.0, 26.0, 44.0],
          "table.driving_strength_error": [0.5] * 6, "boundary.cells": 24, "boundary.chord": 0.001, "boundary.map": 24,
          "boundary.x": "bead_area_fraction = 0.26:0.74", "boundary.y": "rod_area_fraction = 0.03:0.19",
          "boundary.conventions": ["mean", "single-rod"]}
@@ -176,7 +181,8 @@ def test_regimes_lines_conventions_errors_and_angles_are_drawn(plane):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("bead area fraction", "rod area fraction")
     assert axes.get_xlim() == (0.26, 0.74) and axes.get_ylim() == (0.03, 0.19)
     assert {line.get_linestyle() for line in axes.lines} == {"-", "--"}
-    assert len(axes.patches) == len([line for line in boundary_panels.lines_of(opened(plane, "boundary")) if line.has_errors])
+    assert len(axes.patches) == len([line for line in boundary_panels.lines_of(opened(plane, "boundary"))
+                                     if line.has_errors])
     assert overlaps(picture) == []
 
 
@@ -202,7 +208,8 @@ def test_vertices_agree_with_the_report(plane):
     assert len(read) == len(lines) >= 2
     limits = ["onset", "phase-separation", "banding", "oblique"]
     for mine, (traced, line) in zip(read, lines):
-        assert (limits[mine.limit], boundary_panels.CONVENTIONS[mine.convention]) == (traced["limit"], traced["convention"])
+        assert (limits[mine.limit], boundary_panels.CONVENTIONS[mine.convention]) == (traced["limit"],
+                                                                                      traced["convention"])
         points = line["points"] + line["points"][:1] * (len(mine.places) - len(line["points"]))
         assert mine.places.tolist() == [[point["x"], point["y"]] for point in points]
         assert mine.errors.tolist() == [[point["error_x"], point["error_y"]] for point in points]
