@@ -83,7 +83,7 @@ SWEEPS = {
 
 
 @pytest.mark.parametrize("name", SWEEPS)
-def test_a_sweep_is_refused_that_has(name, tmp_path):
+def test_a_sweep_is_rejected_with(name, tmp_path):
     words, says = SWEEPS[name]
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "notes").write_text("rods")
@@ -91,7 +91,7 @@ def test_a_sweep_is_refused_that_has(name, tmp_path):
     rejected(tmp_path, ["sweep", "flock.toml", *words], says)
 
 
-def test_a_sweep_is_refused_in_the_folder_of_another(tmp_path):
+def test_a_sweep_is_rejected_in_the_folder_of_another_sweep(tmp_path):
     write_scene(tmp_path, base=SHORT)
     drover(tmp_path, "sweep", "flock.toml", "--vary", "relaxation.rate = 1, 2", "--quiet")
     rejected(tmp_path, ["sweep", "flock.toml", "--vary", "relaxation.rate = 1, 3"],

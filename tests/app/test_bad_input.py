@@ -132,7 +132,7 @@ SEEN_BY_A_RUN_ALONE = ("a start from a missing file", "a stationary start of a m
 
 @pytest.mark.parametrize("command", ["run", "check"])
 @pytest.mark.parametrize("name", SCENES)
-def test_a_scene_is_refused_that_has(name, command, tmp_path):
+def test_a_scene_is_rejected_with(name, command, tmp_path):
     text, says = SCENES[name]
     if command == "check" and name in SEEN_BY_A_RUN_ALONE:
         pytest.skip("check opens no other file and draws no state")
@@ -143,7 +143,7 @@ def test_a_scene_is_refused_that_has(name, command, tmp_path):
 @pytest.mark.parametrize("command", ["explain", "sweep"])
 @pytest.mark.parametrize("name", ["an unknown key", "an end between two steps", "a key twice",
                                   "a mode beyond the grid"])
-def test_every_command_refuses_in_the_same_words(name, command, tmp_path):
+def test_every_command_rejects_a_scene_with_the_same_message(name, command, tmp_path):
     text, says = SCENES[name]
     (tmp_path / "bad.toml").write_text(text)
     rejected(tmp_path, [command, "bad.toml"], says)
@@ -188,7 +188,7 @@ STARTS = {
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_a_start_from_an_archive_is_refused_that_is(name, tmp_path):
+def test_a_start_is_rejected_from_an_archive_that_is(name, tmp_path):
     prepare, changes, says = STARTS[name]
     prepare(tmp_path)
     text = scene_text({**{key: SHORT[key] for key in SHORT if key != "initial.kind"}, **start_from(), **changes})
@@ -225,7 +225,7 @@ FILES = {
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_scene_is_refused_that(name, tmp_path):
+def test_a_scene_file_is_rejected_that(name, tmp_path):
     prepare, says = FILES[name]
     prepare(tmp_path)
     for command in ("run", "check", "explain", "sweep"):
@@ -233,13 +233,13 @@ def test_a_scene_is_refused_that(name, tmp_path):
 
 
 @not_as_root
-def test_a_scene_is_refused_that_may_not_be_read(tmp_path):
+def test_a_scene_without_read_permission_is_rejected(tmp_path):
     write_scene(tmp_path, base=SHORT)
     (tmp_path / "flock.toml").chmod(0)
     rejected(tmp_path, ["run", "flock.toml"], ["flock.toml", "cannot be read", "check its permissions"])
 
 
-def test_an_empty_scene_is_good_and_is_all_defaults(tmp_path):
+def test_an_empty_scene_is_valid_and_has_all_defaults(tmp_path):
     (tmp_path / "empty.toml").write_text("")
     assert drover(tmp_path, "check", "empty.toml").stdout == "empty.toml: valid\n"
     (tmp_path / "again.toml").write_text(drover(tmp_path, "check", "empty.toml", "--resolved").stdout)
@@ -271,7 +271,7 @@ SETTINGS = {
 
 
 @pytest.mark.parametrize("name", SETTINGS)
-def test_a_setting_is_refused_that_has(name, tmp_path):
+def test_a_setting_is_rejected_with(name, tmp_path):
     setting, says = SETTINGS[name]
     write_scene(tmp_path, base=SHORT)
     words = ["run", "flock.toml", "--set", setting]

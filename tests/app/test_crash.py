@@ -17,11 +17,11 @@ def whole(tmp_path_factory):
 
 
 @pytest.mark.parametrize("checkpoint_minutes, kills, seed", [(0.0005, 3, 1), (0.0, 2, 2)])
-def test_a_run_killed_at_any_moment_goes_on_to_the_same_bytes(checkpoint_minutes, kills, seed, tmp_path, whole):
+def test_a_run_killed_at_any_time_resumes_to_the_same_bytes(checkpoint_minutes, kills, seed, tmp_path, whole):
     assert kill_again_and_again(tmp_path, whole, kills, seed, checkpoint_minutes) > 0
 
 
-def test_a_run_killed_before_its_second_checkpoint_goes_on_from_the_start(tmp_path, whole):
+def test_a_run_killed_before_its_second_checkpoint_resumes_from_the_start(tmp_path, whole):
     name = write_scene(tmp_path, {**BUSY, "output.checkpoint_minutes": 60.0}, name="killed.toml")
     process = start(tmp_path, "run", name, "--quiet")
     try:
@@ -60,7 +60,7 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("name", DAMAGES)
-def test_a_checkpoint_is_passed_over_that_has(name, tmp_path):
+def test_a_checkpoint_is_skipped_that_has(name, tmp_path):
     drover(tmp_path, "run", write_scene(tmp_path, name="whole.toml"), "--quiet")
     drover(tmp_path, "run", write_scene(tmp_path, {"time.end": 20.0, "output.checkpoint_minutes": 0.0}), "--quiet")
     newest, other = newest_and_other(tmp_path / "flock.h5")
@@ -94,7 +94,7 @@ def small_disk(folder, kilobytes):
         subprocess.run(["umount", "--lazy", folder], check=True, capture_output=True)
 
 
-def assert_told_full(ended, what):
+def assert_reports_full(ended, what):
     """One sentence with the bytes needed and free, and what to do."""
     lines = ended.stderr.splitlines()
     assert len(lines) == 1 and lines[0].startswith("error: ") and ended.stdout == "", ended.stderr
@@ -105,25 +105,25 @@ def assert_told_full(ended, what):
 # Disks that are full at different moments: of the archive as it grows, or of a checkpoint.
 @pytest.mark.parametrize("kilobytes", [560, 700, 1000])
 @pytest.mark.parametrize("checkpoint_minutes", [0.0, 60.0])
-def test_a_full_disk_keeps_what_was_written_and_lets_the_run_go_on(kilobytes, checkpoint_minutes, tmp_path, whole):
+def test_a_run_on_a_full_disk_keeps_its_data_and_can_resume(kilobytes, checkpoint_minutes, tmp_path, whole):
     disk = tmp_path / "disk"
     disk.mkdir()
     with small_disk(disk, kilobytes) as grow:
         scene = write_scene(tmp_path, {**BUSY, "output.checkpoint_minutes": checkpoint_minutes,
                                        "output.file": "disk/flock.h5"})
-        assert_told_full(drover(tmp_path, "run", scene, "--quiet", status=1), "the disk is full")
+        assert_reports_full(drover(tmp_path, "run", scene, "--quiet", status=1), "the disk is full")
         before = check_frames(disk / "flock.h5", whole, 1)
         assert before < FRAMES
         again = drover(tmp_path, "restart", "disk/flock.h5", "--quiet",
                        status=1)  # still full: the same sentence, nothing lost
-        assert_told_full(again, "the disk is full")
+        assert_reports_full(again, "the disk is full")
         check_frames(disk / "flock.h5", whole, 1)
         grow(8000)
         drover(tmp_path, "restart", "disk/flock.h5", "--quiet")
         assert_same_bytes(whole, disk / "flock.h5")
 
 
-def test_a_disk_too_full_to_start_is_left_as_it_was(tmp_path):
+def test_a_disk_too_full_to_start_is_left_unchanged(tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()
     with small_disk(disk, 64):
@@ -134,14 +134,14 @@ def test_a_disk_too_full_to_start_is_left_as_it_was(tmp_path):
 
 
 @pytest.mark.parametrize("kilobytes", [300, 450])
-def test_the_largest_file_allowed_stops_a_run_like_a_full_disk(kilobytes, tmp_path, whole):
+def test_the_file_size_limit_stops_a_run_like_a_full_disk(kilobytes, tmp_path, whole):
     scene = write_scene(tmp_path, BUSY)
 
     def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (1024 * kilobytes, 1024 * kilobytes))
 
     ended = drover(tmp_path, "run", scene, "--quiet", status=1, preexec_fn=limit)
-    assert_told_full(ended, "the largest file size allowed (ulimit -f) is reached")
+    assert_reports_full(ended, "the largest file size allowed (ulimit -f) is reached")
     assert check_frames(tmp_path / "flock.h5", whole, 1) < FRAMES
     drover(tmp_path, "restart", "flock.h5", "--quiet")
     assert_same_bytes(whole, tmp_path / "flock.h5")

@@ -10,5 +10,5 @@ def whole(tmp_path_factory):
 
 @pytest.mark.parametrize("checkpoint_minutes", [0.0005, 0.0])
 @pytest.mark.parametrize("seed", range(5))
-def test_a_run_killed_five_times_goes_on_to_the_same_bytes(checkpoint_minutes, seed, tmp_path, whole):
+def test_a_run_killed_five_times_resumes_to_the_same_bytes(checkpoint_minutes, seed, tmp_path, whole):
     assert kill_again_and_again(tmp_path, whole, 5, 100 + seed, checkpoint_minutes) > 0

@@ -83,7 +83,7 @@ def test_curves_lines_crossings_and_regions_are_drawn(tmp_path):
     assert {text.get_text() for text in right.texts} == {"flocks", "no flocks"}
 
 
-def test_a_band_has_the_error_on_both_sides_and_none_where_the_line_has_a_hole(tmp_path):
+def test_a_band_shows_the_error_on_both_sides_and_has_the_gaps_of_its_line(tmp_path):
     groups = numbers()
     groups["line"]["mean"][5:8] = groups["line"]["mean_error"][5:8] = numpy.nan
     right = picture_of(write(tmp_path, groups)).axes[1]
@@ -96,7 +96,7 @@ def test_a_band_has_the_error_on_both_sides_and_none_where_the_line_has_a_hole(t
     assert not any((piece[:, 1] > LINE[4] + 1e-9).any() and (piece[:, 1] < LINE[8] - 1e-9).any() for piece in pieces)
 
 
-def test_holes_are_told_in_the_caption(tmp_path):
+def test_the_caption_reports_gaps(tmp_path):
     groups = numbers()
     groups["line"]["mean"][:] = numpy.nan
     groups["line"]["mean"][10] = 0.42  # alone between holes
@@ -111,7 +111,7 @@ def test_holes_are_told_in_the_caption(tmp_path):
 
 
 @pytest.mark.parametrize("drag, sentence", [(0.1, "no flocks are predicted"), (9.0, "flocks at all"), (None, "table")])
-def test_a_table_without_any_crossing_says_why(tmp_path, drag, sentence):
+def test_a_table_without_a_crossing_is_drawn_with_the_reason(tmp_path, drag, sentence):
     groups = numbers()
     groups["curves"]["drag"][:] = [[0.1], [9.0], [9.0]] if drag is None else drag
     for name in ("mean", "single_rod"):
@@ -125,7 +125,7 @@ def test_a_table_without_any_crossing_says_why(tmp_path, drag, sentence):
 
 
 @pytest.mark.parametrize("threshold", [1e300, -1e300, -2.0, numpy.nan, numpy.inf])
-def test_a_threshold_that_is_negative_huge_or_missing_leaves_the_axis_alone(tmp_path, threshold):
+def test_a_negative_huge_or_missing_threshold_does_not_change_the_axis(tmp_path, threshold):
     groups = numbers()
     groups["curves"]["threshold"][:, 10:20] = groups["curves"]["threshold_error"][:, 10:20] = threshold
     picture = picture_of(write(tmp_path, groups))
@@ -150,7 +150,7 @@ def test_one_area_fraction_of_rods_and_many_are_drawn_without_overlaps(tmp_path,
     assert len(lines_of(picture.axes[0], "-", len(BEADS))) == 1 + len(rods)
 
 
-def test_the_command_draws_it(tmp_path):
+def test_the_command_draws_the_figure(tmp_path):
     path = write(tmp_path, numbers())
     line = [sys.executable, "-m", "drover.figure", path.name, "-o", "picture.png"]
     done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment())
@@ -158,7 +158,7 @@ def test_the_command_draws_it(tmp_path):
     assert share_of(image.imread(tmp_path / "picture.png"), boundary_panels.PALE[3]) > 0.01
 
 
-def test_what_is_damaged_or_asked_wrongly_is_refused_with_a_sentence(tmp_path, monkeypatch):
+def test_damaged_archives_and_wrong_requests_are_rejected_with_a_message(tmp_path, monkeypatch):
     monkeypatch.setattr("drover.stored.COMMIT_SECONDS", 0.0)
     path = write(tmp_path, numbers())
     with pytest.raises(package.DroverError, match="--frame 0 does not apply, since drover boundary wrote this archive"):

@@ -121,14 +121,14 @@ def test_scenes_of_matched_rods_have_the_same_rods_and_plates():
 
 
 @pytest.mark.parametrize("rich, poor", [("bead-flock", "bead-poor"), ("flower-flock", "flower-poor")])
-def test_twins_differ_in_their_beads_alone(rich, poor):
+def test_paired_scenes_differ_only_in_their_beads(rich, poor):
     one, other = scene_of(rich), scene_of(poor)
     assert one["beads"].pop("area_fraction") == pytest.approx(3.0 * other["beads"].pop("area_fraction"))
     assert one == other
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_scene_as_it_stands_starts_at_rest_without_order(scene, tmp_path):
+def test_an_unmodified_scene_starts_at_rest_without_order(scene, tmp_path):
     run = Ran(tmp_path, scene, ["time.end=0.0002", "output.frame_every=0", "output.sample_every=0"])
     assert run.series("energy_kinetic")[0] == 0.0
     if scene not in WITH_RODS:
@@ -146,7 +146,7 @@ def test_a_scene_as_it_stands_starts_at_rest_without_order(scene, tmp_path):
 # --- what every run owes
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_the_bodies_are_those_of_the_scene_from_first_to_last(scene, ran):
+def test_all_frames_have_the_bodies_of_the_scene(scene, ran):
     run = ran(scene)
     frames = len(run.spheres[2])
     assert frames >= 6
@@ -169,7 +169,7 @@ def test_the_bodies_are_those_of_the_scene_from_first_to_last(scene, ran):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_the_books_balance_and_no_impact_is_left(scene, ran):
+def test_energy_balances_and_no_impact_remains_unresolved(scene, ran):
     run = ran(scene)
     balance = run.series("energy_balance")
     turnover = sum(abs(run.series(f"work_{part}")[-1]) for part in ("plates", "gravity", "kicks", "impact", "friction"))
@@ -216,7 +216,7 @@ def wall_distance(cell, x, y):
     return np.where(np.arctan2(py, px - centre) <= width, cell["petal_radius"] - np.hypot(px - centre, py), from_corner)
 
 
-def test_the_distance_from_a_flower_is_that_of_its_drawing():
+def test_the_distance_to_a_flower_agrees_with_its_geometry():
     cell = {"shape": "flower", "radius": 8.0, "petals": 6, "petal_radius": 5.0}
     # 8 cos 30 - 3, and 5 beyond
     assert wall_distance(cell, 4.0 * math.sqrt(3.0) + 2.0, 0.0) == pytest.approx(0.0, abs=1e-12)
@@ -237,7 +237,7 @@ def test_bodies_stay_inside_the_wall(scene, ran):
 
 
 @pytest.mark.parametrize("scene", WITH_BEADS)
-def test_beads_are_hotter_up_than_along(scene, ran):
+def test_beads_have_a_higher_vertical_than_horizontal_temperature(scene, ran):
     run = ran(scene)
     late = len(run.series("energy_kinetic")) // 2
     along, up = (run.series(f"bead_temperature_{way}")[late:].mean() for way in ("horizontal", "vertical"))
@@ -247,7 +247,7 @@ def test_beads_are_hotter_up_than_along(scene, ran):
 
 # --- what each shows
 
-def test_one_rod_drives_itself_along_its_axis(ran):
+def test_a_single_rod_moves_along_its_axis(ran):
     run = ran("rod")
     along, across = run.ways()
     # Its gaits have 12.5 and -7.1 mm/s; which of them, a rounding can decide.  A third of the slower is what a start
@@ -257,7 +257,7 @@ def test_one_rod_drives_itself_along_its_axis(ran):
     assert run.series("work_kicks")[-1] != 0.0 and run.series("impacts_rod_plate")[-1] > 100.0
 
 
-def test_matched_rods_go_head_first_as_fast_as_those_of_the_experiment(ran):
+def test_matched_rods_move_head_first_at_the_speed_of_the_experiment(ran):
     run = ran("rod-matched")
     speeds = run.ways()[0].sum(0) / run.spheres[2][-1]
     # 3.6 mm/s with a spread of 2.5 among rods: the mean of eight is within 3 errors of it.
@@ -282,20 +282,20 @@ def test_rods_alone_have_no_beads_and_keep_their_directions(ran):
     assert np.median(np.abs((turned + math.pi) % (2.0 * math.pi) - math.pi)) < 0.35
 
 
-def test_the_amorphous_bed_has_as_many_beads_of_each_of_five_sizes(ran):
+def test_the_amorphous_bed_has_equal_numbers_of_beads_of_five_sizes(ran):
     radius = ran("amorphous")["bodies/beads/radius"]
     sizes, counts = np.unique(radius, return_counts=True)
     assert sizes == pytest.approx([0.35, 0.375, 0.4, 0.425, 0.45]) and np.ptp(counts) <= 1
 
 
 @pytest.mark.parametrize("scene", [scene for scene in WITH_BEADS if scene in WITH_RODS])
-def test_rods_meet_beads(scene, ran):
+def test_rods_touch_beads(scene, ran):
     run = ran(scene)
     assert run.series("impacts_rod_bead")[-1] > 1.0
     assert np.abs(run.ways()[0]).max() > 0.0 and "summary/flow_velocity_along" in run
 
 
-def test_a_bead_gas_has_a_pair_correlation_with_a_hole_and_a_peak(ran):
+def test_the_pair_correlation_of_a_bead_gas_has_a_hole_and_a_peak(ran):
     run = ran("bead-gas")
     r, g = run["series/bead_separation"], run["summary/pair_correlation_beads"]
     # Two beads at base and lid, 0.4 mm of room, are sqrt(0.8^2 - 0.4^2) = 0.69 mm apart in the plane.
@@ -305,7 +305,7 @@ def test_a_bead_gas_has_a_pair_correlation_with_a_hole_and_a_peak(ran):
     assert drift[-1] < 5.0 * free
 
 
-def test_the_full_size_is_that_of_the_paper(tmp_path):
+def test_the_full_size_scene_has_the_size_of_the_paper(tmp_path):
     told = drover_json(tmp_path, "explain", MODELS / "full-size.toml")
     assert (told["beads"]["count"], told["rods"]["count"]) == (73385, 1642)
     assert told["cell_area"] == pytest.approx((55.1 * 4.5)**2)

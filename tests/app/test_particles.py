@@ -71,7 +71,7 @@ def test_a_run_prints_means_with_errors_and_leaves_an_archive(tmp_path):
         assert numpy.isfinite(file["summary/polar_order"][()])
 
 
-def test_frames_are_of_the_bodies_that_the_spheres_are_of(ran):
+def test_body_frames_agree_with_sphere_frames(ran):
     with h5py.File(ran / "tiny.h5") as file:
         spheres, rods = file["particles/spheres"], file["bodies/rods"]
         body, edges = spheres["body"][:], numpy.diag(spheres["box/edges/value"][0])
@@ -83,14 +83,14 @@ def test_frames_are_of_the_bodies_that_the_spheres_are_of(ran):
         assert numpy.allclose(numpy.linalg.norm(rods["axis/value"][:], axis=-1), 1.0, rtol=0, atol=1e-9)
 
 
-def test_half_a_run_and_a_restart_are_a_whole_run(ran, tmp_path):
+def test_half_a_run_and_a_restart_equal_an_uninterrupted_run(ran, tmp_path):
     drover(tmp_path, "run", write_tiny(tmp_path, {"time.end": 0.011}), "--quiet")
     drover(tmp_path, "restart", "tiny.h5", "--set", "time.end=0.02", "--quiet")
     assert_same(ran / "tiny.h5", tmp_path / "tiny.h5")
 
 
 @pytest.mark.parametrize("sent, status", [(signal.SIGTERM, 3), (signal.SIGKILL, -9)])
-def test_a_run_that_is_stopped_or_killed_goes_on_to_the_same_bytes(sent, status, tmp_path):
+def test_a_stopped_or_killed_run_resumes_to_the_same_bytes(sent, status, tmp_path):
     drover(tmp_path, "run", write_tiny(tmp_path, base=LONG, name="whole.toml"), "--quiet")
     write_tiny(tmp_path, base=LONG, name="cut.toml")
     process = start(tmp_path, "run", "cut.toml", "--quiet")
@@ -116,7 +116,7 @@ def test_another_run_starts_from_a_frame(ran, tmp_path):
             assert numpy.array_equal(before[:, :2], after[:, :2]), name
 
 
-def test_a_packing_of_other_bodies_is_refused(ran, tmp_path):
+def test_a_packing_of_other_bodies_is_rejected(ran, tmp_path):
     given = {"packing.kind": "file", "packing.file": str(ran / "tiny.h5")}
     for changes, says in (({"beads.count": 23}, "other bodies"), ({"rods.count": 5}, "other bodies"),
                           ({"rods.length": 5.0}, "/bodies/rods/sphere_at differs from this scene"),
@@ -132,7 +132,7 @@ def test_a_packing_of_other_bodies_is_refused(ran, tmp_path):
         rejected(tmp_path, ["run", "tiny.toml"], ["tiny.toml:", says])
 
 
-def test_bad_scenes_are_refused_with_their_place(tmp_path):
+def test_invalid_scenes_are_rejected_with_their_place(tmp_path):
     for changes, says in (({"grid.nx": 16}, "[grid] belongs to a scene of fields, [cell]"),
                           ({"uniform.rod_density": 1.0}, "[uniform] belongs to a scene of fields"),
                           ({"time.stepper": "etdrk4"}, "time.stepper is for scenes of fields"),
@@ -157,7 +157,7 @@ def test_bad_scenes_are_refused_with_their_place(tmp_path):
                  ["a scene of particles", f"drover {command} needs a scene of fields"])
 
 
-def test_a_sweep_and_a_ramp_make_tables(tmp_path):
+def test_a_sweep_and_a_ramp_write_tables(tmp_path):
     write_tiny(tmp_path, {"time.end": 0.004})
     rows = json.loads(drover(tmp_path, "sweep", "tiny.toml", "--vary", "kick.strength = 0.01, 0.02", "--seeds", "2",
                              "--json", "--workers", "1", "--quiet").stdout)
@@ -181,7 +181,7 @@ def speeds_along(folder, skip):
     return (numpy.diff(places, axis=0) * directions).sum(axis=-1).mean(axis=0) / spacing
 
 
-def test_a_run_tells_what_its_paths_say(tmp_path):
+def test_a_run_reports_the_statistics_of_its_paths(tmp_path):
     write_tiny(tmp_path, {"analysis.warm_up": 0.003})
     results = json.loads(drover(tmp_path, "run", "tiny.toml", "--json", "--quiet").stdout)["results"]
     speeds = speeds_along(tmp_path, 2)  # the frame at 0.002 s belongs to the warm-up
@@ -198,7 +198,7 @@ def test_a_run_tells_what_its_paths_say(tmp_path):
     assert "rod_head_first_fraction" in drover(tmp_path, "info", "tiny.h5").stdout
 
 
-def test_a_run_without_frames_to_follow_leaves_paths_out(tmp_path):
+def test_a_run_without_enough_frames_omits_paths(tmp_path):
     write_tiny(tmp_path, {"output.frame_every": 0.0})
     words = drover(tmp_path, "run", "tiny.toml").stdout
     assert "polar_order" in words and "rod_speed " not in words
@@ -227,7 +227,7 @@ def test_a_sweep_takes_means_over_seeds_of_single_rods(tmp_path):
          for archive in sorted((tmp_path / "tiny.sweep").glob("point-0001-*.h5"))]), rel=1e-9)
 
 
-def test_explain_tells_bodies_and_cost(tmp_path):
+def test_explain_reports_bodies_and_cost(tmp_path):
     write_tiny(tmp_path)
     words = drover(tmp_path, "explain", "tiny.toml").stdout
     assert "24 beads: area fraction" in words and "6 rods: area fraction" in words and "acceleration" in words
@@ -237,13 +237,13 @@ def test_explain_tells_bodies_and_cost(tmp_path):
     assert tree(tmp_path).keys() == {"tiny.toml"}
 
 
-def test_schema_tells_which_scenes_have_a_section(tmp_path):
+def test_schema_reports_which_scenes_have_a_section(tmp_path):
     kinds = {section["name"]: section.get("kind")
              for section in json.loads(drover(tmp_path, "schema", "--json").stdout)}
     assert kinds["grid"] == "fields" and kinds["rods"] == "particles" and kinds["time"] is None
 
 
-def test_info_tells_what_an_archive_holds(ran):
+def test_info_reports_the_content_of_an_archive(ran):
     words = drover(ran, "info", "tiny.h5").stdout
     for line in ("frames               11, t = 0 to 0.02 s", f"spheres              {SPHERES}",
                  "beads                24",
@@ -285,7 +285,7 @@ def test_exported_bodies_have_their_direction(ran, tmp_path):
         assert numpy.allclose(axes, file["bodies/rods/axis/value"][10], rtol=0, atol=1e-8)
 
 
-def test_an_export_that_cannot_be_is_refused_and_leaves_nothing(ran, tmp_path):
+def test_an_impossible_export_is_rejected_and_leaves_no_file(ran, tmp_path):
     (tmp_path / "kept.xyz").write_text("precious")
     archive = ran / "tiny.h5"
     for words, says in ((["-o", "kept.xyz"], "exists"), (["-o", "kept.xyz", "--overwrite"], "not an XYZ file"),
@@ -332,7 +332,7 @@ def test_the_figure_shows_rods_by_their_direction(tmp_path):
             particle_figure.draw(run, 2)
 
 
-def test_an_outline_holds_all_spheres_and_little_more():
+def test_an_outline_encloses_all_spheres_tightly():
     at, radius = numpy.array([-1.0, 0.0, 0.5]), numpy.array([0.55, 0.44, 0.36])
     z, half = particle_panels.outline(at, radius)
     assert z[0] == pytest.approx(-1.55) and z[-1] == pytest.approx(0.86)

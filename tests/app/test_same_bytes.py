@@ -30,7 +30,7 @@ def run(folder, output, *words, **changes):
 
 @pytest.mark.parametrize("grid", GRIDS)
 @pytest.mark.parametrize("beginning", STARTS)
-def test_400_steps_are_200_and_a_restart_to_400(grid, beginning, tmp_path):
+def test_400_steps_equal_200_steps_and_a_restart_to_400(grid, beginning, tmp_path):
     keys = {**GRIDS[grid], **STARTS[beginning]}
     whole = run(tmp_path, "whole", **keys)
     parts = run(tmp_path, "parts", **{**keys, "time.end": 20.0})
@@ -39,7 +39,7 @@ def test_400_steps_are_200_and_a_restart_to_400(grid, beginning, tmp_path):
     assert_same_bytes(whole, parts)
 
 
-def test_an_end_off_the_schedule_leaves_no_trace_in_a_longer_run(tmp_path):
+def test_an_end_between_outputs_does_not_change_a_longer_run(tmp_path):
     whole = run(tmp_path, "whole")
     parts = run(tmp_path, "parts", **{"time.end": 18.3})  # neither a frame nor a sample is due at 18.3
     with h5py.File(parts) as file:
@@ -129,7 +129,7 @@ def test_rods_and_beads_restart_to_the_same_bytes_with(evolution, end, tmp_path)
         assert lowest[0] > 0.9 and lowest.min() < 0.5 and lowest[-1] > 0.9
 
 
-def test_an_adaptive_step_does_take_other_steps(tmp_path):
+def test_an_adaptive_stepper_changes_its_step(tmp_path):
     fixed, adaptive = run_beads(tmp_path, "fixed"), run_beads(tmp_path, "adaptive", **{"time.tolerance": 1e-5})
     with h5py.File(fixed) as a, h5py.File(adaptive) as b:
         difference = np.abs(a["polar_order_x"][-1] - b["polar_order_x"][-1]).max()
@@ -149,7 +149,7 @@ def rows_at(path, group, times):
     return found
 
 
-def test_how_often_is_written_changes_nothing_that_is_written(tmp_path):
+def test_output_intervals_do_not_change_the_output_values(tmp_path):
     often = run(tmp_path, "often", **{"output.frame_every": 1.0, "output.sample_every": 0.1})
     seldom = run(tmp_path, "seldom", **{"output.frame_every": 8.0, "output.sample_every": 2.0})
     never = run(tmp_path, "never", **{"output.frame_every": 0.0, "output.sample_every": 0.0})
@@ -159,7 +159,7 @@ def test_how_often_is_written_changes_nothing_that_is_written(tmp_path):
             assert a == b and len(a) >= 4, group
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_seed_others(tmp_path):
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_different_bytes(tmp_path):
     first, again = run(tmp_path, "first"), run(tmp_path, "again")
     assert_same_bytes(first, again)
     a, other = contents(first), contents(run(tmp_path, "other", **{"run.seed": 8}))
@@ -203,7 +203,7 @@ def whole_run(tmp_path_factory):
 
 
 @pytest.mark.parametrize("sent", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
-def test_a_run_stopped_by_a_signal_goes_on_to_the_same_bytes(sent, tmp_path, whole_run):
+def test_a_run_stopped_by_a_signal_resumes_to_the_same_bytes(sent, tmp_path, whole_run):
     status, out, log = stopped(tmp_path, "parts", sent)
     assert status == 3 and out == "", log
     assert f"stopped by signal {int(sent)} " in log and "drover restart parts.h5" in log
@@ -212,7 +212,7 @@ def test_a_run_stopped_by_a_signal_goes_on_to_the_same_bytes(sent, tmp_path, who
     assert_same_bytes(whole_run, tmp_path / "parts.h5")
 
 
-def test_a_sweep_stopped_by_a_signal_goes_on_to_the_same_table(tmp_path):
+def test_a_sweep_stopped_by_a_signal_resumes_to_the_same_table(tmp_path):
     scene = write_scene(tmp_path, {"time.end": 500.0, "output.frame_every": 25.0})
     words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2", "--seeds", "2", "--workers", "2"]
     drover(tmp_path, *words, "--quiet", "-o", "whole")

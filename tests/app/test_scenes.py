@@ -74,13 +74,13 @@ def test_every_scene_is_shortened_here_and_listed_in_the_readme():
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_the_first_lines_say_what_a_scene_shows_and_takes(scene):
+def test_the_first_lines_describe_a_scene_and_its_cost(scene):
     first, second = (MODELS / (scene + ".toml")).read_text().splitlines()[:2]
     assert re.fullmatch(r"# Shows: .+\.", first) and re.fullmatch(r"# Takes: .+\.", second)
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_scene_runs_and_keeps_its_totals(scene, ran):
+def test_a_scene_runs_and_conserves_its_totals(scene, ran):
     run = ran(scene)
     for name, values in run.arrays.items():
         if name.startswith("observables/") and not name.endswith("_direction"):
@@ -125,7 +125,7 @@ def test_a_flock_carries_its_beads(ran):
     assert run.series("bead_velocity_mean_x")[late:] == pytest.approx(run.series("polar_order_mean_x")[late:], rel=0.02)
 
 
-def test_numbers_of_rods_fluctuate_giantly(ran):
+def test_rods_have_giant_number_fluctuations(ran):
     run = ran("number-fluctuations")
     deviation, number = run["summary/rod_number_deviation"], run["summary/rod_number"]
     assert np.isfinite(run["summary/rod_number_deviation_error"]).all()  # no error is refused, even of this short run
@@ -135,7 +135,7 @@ def test_numbers_of_rods_fluctuate_giantly(ran):
     assert (exponents - 5.0 * errors > 0.6).any()  # free rods: 0.5, and less on a finite cell
 
 
-def test_a_band_moves_as_its_formula(ran):
+def test_a_band_moves_as_its_formula_predicts(ran):
     run = ran("band")
     time, density = run["time"], run["rod_density"]
     speed, side = 2.0 / math.sqrt(3.0), 128.0
@@ -200,7 +200,7 @@ def test_a_band_keeps_the_speed_the_densities_and_the_fronts_of_its_formula(ran)
     assert_band_is_that_of_the_formula(measured_band(ran("band"), 128.0, 0), 1e-3)
 
 
-def test_a_band_finds_the_speed_the_densities_and_the_fronts_of_its_formula_from_others(tmp_path):
+def test_a_band_relaxes_to_the_speed_densities_and_fronts_of_its_formula(tmp_path):
     # Both fronts steeper than they should be, by 1.4 and 2.8 times, and order and density too low in the band and its
     # gas too dense,
     # the totals being those of 80 mm of liquid in 192 mm; what is left over spreads between the fronts for some hundred
@@ -230,7 +230,7 @@ def test_a_uniform_flock_near_its_threshold_breaks_into_bands(ran):
     assert density.mean(0).std() > 3.0 * density.mean(1).std()
 
 
-def test_walls_across_a_flock_stay_as_they_are(ran):
+def test_walls_across_a_flock_are_stationary(ran):
     run = ran("kink")
     x = np.arange(512) / 16.0
     wall = np.tanh(x - 8.0) - np.tanh(x - 24.0) - 1.0
@@ -268,7 +268,7 @@ def test_a_force_at_rest_ends_with_flow_without_divergence(ran):
     assert np.linalg.norm(div) < 0.02 * np.linalg.norm(curl)  # of second order: the density varies by 0.7 per cent
 
 
-def test_a_moving_force_pushes_all_beads_its_way(ran):
+def test_a_moving_force_pushes_all_beads_in_its_direction(ran):
     run = ran("point-force-moving")
     along, across = (cell_of_force(run, 128.0, (24.0 + 8.0 * 5.0, 64.0), axis) for axis in "xy")
     for z, free in ((1.0, 0.42102), (1.5, 0.21381)):  # K0(z); compressible, so far from the force: D/(U ell) = 0.5
@@ -285,7 +285,7 @@ def error_of_barenblatt(run):
     return np.abs(density[-1] - exact).sum() / exact.sum(), undershoot
 
 
-def test_beads_spread_into_a_vacuum_as_barenblatt_says(tmp_path, ran):
+def test_beads_spread_into_a_vacuum_as_the_barenblatt_solution(tmp_path, ran):
     coarse, _ = error_of_barenblatt(Ran(tmp_path, "barenblatt", ["grid.nx=64", "grid.ny=64"]))
     middle, _ = error_of_barenblatt(ran("barenblatt"))
     fine, undershoot = error_of_barenblatt(Ran(tmp_path, "barenblatt", ["grid.nx=256", "grid.ny=256"]))
@@ -314,7 +314,7 @@ def test_order_grows_after_a_quench(ran):
 # --- explain
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_explain_tells_what_a_scene_costs(scene, tmp_path):
+def test_explain_reports_the_cost_of_a_scene(scene, tmp_path):
     told = drover_json(tmp_path, "explain", MODELS / (scene + ".toml"))
     count = told["transforms_per_right_hand_side"]
     stages = 0 if scene == "isotropic" else 2
@@ -349,7 +349,7 @@ def test_a_form_with_fewer_fields_makes_fewer_transforms(tmp_path):
     assert 0 < transforms[0] < transforms[1] < transforms[2]
 
 
-def test_explain_of_a_large_grid_says_that_it_scaled(tmp_path):
+def test_explain_of_a_large_grid_reports_that_it_scaled(tmp_path):
     text = drover(tmp_path, "explain", MODELS / "number-fluctuations.toml", "--set", "grid.nx=2048",
                   "--set", "grid.ny=2048").stdout
     assert "smaller grid" in text and "(estimate)" in text

@@ -16,7 +16,7 @@ def state_named(report, name):
 
 # --- stability
 
-def test_stability_of_a_flock_is_that_of_its_closed_forms(tmp_path):
+def test_stability_of_a_flock_agrees_with_its_closed_forms(tmp_path):
     report = drover_json(tmp_path, "stability", FLOCK)
     # models/flock.toml: sigma = 0.02, rho = 0.8, m = 2.1, u = 3.6, Gamma = alpha = 33.6, E = 168, F = 420, a = b = 0.4,
     # lambda = 0.6, A = 1, B = 40.
@@ -206,7 +206,8 @@ def test_a_run_in_a_weak_field_is_compared_with_the_state_along_it(tmp_path):
             "orienting_field.x": 0.01, "noise.order": 0.05, "elasticity.stiffness": 0.5,
             "grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0,
             "time.dt": 0.1, "time.end": 60.0, "output.frame_every": 0.0, "output.sample_every": 0.5,
-            "initial.kind": "formula", "initial.polar_order_x": "0.7", "analysis.warm_up": 10.0, "current.speed": 1.0, "pressure.rods": 0.5}
+            "initial.kind": "formula", "initial.polar_order_x": "0.7", "analysis.warm_up": 10.0,
+            "current.speed": 1.0, "pressure.rods": 0.5}
     (tmp_path / "held.toml").write_text(scene_text(keys))
     report = drover_json(tmp_path, "run", "held.toml", "--quiet")
     assert report["linear_about"].startswith('the state "along the field"')

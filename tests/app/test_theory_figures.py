@@ -127,7 +127,7 @@ def test_another_state_can_be_chosen(bands):
                                  image.imread(draw_to(bands, "ordered.png"))[:, :, 0])
 
 
-def test_a_dynamic_structure_factor_of_growing_waves_is_left_out(tmp_path):
+def test_the_dynamic_structure_factor_of_growing_waves_is_omitted(tmp_path):
     path = archive(tmp_path, "stability", SMALL, {**BANDING, "stability.sound": 0.05})
     assert any("omega" in title for title in titles_of(picture_of(path)))  # of the flock: waves across p0 decay
     assert not any("omega" in title for title in titles_of(picture_of(path, "isotropic")))
@@ -215,7 +215,7 @@ def test_vertices_agree_with_the_report(plane):
         assert mine.errors.tolist() == [[point["error_x"], point["error_y"]] for point in points]
 
 
-def test_a_plane_without_any_line_is_drawn_with_its_regime_and_says_so(tmp_path):
+def test_a_plane_without_a_line_is_drawn_with_its_regime_and_a_note(tmp_path):
     path = archive(tmp_path, "boundary", NO_LINE)
     picture = picture_of(path)
     assert [text.get_text() for text in picture.axes[0].texts] == ["no line in this plane"]
@@ -240,7 +240,7 @@ def test_islands_are_closed_and_errors_stay_on_their_side_of_a_line():
 
 # --- both
 
-def test_the_command_tells_the_kind_of_an_archive_by_itself(bands, plane):
+def test_the_command_recognises_the_kind_of_an_archive(bands, plane):
     for path, colour in ((bands, panels.BLUE), (plane, boundary_panels.PALE[3])):
         picture = image.imread(draw_to(path, "figure.png"))
         assert picture.shape[0] > 1000 and picture.shape[1] > 1500
@@ -272,7 +272,7 @@ def spoil(path, change):
     (lambda file: file["ordered"].__delitem__("growth_rate"), "the group ordered has no growth_rate"),
     (lambda file: [file.__delitem__(name) for name in list(file)], "contains no uniform state"),
 ], ids=["no scene", "no growth", "no state"])
-def test_a_wrong_file_is_refused_with_a_sentence_and_no_picture(tmp_path, change, sentence):
+def test_a_wrong_file_is_rejected_with_a_message_and_no_figure(tmp_path, change, sentence):
     path = archive(tmp_path, "stability", SMALL, BANDING)
     spoil(path, change)
     done = draw(path, status=2)
@@ -284,7 +284,7 @@ def test_a_wrong_file_is_refused_with_a_sentence_and_no_picture(tmp_path, change
     ("bands", ["--state", "smectic"], 'has no state "smectic"; expected isotropic or ordered'),
     ("bands", ["--frame", "0"], "--frame 0 does not apply, since drover stability wrote this archive"),
     ("plane", ["--state", "ordered"], "--state ordered does not apply, since drover boundary wrote this archive")])
-def test_an_option_of_another_kind_is_refused_with_a_sentence(request, name, arguments, sentence):
+def test_an_option_of_another_kind_is_rejected_with_a_message(request, name, arguments, sentence):
     done = draw(request.getfixturevalue(name), *arguments, "--output", "none.png", status=2)
     assert sentence in done.stderr and done.stderr.count("\n") == 1
 
