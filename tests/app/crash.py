@@ -1,15 +1,15 @@
-"""tests/app/crash.py: a run that is killed again and again at random moments, and what must hold after each kill.
+"""tests/app/crash.py: a run that is killed repeatedly at random times, and the checks after each kill.
 
-What is checked at once after each kill -9, before any drover command touches the files:
-- h5py and xarray read the archive, if it exists, as it is.  Only where the kill fell between the first and last write
-  of a commit's overwriting, a tenth of a millisecond, are they let down (one kill in a hundred or so); then the journal
-  that makes the file whole stands beside it, and the first drover command, here `info`, applies it.
+Checks immediately after each kill -9, before any drover command touches the files:
+- h5py and xarray read the archive, if it exists, as it is.  They fail only if the kill fell between the first and last
+  write of a commit's overwriting, a tenth of a millisecond (about one kill in a hundred); then the journal that repairs
+  the file is beside it, and the first drover command, here `info`, applies it.
 - Every frame in it has the bytes of the uninterrupted run.
-- Nothing is missing that is known to have been committed: the frames that a plain reader saw while the run went on, and
+- Nothing that is known to have been committed is missing: the frames that a plain reader saw while the run went on, and
   those that the newest checkpoint on the disk counts.  A checkpoint of step s is only written after the frames up to s;
   with a checkpoint at each step (checkpoint_minutes = 0) the run was killed at step s or s + 1, so that at most one
-  frame is lost.  That each frame is committed as it is made, also without checkpoints, is seen where a run blows up:
-  test_commands.py.
+  frame is lost.  The test of a diverging run in test_commands.py shows that each frame is committed at once, also
+  without checkpoints.
 """
 import random
 import time
@@ -34,7 +34,7 @@ def make_whole(folder):
 
 
 def frames_seen(archive):
-    """Frames that a plain reader finds in an archive, maybe in the middle of a commit; 0: not readable just now."""
+    """Frames that a plain reader finds in an archive, possibly during a commit; 0: not readable now."""
     try:
         return frame_count(archive)
     except (OSError, KeyError, RuntimeError):
@@ -42,7 +42,7 @@ def frames_seen(archive):
 
 
 def kill_at(process, archive, frames, delay):
-    """Kills a run `delay` after it has some frames (0: after its start); gives the most frames seen meanwhile."""
+    """Kills a run `delay` after it has some frames (0: after its start); returns the maximum number of frames seen."""
     seen, deadline = 0, None if frames else time.monotonic() + delay
     while process.poll() is None and (deadline is None or time.monotonic() < deadline):
         seen = max(seen, frames_seen(archive)) if frames else 0
@@ -77,7 +77,7 @@ def newest_step(archive):
 
 
 def check_after_kill(folder, archive, whole, seen):
-    """What must hold at once.  Gives whether the kill fell between two writes of a commit."""
+    """The checks after a kill.  Returns whether the kill fell between two writes of a commit."""
     if not archive.exists():
         assert seen == 0 and newest_step(archive) is None
         return False
@@ -86,7 +86,7 @@ def check_after_kill(folder, archive, whole, seen):
     torn = False
     try:
         count = check_frames(archive, whole, committed)
-    except Exception:  # whatever a reader makes of a file that is half of one commit and half of the next
+    except Exception:  # any error of a reader of a file between two commits
         torn = archive.with_name(archive.name + ".journal").exists()
         if not torn:
             raise
@@ -97,21 +97,21 @@ def check_after_kill(folder, archive, whole, seen):
 
 
 def go_on(folder, archive, name):
-    """The command that a person would give now."""
+    """The command that a user would give next."""
     if newest_step(archive) is not None:
         return ["restart", archive.name, "--quiet"]
     return ["run", name, "--quiet", "--overwrite"]
 
 
 def kill_again_and_again(folder, whole, kills, seed, checkpoint_minutes):
-    """A run that is killed `kills` times and ends with the same bytes.  Gives how many kills met it at work."""
+    """A run that is killed `kills` times and ends with the same bytes.  Returns how many kills hit it while running."""
     dice = random.Random(seed)
     name = write_scene(folder, {**BUSY, "output.checkpoint_minutes": checkpoint_minutes}, name="killed.toml")
     archive = folder / "killed.h5"
     met = torn = 0
     for _ in range(kills):
         already = frames_seen(archive)
-        # One in four early, in the start-up; the others after some more frames, and then anywhere within two or so.
+        # One in four during start-up; the others after some more frames, at a random time within about two frames.
         ahead = 0 if dice.random() < 0.25 else dice.randint(1, max(1, 3 * FRAMES // (2 * kills)))
         process = start(folder, *go_on(folder, archive, name))
         try:

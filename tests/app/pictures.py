@@ -1,4 +1,4 @@
-"""tests/app/pictures.py: what tests ask of pictures: colours that are there, parts that run into each other."""
+"""tests/app/pictures.py: checks of figures: colours that occur, parts that overlap."""
 import itertools
 
 import numpy
@@ -13,7 +13,7 @@ def share_of(picture, colour):
 
 
 def pieces(axes, renderer):
-    """What a panel takes of the paper: its frame, its axes with their labels, and its texts."""
+    """The area that a panel covers: its frame, its axes with their labels, and its texts."""
     texts = [child for child in axes.get_children() if isinstance(child, Text) and child.get_text()]
     texts += [child.text for child in axes.get_children() if isinstance(child, QuiverKey)]
     boxes = [axis.get_tightbbox(renderer) for axis in (axes.xaxis, axes.yaxis)]
@@ -22,7 +22,7 @@ def pieces(axes, renderer):
 
 
 def overlaps(picture):
-    """What of a panel, the title, the caption or a legend runs into another one's, or over the edge of the picture."""
+    """Parts (panel, title, caption or legend) that overlap another part or cross the edge of the figure."""
     picture.canvas.draw()
     renderer = picture.canvas.get_renderer()
     parts = [pieces(axes, renderer) for axes in picture.axes]

@@ -13,7 +13,7 @@ if not os.environ.get("DROVER"):
 DROVER = str(Path(os.environ["DROVER"]).absolute())
 MODELS = Path(__file__).resolve().parents[2] / "models"
 
-# A stochastic run of every linear term on a small grid: half a second and less.
+# A stochastic run of every linear term on a small grid: at most half a second.
 SMALL = {
     "uniform.rod_density": 2.0,
     "current.speed": 3.0,
@@ -68,14 +68,14 @@ def scene_text(keys):
 
 
 def write_scene(folder, changes=None, name="flock.toml", base=None):
-    """Writes the small scene, with some keys changed, and gives its name."""
+    """Writes the small scene, with some keys changed, and returns its name."""
     keys = {**(SMALL if base is None else base), **(changes or {})}
     (folder / name).write_text(scene_text(keys))
     return name
 
 
 def environment(**more):
-    """The tests' own environment without what would change the program's output."""
+    """The environment of the tests without variables that would change the program's output."""
     kept = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "OMP_NUM_THREADS")}
     return {**kept, **more}
 
@@ -96,13 +96,13 @@ def drover_json(folder, *words):
 
 
 def start(folder, *words, **options):
-    """Starts the program in a folder, in a process group of its own, and gives the running process."""
+    """Starts the program in a folder, in a new process group, and returns the running process."""
     return subprocess.Popen([DROVER, *map(str, words)], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                             stderr=subprocess.PIPE, text=True, env=environment(), start_new_session=True, **options)
 
 
 def wait_until(holds, what, seconds=120.0, process=None):
-    """Waits for something that the program does by itself; a process that ends before it is a failure."""
+    """Waits for an event in the program; fails if the process ends before it."""
     deadline = time.monotonic() + seconds
     while not holds():
         assert time.monotonic() < deadline, f"waited {seconds} s for {what}"
@@ -113,11 +113,11 @@ def wait_until(holds, what, seconds=120.0, process=None):
 
 
 def group_is_alive(group):
-    """Whether any process of a process group still runs; one that ended and was not waited for does not."""
+    """Whether any process of a process group still runs; a zombie does not count."""
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
-        except OSError:  # it ended a moment ago
+        except OSError:  # it has just ended
             continue
         if int(its_group) == group and state not in "ZX":
             return True
@@ -125,7 +125,7 @@ def group_is_alive(group):
 
 
 def end_group(process):
-    """Ends a process that `start` started with all its children, whatever a test left of it."""
+    """Ends a process that `start` started, and all its children, in any state."""
     if group_is_alive(process.pid):
         os.killpg(process.pid, 9)
     process.communicate()
@@ -145,7 +145,7 @@ def contents(path):
 
 
 def assert_same_bytes(one, other):
-    """Both archives hold the same datasets, to the byte."""
+    """Both archives contain the same datasets, byte for byte."""
     a, b = contents(one), contents(other)
     assert len(a) > 50 and {"rod_density", "observables/polar_order", "summary/polar_order"} <= set(a), sorted(a)
     assert sorted(a) == sorted(b)
@@ -165,12 +165,12 @@ def frame_count(path):
 
 
 def checkpoints(archive):
-    """The two files that hold the checkpoints of an archive."""
+    """The two checkpoint files of an archive."""
     return [Path(f"{archive}.checkpoint-{letter}") for letter in "ab"]
 
 
 def checkpoint_step(path):
-    """The step of a whole checkpoint file, from its head: magic (8), version (4), length (8), counter (8), step (8)."""
+    """The step in the header of a checkpoint file: magic (8), version (4), length (8), counter (8), step (8)."""
     head = path.read_bytes()[:36]
     assert head[:8] == b"drvchkp1", path
     return int.from_bytes(head[28:36], "little")

@@ -1,6 +1,6 @@
 """tests/app/test_bad_commands.py: errors in outputs, sweeps, restarts, archives and command lines give one line.
 
-As in test_bad_input.py: exit status 2, one line on standard error, nothing on standard output, the folder as it was.
+As in test_bad_input.py: exit status 2, one line on standard error, nothing on standard output, the folder unchanged.
 """
 import h5py
 import numpy as np
@@ -8,7 +8,7 @@ import pytest
 from rejection import SHORT, cut_in_two, make_archive, not_as_root, rejected
 from support import checkpoints, damage, drover, write_scene
 
-# A wrong place for the archive: how to prepare the folder, the name, and what the message must contain.
+# An invalid path of the archive: how to prepare the folder, the name, and what the message must contain.
 def make_locked_folder(folder):
     (folder / "locked").mkdir(mode=0o555)
 
@@ -98,7 +98,7 @@ def test_a_sweep_is_rejected_in_the_folder_of_another_sweep(tmp_path):
             ["flock.sweep", "another sweep", "--output"])
 
 
-# A restart that cannot be: what to do to a finished run, words after `restart`, and what the message must contain.
+# An impossible restart: the change to a finished run, words after `restart`, and what the message must contain.
 def remove_checkpoints(folder):
     for file in checkpoints(folder / "flock.h5"):
         file.unlink(missing_ok=True)
@@ -148,7 +148,7 @@ def test_a_restart_is_rejected_that_has(name, tmp_path):
     rejected(tmp_path, ["restart", *words], says)
 
 
-# Not an archive, for `drover info`: how to make it, and what the message must contain.
+# Files that are not archives, for `drover info`: how to prepare one, and what the message must contain.
 def hdf5_from_elsewhere(folder):
     with h5py.File(folder / "flock.h5", "w") as file:
         file["time"] = np.arange(3.0)

@@ -1,6 +1,6 @@
-"""tests/app/test_bad_input.py: every mistake of a person is told in one sentence that says where, what and what to do.
+"""tests/app/test_bad_input.py: every input error is reported in one line: place, value, remedy.
 
-Exit status 2, one line on standard error, nothing on standard output, and the folder stays as it was.
+Exit status 2, one line on standard error, nothing on standard output, and the folder is unchanged.
 """
 import os
 
@@ -10,7 +10,7 @@ import pytest
 from rejection import SHORT, cut_in_two, make_archive, not_as_root, rejected
 from support import drover, scene_text, write_scene
 
-# A scene that is wrong by itself: its text, and what the message must contain, the place first.
+# An invalid scene: its text, and what the message must contain, the place first.
 SCENES = {
     "an unknown table": ("[grids]\nnx = 16\n", ["bad.toml:1:2", "[grids]", "did you mean [grid]?"]),
     "an unknown table like no other": ("[banana]\nnx = 16\n",
@@ -171,7 +171,7 @@ def not_finite(folder):
         file["polar_order_x"][-1, 3, 4] = np.nan
 
 
-# A start from an archive that cannot be: how to make it, changes of the scene, and what the message must contain.
+# An impossible start from an archive: how to prepare it, changes of the scene, and what the message must contain.
 STARTS = {
     "no HDF5": (lambda folder: (folder / "first.h5").write_text("rods\n" * 999), {}, ["first.h5", "not an HDF5 file"]),
     "a folder": (lambda folder: (folder / "first.h5").mkdir(), {}, ["first.h5", "folder"]),
@@ -196,7 +196,7 @@ def test_a_start_is_rejected_from_an_archive_that_is(name, tmp_path):
     rejected(tmp_path, ["run", "flock.toml"], says)
 
 
-# A file that is no scene.
+# A file that is not a scene.
 def garbage(folder):
     (folder / "bad.toml").write_bytes(np.random.default_rng(1).bytes(5000))
 
@@ -247,7 +247,7 @@ def test_an_empty_scene_is_valid_and_has_all_defaults(tmp_path):
     assert again == (tmp_path / "again.toml").read_text() and "nx = 256\n" in again
 
 
-# A --set that is wrong: its text, and what the message must contain beside it.
+# An invalid --set: its text, and what else the message must contain.
 SETTINGS = {
     "no value": ("grid.nx", ["expected section.key=value"]),
     "no section": ("nx=16", ["expected section.key=value"]),
@@ -276,4 +276,4 @@ def test_a_setting_is_rejected_with(name, tmp_path):
     write_scene(tmp_path, base=SHORT)
     words = ["run", "flock.toml", "--set", setting]
     rejected(tmp_path, words, [f"--set {setting}", *says],
-            max_lines=1 + setting.count("\n"))  # it is quoted as it was given
+            max_lines=1 + setting.count("\n"))  # the message quotes it unchanged

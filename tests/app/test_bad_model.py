@@ -10,7 +10,7 @@ from support import checkpoint_step, checkpoints, drover, scene_text
 BEADS = '[fields]\nbead_density = true\nbead_velocity = "dynamic"\n'      # 3 lines
 SLAVED = '[fields]\nbead_density = true\nbead_velocity = "slaved"\n'
 
-# A model that cannot be: its text, and what the message must contain, the place first.
+# An invalid model: its text, and what the message must contain, the place first.
 MODELS = {
     "pressure of beads without beads": ("[pressure]\nbeads = 1\n",
                                         ["bad.toml:2:1", "pressure.beads", "fields.bead_density", "set it to 0"]),
@@ -136,7 +136,7 @@ def test_unsaturated_growth_stops_the_run_with_its_cause_and_a_checkpoint(tmp_pa
     assert told[3] in ("rod_density", "polar_order_x", "polar_order_y")
     assert max(abs(int(told[4])), abs(int(told[5]))) <= 8 and max(int(told[7]), int(told[8])) < 16
     assert "grows at 0.5 /s" in told[9] and "relaxation.saturation = 0" in told[9] and "last checkpoint" in told[9]
-    # It stops within ten steps of the first number that is none: the last good checkpoint is that near, and good.
+    # It stops within ten steps of the first NaN or infinity: the last good checkpoint is that near, and valid.
     good = max(checkpoint_step(file) for file in checkpoints(tmp_path / "flock.h5"))
     assert step - 10 <= good < step
     with h5py.File(tmp_path / "flock.h5") as file:
@@ -146,7 +146,7 @@ def test_unsaturated_growth_stops_the_run_with_its_cause_and_a_checkpoint(tmp_pa
     assert "became NaN or infinite" in again.stderr or "outside" in again.stderr, again.stderr
 
 
-# Beads with inertia pushed out of a place until none are left there.
+# Beads with inertia, pushed out of a region until it is empty.
 EMPTYING = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "fields.rod_density": False,
             "inertia.bead_mass": 1.0, "drag.coefficient": 1.0, "driving.strength": 10.0, "relaxation.rate": 0.0,
             "time.dt": 0.01, "time.end": 100.0, "initial.kind": "mode", "initial.field": "polar_order_x",
@@ -175,7 +175,7 @@ def test_a_density_outside_its_table_stops_the_run_with_an_error(tmp_path):
 
 
 def test_a_step_that_no_division_makes_accurate_stops_the_run_with_an_error(tmp_path):
-    # With saturation the same scene is well, cut into as many steps as it takes.
+    # With saturation the same scene runs, with as many steps as it needs.
     scene = {**BLOWING_UP, "time.tolerance": 1e-3, "time.dt": 0.5}
     (tmp_path / "flock.toml").write_text(scene_text(scene))
     ended = drover(tmp_path, "run", "flock.toml", "--quiet", status=1)

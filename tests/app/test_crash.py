@@ -1,4 +1,4 @@
-"""tests/app/test_crash.py: after kill -9, a damaged checkpoint or a full disk the run goes on to the same bytes."""
+"""tests/app/test_crash.py: after kill -9, a damaged checkpoint or a full disk the run resumes to the same bytes."""
 import contextlib
 import os
 import resource
@@ -76,7 +76,7 @@ def test_a_checkpoint_is_skipped_that_has(name, tmp_path):
 
 @contextlib.contextmanager
 def small_disk(folder, kilobytes):
-    """A file system in memory of some size, and a function that makes it larger."""
+    """A file system in memory of a given size, and a function that enlarges it."""
     if os.geteuid() != 0:
         pytest.skip("mounting a small disk needs root")
     made = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "drover-test", folder],
@@ -95,14 +95,14 @@ def small_disk(folder, kilobytes):
 
 
 def assert_reports_full(ended, what):
-    """One sentence with the bytes needed and free, and what to do."""
+    """The message is one line with the bytes needed and free, and a remedy."""
     lines = ended.stderr.splitlines()
     assert len(lines) == 1 and lines[0].startswith("error: ") and ended.stdout == "", ended.stderr
     assert what in lines[0] and "B were needed and" in lines[0] and "B are free" in lines[0], ended.stderr
     assert "make room, then restart" in lines[0], ended.stderr
 
 
-# Disks that are full at different moments: of the archive as it grows, or of a checkpoint.
+# Disks that are full at different times: while the archive grows, or at a checkpoint.
 @pytest.mark.parametrize("kilobytes", [560, 700, 1000])
 @pytest.mark.parametrize("checkpoint_minutes", [0.0, 60.0])
 def test_a_run_on_a_full_disk_keeps_its_data_and_can_resume(kilobytes, checkpoint_minutes, tmp_path, whole):
@@ -115,7 +115,7 @@ def test_a_run_on_a_full_disk_keeps_its_data_and_can_resume(kilobytes, checkpoin
         before = check_frames(disk / "flock.h5", whole, 1)
         assert before < FRAMES
         again = drover(tmp_path, "restart", "disk/flock.h5", "--quiet",
-                       status=1)  # still full: the same sentence, nothing lost
+                       status=1)  # still full: the same message, no data lost
         assert_reports_full(again, "the disk is full")
         check_frames(disk / "flock.h5", whole, 1)
         grow(8000)

@@ -1,4 +1,4 @@
-"""tests/app/test_crash_slow.py: fifty kills at random moments; see crash.py for what must hold after each."""
+"""tests/app/test_crash_slow.py: fifty kills at random times; crash.py lists the checks after each."""
 import pytest
 from crash import kill_again_and_again, make_whole
 

@@ -1,4 +1,4 @@
-"""tests/app/test_onset_figures.py: the picture of where the coefficients of a table say that flocks begin."""
+"""tests/app/test_onset_figures.py: the figure of the onset of flocking by the coefficients of a table."""
 import subprocess
 import sys
 
@@ -68,7 +68,7 @@ def test_curves_lines_crossings_and_regions_are_drawn(tmp_path):
     picture = picture_of(write(tmp_path, numbers()))
     left, right = picture.axes
     assert overlaps(picture) == []
-    assert left.get_ylim() == (0.0, pytest.approx(2.5 * 2.55))  # whatever a/lambda does
+    assert left.get_ylim() == (0.0, pytest.approx(2.5 * 2.55))  # independent of a/lambda
     thresholds = lines_of(left, "-", len(BEADS))[0], lines_of(left, "--", len(BEADS))[0]
     for line, part in zip(thresholds, (1.0, 0.5)):
         assert line.get_color() == "black" and numpy.allclose(line.get_ydata(), part / BEADS)
@@ -99,8 +99,8 @@ def test_a_band_shows_the_error_on_both_sides_and_has_the_gaps_of_its_line(tmp_p
 def test_the_caption_reports_gaps(tmp_path):
     groups = numbers()
     groups["line"]["mean"][:] = numpy.nan
-    groups["line"]["mean"][10] = 0.42  # alone between holes
-    groups["line"]["mean_share"][:] = 0.0  # of what is not drawn nothing is said
+    groups["line"]["mean"][10] = 0.42  # isolated between gaps
+    groups["line"]["mean_share"][:] = 0.0  # the caption omits lines that are not drawn
     groups["line"]["mean_share"][10] = 0.4
     picture = picture_of(write(tmp_path, groups))
     assert "λ\u00a0=\u00a0λs/2: no crossing in the table at 20 of 21 area fractions of rods." in words_of(picture)

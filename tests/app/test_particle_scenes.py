@@ -43,7 +43,7 @@ def scene_of(name):
 
 
 def arrays_of(group, path):
-    """All arrays below a group, also those that have several names, which visititems tells but one of."""
+    """All arrays below a group, also those with several names, of which visititems visits only one."""
     for name, item in group.items():
         if isinstance(item, h5py.Dataset):
             yield path + name, item[()]
@@ -52,7 +52,7 @@ def arrays_of(group, path):
 
 
 class Ran:
-    """A run: the numbers of its archive by name, its scene with all keys, and what explain says of it."""
+    """A run: the numbers of its archive by name, its scene with all keys, and the output of explain."""
 
     def __init__(self, folder, scene, keys):
         words = [MODELS / f"{scene}.toml", *settings(keys)]
@@ -73,7 +73,7 @@ class Ran:
 
     @property
     def spheres(self):
-        """Places (frame, sphere, 3), radii and times."""
+        """Positions (frame, sphere, 3), radii and times."""
         return (self["particles/spheres/position/value"], self["particles/spheres/radius"],
                 self["particles/spheres/position/time"])
 
@@ -81,7 +81,7 @@ class Ran:
         return self[f"bodies/{kind}/mass"].size if f"bodies/{kind}/mass" in self else 0
 
     def ways(self):
-        """What each rod went along its n and to the left of it, from frame to frame: two arrays (step, rod)."""
+        """Displacement of each rod between frames, along its n and to the left of it: two arrays (step, rod)."""
         path, axis = self["bodies/rods/position/value"][..., :2], self["bodies/rods/axis/value"][..., :2]
         step, n = np.diff(path, axis=0), axis[:-1] + axis[1:]
         n /= np.linalg.norm(n, axis=-1, keepdims=True)
@@ -99,7 +99,7 @@ def runs_made_once(tmp_path_factory):
     return ran
 
 
-# --- the list
+# --- the list of scenes
 
 def test_every_scene_is_shortened_here_and_listed_in_the_readme():
     assert SCENES == scenes("particles")
@@ -134,16 +134,16 @@ def test_an_unmodified_scene_starts_at_rest_without_order(scene, tmp_path):
     if scene not in WITH_RODS:
         return
     axis = run["bodies/rods/axis/value"][0]
-    # all lie: heads of .72 mm and tails of 1.1 mm, 3.6 mm apart, in a gap of 1.2 mm
+    # All rods lie flat: heads of .72 mm and tails of 1.1 mm, 3.6 mm apart, in a gap of 1.2 mm.
     assert np.abs(axis[:, 2]).max() < 0.1
     angles, rods = np.arctan2(axis[:, 1], axis[:, 0]), len(axis)
     if rods > 1:
-        # N random directions have a mean longer than 3/sqrt(N) once in exp(9) = 8000 packings.
+        # N random directions have a mean longer than 3/sqrt(N) in one of exp(9) = 8000 packings.
         for turns in (1, 2):
             assert abs(np.exp(1j * turns * angles).mean()) < 3.0 / math.sqrt(rods)
 
 
-# --- what every run owes
+# --- every run
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_all_frames_have_the_bodies_of_the_scene(scene, ran):
@@ -173,18 +173,18 @@ def test_energy_balances_and_no_impact_remains_unresolved(scene, ran):
     run = ran(scene)
     balance = run.series("energy_balance")
     turnover = sum(abs(run.series(f"work_{part}")[-1]) for part in ("plates", "gravity", "kicks", "impact", "friction"))
-    # Rounding of 1e4 to 1e7 sums of relative error 1e-16: 1e-12 was the most of any scene.
+    # Rounding of 1e4 to 1e7 sums of relative error 1e-16: the maximum of all scenes was 1e-12.
     assert np.abs(balance - balance[0]).max() < 1e-10 * turnover
     assert run.series("work_plates")[-1] > 0.0
     assert np.diff(run.series("work_impact")).max() <= 0.0 and np.diff(run.series("work_friction")).max() <= 0.0
-    assert run.series("work_forces")[-1] == 0.0  # no scene has any
+    assert run.series("work_forces")[-1] == 0.0  # no scene has forces
     assert run.series("impacts_unresolved")[-1] == 0.0
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_bodies_hardly_overlap(scene, ran):
     overlap = ran(scene).series("overlap_largest")
-    # In 20 us a fast pair, at 0.1 m/s, comes 2 um nearer: .005 of a bead's radius; 0.006 was the most of any scene.
+    # In 20 us a fast pair, at 0.1 m/s, comes 2 um nearer: .005 of a bead's radius; the maximum of all scenes was 0.006.
     assert 0.0 <= overlap[-1] < 0.01 and (np.diff(overlap) >= 0.0).all()
     assert ran(scene)["summary/overlap_largest"] <= overlap[-1]
 
@@ -196,20 +196,20 @@ def test_bodies_stay_between_the_plates(scene, ran):
     plates = run.scene["plates"]
     base = plates["amplitude"] * (1.0 + np.cos(2.0 * math.pi * plates["frequency"] * time))[:, None]
     assert np.ptp(base[1:]) > plates["amplitude"]  # at several phases
-    # Pairs move each other after the plates had their say, by as much as they overlapped.
+    # Pairs move each other after the contacts with the plates, by as much as they overlapped.
     assert ((place[..., 2] - radius - base) / radius).min() > -0.01
     assert ((base + plates["gap"] - place[..., 2] - radius) / radius).min() > -0.01
 
 
 def wall_distance(cell, x, y):
-    """From places to the wall of a circle or a flower; negative outside."""
+    """Distance from positions to the wall of a circle or a flower; negative outside."""
     if cell["shape"] == "circle":
         return cell["radius"] - np.hypot(x, y)
     half, corner = math.pi / cell["petals"], cell["radius"]
     width = math.asin(corner * math.sin(half) / cell["petal_radius"])  # half the angle of an arc, from its centre
     centre = corner * math.cos(half) - cell["petal_radius"] * math.cos(width)
     angle, r = np.arctan2(y, x), np.hypot(x, y)
-    # each petal in the place of the first, upper half
+    # Maps each petal to the upper half of the first.
     angle = np.abs(angle - 2.0 * half * np.round(angle / (2.0 * half)))
     px, py = r * np.cos(angle), r * np.sin(angle)
     from_corner = np.hypot(px - corner * math.cos(half), py - corner * math.sin(half))
@@ -231,7 +231,7 @@ def test_bodies_stay_inside_the_wall(scene, ran):
     run = ran(scene)
     place, radius, _ = run.spheres
     gap = (wall_distance(run.scene["cell"], place[..., 0], place[..., 1]) - radius) / radius
-    assert -0.01 < gap.min() < 0.2  # as with plates; and somebody is near it
+    assert -0.01 < gap.min() < 0.2  # as with plates; some body is near the wall
     assert {"series/polar_order_local", "series/polar_order_azimuthal", "series/impacts_rod_wall"} <= set(run.arrays)
     assert run.series("impacts_bead_wall")[-1] > 0.0
 
@@ -241,17 +241,16 @@ def test_beads_have_a_higher_vertical_than_horizontal_temperature(scene, ran):
     run = ran(scene)
     late = len(run.series("energy_kinetic")) // 2
     along, up = (run.series(f"bead_temperature_{way}")[late:].mean() for way in ("horizontal", "vertical"))
-    assert 0.0 < along < 0.5 * up  # the plates shake upwards alone; a twentieth to a tenth was found
+    assert 0.0 < along < 0.5 * up  # the plates shake only vertically; measured ratios are 0.05 to 0.1
     assert run.series("impacts_bead_bead")[-1] > 1.0 and run.series("impacts_bead_plate")[-1] > 1.0
 
 
-# --- what each shows
+# --- the physics of each scene
 
 def test_a_single_rod_moves_along_its_axis(ran):
     run = ran("rod")
     along, across = run.ways()
-    # Its gaits have 12.5 and -7.1 mm/s; which of them, a rounding can decide.  A third of the slower is what a start
-    # may cost.
+    # Its gaits have 12.5 and -7.1 mm/s; rounding can select either.  The start may cost a third of the slower one.
     assert run.count("rods") == 1 and run.count("beads") == 0 and abs(along.sum()) > 5.0
     assert np.abs(across).sum() < 0.25 * np.abs(along).sum()
     assert run.series("work_kicks")[-1] != 0.0 and run.series("impacts_rod_plate")[-1] > 100.0
@@ -262,14 +261,14 @@ def test_matched_rods_move_head_first_at_the_speed_of_the_experiment(ran):
     speeds = run.ways()[0].sum(0) / run.spheres[2][-1]
     # 3.6 mm/s with a spread of 2.5 among rods: the mean of eight is within 3 errors of it.
     assert np.mean(speeds) == pytest.approx(3.6, abs=3.0 * 2.5 / math.sqrt(8.0))
-    assert np.ptp(run["bodies/rods/mass"]) > 0.0  # of sizes that differ
+    assert np.ptp(run["bodies/rods/mass"]) > 0.0  # different sizes
 
 
 def test_one_rod_in_beads_pushes_them(ran):
     run = ran("rod-in-beads")
     assert run.count("rods") == 1 and run.count("beads") > 50
     assert run.series("impacts_rod_bead")[-1] > 10.0
-    assert np.abs(run.ways()[0].sum()) > 0.1  # some of 3.6 mm/s in 0.3 s
+    assert np.abs(run.ways()[0].sum()) > 0.1  # a part of 3.6 mm/s in 0.3 s
 
 
 def test_rods_alone_have_no_beads_and_keep_their_directions(ran):
@@ -278,7 +277,7 @@ def test_rods_alone_have_no_beads_and_keep_their_directions(ran):
     assert not any("bead" in name for name in run.arrays)
     axis = run["bodies/rods/axis/value"][..., :2]
     turned = np.arctan2(axis[-1, :, 1], axis[-1, :, 0]) - np.arctan2(axis[0, :, 1], axis[0, :, 0])
-    # 1/D_r is 2.5 s (.0215/.005)^2 = 46 s: .1 rad in 0.3 s.  Half of the rods at least met nobody.
+    # 1/D_r is 2.5 s (.0215/.005)^2 = 46 s: .1 rad in 0.3 s.  At least half of the rods had no collision.
     assert np.median(np.abs((turned + math.pi) % (2.0 * math.pi) - math.pi)) < 0.35
 
 
@@ -298,7 +297,7 @@ def test_rods_touch_beads(scene, ran):
 def test_the_pair_correlation_of_a_bead_gas_has_a_hole_and_a_peak(ran):
     run = ran("bead-gas")
     r, g = run["series/bead_separation"], run["summary/pair_correlation_beads"]
-    # Two beads at base and lid, 0.4 mm of room, are sqrt(0.8^2 - 0.4^2) = 0.69 mm apart in the plane.
+    # Two beads at base and lid, with a clearance of 0.4 mm, are sqrt(0.8^2 - 0.4^2) = 0.69 mm apart in the plane.
     assert g[r < 0.6].max() == 0.0 and 1.1 < g.max() < 5.0
     drift, heat = run.series("bead_velocity_size"), run.series("bead_temperature_horizontal")
     free = np.sqrt(2.0 * heat[-1] / (0.7238 * run.count("beads")))  # of as many independent beads

@@ -16,7 +16,7 @@ from support import (contents, drover, drover_json, end_group, environment, scen
 import drover as package
 from drover import particle_figure, particle_panels
 
-# Some dozens of bodies for a few shakes of the plates: a second and less.
+# Some dozens of bodies for a few periods of the plates: at most a second.
 TINY = {
     "cell.lx": 24.0,
     "cell.ly": 18.0,
@@ -216,11 +216,11 @@ def test_a_sweep_takes_means_over_seeds_of_single_rods(tmp_path):
     for name in ("rod_speed", "rod_head_first_fraction", "rotational_diffusion"):
         means = numpy.array([run[name]["mean"] for run in runs])
         assert row[name]["mean"] == pytest.approx(means.mean(), rel=1e-9, abs=1e-12)
-        assert row[name]["error"] == pytest.approx(means.std(ddof=1) / 8**0.5, rel=1e-6, abs=1e-12)  # beside rounding
+        assert row[name]["error"] == pytest.approx(means.std(ddof=1) / 8**0.5, rel=1e-6, abs=1e-12)  # abs: rounding
     assert all(run["rod_head_first_fraction"]["error"] is None for run in runs)
     if row["rotational_diffusion"]["mean"] > 0.0:
         assert row["relaxation_time"]["mean"] == pytest.approx(1.0 / row["rotational_diffusion"]["mean"])
-    # What the runs of one point have alone stands in a column of its own.
+    # A result that only the runs of one point have is in a separate column.
     assert row["bead_displacement_squared"]["mean"] is None and other["bead_displacement_squared"]["mean"] is not None
     assert other["rod_speed"]["mean"] == pytest.approx(numpy.mean(
         [drover_json(tmp_path, "info", archive)["results"]["rod_speed"]["mean"]

@@ -22,7 +22,7 @@ STARTS = {"stationary": {}, "random": {"initial.kind": "random", "initial.amplit
 
 
 def run(folder, output, *words, **changes):
-    """Runs the small scene with some keys changed and gives its archive."""
+    """Runs the small scene with some keys changed and returns its archive."""
     scene = write_scene(folder, changes, name=output + ".toml")
     drover(folder, "run", scene, "--quiet", *words)
     return folder / (output + ".h5")
@@ -81,8 +81,7 @@ def test_each_stepper_restarts_to_the_same_bytes(stepper, tmp_path):
     assert_same_bytes(whole, parts)
 
 
-# Rods and beads without noise: beads are driven apart by a wave of order, to half of their density and less, and come
-# back.
+# Rods and beads without noise: a wave of order drives beads apart, to half of their density and less, and they return.
 BEADS = {
     "fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 1.0,
     "inertia.bead_mass": 0.5,
@@ -163,7 +162,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_different_bytes(tmp
     first, again = run(tmp_path, "first"), run(tmp_path, "again")
     assert_same_bytes(first, again)
     a, other = contents(first), contents(run(tmp_path, "other", **{"run.seed": 8}))
-    # The number of rods is conserved, and times and axes are the scene's; all that fluctuates is another number.
+    # The number of rods is conserved, and times and axes are the scene's; all fluctuating values differ.
     for name in ("rod_density", "polar_order_x", "polar_order_y", "observables/polar_order",
                  "observables/rod_number_variance",
                  "observables/structure_factor_rods", "summary/polar_order_susceptibility"):
@@ -172,18 +171,18 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_different_bytes(tmp
         assert a[name] == other[name], name
 
 
-LONG = {"time.end": 4000.0, "output.frame_every": 50.0}  # some seconds: enough to be met half-way
+LONG = {"time.end": 4000.0, "output.frame_every": 50.0}  # some seconds: long enough for a signal half-way
 
 
 def stopped(folder, name, sent):
-    """Starts a long run, sends it a signal as soon as it has three frames, and gives its status and log."""
+    """Starts a long run, sends it a signal as soon as it has three frames, and returns its status and log."""
     process = start(folder, "run", write_scene(folder, LONG, name=name + ".toml"))
     archive = folder / (name + ".h5")
 
     def has_three_frames():
         try:
             return frame_count(archive) >= 3
-        except (OSError, KeyError):  # not there yet, or just being written
+        except (OSError, KeyError):  # not written yet, or in the middle of a write
             return False
 
     try:

@@ -1,6 +1,6 @@
-"""tests/app/test_scenes.py: every scene of fields of models/ runs, shows what it says, and explain tells what it costs.
+"""tests/app/test_scenes.py: every scene of fields of models/ runs, shows its physics, and has a cost in explain.
 
-Grids and times are shortened by --set so that all of them take half a minute.
+--set reduces grids and times so that all scenes together take half a minute.
 """
 import math
 import re
@@ -13,7 +13,7 @@ from support import MODELS, drover, drover_json, scenes, settings
 
 SCENES = scenes("fields")  # those of particles are in test_particle_scenes.py
 
-# What is shortened, for scenes whose physics is asserted below or that merely have to run.
+# Shortened settings of scenes, some tested for their physics and some only for running.
 SHORT = {
     "isotropic": ["grid.nx=64", "grid.ny=64", "grid.lx=64", "grid.ly=64", "time.end=100"],
     "isotropic-beads": ["time.end=300"],
@@ -33,7 +33,7 @@ SHORT = {
 
 
 class Ran:
-    """A run: its fields and series by name, and what it printed."""
+    """A run: its fields and series by name, and its output."""
 
     def __init__(self, folder, scene, more=()):
         name = scene + ".h5"
@@ -92,14 +92,14 @@ def test_a_scene_runs_and_conserves_its_totals(scene, ran):
             assert np.abs(total / total[0] - 1.0).max() < 1e-13, name
 
 
-# --- what each shows
+# --- the physics of each scene
 
 def test_fluctuations_of_rods_among_beads_are_those_of_linear_theory(ran):
     run = ran("isotropic-beads")
     for name in ("structure_factor_rods", "structure_factor_order_across"):
         measured, linear = run["summary/" + name], run["summary/" + name + "_linear"]
-        # 300 s hold some 60 independent samples of 8 to 60 modes a shell: 3 per cent; the nonlinear terms are worth as
-        # much.
+        # 300 s contain about 60 independent samples of 8 to 60 modes per shell: 3 per cent; the nonlinear terms
+        # contribute as much.
         assert np.abs(measured[5:] / linear[5:] - 1.0).mean() < 0.06, name
 
 
@@ -109,26 +109,26 @@ def test_fields_on_a_table_have_the_drag_that_was_measured(ran):
         dense = list(table["calibration/bead_area_fraction"]).index(0.6)
         drag, response, error = (table[f"calibration/{name}"][dense, -1]
                                  for name in ("drag", "response_time", "response_time_error"))
-    assert max(response, error) < 0.2  # s: far below the second in which the order of this run changes
+    assert max(response, error) < 0.2  # s: far below the time of 1 s in which the order of this run changes
     p, v = (run.series(f"{name}_mean_x") for name in ("polar_order", "bead_velocity"))
     assert np.polyfit(p[50:], v[50:], 1)[0] == pytest.approx(drag, rel=0.05)
 
 
 def test_a_flock_carries_its_beads(ran):
     run = ran("flock")
-    p0 = math.sqrt(0.2 / 0.4)  # mean field; the noise takes some per cent of it
+    p0 = math.sqrt(0.2 / 0.4)  # mean field; noise reduces it by some per cent
     assert 0.9 * p0 < run.mean("polar_order") < p0
     assert run.mean("bead_velocity_order") > 0.98
     late = len(run.series("polar_order")) // 2
-    # v = alpha p/Gamma, 1 mm/s at full order, but for what its inertia holds back, Gamma/(m rho) = 20 /s against rates
-    # below 1 /s.
+    # v = alpha p/Gamma, 1 mm/s at full order; the delay by inertia is small: Gamma/(m rho) = 20 /s against rates below
+    # 1 /s.
     assert run.series("bead_velocity_mean_x")[late:] == pytest.approx(run.series("polar_order_mean_x")[late:], rel=0.02)
 
 
 def test_rods_have_giant_number_fluctuations(ran):
     run = ran("number-fluctuations")
     deviation, number = run["summary/rod_number_deviation"], run["summary/rod_number"]
-    assert np.isfinite(run["summary/rod_number_deviation_error"]).all()  # no error is refused, even of this short run
+    assert np.isfinite(run["summary/rod_number_deviation_error"]).all()  # even this short run has every error
     ratio = deviation / np.sqrt(number)
     assert ratio.max() > 1.5 and ratio.argmax() >= len(ratio) - 3  # free rods: 1
     exponents, errors = run["summary/rod_number_exponent"][:-1], run["summary/rod_number_exponent_error"][:-1]
@@ -139,11 +139,10 @@ def test_a_band_moves_as_its_formula_predicts(ran):
     run = ran("band")
     time, density = run["time"], run["rod_density"]
     speed, side = 2.0 / math.sqrt(3.0), 128.0
-    first = np.fft.fft(density.mean(1), axis=1)[:, 1]  # the longest wave: its phase is the place of the band
+    first = np.fft.fft(density.mean(1), axis=1)[:, 1]  # the longest wave: its phase is the position of the band
     moved = -np.unwrap(np.angle(first)) * side / (2.0 * math.pi)
     measured = (moved[-1] - moved[1]) / (time[-1] - time[1])
-    # At dt = 0.1 s the error of a step moves it by 1e-5 of its speed; the fronts feel each other by exp(-48 p_l/2) =
-    # 1e-6.
+    # At dt = 0.1 s the error of a step changes its speed by 1e-5; the fronts interact by exp(-48 p_l/2) = 1e-6.
     assert measured == pytest.approx(speed, rel=3e-5)
     waves = 2j * math.pi * np.fft.fftfreq(density.shape[2], side / density.shape[2])
     shifted = np.fft.ifft(np.fft.fft(density[0].mean(0)) * np.exp(-waves * speed * time[-1])).real
@@ -151,7 +150,7 @@ def test_a_band_moves_as_its_formula_predicts(ran):
     assert np.abs(density[-1].mean(0) - shifted).max() < 2e-4
     assert density[-1].min() == pytest.approx(5.0 / 6.0, abs=1e-4)
     assert density[-1].max() == pytest.approx(4.0 / 3.0, abs=1e-4)
-    assert np.ptp(density[-1], axis=0).max() < 1e-12  # nothing happens along the fronts
+    assert np.ptp(density[-1], axis=0).max() < 1e-12  # uniform along the fronts
 
 
 def band_profile(x, side, gas, liquid, ahead, kappa_ahead, behind, kappa_behind):
@@ -194,27 +193,25 @@ def assert_band_is_that_of_the_formula(found, tolerance):
 
 
 def test_a_band_keeps_the_speed_the_densities_and_the_fronts_of_its_formula(ran):
-    # At dt = 0.1 s the error of etdrk2 makes the front ahead wider by 3 parts in 10^4, and by four times as much at 0.2
-    # s; all else is
-    # right to 1 in 10^4.
+    # At dt = 0.1 s the error of etdrk2 widens the front ahead by 3 parts in 10^4, at 0.2 s by four times as much; all
+    # other values are correct to 1 in 10^4.
     assert_band_is_that_of_the_formula(measured_band(ran("band"), 128.0, 0), 1e-3)
 
 
 def test_a_band_relaxes_to_the_speed_densities_and_fronts_of_its_formula(tmp_path):
-    # Both fronts steeper than they should be, by 1.4 and 2.8 times, and order and density too low in the band and its
-    # gas too dense,
-    # the totals being those of 80 mm of liquid in 192 mm; what is left over spreads between the fronts for some hundred
-    # seconds.
+    # Both fronts start too steep, by factors of 1.4 and 2.8; order and density of the band start too low and its gas
+    # too dense.  The totals are those of 80 mm of liquid in 192 mm; the excess spreads between the fronts for some
+    # hundred seconds.
     height = "0.9 * (1 / (1 + exp(0.8 * (x - 112))) + 1 / (1 + exp(-0.8 * (x - 32))) - 1)"
     excess = 0.5 * 80.0 / 192.0 * 0.1
     run = Ran(tmp_path, "band",
               ["grid.nx=384", "grid.ny=4", "grid.lx=192", "time.dt=0.2", 'time.stepper="etdrk4"', "time.end=2000",
-                                 "output.frame_every=50", f'initial.rod_density="5/6 + {excess} + 0.5 * {height}"',
-                                 f'initial.polar_order_x="1 / sqrt(3) * {height}"'])
+               "output.frame_every=50", f'initial.rod_density="5/6 + {excess} + 0.5 * {height}"',
+               f'initial.polar_order_x="1 / sqrt(3) * {height}"'])
     start = run["rod_density"][0]
     assert start.max() < 1.31 and start.min() > 0.85
-    # One front feels the other by exp(-80 p_l/2) = 1e-10; of what the start was wrong by, 2e-2 after 100 s, 3e-7 is
-    # left after 2000 s.
+    # The fronts interact by exp(-80 p_l/2) = 1e-10; the initial deviation decays from 2e-2 after 100 s to 3e-7 after
+    # 2000 s.
     assert_band_is_that_of_the_formula(measured_band(run, 192.0, 30), 1e-5)
 
 
@@ -222,7 +219,7 @@ def test_a_uniform_flock_near_its_threshold_breaks_into_bands(ran):
     run = ran("banding")
     spread = run.series("max_rod_density") - run.series("min_rod_density")
     assert spread[5:20].max() < 0.05
-    # The plateaus are those of the endless band, but for what is left of running together.
+    # The plateaus are those of the infinite band, except for what remains of the merging of bands.
     assert run.series("min_rod_density")[-1] == pytest.approx(5.0 / 6.0, abs=0.01)
     assert run.series("max_rod_density")[-1] == pytest.approx(4.0 / 3.0, abs=0.02)
     # Bands lie across the order: the density varies along x, not along y.
@@ -235,9 +232,8 @@ def test_walls_across_a_flock_are_stationary(ran):
     x = np.arange(512) / 16.0
     wall = np.tanh(x - 8.0) - np.tanh(x - 24.0) - 1.0
     for name in ("polar_order_y", "bead_velocity_y"):
-        # The formula lacks the tail of the next image, 2 exp(-16) = 2.3e-7 half-way between two walls, which the run
-        # adds; the
-        # modes beyond the cut hold 5e-9, and the walls attract each other by exp(-32).
+        # The formula lacks the tail of the next image, which the run contains: 2 exp(-16) = 2.3e-7 half-way between two
+        # walls.  The modes beyond the cut contain 5e-9, and the walls attract each other by exp(-32).
         assert np.abs(run[name][-1] - wall).max() < 3e-7
     for name in ("rod_density", "bead_density"):
         assert np.abs(run[name] - 1.0).max() < 1e-13
@@ -290,15 +286,15 @@ def test_beads_spread_into_a_vacuum_as_the_barenblatt_solution(tmp_path, ran):
     middle, _ = error_of_barenblatt(ran("barenblatt"))
     fine, undershoot = error_of_barenblatt(Ran(tmp_path, "barenblatt", ["grid.nx=256", "grid.ny=256"]))
     assert fine < 2e-3 and undershoot < 5e-3
-    assert math.log2(coarse / fine) / 2.0 > 1.5 and math.log2(middle / fine) > 1.5  # second order but for the edge
+    assert math.log2(coarse / fine) / 2.0 > 1.5 and math.log2(middle / fine) > 1.5  # second order except at the edge
 
 
 def test_order_grows_after_a_quench(ran):
     run = ran("quench")
     assert run.series("structure_factor_order_across").shape[0] == 101
     largest = run.series("polar_order_largest")
-    # To p0 = sqrt(0.4) and, where the densities are other than the mean, no further, for constant coefficients; waves
-    # overshoot a little.
+    # Order grows to p0 = sqrt(0.4), also where the densities differ from the mean, since coefficients are constant;
+    # waves overshoot slightly.
     assert largest[0] < 0.06 and math.sqrt(0.4) * 0.95 < largest[-1] < math.sqrt(0.4) * 1.2
     order = run.series("polar_order")
     assert order[-1] > 10.0 * order[0]
