@@ -385,10 +385,14 @@ std::vector<CoefficientValue> coefficient_values(const Model& model, const Coeff
 }
 
 std::string coefficient_documentation(const CoefficientRegistry& registry) {
+    const auto escaped = [](std::string words) {
+        for (std::size_t at = 0; (at = words.find('|', at)) != std::string::npos; at += 2) words.insert(at, 1, '\\');
+        return words;
+    };
     std::string result = "| symbol | key | unit | meaning |\n|---|---|---|---|\n";
     for (const CoefficientRow& row : registry)
-        result +=
-            text("| {} | `{}`{} | {} | {} |\n", row.symbol, row.key(), row.varies() ? " *" : "", row.unit, row.doc);
+        result += text("| {} | `{}`{} | {} | {} |\n", row.symbol, row.key(), row.varies() ? " *" : "", row.unit,
+                       escaped(row.doc));
     return result;
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <mutex>
 
 #include "drover/numerics/transform.hpp"
@@ -21,6 +20,14 @@ using numerics::Wavevector;
 constexpr std::size_t points_in_cache = 256;  // of some twenty arrays: the first-level cache
 
 Complex times_i(Complex a) { return {-a.imag(), a.real()}; }
+
+/// Whether an input is the bead velocity or a derivative of it.
+bool is_of_velocity(int input) {
+    if (input >= Input::velocity_grad_div) return input < Input::order_grad_div;
+    if (input >= Input::velocity_curl) return input == Input::velocity_curl || input == Input::velocity_divergence;
+    const int field = input % FieldIndex::count;
+    return field == FieldIndex::bead_velocity_x || field == FieldIndex::bead_velocity_y;
+}
 }  // namespace
 
 struct RightHandSide::Work {
@@ -64,7 +71,6 @@ struct RightHandSide::Work {
     std::vector<Complex*> targets(Spectra& rate);
     std::vector<const Complex*> sources_of_inputs(const Spectra& state) const;
     void note_extremes(const numerics::Strip& strip);
-    void check_densities() const;
 
     bool is_slaved() const { return e.form.velocity == Velocity::slaved; }
     double inverse_moved() const { return 1.0 / (e.model.inertia.bead_mass * ref.bead_density); }
@@ -116,15 +122,8 @@ RightHandSide::Work::Work(const Equations& equations, const numerics::System& li
     }
     if (e.form.velocity != Velocity::absent)
         for (const double q : wavenumbers.q) velocity_rows.push_back(velocity_row(e, ref, q));
-    constexpr std::array velocity_inputs{Input::bead_velocity_x, Input::velocity_curl, Input::velocity_divergence};
-    for (const Input::Value input : velocity_inputs)
-        reads_velocity_field = reads_velocity_field || arrays.of(input) >= 0;
-    for (int i : {0, 1}) {
-        const int field = FieldIndex::bead_velocity_x + i;
-        for (const int input :
-             {Input::d_x + field, Input::d_y + field, Input::laplacian + field, Input::velocity_grad_div + i})
-            reads_velocity_field = reads_velocity_field || arrays.in[static_cast<std::size_t>(input)] >= 0;
-    }
+    for (int input = 0; input < Input::x; ++input)
+        if (arrays.in[static_cast<std::size_t>(input)] >= 0 && is_of_velocity(input)) reads_velocity_field = true;
     derived.fill(-1);
     for (int input = Input::d_x; input < Input::x; ++input)
         if (arrays.in[static_cast<std::size_t>(input)] >= 0) derived[static_cast<std::size_t>(input)] = outputs_begin++;
@@ -231,21 +230,13 @@ std::vector<const Complex*> RightHandSide::Work::sources_of_inputs(const Spectra
 }
 
 void RightHandSide::Work::note_extremes(const numerics::Strip& strip) {
-    const auto range = [&](int at) {
-        double least = std::numeric_limits<double>::infinity(), most = -least;
-        if (at < 0) return std::pair{least, most};
-        const double* values = strip.in[static_cast<std::size_t>(at)];
-        for (std::size_t i = 0; i < strip.size; ++i) {
-            least = values[i] < least ? values[i] : least;
-            most = values[i] > most ? values[i] : most;
-        }
-        return std::pair{least, most};
+    const auto values = [&](Input::Value input) {
+        const int at = arrays.of(input);
+        return at < 0 ? nullptr : strip.in[static_cast<std::size_t>(at)];
     };
-    const auto [min_bead, max_bead] = range(arrays.of(Input::bead_density));
-    const auto [min_rod, max_rod] = range(arrays.of(Input::rod_density));
+    const Extremes found = extremes_of(values(Input::bead_density), values(Input::rod_density), strip.size);
     const std::lock_guard lock(mutex);
-    extremes = {std::min(extremes.min_bead, min_bead), std::max(extremes.max_bead, max_bead),
-                std::min(extremes.min_rod, min_rod), std::max(extremes.max_rod, max_rod)};
+    extremes = joined(extremes, found);
 }
 
 /// Every active term on the points of a strip, a few at a time: all it needs is then in the first-level cache.
@@ -434,42 +425,6 @@ void RightHandSide::Work::add_linear_remainder(const Spectra& state, Spectra& ra
     });
 }
 
-/// Stops a run that cannot continue.  NaN is left to the health check, which locates it.
-void RightHandSide::Work::check_densities() const {
-    if (arrays.linear_force >= 0 && extremes.min_bead <= 0.0)
-        fail_run(
-            "the bead density reached {:.4g} mm-2 on the grid, and the inertia of beads divides by it; a vacuum needs "
-            "fields.bead_velocity = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less "
-            "noise",
-            extremes.min_bead);
-    if (pointwise_velocity && arrays.of(Input::bead_velocity_x) >= 0 && !e.drag.table()) {
-        for (const double beads : {extremes.min_bead, extremes.max_bead})
-            for (const double rods : {extremes.min_rod, extremes.max_rod})
-                if (std::isfinite(beads) && std::isfinite(rods) && e.drag.at(beads, rods).value <= 0.0)
-                    fail_run(
-                        "drag.coefficient is {:.4g} where the bead density is {:.4g} and the rod density {:.4g}; "
-                        "expected > 0: "
-                        "a slaved velocity divides by it",
-                        e.drag.at(beads, rods).value, beads, rods);
-    }
-    for (const auto& [name, c] : named(e)) {
-        if (!c->table()) continue;
-        // No term of this right-hand side reads the coefficient: its densities are not on the grid.
-        if ((c->depends_on_beads() && !std::isfinite(extremes.min_bead)) ||
-            (c->depends_on_rods() && !std::isfinite(extremes.min_rod)))
-            continue;
-        const auto finite = [](double value) { return std::isfinite(value) ? value : 0.0; };
-        for (const auto& [beads, rods] :
-             {std::pair{extremes.min_bead, extremes.min_rod}, std::pair{extremes.max_bead, extremes.max_rod}})
-            if (std::isnan(c->at(finite(beads), finite(rods)).value))
-                fail_run(
-                    "the densities reached {:.4g} (beads) and {:.4g} (rods) mm-2, outside the table of {}: {}; give a "
-                    "wider table, or "
-                    "table.outside = \"hold\"",
-                    beads, rods, name, c->table()->range_text());
-    }
-}
-
 /// The linear velocity to the grid and, where it is not the whole, the balance of forces at every point.
 numerics::Fields RightHandSide::Work::bead_velocity(double t, const Spectra& state, const numerics::Transform& to) {
     numerics::Fields result(grid, 2);
@@ -511,13 +466,14 @@ RightHandSide::~RightHandSide() = default;
 
 void RightHandSide::operator()(double t, const Spectra& state, Spectra& rate) {
     Work& w = *work_;
-    constexpr double infinite = std::numeric_limits<double>::infinity();
-    w.extremes = {infinite, -infinite, infinite, -infinite};
+    w.extremes = {};
     w.prepare(t, state);
     if (w.arrays.forward > 0) {
         w.transform.products(w.sources_of_inputs(state), w.targets(rate),
                              [&](const numerics::Strip& strip) { w.at_points(t, strip); });
-        w.check_densities();
+        check_extremes(w.e, w.extremes,
+                       {.by_bead_density = w.arrays.linear_force >= 0,
+                        .by_drag = w.pointwise_velocity && w.arrays.of(Input::bead_velocity_x) >= 0});
     }
     w.assemble(t, state, rate);
 }
@@ -526,28 +482,6 @@ Extremes RightHandSide::extremes() const { return work_->extremes; }
 
 numerics::Fields RightHandSide::bead_velocity(double t, const Spectra& state, const numerics::Transform& transform) {
     return work_->bead_velocity(t, state, transform);
-}
-
-TransformCount transform_count(const Equations& equations) {
-    const Arrays arrays = arrays_of(equations);
-    return {.inverse = arrays.forward > 0 ? arrays.inverse : 0, .forward = arrays.forward};
-}
-
-bool is_nonlinear(const Equations& equations) {
-    return arrays_of(equations).forward > 0 ||
-           std::any_of(equations.active.begin(), equations.active.end(), [](const Term& term) {
-               return term.source || (term.linear_part == LinearPart::averaged && !term.whole);
-           });
-}
-
-double right_hand_side_bytes(const Equations& equations, const numerics::Grid& grid, int degree) {
-    if (!is_nonlinear(equations)) return 0.0;
-    const Arrays arrays = arrays_of(equations);
-    int derived = 0;
-    for (int input = Input::d_x; input < Input::x; ++input)
-        if (arrays.in[static_cast<std::size_t>(input)] >= 0) ++derived;
-    const double spectra = static_cast<double>(numerics::modes(grid)) * sizeof(Complex);
-    return spectra * (2.0 + derived + arrays.forward + 2.0 * (arrays.inverse + arrays.forward) / (degree + 1));
 }
 
 numerics::Fields slaved_velocity(const Equations& equations, const numerics::System& linear, double t,

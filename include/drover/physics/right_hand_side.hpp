@@ -4,19 +4,11 @@
 
 #include "drover/base/threads.hpp"
 #include "drover/numerics/transform.hpp"
+#include "drover/physics/density_extremes.hpp"
+#include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/linear_theory.hpp"
 
 namespace drover::physics {
-
-/// Smallest and largest densities on the grid; infinite where the form has no such field or nothing read it.
-struct Extremes {
-    double min_bead, max_bead, min_rod, max_rod;
-};
-
-/// What one evaluation costs.
-struct TransformCount {
-    int inverse = 0, forward = 0;  ///< of real fields: to the grid, and from it
-};
 
 /// N(t, a): the right-hand side of the equations less its linear part about a reference.
 class RightHandSide {
@@ -41,15 +33,6 @@ private:
     struct Work;
     std::unique_ptr<Work> work_;
 };
-
-/// Transforms of one evaluation; none when every active term is linear.
-TransformCount transform_count(const Equations& equations);
-
-/// Whether N has any part at all.
-bool is_nonlinear(const Equations& equations);
-
-/// Memory that a RightHandSide will hold [bytes].
-double right_hand_side_bytes(const Equations& equations, const numerics::Grid& grid, int degree);
 
 /// The velocity of the beads of a slaved form on the grid, two components, in balance with the forces at every point.
 /// `linear`: the linear part about the scene's uniform densities.
