@@ -120,8 +120,8 @@ void check_numbers(const Model& model, const Coefficients& c, const LocationOf& 
     bool moved = model.fields.bead_velocity != "absent" || model.diffusion.beads != 0.0 || model.noise.beads != 0.0;
     for (const TextTerm& term : model.text_terms) moved = moved || term.of == "bead_density";
     require(!model.fields.bead_density || moved, location_of("fields.bead_density"),
-            "fields.bead_density = true with fields.bead_velocity = \"absent\": nothing moves the beads; expected a "
-            "velocity, or no bead density");
+            "fields.bead_density = true with fields.bead_velocity = \"absent\": nothing moves the beads; give a velocity, "
+            "or leave out the bead density");
     try {
         require_values(c, model.uniform.bead_density, model.uniform.rod_density);
     } catch (const Error& error) {

@@ -79,7 +79,7 @@ MODELS = {
         "[table]\nbead_density = [0.5, 2]\nrelaxation_rate = [1, 2]\n", ["bad.toml", "bead density", "give the field"]),
     "a table without the uniform state": (
         "[uniform]\nrod_density = 3\n[table]\nrod_density = [0.5, 2]\nrelaxation_rate = [1, 2]\n",
-        ["bad.toml:2:1", "relaxation.rate", "outside its table", 'table.outside = "hold"']),
+        ["bad.toml:2:1", "relaxation.rate", "beyond its table", 'table.outside = "hold"']),
     "a tolerance with noise": ("[noise]\norder = 1\n[time]\ntolerance = 1e-3\n",
                                ["bad.toml:4:1", "time.tolerance = 0.001 with noise", "set it or the noise to 0"]),
     "a tolerance with noise on beads": (BEADS + "[noise]\nbeads = 1\n[time]\ntolerance = 1e-3\n",

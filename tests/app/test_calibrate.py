@@ -318,7 +318,7 @@ def test_a_second_calibration_in_one_folder_is_rejected_and_the_first_continues(
         file = tmp_path / "tiny.calibration" / "damping-bead-0.3.trials"
         wait_until(lambda: file.exists() and file.stat().st_size >= 16, "the head of its file",
                    process=process)  # the trial itself takes a minute
-        rejected(tmp_path, ["calibrate", scene], ["another drover calibrate is at work"])
+        rejected(tmp_path, ["calibrate", scene], ["another drover calibrate is using it"])
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=10)  # the trial exceeds the grace period and is killed
     finally:
