@@ -1,4 +1,4 @@
-// physics/right_hand_side.hpp: all of a model that its exact linear part leaves over, as the N of a System.
+// physics/right_hand_side.hpp: the explicit right-hand side N of a System: the model minus its exact linear part.
 #pragma once
 #include <memory>
 
@@ -8,17 +8,17 @@
 
 namespace drover::physics {
 
-/// Smallest and largest densities on the grid; infinite where the form has no such field or nothing read it.
+/// Smallest and largest densities on the grid; infinite if the field is absent or was not evaluated.
 struct Extremes {
     double min_bead, max_bead, min_rod, max_rod;
 };
 
-/// What one evaluation costs.
+/// Transforms of real fields in one evaluation.
 struct TransformCount {
-    int inverse = 0, forward = 0;  ///< of real fields: to the grid, and from it
+    int inverse = 0, forward = 0;  ///< to the grid and from the grid
 };
 
-/// N(t, a): the right-hand side of the equations less its linear part about a reference.
+/// N(t, a): the right-hand side of the equations minus its linear part about a reference.
 class RightHandSide {
 public:
     /// `linear`: the linear part about the same reference, on its grid.
@@ -26,15 +26,14 @@ public:
                   Threads& threads);
     ~RightHandSide();
 
-    /// Writes the kept modes of `rate`; the others must be zero already.  Throws a run Error where the beads of a
-    /// dynamic velocity leave a vacuum, which their inertia divides by, or a density leaves a coefficient's table.
+    /// Writes the kept modes of `rate`; the others must already be zero.  Throws a run Error if a dynamic velocity
+    /// meets a vanishing bead density (the equations divide by m rho), or if a density leaves a coefficient table.
     void operator()(double t, const numerics::Spectra& state, numerics::Spectra& rate);
 
-    /// Of the last evaluation.
+    /// Extremes of the last evaluation.
     Extremes extremes() const;
 
-    /// Of a slaved form: the velocity of the beads on the grid, two components, in balance with the forces at each
-    /// point.
+    /// Slaved forms only: the bead velocity on the grid, two components, from the force balance at each point.
     numerics::Fields bead_velocity(double t, const numerics::Spectra& state, const numerics::Transform& transform);
 
 private:
@@ -45,13 +44,13 @@ private:
 /// Transforms of one evaluation; none when every active term is linear.
 TransformCount transform_count(const Equations& equations);
 
-/// Whether N has any part at all.
+/// Whether N is nonzero.
 bool is_nonlinear(const Equations& equations);
 
-/// Memory that a RightHandSide will hold [bytes].
+/// Memory used by a RightHandSide [bytes].
 double right_hand_side_bytes(const Equations& equations, const numerics::Grid& grid, int degree);
 
-/// The velocity of the beads of a slaved form on the grid, two components, in balance with the forces at every point.
+/// The bead velocity of a slaved form on the grid, two components, from the force balance at each point.
 /// `linear`: the linear part about the scene's uniform densities.
 numerics::Fields slaved_velocity(const Equations& equations, const numerics::System& linear, double t,
                                  const numerics::Spectra& state, const numerics::Transform& transform);
