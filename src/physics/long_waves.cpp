@@ -55,8 +55,7 @@ struct Slow {
     std::string undefined;
 };
 
-constexpr const char* at_threshold =
-    "at the threshold: a fast mode is as slow as the conserved ones, and s is not a series in q";
+constexpr const char* at_threshold = "at the threshold a fast mode becomes slow, and s is not a power series in q";
 
 /// Turns of the whole state and, where nothing holds beads back, pushes of all of them: uniform changes of v and p
 /// that stay.  Rows of the block of v and p: as many as it has.
@@ -106,7 +105,8 @@ Slow slow_at_rest(const Equations& e, const StationaryState& about, const Compac
     for (Eigen::Index d = 0; d < densities; ++d) {
         const Eigen::VectorXd push = constant.block(densities, d, rest, 1);
         if ((left * push).cwiseAbs().sum() > 1e-9 * (left.cwiseAbs() * push.cwiseAbs()).sum())
-            return {.undefined = "a change of density pushes all beads without end: s is not a series in q"};
+            return {.undefined =
+                        "a change of density accelerates all beads without limit, and s is not a power series in q"};
         Eigen::VectorXd answer = -inverse * push;
         answer -= changes * (left * mass * answer);
         result.right(d, d) = result.left(d, d) = 1.0;

@@ -53,7 +53,7 @@ Limit limit_of(const std::string& name) {
         if (name == known) return which;
         names.emplace_back(known);
     }
-    fail_input({}, "no line is called \"{}\"; expected one of {}", name, joined(names));
+    fail_input({}, "unknown stability boundary \"{}\"; expected one of {}", name, joined(names));
 }
 
 namespace {

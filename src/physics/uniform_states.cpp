@@ -82,8 +82,7 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
                         : (less ? "weakly against the field" : "against the field"),
                 p * field / size, false);
         }
-        if (result.states.empty())
-            result.no_order = "nothing holds the order against the field: a - lambda alpha/Gamma and b are 0";
+        if (result.states.empty()) result.no_order = "no term balances the field: a - lambda alpha/Gamma and b are 0";
         return result;
     }
     add("isotropic", Eigen::Vector2d::Zero(), false);
@@ -93,7 +92,8 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
             text("a - lambda alpha/Gamma = {:.6g} /s < 0, but relaxation.saturation is 0: order grows without bound",
                  a);
     else if (b < 0.0) result.no_order = text("relaxation.saturation is {:.6g} < 0: order grows without bound", b);
-    else if (a == 0.0 && b == 0.0) result.no_order = "a - lambda alpha/Gamma and b are 0: every order stays as it is";
+    else if (a == 0.0 && b == 0.0)
+        result.no_order = "a - lambda alpha/Gamma and b are 0: every value of the order is stationary";
     else result.no_order = text("a - lambda alpha/Gamma = {:.6g} /s is not below 0", a);
     return result;
 }
@@ -109,20 +109,19 @@ StationaryStates without_drag(const Equations& e, const Values& c, const Uniform
             return with_field(field, c.b.value, c.a.value, rest,
                               [](const Eigen::Vector2d&) { return Eigen::Vector2d(0.0, 0.0); });
         return {.states = {},
-                .no_order = "drag.coefficient is 0 and a force acts on the beads: they gain speed for ever"};
+                .no_order = "drag.coefficient is 0 and a force acts on the beads: they accelerate without limit"};
     }
     const Eigen::Vector2d order = -force / alpha;
     const Eigen::Vector2d turning = (c.a.value + c.b.value * order.squaredNorm()) * order - field;  // lambda v
     if (lambda == 0.0 && turning.norm() > 0.0)
         return {.states = {},
                 .no_order =
-                    "drag.coefficient is 0: driven beads gain speed for ever, and weathercock.strength = 0 lets none "
-                    "of it back"};
+                    "drag.coefficient is 0 and weathercock.strength is 0: driven beads accelerate without limit"};
     StationaryStates result;
     result.states.push_back({.name = order.norm() == 0.0 ? "isotropic" : "ordered", .point = rest});
     result.states.back().point.order = order;
     if (lambda != 0.0) result.states.back().point.velocity = turning / lambda;
-    if (order.norm() == 0.0) result.no_order = "drag.coefficient is 0: beads driven by order gain speed for ever";
+    if (order.norm() == 0.0) result.no_order = "drag.coefficient is 0: driven beads accelerate without limit";
     return result;
 }
 }  // namespace
