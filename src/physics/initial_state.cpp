@@ -100,10 +100,11 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
 namespace {
 void check_stationary(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
                       const LocationOf& place) {
-    require(model.noise.order > 0.0, place("initial.kind"),
-            "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: set noise.order > 0, "
-            "or choose another initial.kind",
-            model.noise.order);
+    require(
+        model.noise.order > 0.0, place("initial.kind"),
+        "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order > 0, "
+        "or choose another initial.kind",
+        model.noise.order);
     const FastestGrowth growth = fastest_growth(linear_system(model, grid, dealiasing));
     require(growth.rate < 0.0, place("initial.kind"),
             "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| "
@@ -117,7 +118,7 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
     if (initial.kind == "stationary") check_stationary(model, grid, dealiasing, place);
     if (initial.kind == "file")
         require(!initial.file.empty(), place("initial.kind"),
-                "initial.kind = \"file\" without initial.file; set initial.file to an archive");
+                "initial.kind = \"file\" without initial.file; name the archive");
     std::vector<std::string> names;
     for (const Component& component : component_names(form(model))) names.push_back(component.name);
     for (const char* component :

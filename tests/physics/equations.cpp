@@ -246,7 +246,7 @@ double difference(const Model& model, Threads& threads) {
     return wrong / largest;
 }
 
-TEST(WholeEquations, are_what_the_solver_takes_in_every_form) {
+TEST(RightHandSide, matches_the_written_equations_in_every_form) {
     Threads threads(1);
     for (const NamedModel& form : all_forms()) {
         // What a division by the densities leaves beyond the cut, and rounding of derivatives: some 1e-13.

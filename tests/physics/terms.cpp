@@ -151,7 +151,7 @@ TEST(Terms, the_linear_part_about_the_reference_leaves_no_linear_remainder_there
     }
 }
 
-TEST(Terms, that_are_off_cost_no_transform) {
+TEST(Terms, that_are_inactive_cost_no_transform) {
     Model model = full_model();
     model.current.kind = "order";
     model.inertia.advection = false;

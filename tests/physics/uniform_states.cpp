@@ -34,7 +34,7 @@ double largest_rate(const Equations& e, const UniformPoint& point) {
     return largest;
 }
 
-TEST(StationaryStates, are_left_as_they_are_by_the_solver_in_every_form) {
+TEST(StationaryStates, are_unchanged_by_the_solver_in_every_form) {
     int ordered = 0;
     for (const NamedModel& form : all_forms())
         for (const bool field : {true, false}) {
@@ -74,7 +74,7 @@ TEST(StationaryStates, in_a_weak_field_are_three_and_in_a_strong_one_one) {
     }
 }
 
-TEST(StationaryStates, that_are_not_there_are_explained) {
+TEST(StationaryStates, that_do_not_exist_are_explained) {
     const auto why = [](const Model& model) { return stationary_states(Equations(model)).no_order; };
     Letters above = isotropic_letters();
     EXPECT_NE(why(flock_model(above)).find("is not below 0"), std::string::npos);
@@ -99,7 +99,7 @@ TEST(StationaryStates, of_beads_without_drag_balance_a_force_by_order) {
     EXPECT_LT(largest_rate(e, found.states[0].point), 1e-14);
 }
 
-TEST(StationaryStates, beyond_a_table_are_refused_with_its_range) {
+TEST(StationaryStates, outside_a_table_are_rejected_with_its_range) {
     Model model = flock_model({});
     model.table = {.bead_density = {1.0, 1.5},
                    .rod_density = {0.5, 1.0},
@@ -134,7 +134,7 @@ TEST(EffectiveCoefficients, are_the_combinations_of_the_closed_forms) {
     EXPECT_TRUE(std::isnan(found.neutral_wavenumber));
 }
 
-TEST(EffectiveCoefficients, of_beads_that_carry_nothing_ask_no_drag) {
+TEST(EffectiveCoefficients, without_coupling_to_the_beads_need_no_drag) {
     const Letters l{.gamma = 0.0, .alpha = 0.0};
     const EffectiveCoefficients found = effective_coefficients(Equations(flock_model(l)), l.rho, 0.9);
     EXPECT_EQ(found.relaxation, l.a);

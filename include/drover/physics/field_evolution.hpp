@@ -10,8 +10,8 @@
 namespace drover::physics {
 
 /// The reference state of the exact linear part: the bead density of the uniform state times sqrt(2)^rung.  The
-/// explicit remainder is stable if the reference is at most twice the smallest bead density for beads with inertia (drag
-/// rate Gamma/(m rho)), or at least half the largest bead density for slaved beads (diffusion rho E/Gamma).
+/// explicit remainder is stable if the reference is at most twice the smallest bead density for beads with inertia
+/// (drag rate Gamma/(m rho)), or at least half the largest bead density for slaved beads (diffusion rho E/Gamma).
 Reference reference_at(const UniformState& uniform, int rung);
 
 /// The rung for given densities on the grid.  A hysteresis of half a rung prevents switching back and forth.
