@@ -1,5 +1,5 @@
-// tests/physics/barenblatt.cpp: beads that spread into a vacuum: overdamped against Barenblatt's solution, with
-// inertia refused.
+// tests/physics/barenblatt.cpp: beads that spread into a vacuum: overdamped beads against Barenblatt's solution; beads
+// with inertia are rejected.
 #include <gtest/gtest.h>
 
 #include <cmath>

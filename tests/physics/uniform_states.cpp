@@ -1,5 +1,4 @@
-// tests/physics/uniform_states.cpp: stationary states are those that the solver leaves as they are; all of them are
-// found.
+// tests/physics/uniform_states.cpp: stationary states do not change under the solver, and all of them are found.
 #include "drover/physics/uniform_states.hpp"
 
 #include <gtest/gtest.h>
