@@ -10,7 +10,7 @@ namespace drover::physics {
 namespace {
 constexpr int largest_power = 6;
 
-/// "rho" or "sigma^2" into its power; false for anything else.
+/// Parses a power such as "rho" or "sigma^2"; false for anything else.
 bool read_power(const std::string& word, Monomial& into) {
     for (const auto& [name, power] : {std::pair{"rho", &into.beads}, std::pair{"sigma", &into.rods}}) {
         const std::string symbol = name;
@@ -41,17 +41,17 @@ Monomial read_monomial(const std::string& written, const SourceLocation& where) 
     std::istringstream words(written);
     Monomial result;
     std::string word;
-    require(static_cast<bool>(words >> word), where, "\"{}\" is no term of a polynomial; {}", written, expected);
+    require(static_cast<bool>(words >> word), where, "\"{}\" is not a polynomial term; {}", written, expected);
     char* end = nullptr;
     result.factor = std::strtod(word.c_str(), &end);
     require(*end == '\0' && std::isfinite(result.factor), where,
-            "\"{}\" is no term of a polynomial: \"{}\" is no number; {}", written, word, expected);
+            "\"{}\" is not a polynomial term: \"{}\" is not a number; {}", written, word, expected);
     while (words >> word)
-        require(read_power(word, result), where, "\"{}\" is no term of a polynomial: \"{}\" is not known; {}", written,
+        require(read_power(word, result), where, "\"{}\" is not a polynomial term: unknown factor \"{}\"; {}", written,
                 word, expected);
-    require(result.beads + result.rods >= 1, where, "\"{}\" has no power of a density in it; {}", written, expected);
+    require(result.beads + result.rods >= 1, where, "\"{}\" contains no power of a density; {}", written, expected);
     require(result.beads + result.rods <= largest_power, where,
-            "\"{}\" is of degree {}; expected at most {}: its products would leave few modes of the grid", written,
+            "\"{}\" has degree {}; expected at most {}: higher degrees leave too few dealiased modes", written,
             result.beads + result.rods, largest_power);
     return result;
 }

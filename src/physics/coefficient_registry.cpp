@@ -205,7 +205,7 @@ const CoefficientRow& coefficient_row(const std::string& key) {
     const CoefficientRegistry& rows = coefficient_registry();
     const auto found =
         std::find_if(rows.begin(), rows.end(), [&](const CoefficientRow& row) { return row.key() == key; });
-    require(found != rows.end(), {}, "{} is not a coefficient; expected a key of the registry", key);
+    require(found != rows.end(), {}, "unknown coefficient {}; expected a key of the registry", key);
     return *found;
 }
 
@@ -236,7 +236,7 @@ ModelKey monomials_key(const CoefficientRow& row) {
                             .unit = {},
                             .range = {},
                             .choices = {},
-                            .doc = "monomials in the densities that are added to it, such as \"-0.5 rho sigma^2\""},
+                            .doc = "monomials in the densities added to the coefficient, such as \"-0.5 rho sigma^2\""},
             .get = [row](const Model& model) -> Value { return row.monomials_in(model); },
             .set = [row](Model& model, const Value& value) { row.monomials(model) = std::get<Texts>(value); }};
 }
@@ -282,7 +282,7 @@ ModelKey nodes_key(const std::string& name, const std::string& unit, const Range
 }
 
 std::vector<ModelKey> table_keys(const CoefficientRegistry& registry) {
-    constexpr const char* values = "at each node, rod density fastest; replaces the number in its own section";
+    constexpr const char* values = "at each node, rod density fastest; replaces the coefficient in its section";
     constexpr const char* errors = "standard errors of these values, independent of each other; for drover boundary";
     std::vector<ModelKey> keys{nodes_key("bead_density", "1/mm^2", any_number,
                                          "nodes of the bead density rho, ascending; empty: no dependence on it",
@@ -301,7 +301,7 @@ std::vector<ModelKey> table_keys(const CoefficientRegistry& registry) {
                                          }));
     keys.push_back(word_key(
         "outside", [](Model& m) -> std::string& { return m.table.outside; }, {"refuse", "hold"},
-        "beyond the nodes: refuse: the run stops with an error; hold: the values at the edge"));
+        "densities beyond the nodes: refuse: stop with an error; hold: use the values at the edge"));
     return keys;
 }
 
@@ -322,33 +322,33 @@ void add_other_keys(const std::string& section, const CoefficientRegistry& regis
                                         .unit = {},
                                         .range = {},
                                         .choices = {},
-                                        .doc = "whether beads carry their own momentum: m rho v.grad v"},
+                                        .doc = "include momentum advection of the beads, m rho v.grad v"},
                         .get = [](const Model& m) -> Value { return m.inertia.advection; },
                         .set = [](Model& m, const Value& v) { m.inertia.advection = std::get<bool>(v); }});
     if (section == "weathercock")
         keys.push_back(word_key(
             "convention", [](Model& m) -> std::string& { return m.weathercock.convention; }, {"mean", "single-rod"},
-            "what strength is: mean: lambda of the equations; single-rod: lambda_s of one rod that turns as dn/dt = "
-            "lambda_s (1 - nn).v, which an assay of one rod in a transverse flow measures: lambda = lambda_s/2"));
+            "meaning of strength: mean: lambda of the equations; single-rod: lambda_s of one rod that turns as dn/dt = "
+            "lambda_s (1 - nn).v, as measured on one rod in a transverse flow: lambda = lambda_s/2"));
     if (section == "table")
         for (ModelKey& key : table_keys(registry)) keys.push_back(std::move(key));
 }
 }  // namespace
 
 std::vector<ModelSection> model_sections(const CoefficientRegistry& registry) {
-    std::vector<ModelSection> sections{{"fields", "The fields of the model; the polar order p is always one.", {}},
+    std::vector<ModelSection> sections{{"fields", "The fields of the model; the polar order p is always present.", {}},
                                        {"uniform", "The mean densities.", {}},
-                                       {"current", "Motion of rods along their order.", {}},
+                                       {"current", "Self-propulsion of rods along the order.", {}},
                                        {"inertia", "Inertia of the beads.", {}},
                                        {"drag", "Friction of the beads with the plate.", {}},
                                        {"viscosity", "Viscosity of the beads.", {}},
-                                       {"driving", "Rods driving beads.", {}},
+                                       {"driving", "Driving of the beads by the rods.", {}},
                                        {"stiffness", "Pressure on the beads: forces along gradients of density.", {}},
                                        {"relaxation", "Relaxation and saturation of the order.", {}},
                                        {"elasticity", "Elasticity of the order.", {}},
-                                       {"weathercock", "Beads turning rods.", {}},
-                                       {"advection", "Order carried by itself.", {}},
-                                       {"pressure", "Rods turning away from crowded places.", {}},
+                                       {"weathercock", "Alignment of rods with the bead flow.", {}},
+                                       {"advection", "Self-advection of the order.", {}},
+                                       {"pressure", "Reorientation of rods away from high densities.", {}},
                                        {"diffusion", "Diffusion of the densities.", {}},
                                        {"noise", "Strengths of the noise.", {}},
                                        {"force", "A body force on the beads.", {}},

@@ -18,10 +18,10 @@ void check_axis(const std::string& name, const std::vector<double>& axis) {
     require(!axis.empty(), {}, "table.{} is empty; expected at least one density", name);
     for (std::size_t i = 0; i < axis.size(); ++i)
         require(std::isfinite(axis[i]) && (i == 0 || axis[i] > axis[i - 1]), {},
-                "table.{}: number {} is {}; expected finite densities that ascend", name, i + 1, axis[i]);
+                "table.{}: number {} is {}; expected finite, ascending densities", name, i + 1, axis[i]);
 }
 
-/// Slopes at the nodes of the smooth curve through them.
+/// Derivatives at the nodes of the natural cubic spline through them.
 std::vector<double> node_slopes(const std::vector<double>& x, const std::vector<double>& y) {
     if (x.size() == 1) return {0.0};
     const gsl_interp_type* kind = x.size() == 2 ? gsl_interp_linear : gsl_interp_cspline;
@@ -33,7 +33,7 @@ std::vector<double> node_slopes(const std::vector<double>& x, const std::vector<
     return slopes;
 }
 
-/// The cell of an axis that holds a place, the place within it, and the cell's length (0 for an axis of one node).
+/// The cell of an axis that contains a point, the position within it, and its length (0 for an axis of one node).
 struct Cell {
     std::size_t first = 0;
     double part = 0.0, length = 0.0;
@@ -50,7 +50,7 @@ Cell cell_of(const std::vector<double>& axis, double place) {
     return {.first = first, .part = (held - axis[first]) / length, .length = length, .inside = inside};
 }
 
-/// Weights of (value, slope) at both ends of a cell, for the value and for the slope at the place.
+/// Weights of (value, slope) at both ends of a cell, for the value and the slope at a point.
 struct Hermite {
     std::array<double, 2> value, slope, value_rate, slope_rate;
 };
@@ -77,11 +77,13 @@ CoefficientTable::CoefficientTable(std::vector<double> bead_densities, std::vect
     const std::size_t rows = beads_.size(), width = rods_.size();
     require(values.size() == rows * width, {}, "a table of {} by {} densities has {} values; expected {}", rows, width,
             values.size(), rows * width);
-    for (const double value : values) require(std::isfinite(value), {}, "a table holds {}; expected numbers", value);
+    for (const double value : values)
+        require(std::isfinite(value), {}, "a table contains {}; expected finite numbers", value);
     require(errors_.empty() || errors_.size() == values.size(), {}, "a table of {} values has {} errors; expected {}",
             values.size(), errors_.size(), values.size());
     for (const double error : errors_)
-        require(error >= 0.0 && std::isfinite(error), {}, "a table holds the error {}; expected numbers >= 0", error);
+        require(error >= 0.0 && std::isfinite(error), {}, "a table contains the error {}; expected finite numbers >= 0",
+                error);
     nodes_.resize(values.size());
     const auto along_rods = [&](std::size_t i, auto get, auto set) {
         std::vector<double> y;
@@ -128,7 +130,7 @@ Dependence CoefficientTable::at(double bead_density, double rod_density) const {
 }
 
 namespace {
-/// What the value at a place takes of each node of one axis.
+/// Weights of the nodes of one axis in the value at a point.
 std::vector<double> node_weights(const std::vector<double>& axis, double place) {
     const Cell cell = cell_of(axis, place);
     const Hermite h = hermite(cell);

@@ -1,4 +1,4 @@
-// physics/coefficients.cpp: columns of a table, and the keys of forces and fields from outside.
+// physics/coefficients.cpp: columns of a table, and the keys of external forces and fields.
 #include "drover/physics/coefficients.hpp"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ const std::vector<Row<physics::BodyForce>>& schema<physics::BodyForce>() {
         {.name = "kind",
          .member = &physics::BodyForce::kind,
          .choices = {"none", "uniform", "point"},
-         .doc = "body force on the beads: the same everywhere, or at a point that may move"},
+         .doc = "external force on the beads: uniform, or at a fixed or moving point"},
         {.name = "x",
          .member = &physics::BodyForce::x,
          .unit = "mg/(mm s^2), point: mg mm/s^2",
@@ -51,7 +51,7 @@ const std::vector<Row<physics::BodyForce>>& schema<physics::BodyForce>() {
          .member = &physics::BodyForce::width,
          .unit = "mm",
          .range = not_negative,
-         .doc = "point: standard deviation of the Gaussian it is spread over; 0: band-limited point force"}};
+         .doc = "point: standard deviation of its Gaussian profile; 0: band-limited point force"}};
     return rows;
 }
 

@@ -7,7 +7,7 @@
 namespace drover::physics {
 
 namespace {
-/// By which the number of a scene is multiplied: lambda is half of the lambda_s of one rod.
+/// Conversion factor from the scene value: lambda is half of the lambda_s of one rod.
 double factor_of(const Model& m, const CoefficientRow& row) {
     return row.key() == "weathercock.strength" && m.weathercock.convention == "single-rod" ? 1.0 / single_rod_factor
                                                                                            : 1.0;
@@ -29,7 +29,7 @@ Coefficient compiled(const CoefficientRow& row, const Model& model, const Locati
     const std::vector<std::string>& written = row.monomials_in(model);
     const double factor = factor_of(model, row);
     require(errors.empty() || errors.size() == nodes.size(), location_of(name + "_error"),
-            "{}_error has {} values and {} has {}; expected one for each, or none", name, errors.size(), name,
+            "{}_error has {} values and {} has {}; expected equal numbers, or no errors", name, errors.size(), name,
             nodes.size());
     if (!nodes.empty()) {
         require(written.empty(), location_of(monomial_key), "{} and {} are both given; expected one of them",
@@ -55,7 +55,7 @@ Coefficients compile(const Model& model, const LocationOf& location_of) {
     return result;
 }
 
-/// The same, tables of the same numbers taken from an earlier model.
+/// Compiles the coefficients, reusing tables of an earlier model with equal data.
 Coefficients compile(const Model& model, const CompiledModel& like) {
     const TableData &now = model.table, &then = like.model.table;
     const bool same_mesh = now.bead_density == then.bead_density && now.rod_density == then.rod_density &&
@@ -71,7 +71,7 @@ Coefficients compile(const Model& model, const CompiledModel& like) {
     return result;
 }
 
-/// The first key of [fields] that leaves out a field that a coefficient needs; nullptr: none does.
+/// The first key of [fields] that excludes a field needed by a coefficient; nullptr if all are present.
 const char* missing_field(const FieldChoice& fields, unsigned needs) {
     if ((needs & needs_bead_density) && !fields.bead_density) return "bead_density";
     if ((needs & needs_rod_density) && !fields.rod_density) return "rod_density";
@@ -79,12 +79,12 @@ const char* missing_field(const FieldChoice& fields, unsigned needs) {
     return nullptr;
 }
 
-/// A coefficient of a field that the model leaves out is a slip of the scene.
+/// A coefficient of an absent field is an error in the scene.
 void check_fields(const Model& m, const Coefficients& c, const LocationOf& location_of,
                   const CoefficientRegistry& registry) {
     const auto needs = [&](bool given, const char* missing, const std::string& key) {
         require(!given || !missing, location_of(key),
-                "{} is given, but fields.{} leaves its field out; set it to 0 or give the field", key,
+                "{} is given, but fields.{} excludes its field; set it to 0 or include the field", key,
                 missing ? missing : "");
     };
     for (const CoefficientRow& row : registry)
@@ -94,9 +94,9 @@ void check_fields(const Model& m, const Coefficients& c, const LocationOf& locat
     needs(m.inertia.advection, m.fields.bead_velocity == "dynamic" ? nullptr : "bead_velocity", "inertia.advection");
     for (const auto& [key, coefficient] : named(c)) {
         require(m.fields.bead_density || !coefficient->depends_on_beads(), location_of(text("{}_terms", key)),
-                "{} depends on the bead density, which fields.bead_density leaves out; give the field", key);
+                "{} depends on the bead density, which fields.bead_density excludes; include the field", key);
         require(m.fields.rod_density || !coefficient->depends_on_rods(), location_of(text("{}_terms", key)),
-                "{} depends on the rod density, which fields.rod_density leaves out; give the field", key);
+                "{} depends on the rod density, which fields.rod_density excludes; include the field", key);
     }
 }
 
@@ -104,12 +104,11 @@ void check_slaved(const Model& m, const Coefficients& c, const LocationOf& locat
     const bool viscous = m.viscosity.shear != 0.0 || m.viscosity.bulk != 0.0;
     require(!viscous || (!c.drag.varies() && !c.driving.varies()),
             location_of(c.drag.varies() ? "drag.coefficient_terms" : "driving.strength_terms"),
-            "a slaved velocity is exact for a drag and a driving that depend on the densities, or for viscosity, not "
-            "for both; set viscosity.shear and viscosity.bulk to 0, or give fields.bead_velocity = \"dynamic\"");
+            "a slaved velocity supports either density-dependent drag and driving or viscosity, not both; set "
+            "viscosity.shear and viscosity.bulk to 0, or set fields.bead_velocity = \"dynamic\"");
     const double drag = c.drag.at(m.uniform.bead_density, m.uniform.rod_density).value;
     require(drag > 0.0, location_of("drag.coefficient"),
-            "drag.coefficient is {} in the uniform state; expected > 0: at q = 0 nothing but drag limits a slaved "
-            "velocity",
+            "drag.coefficient is {} in the uniform state; expected > 0: at q = 0 only drag limits a slaved velocity",
             drag);
 }
 
@@ -119,9 +118,10 @@ void check_numbers(const Model& model, const Coefficients& c, const LocationOf& 
     if (model.fields.bead_velocity == "slaved") check_slaved(model, c, location_of);
     bool moved = model.fields.bead_velocity != "absent" || model.diffusion.beads != 0.0 || model.noise.beads != 0.0;
     for (const TextTerm& term : model.text_terms) moved = moved || term.of == "bead_density";
-    require(!model.fields.bead_density || moved, location_of("fields.bead_density"),
-            "fields.bead_density = true with fields.bead_velocity = \"absent\": nothing moves the beads; give a velocity, "
-            "or leave out the bead density");
+    require(
+        !model.fields.bead_density || moved, location_of("fields.bead_density"),
+        "fields.bead_density = true with fields.bead_velocity = \"absent\": nothing moves the beads; give a velocity, "
+        "or exclude the bead density");
     try {
         require_values(c, model.uniform.bead_density, model.uniform.rod_density);
     } catch (const Error& error) {
@@ -162,8 +162,8 @@ std::vector<std::pair<std::string_view, const Coefficient*>> named(const Coeffic
 void require_values(const Coefficients& coefficients, double bead_density, double rod_density) {
     for (const auto& [key, coefficient] : named(coefficients))
         require(std::isfinite(coefficient->at(bead_density, rod_density).value), {},
-                "{} has no value at the densities {} (beads) and {} (rods), beyond its table of {}; expected densities "
-                "inside, or table.outside = \"hold\"",
+                "{} is not defined at the densities {} (beads) and {} (rods), outside its table of {}; use densities "
+                "inside the table, or set table.outside = \"hold\"",
                 key, bead_density, rod_density, coefficient->table() ? coefficient->table()->range_text() : "");
 }
 

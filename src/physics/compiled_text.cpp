@@ -257,19 +257,19 @@ Compiled read_term(const CompiledModel& model, const TextTerm& written, std::siz
     const auto* target =
         std::find_if(targets.begin(), targets.end(), [&](const Target& t) { return written.of == t.of; });
     require(target != targets.end(), written.where,
-            "of = \"{}\"; expected one of bead_density, rod_density, bead_velocity, order: whose equation the term "
-            "belongs to",
+            "of = \"{}\"; expected one of bead_density, rod_density, bead_velocity, order: the field of the equation",
             written.of);
     require(has_field(model.form, target->row), written.where,
-            "of = \"{}\", which this model leaves out; give the field in [fields], or take the term out", written.of);
+            "of = \"{}\", a field that this model excludes; include the field in [fields], or remove the term",
+            written.of);
     const bool is_scalar = target->flux >= 0, is_flux = !written.flux.empty();
     require(is_flux != !written.value.empty(), written.where, "expected either value or flux in a term, {}",
             is_flux ? "found both" : "found neither");
-    require(!is_flux || is_scalar, written.where, "flux belongs to a density; of = \"{}\" needs a value", written.of);
+    require(!is_flux || is_scalar, written.where, "only a density has a flux; of = \"{}\" needs a value", written.of);
     const std::vector<WrittenExpression>& texts = is_flux ? written.flux : written.value;
     const std::size_t expected = is_scalar && !is_flux ? 1 : 2;
-    require(texts.size() == expected, written.where, "{} has {} texts; expected {}", is_flux ? "flux" : "value",
-            texts.size(), expected == 1 ? "one, of a density" : "two: the x and the y component");
+    require(texts.size() == expected, written.where, "{} has {} expressions; expected {}", is_flux ? "flux" : "value",
+            texts.size(), expected == 1 ? "one, for a density" : "two, the x and y components");
     Compiled result{.name = text("terms[{}]", number),
                     .equation = {},
                     .of = target->which,
@@ -299,25 +299,25 @@ void check_admissible(const CompiledModel& model, const TextTerm& written, const
                       bool pointwise_velocity) {
     const bool density = whole.of == Equation::bead_density || whole.of == Equation::rod_density;
     require(!density || whole.is_flux || vanishes_when_uniform(whole), written.where,
-            "{} changes the number of {} of a uniform state, which the equations conserve; give a flux", whole.name,
+            "{} changes the number of {} in a uniform state, which the equations conserve; use a flux", whole.name,
             whole.of == Equation::bead_density ? "beads" : "rods");
     if (model.form.velocity != Velocity::slaved) return;
     require(whole.of != Equation::bead_velocity || !reads_any_velocity(whole), written.where,
             "{}: a force that depends on the bead velocity needs fields.bead_velocity = \"dynamic\"; a slaved velocity "
-            "is solved for with drag.coefficient alone",
+            "balances forces with drag.coefficient only",
             whole.name);
     const bool viscous = model.model.viscosity.shear != 0.0 || model.model.viscosity.bulk != 0.0;
     require(!viscous || whole.of != Equation::bead_velocity || is_empty(rest), written.where,
-            "{}: a slaved velocity with viscosity admits linear isotropic forces only; set viscosity.shear and "
-            "viscosity.bulk to 0, or give fields.bead_velocity = \"dynamic\"",
+            "{}: a slaved velocity with viscosity allows only linear isotropic forces; set viscosity.shear and "
+            "viscosity.bulk to 0, or set fields.bead_velocity = \"dynamic\"",
             whole.name);
     bool derives_velocity = false;
     for (const Expression& component : whole.components)
         for (const int slot : slots_of(component))
             derives_velocity = derives_velocity || (slot >= Input::d_x && is_velocity_or_derivative(slot));
     require(!derives_velocity || !pointwise_velocity, written.where,
-            "{}: a slaved velocity that depends on the densities at each point has no derivatives; give "
-            "fields.bead_velocity = \"dynamic\"",
+            "{}: derivatives of a slaved velocity are not available when it depends on the densities at each point; "
+            "set fields.bead_velocity = \"dynamic\"",
             whole.name);
 }
 }  // namespace

@@ -1,4 +1,4 @@
-// physics/energy.cpp: each term's own rate against the slope of the energies.
+// physics/energy.cpp: power of each term: its rate times the derivative of the energy.
 #include "drover/physics/energy.hpp"
 
 #include <algorithm>
@@ -55,7 +55,7 @@ struct EnergyMeter::Work {
             if (slaved && is_force(term)) continue;
             Equations alone = e;
             alone.active = {term};
-            // A slaved velocity needs the whole balance of its forces.
+            // A slaved velocity requires the complete force balance.
             if (slaved) std::copy_if(e.active.begin(), e.active.end(), std::back_inserter(alone.active), is_force);
             names.push_back(term.name);
             parts.emplace_back(alone, grid, whole, threads);

@@ -80,10 +80,9 @@ PointCost point_cost(const Equations& equations, const Term& term) {
 Symbol force_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
     Symbol m = Symbol::Zero();
     for (const Term& term : equations.active) {
-        require(
-            term.is_uniform_in_space, {},
-            "{} depends on position or time: it has no uniform state, and the theory of waves on one does not apply",
-            term.name);
+        require(term.is_uniform_in_space, {},
+                "{} depends on position or time: no uniform state exists, so linear wave theory does not apply",
+                term.name);
         if (term.linearise) term.linearise(equations, about, q, m);
     }
     return m;

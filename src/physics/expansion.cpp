@@ -27,12 +27,10 @@ Expansion expansion(const Equations& e, const UniformPoint& about) {
     };
     for (const Term& term : e.active) {
         require(term.degree_in_q >= 0, {},
-                "{}: its linearisation is no polynomial in q, and waves have no expansion at long wavelengths",
+                "{}: its linearisation is not a polynomial in q, so it has no long-wave expansion", term.name);
+        require(term.is_uniform_in_space, {},
+                "{} depends on position or time: no uniform state exists, so linear wave theory does not apply",
                 term.name);
-        require(
-            term.is_uniform_in_space, {},
-            "{} depends on position or time: it has no uniform state, and the theory of waves on one does not apply",
-            term.name);
     }
     const auto at = [&](double x, double y) {
         return sum_of(x, y, [](const Term& term) { return term.degree_in_q <= 2; });

@@ -12,7 +12,7 @@ struct Expansion {
     Matrix6 constant, first_x, first_y, second_xx, second_yy, second_xy;
 };
 
-/// Throws an input Error for a term whose linearisation is no polynomial in q, or depends on position or time.
+/// Throws an input Error if the linearisation of a term is not a polynomial in q or depends on position or time.
 Expansion expansion(const Equations& equations, const UniformPoint& about);
 
 }  // namespace drover::physics

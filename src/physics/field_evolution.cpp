@@ -87,12 +87,12 @@ std::vector<double> FieldEvolution::save() const {
 void FieldEvolution::restore(std::span<const double> values) {
     const auto integer = [](double value, int min, int max) {
         require(std::isfinite(value) && value == std::round(value) && value >= min && value <= max, {},
-                "the checkpoint holds {} where an integer from {} to {} is expected; use the other checkpoint", value,
-                min, max);
+                "the checkpoint contains {}; expected an integer from {} to {}; use the other checkpoint", value, min,
+                max);
         return static_cast<int>(value);
     };
-    require(values.size() == saved_numbers, {}, "the checkpoint holds {} numbers of the stepper; expected {}",
-            values.size(), saved_numbers);
+    require(values.size() == saved_numbers, {}, "the checkpoint contains {} stepper values; expected {}", values.size(),
+            saved_numbers);
     const int rung = integer(values[0], -200, 200);
     stepper_.set_division(integer(values[1], 1, numerics::AdaptiveStepper::max_division));
     set_reference(rung);

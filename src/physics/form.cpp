@@ -72,7 +72,7 @@ const std::vector<Row<physics::FieldChoice>>& schema<physics::FieldChoice>() {
         {.name = "bead_velocity",
          .member = &FieldChoice::bead_velocity,
          .choices = {"dynamic", "slaved", "absent"},
-         .doc = "v: dynamic: with its inertia; slaved: in balance with its forces at every moment"}};
+         .doc = "v: dynamic: with inertia; slaved: from the instantaneous force balance"}};
     return rows;
 }
 

@@ -50,7 +50,7 @@ void add_mode(const InitialState& initial, const Form& form, const numerics::Sys
     if (column == 0) state[c][(rows - row) % rows * width] += std::conj(half);
 }
 
-/// The formula of a component, with its key; "" when it is not given.
+/// The formula of a component with its key; "" if it is not set.
 std::pair<const char*, const std::string*> formula_of(const InitialState& initial, const std::string& component) {
     for (const auto& [name, key, written] :
          {std::tuple{"bead_density", "initial.bead_density", &initial.bead_density},
@@ -64,7 +64,7 @@ std::pair<const char*, const std::string*> formula_of(const InitialState& initia
     return {"", &none};
 }
 
-/// Expressions of a start in x and y: their slots are 0 and 1.
+/// Parses an initial formula in x (slot 0) and y (slot 1).
 Expression expression_in_x_y(const std::string& written, SourceLocation where) {
     where.column = 0;  // the column is that of the key
     return parse_expression(written, {.variables = {{"x", 0}, {"y", 1}}}, where);
@@ -84,8 +84,9 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
         for (int j = 0; j < grid.ny; ++j)
             for (int i = 0; i < grid.nx; ++i) {
                 const double value = evaluate(formula, std::array{grid.lx / grid.nx * i, grid.ly / grid.ny * j});
-                require(std::isfinite(value), {}, "{} = \"{}\" is {} in cell ({}, {}); expected a number everywhere",
-                        key, *written, value, i, j);
+                require(std::isfinite(value), {},
+                        "{} = \"{}\" is {} in cell ({}, {}); expected a finite number in every cell", key, *written,
+                        value, i, j);
                 cells[c][cell++] = value;
             }
     }
@@ -99,16 +100,15 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
 namespace {
 void check_stationary(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
                       const LocationOf& place) {
-    require(model.noise.order > 0.0, place("initial.kind"),
-            "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order > "
-            "0, or another "
-            "start",
-            model.noise.order);
+    require(
+        model.noise.order > 0.0, place("initial.kind"),
+        "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order > 0, "
+        "or choose another initial.kind",
+        model.noise.order);
     const FastestGrowth growth = fastest_growth(linear_system(model, grid, dealiasing));
     require(growth.rate < 0.0, place("initial.kind"),
             "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| "
-            "= {:.3g} "
-            "/mm; expected every mode to decay: choose another start",
+            "= {:.3g} /mm; expected every mode to decay; choose another initial.kind",
             growth.rate, growth.q);
 }
 }  // namespace
@@ -138,9 +138,8 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
     for (const auto& [name, number, size] :
          {std::tuple{"mode_x", initial.mode_x, grid.nx}, std::tuple{"mode_y", initial.mode_y, grid.ny}})
         require(std::abs(std::int64_t{number}) * parts < size, place(text("initial.{}", name)),
-                "initial.{} = {}; expected less than {:.4g} in size: the modes that the grid keeps are those below "
-                "1/{} of the points of "
-                "that axis",
+                "initial.{} = {}; expected a magnitude less than {:.4g}: the grid keeps modes below 1/{} of the points "
+                "of that axis",
                 name, number, static_cast<double>(size) / parts, parts);
 }
 
@@ -171,14 +170,13 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
          .member = &InitialState::kind,
          .choices = {"uniform", "random", "mode", "stationary", "formula", "file"},
          .doc =
-             "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary law of the linear "
+             "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary state of the linear "
              "theory; formula: fields as formulas in x and y; file: a frame of an archive"},
         {.name = "amplitude",
          .member = &InitialState::amplitude,
          .unit = "unit of the field",
          .range = not_negative,
-         .doc =
-             "random: standard deviation in each cell (formula: the same, added to it); mode: amplitude of the cosine"},
+         .doc = "random: standard deviation in each cell (formula: of added noise); mode: amplitude of the cosine"},
         {.name = "field", .member = &InitialState::field, .doc = "mode: the field that is perturbed"},
         {.name = "mode_x", .member = &InitialState::mode_x, .doc = "mode: wavelengths in the cell along x"},
         {.name = "mode_y", .member = &InitialState::mode_y, .doc = "mode: wavelengths in the cell along y"},
@@ -195,7 +193,7 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
         {.name = "bead_velocity_y", .member = &InitialState::bead_velocity_y, .unit = "mm/s", .doc = "formula: v_y"},
         {.name = "polar_order_x", .member = &InitialState::polar_order_x, .unit = "[p]", .doc = "formula: p_x"},
         {.name = "polar_order_y", .member = &InitialState::polar_order_y, .unit = "[p]", .doc = "formula: p_y"},
-        {.name = "file", .member = &InitialState::file, .doc = "file: the archive, sought beside the scene"},
+        {.name = "file", .member = &InitialState::file, .doc = "file: the archive, relative to the scene"},
         {.name = "frame",
          .member = &InitialState::frame,
          .range = {.min = -1},

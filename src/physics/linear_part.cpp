@@ -73,21 +73,18 @@ bool has_declared_degree(const CompiledModel& model, const Term& term, const Uni
 
 void check_linear_part(const CompiledModel& model, const Term& term) {
     require(!term.remainder || term.linear_part == LinearPart::isotropic, {},
-            "{}: a term that gives the remainder of its linear part must have an isotropic one; give the whole term",
-            term.name);
-    require(!term.whole || !term.remainder, {}, "{}: a term gives its remainder or its whole action, not both",
-            term.name);
+            "{}: a term that sets `remainder` must have an isotropic linear part; set `whole` instead", term.name);
+    require(!term.whole || !term.remainder, {}, "{}: a term sets either `remainder` or `whole`, not both", term.name);
     require(term.linear_part != LinearPart::none || term.whole, {},
-            "{}: a term without a linear part in the propagator needs an action at points", term.name);
+            "{}: a term without a linear part in the propagator must set `whole`", term.name);
     require(term.linear_part != LinearPart::isotropic || has_isotropic_linearisation(model, term), {},
             "{}: the term declares an isotropic linear part, but its linearisation depends on the direction of q; "
-            "declare it averaged, or none",
+            "declare the linear part averaged or none",
             term.name);
     // A state without any symmetry.
     const UniformPoint about{.bead_density = 1.1, .rod_density = 0.7, .velocity = {0.3, -0.5}, .order = {0.6, 0.2}};
     require(has_declared_degree(model, term, about), {},
-            "{}: its linearisation is no polynomial in q of the degree {} that it declares", term.name,
-            term.degree_in_q);
+            "{}: its linearisation is not a polynomial in q of the declared degree {}", term.name, term.degree_in_q);
 }
 
 bool has_isotropic_linearisation(const CompiledModel& model, const Term& term) {

@@ -1,4 +1,4 @@
-// physics/linear_part.hpp: what a term's linearisation is in q: its isotropic part, its powers.
+// physics/linear_part.hpp: properties of a term's linearisation in q: its isotropic part, its powers.
 #pragma once
 #include "drover/physics/term.hpp"
 

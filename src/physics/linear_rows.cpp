@@ -20,7 +20,7 @@ VelocityRow velocity_row(const Equations& e, const Reference& reference, double 
     if (e.form.velocity == Velocity::slaved) {
         row.held_along = -m(v_x, v_x).real();
         row.held_across = -m(v_y, v_y).real();
-        // Zero where nothing slows the beads down: then no term acts on them.
+        // Zero without drag: then no term acts on the beads.
         for (const int line : {v_x, v_y}) {
             const std::complex<double> held = -m(line, line);
             if (held != 0.0) m.row(line) /= held;

@@ -166,7 +166,7 @@ const std::vector<Row<physics::Dealiasing>>& schema<physics::Dealiasing>() {
          .choices = {"exact", "two-thirds", "none"},
          .doc = "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
                 "two-thirds: "
-                "|k| < N/3 whatever it is; none: |k| < N/2; outputs tell the tail of the spectrum"}};
+                "|k| < N/3 for any d; none: |k| < N/2; outputs report the tail of the spectrum"}};
     return rows;
 }
 

@@ -42,7 +42,7 @@ Compact compact(const Equations& e, const UniformPoint& about) {
 
 Small chosen(const Matrix6& whole, const std::vector<int>& present) { return whole(present, present); }
 
-/// The least pivot beside the largest: 0 for a singular matrix.
+/// Ratio of the smallest pivot to the largest: 0 for a singular matrix.
 template <class Matrix>
 double least_pivot(const Eigen::FullPivLU<Matrix>& lu) {
     return lu.matrixLU().diagonal().cwiseAbs().minCoeff() / lu.maxPivot();
@@ -55,14 +55,13 @@ struct Slow {
     std::string undefined;
 };
 
-constexpr const char* at_threshold =
-    "at the threshold: a fast mode is as slow as the conserved ones, and s is not a series in q";
+constexpr const char* at_threshold = "at the threshold a fast mode becomes slow, and s is not a power series in q";
 
 /// Turns of the whole state and, where nothing holds beads back, pushes of all of them: uniform changes of v and p
 /// that stay.  Rows of the block of v and p: as many as it has.
 Small uniform_changes(const Equations& e, const StationaryState& about, const Small& block) {
     const auto n = block.rows();
-    // Nothing slows the beads down: no drag, and no driving that the flow itself would change.
+    // Undamped beads: no drag, and no driving that depends on the flow.
     const bool free_beads = e.form.velocity == Velocity::dynamic && block.topLeftCorner<2, 2>().isZero(0.0) &&
                             (block.topRightCorner<2, 2>().isZero(0.0) || block.bottomLeftCorner<2, 2>().isZero(0.0));
     Small changes = Small::Zero(n, (about.free_direction ? 1 : 0) + (free_beads ? 2 : 0));
@@ -106,7 +105,8 @@ Slow slow_at_rest(const Equations& e, const StationaryState& about, const Compac
     for (Eigen::Index d = 0; d < densities; ++d) {
         const Eigen::VectorXd push = constant.block(densities, d, rest, 1);
         if ((left * push).cwiseAbs().sum() > 1e-9 * (left.cwiseAbs() * push.cwiseAbs()).sum())
-            return {.undefined = "a change of density pushes all beads without end: s is not a series in q"};
+            return {.undefined =
+                        "a change of density accelerates all beads without limit, and s is not a power series in q"};
         Eigen::VectorXd answer = -inverse * push;
         answer -= changes * (left * mass * answer);
         result.right(d, d) = result.left(d, d) = 1.0;
@@ -204,7 +204,7 @@ struct Group {
     ComplexSmall shape;  ///< a column each
 };
 
-/// The `count` modes of one speed: not-a-number dampings where it has fewer eigenvectors.
+/// The `count` modes of one speed; their dampings are NaN if it has fewer eigenvectors.
 Group group_of(const AtAngle& at, Complex speed, int count) {
     const auto k = at.speed.rows();
     const ComplexSmall rest = at.speed.cast<Complex>() - speed * ComplexSmall::Identity(k, k);

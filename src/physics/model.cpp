@@ -28,12 +28,12 @@ const std::vector<Row<physics::UniformState>>& schema<physics::UniformState>() {
          .member = &physics::UniformState::rod_area,
          .unit = "mm^2",
          .range = not_negative,
-         .doc = "projected area of one rod, for area fractions; 0: not known"},
+         .doc = "projected area of one rod, for area fractions; 0: unknown"},
         {.name = "bead_area",
          .member = &physics::UniformState::bead_area,
          .unit = "mm^2",
          .range = not_negative,
-         .doc = "projected area of one bead, for area fractions; 0: not known"}};
+         .doc = "projected area of one bead, for area fractions; 0: unknown"}};
     return rows;
 }
 

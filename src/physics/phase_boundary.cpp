@@ -22,7 +22,7 @@ bool has_values(const Equations& e, double beads, double rods) {
     return true;
 }
 
-/// The least margin over angles off p0: sampled, then refined about the least sample.
+/// The minimum margin over angles from p0: sampled, then refined about the smallest sample.
 Margin least_over_angles(const LongWaves& waves, double direction, bool quarter) {
     const int samples = quarter ? 18 : 36;  // every 5 degrees of a quarter or of half a turn
     const double step = right_angle / 18.0;
@@ -53,11 +53,11 @@ Limit limit_of(const std::string& name) {
         if (name == known) return which;
         names.emplace_back(known);
     }
-    fail_input({}, "no line is called \"{}\"; expected one of {}", name, joined(names));
+    fail_input({}, "unknown stability boundary \"{}\"; expected one of {}", name, joined(names));
 }
 
 namespace {
-/// The margin, at all angles that the limit speaks of or at one alone.
+/// The margin, at all angles of the limit or at a single angle.
 Margin margin_at(const Equations& e, double bead_density, double rod_density, Limit limit, const double* one_angle) {
     if (!has_values(e, bead_density, rod_density)) return {.value = none};
     const bool flock = limit == Limit::banding || limit == Limit::oblique;
@@ -105,14 +105,14 @@ Model model_at(const Plane& plane, const numerics::PlanePoint& point) {
     return model;
 }
 
-/// One that can be, to start from: the middle of the plane.
+/// A valid initial model: the centre of the plane.
 Model middle_model(const Plane& plane) {
     Model model = model_at(plane, {.x = 0.5 * (plane.x.from + plane.x.to), .y = 0.5 * (plane.y.from + plane.y.to)});
     // Where the middle lies beyond a table the coefficients themselves still serve the rest of the plane.
     model.uniform = plane.model.uniform;
     return model;
 }
-/// The models of a plane: made anew at each point, or once when both axes are densities.
+/// The models of a plane: compiled at each point, or once if both axes are densities.
 class PlaneModels {
 public:
     explicit PlaneModels(const Plane& plane) : plane_(plane), base_(middle_model(plane)) {}

@@ -7,7 +7,7 @@
 
 namespace drover::physics {
 
-/// Positions of what is transformed to the grid and from it, -1 for what is not; vectors take two.
+/// Indices of the arrays transformed to and from the grid, -1 if not transformed; vectors occupy two.
 struct Arrays {
     std::array<int, Input::count> in{};
     int linear_force = -1, inverse = 0;  ///< inverse: arrays transformed to the grid

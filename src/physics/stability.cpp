@@ -235,7 +235,7 @@ void set_range(const Landscape& land, const std::vector<double>& log_q, Instabil
             break;
         }
 }
-/// What grows without any wave, at q = 0; 0: nothing.
+/// Growth rate of the uniform instability, at q = 0; 0 if there is none.
 double uniform_growth(const Equations& equations, const UniformPoint& about) {
     const ModeRates rates = mode_rates(equations, about, {});
     const double most = rates.real().maxCoeff();
@@ -320,7 +320,7 @@ std::vector<Instability> instabilities(const Equations& equations, const Station
             auto [fine, turned] = climbed(land, x, angle, 0.3 * (log_q[1] - log_q[0]), 0.3 * step_angle);
             fine = std::clamp(fine, log_q.front(), log_q.back());
             if (land.at(fine, turned) <= best[static_cast<std::size_t>(a)].first) fine = x, turned = angle;
-            // A maximum that slides to an end is that of the end, which stands there already.
+            // A maximum that moves to an end is already listed as that of the end.
             if (!quarter || (turned > 1e-6 && turned < right_angle - 1e-6)) add(fine, turned);
         }
     }

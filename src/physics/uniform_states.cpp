@@ -82,8 +82,7 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
                         : (less ? "weakly against the field" : "against the field"),
                 p * field / size, false);
         }
-        if (result.states.empty())
-            result.no_order = "nothing holds the order against the field: a - lambda alpha/Gamma and b are 0";
+        if (result.states.empty()) result.no_order = "no term balances the field: a - lambda alpha/Gamma and b are 0";
         return result;
     }
     add("isotropic", Eigen::Vector2d::Zero(), false);
@@ -93,13 +92,13 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
             text("a - lambda alpha/Gamma = {:.6g} /s < 0, but relaxation.saturation is 0: order grows without bound",
                  a);
     else if (b < 0.0) result.no_order = text("relaxation.saturation is {:.6g} < 0: order grows without bound", b);
-    else if (a == 0.0 && b == 0.0) result.no_order = "a - lambda alpha/Gamma and b are 0: every order stays as it is";
+    else if (a == 0.0 && b == 0.0)
+        result.no_order = "a - lambda alpha/Gamma and b are 0: every value of the order is stationary";
     else result.no_order = text("a - lambda alpha/Gamma = {:.6g} /s is not below 0", a);
     return result;
 }
 
-/// Beads that nothing holds back are at rest relative to nothing: a steady state needs the other forces on them to
-/// vanish.
+/// Without drag a steady state requires that the other forces on the beads vanish.
 StationaryStates without_drag(const Equations& e, const Values& c, const UniformPoint& rest) {
     const Eigen::Vector2d force = uniform_source(e, Equation::bead_velocity),
                           field = uniform_source(e, Equation::polar_order);
@@ -109,20 +108,19 @@ StationaryStates without_drag(const Equations& e, const Values& c, const Uniform
             return with_field(field, c.b.value, c.a.value, rest,
                               [](const Eigen::Vector2d&) { return Eigen::Vector2d(0.0, 0.0); });
         return {.states = {},
-                .no_order = "drag.coefficient is 0 and a force acts on the beads: they gain speed for ever"};
+                .no_order = "drag.coefficient is 0 and a force acts on the beads: they accelerate without limit"};
     }
     const Eigen::Vector2d order = -force / alpha;
     const Eigen::Vector2d turning = (c.a.value + c.b.value * order.squaredNorm()) * order - field;  // lambda v
     if (lambda == 0.0 && turning.norm() > 0.0)
         return {.states = {},
                 .no_order =
-                    "drag.coefficient is 0: driven beads gain speed for ever, and weathercock.strength = 0 lets none "
-                    "of it back"};
+                    "drag.coefficient is 0 and weathercock.strength is 0: driven beads accelerate without limit"};
     StationaryStates result;
     result.states.push_back({.name = order.norm() == 0.0 ? "isotropic" : "ordered", .point = rest});
     result.states.back().point.order = order;
     if (lambda != 0.0) result.states.back().point.velocity = turning / lambda;
-    if (order.norm() == 0.0) result.no_order = "drag.coefficient is 0: beads driven by order gain speed for ever";
+    if (order.norm() == 0.0) result.no_order = "drag.coefficient is 0: driven beads accelerate without limit";
     return result;
 }
 }  // namespace
@@ -187,7 +185,7 @@ std::optional<Unknowns> root_from(const UniformEquations& equations, Unknowns z)
     return solved ? std::optional(z) : std::nullopt;
 }
 
-/// Whether the uniform equations have no direction of their own: rates of a turned state are the turned rates.
+/// Whether the uniform equations are isotropic: the rates of a rotated state are the rotated rates.
 bool turns_freely(const UniformEquations& equations, double scale) {
     const double c = 0.6, s = 0.8;
     Unknowns z(equations.count());
@@ -198,7 +196,7 @@ bool turns_freely(const UniformEquations& equations, double scale) {
     return (expected - found).norm() <= 1e-12 * equations.sizes(z).norm();
 }
 
-/// Uniform states of any terms, by Newton's method from many starts: a state that none of them reaches is missed.
+/// Uniform states of arbitrary terms, by Newton's method from many starting points; it may miss a state.
 StationaryStates searched_states(const Equations& e, const UniformPoint& rest, double scale) {
     const UniformEquations equations(e, rest);
     const bool free = turns_freely(equations, scale);
@@ -219,7 +217,7 @@ StationaryStates searched_states(const Equations& e, const UniformPoint& rest, d
             Unknowns start = Unknowns::Zero(equations.count());
             start.tail<2>() = order;
             if (start.size() == 4) {
-                // In balance with the order, as far as the linear part tells.
+                // Force balance with the order, by the linear part.
                 const Jacobian j = equations.jacobian(start);
                 if (std::abs(j.topLeftCorner<2, 2>().determinant()) > 0.0)
                     start.head<2>() = -j.topLeftCorner<2, 2>().inverse() * equations.rates(start).head<2>();
@@ -329,7 +327,7 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
         shear = 0.0 - at.second_xx(v_y, v_y);
         product = c.weathercock.value * c.driving.value;
         const auto over_drag = [&](double value) {
-            return value == 0.0 ? 0.0 : value / drag;  // nothing is carried: no drag is needed
+            return value == 0.0 ? 0.0 : value / drag;  // no coupling to the flow: no drag is needed
         };
         const double gain = over_drag(product);
         const double moved = e.form.velocity == Velocity::dynamic ? e.model.inertia.bead_mass * bead_density : 0.0;

@@ -1,4 +1,4 @@
-// physics/whole_rate.cpp: linear part and the rest, added up.
+// physics/whole_rate.cpp: sum of the linear part and the remainder.
 #include "drover/physics/whole_rate.hpp"
 
 #include <algorithm>

@@ -16,8 +16,7 @@ int status_of(const std::function<int()>& work) {
         std::fprintf(stderr, "error: %s\n", error.what());
         return error.fault() == Fault::input ? exit_bad_input : exit_run_failed;
     } catch (const std::bad_alloc&) {
-        std::fprintf(stderr,
-                     "error: not enough memory; choose a smaller grid or cell, or free memory\n");
+        std::fprintf(stderr, "error: not enough memory; choose a smaller grid or cell, or free memory\n");
         return exit_run_failed;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "error: %s; this is a bug in drover: please report it with the scene\n", error.what());

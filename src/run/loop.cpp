@@ -40,10 +40,10 @@ bool append_due(const Simulation& simulation, std::int64_t step, files::Archive&
 void save(const Simulation& simulation, std::int64_t step, files::Archive& archive, const LoopFiles& files) {
     archive.commit();  // first: a checkpoint never counts rows that the archive does not have
     files::Checkpoint checkpoint{.scene = files.scene,
-                              .step = step,
-                              .time = static_cast<double>(step) * simulation.dt,
-                              .rows = {},
-                              .state = simulation.save()};
+                                 .step = step,
+                                 .time = static_cast<double>(step) * simulation.dt,
+                                 .rows = {},
+                                 .state = simulation.save()};
     for (const std::size_t rows : archive.rows()) checkpoint.rows.push_back(rows);
     files::write_checkpoint(files.archive, checkpoint);
 }

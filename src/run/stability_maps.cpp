@@ -152,8 +152,8 @@ void add_dynamic_structure(const Mapped& mapped, double q, const std::vector<dou
 double smallest_wavenumber(const numerics::Grid& grid) { return 2.0 * pi / std::max(grid.lx, grid.ly); }
 
 files::ResultTable stability_maps(const io::Scene& scene, const physics::Equations& equations,
-                               const physics::StationaryState& state, const physics::LongWaves& waves,
-                               const physics::Search& search, Threads& threads) {
+                                  const physics::StationaryState& state, const physics::LongWaves& waves,
+                                  const physics::Search& search, Threads& threads) {
     const io::StabilityPlan& plan = scene.stability;
     const Mapped mapped{.equations = equations,
                         .state = state,

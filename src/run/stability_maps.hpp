@@ -11,7 +11,7 @@ namespace drover::run {
 double smallest_wavenumber(const numerics::Grid& grid);
 
 files::ResultTable stability_maps(const io::Scene& scene, const physics::Equations& equations,
-                               const physics::StationaryState& state, const physics::LongWaves& waves,
-                               const physics::Search& search, Threads& threads);
+                                  const physics::StationaryState& state, const physics::LongWaves& waves,
+                                  const physics::Search& search, Threads& threads);
 
 }  // namespace drover::run

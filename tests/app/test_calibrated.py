@@ -211,7 +211,7 @@ def test_invalid_calibrated_scenes_are_rejected(folder):
     write_plausible(folder / "table.h5")
     with h5py.File(folder / "table.h5", "r+") as file:
         file["calibration/viscosity_kinematic"][...] *= -1.0
-    check_rejected(["viscosity.shear comes out as -3.5 +- 0.07",
+    check_rejected(["viscosity.shear = -3.5 +- 0.07 from the table",
                     "expected >= 0: measure more, or give it in the scene"])
     make_archive(folder, "run.h5")
     check_rejected(["run.h5", "not a table of coefficients"], "calibrated.table=run.h5")

@@ -4,9 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <numbers>
 
@@ -135,7 +133,7 @@ std::string repeated(const std::string& part, int times) {
 std::vector<std::string> hostile_texts() {
     std::vector<std::string> texts{
         "", " ", "\n", "\t\t", std::string(1, '\0'), "x" + std::string(1, '\0') + "y", "\xff\xfe", "x\x80"};
-    std::ifstream file(std::filesystem::path(__FILE__).parent_path() / "hostile_expressions.txt");
+    std::ifstream file(DROVER_TESTS "/base/hostile_expressions.txt");
     for (std::string line; std::getline(file, line);)
         if (line[0] != '#') texts.push_back(line);
     for (const char* part :
@@ -150,13 +148,11 @@ std::vector<std::string> hostile_texts() {
     return texts;
 }
 
-TEST(Expression, that_is_malformed_or_hostile_is_rejected_within_a_second) {
+TEST(Expression, that_is_malformed_or_hostile_is_rejected_with_a_message) {
     const std::vector<std::string> texts = hostile_texts();
     EXPECT_GE(texts.size(), 200u);
     for (const std::string& text : texts) {
-        const auto start = std::chrono::steady_clock::now();
         EXPECT_THROW(static_cast<void>(expression_of(text)), Error) << text.substr(0, 80);
-        EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1)) << text.substr(0, 80);
         const std::string said = refusal_of([&] { static_cast<void>(expression_of(text)); });
         EXPECT_LT(said.size(), 1000u);
         EXPECT_NE(said.find("expected"), std::string::npos) << said;

@@ -24,10 +24,10 @@ calibrate::Table sample_table(bool varied) {
                                 .by_rods = by_rods};
         for (std::size_t i = 0; i < calibrate::count_of(table, by_rods); ++i)
             row.entries.push_back({.value = std::sin(static_cast<double>(i)),
-                                 .error = 0.01 * static_cast<double>(i),
-                                 .trials = static_cast<int>(32 + i),
-                                 .origin = static_cast<calibrate::Origin>(1 + i % 4),
-                                 .remark = i % 2 == 0 ? "" : text("remark: number {}", i)});
+                                   .error = 0.01 * static_cast<double>(i),
+                                   .trials = static_cast<int>(32 + i),
+                                   .origin = static_cast<calibrate::Origin>(1 + i % 4),
+                                   .remark = i % 2 == 0 ? "" : text("remark: number {}", i)});
         table.rows.push_back(std::move(row));
     }
     table.rows[1].entries[3] = {.value = NAN, .error = NAN, .trials = 8, .remark = "every rod\njams"};
@@ -132,14 +132,14 @@ TEST(CalibrationFile, foreign_files_are_rejected_with_a_message) {
               path.string() + ": /calibration/drag_error has 2 numbers; expected 2 by 2, the sizes of the axes");
     write_raw(path, {0.1, 0.1}, {1, 1}, 1, false);
     EXPECT_EQ(refusal(), path.string() +
-                             ": has no /calibration/drag_origin; expected a complete table written by drover "
+                             ": /calibration/drag_origin is missing; expected a complete table written by drover "
                              "calibrate");
     {
         files::Archive archive = files::Archive::create(path, {}, testing_support::sample_attributes, true);
         archive.commit();
     }
     EXPECT_EQ(refusal(), path.string() +
-                             ": is not a table of coefficients: it has no /calibration/bead_area_fraction; "
+                             ": not a table of coefficients: /calibration/bead_area_fraction is missing; "
                              "expected a file written by drover calibrate");
     std::ofstream(path) << "value = 1";
     EXPECT_EQ(refusal(), path.string() + ": is not an HDF5 file; expected an archive of drover");

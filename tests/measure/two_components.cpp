@@ -132,9 +132,10 @@ TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_follow_the_formulas)
     const auto power = [&](const std::string& observable, const std::string& term) {
         return scene(observable)[static_cast<std::size_t>(std::find(terms.begin(), terms.end(), term) - terms.begin())];
     };
-    EXPECT_NEAR(power("power_flow", "drag"), -2.0 * 0.36 * area, 1e-12);
-    EXPECT_NEAR(power("power_flow", "driving"), 0.7 * 0.9 * 0.6 * area, 1e-12);
-    EXPECT_NEAR(power("power_order", "relaxation"), -(0.3 + 0.2 * square) * square * area, 1e-12);
+    EXPECT_NEAR(power("power_flow", "drag.coefficient"), -2.0 * 0.36 * area, 1e-12);
+    EXPECT_NEAR(power("power_flow", "driving.strength"), 0.7 * 0.9 * 0.6 * area, 1e-12);
+    EXPECT_NEAR(power("power_order", "relaxation.rate"), -0.3 * square * area, 1e-12);
+    EXPECT_NEAR(power("power_order", "relaxation.saturation"), -0.2 * square * square * area, 1e-12);
 }
 
 }  // namespace

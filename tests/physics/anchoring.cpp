@@ -137,7 +137,7 @@ Term half_diffusion(int degree) {
     return term;
 }
 
-TEST(Symbols, that_are_no_polynomial_in_q_are_solved_but_not_expanded_at_long_waves) {
+TEST(Symbols, that_are_not_polynomial_in_q_are_solved_but_not_expanded_at_long_waves) {
     EXPECT_THROW(Equations(uncoupled(), {half_diffusion(2)}), Error) << "it declares a polynomial";
     const Equations e(uncoupled(), {half_diffusion(-1)});
     EXPECT_NEAR(mode_rates(e, {}, {.x = 0.6, .y = 0.8}).real().minCoeff(), -1.0, 1e-14);

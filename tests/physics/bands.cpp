@@ -37,7 +37,7 @@ Model model_of(const Band& band) {
             .pressure = {.rods = band.pressure}};
 }
 
-/// Fronts at 60 and 180 mm, displaced: each knows of the other by exp(-120 * 0.36) = 1e-19.
+/// Fronts at 60 and 180 mm, displaced: their overlap is exp(-120 * 0.36) = 1e-19.
 numerics::Spectra band_state(const Band& band, const numerics::Grid& grid, int degree, double shift) {
     Threads threads(1);
     numerics::Fields fields(grid, 3);

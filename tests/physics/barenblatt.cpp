@@ -1,5 +1,5 @@
-// tests/physics/barenblatt.cpp: beads that spread into a vacuum: overdamped against Barenblatt's solution, with
-// inertia refused.
+// tests/physics/barenblatt.cpp: beads that spread into a vacuum: overdamped beads against Barenblatt's solution; beads
+// with inertia are rejected.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -74,7 +74,7 @@ TEST(Barenblatt, edge_is_followed_without_a_clamp_at_the_order_of_its_kink) {
     EXPECT_EQ(fine.mass_change, 0.0) << "the mode q = 0 has no rate at all";
 }
 
-TEST(Barenblatt, vacuum_is_refused_where_beads_have_inertia) {
+TEST(Barenblatt, vacuum_is_rejected_if_beads_have_inertia) {
     Threads threads(1);
     const numerics::Grid grid{32, 32, side, side};
     Model model = spreading_beads();

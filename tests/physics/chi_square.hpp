@@ -85,7 +85,7 @@ struct Tally {
 
 struct Verdict {
     double min = 1.0;    ///< least probability of all modes and pairs, times their number (Bonferroni)
-    double whole = 1.0;  ///< probability of the whole set
+    double whole = 1.0;  ///< probability of the complete set
 };
 
 inline Verdict diagnosis(const Tally& tally) {

@@ -21,7 +21,7 @@ TEST(Monomial, is_read_as_it_is_written) {
     EXPECT_EQ(read_monomial("1e-3 rho rho", {}).beads, 2);
 }
 
-TEST(Monomial, that_is_none_is_refused_with_its_place_and_what_was_expected) {
+TEST(Monomial, invalid_text_is_rejected_with_its_location_and_the_expected_form) {
     for (const char* written :
          {"", "rho", "2", "1 tau", "1 rho^", "1 rho^-1", "1 rho^9", "nan rho", "1 rho^1.5", "2rho"})
         try {
@@ -94,7 +94,7 @@ TEST(CoefficientTable, of_one_node_or_two_is_constant_or_straight) {
     EXPECT_DOUBLE_EQ(line.at(0.5, 0.0).by_beads, 2.0);
 }
 
-TEST(CoefficientTable, outside_its_nodes_refuses_or_holds_the_edge) {
+TEST(CoefficientTable, outside_its_nodes_returns_nan_or_holds_the_edge_value) {
     const auto f = [](double b, double r) { return b + r; };
     EXPECT_TRUE(std::isnan(table_of(f).at(0.71, 0.08).value));
     EXPECT_TRUE(std::isnan(table_of(f).at(0.5, 0.04).value));
@@ -104,14 +104,14 @@ TEST(CoefficientTable, outside_its_nodes_refuses_or_holds_the_edge) {
     EXPECT_NEAR(held.by_rods, 1.0, 1e-12);
 }
 
-TEST(CoefficientTable, that_does_not_fit_is_refused) {
+TEST(CoefficientTable, with_inconsistent_sizes_is_rejected) {
     EXPECT_THROW(CoefficientTable({0.0, 1.0}, {0.0}, {1.0}, Outside::refuse), Error);
     EXPECT_THROW(CoefficientTable({1.0, 1.0}, {0.0}, {1.0, 2.0}, Outside::refuse), Error);
     EXPECT_THROW(CoefficientTable({}, {0.0}, {}, Outside::refuse), Error);
     EXPECT_THROW(CoefficientTable({0.0}, {0.0}, {NAN}, Outside::refuse), Error);
 }
 
-TEST(Model, with_a_table_and_a_polynomial_for_one_coefficient_is_refused) {
+TEST(Model, with_a_table_and_a_polynomial_for_one_coefficient_is_rejected) {
     Model model{.relaxation = {.rate_terms = {"1 sigma"}},
                 .table = {.rod_density = {0.5, 2.0}, .columns = {{"relaxation.rate", {{0.1, 0.2}, {}}}}}};
     EXPECT_THROW(check(model), Error);

@@ -79,7 +79,7 @@ State smooth_state(const UniformState& mean) {
             waves(0.1, 0.6, 3.1)};
 }
 
-/// The force from outside [mg/(mm s^2)]: uniform, or a Gaussian at a moving point, with its images.
+/// The external force [mg/(mm s^2)]: uniform, or a Gaussian at a moving point, with its images.
 struct Force {
     Values x, y;
 };
@@ -214,7 +214,7 @@ double difference(const Model& model, Threads& threads) {
     const Equations e(model);
     const Calculus d(threads);
     State s = smooth_state(model.uniform);
-    // What is no field is uniform: its gradients are nothing, and no coefficient depends on it.
+    // Absent fields are uniform: their gradients are zero, and no coefficient depends on them.
     if (e.form.bead_density < 0) s.rho.assign(s.rho.size(), model.uniform.bead_density);
     if (e.form.rod_density < 0) s.sigma.assign(s.sigma.size(), model.uniform.rod_density);
     if (e.form.velocity == Velocity::slaved) balance(e, s, d);
@@ -246,7 +246,7 @@ double difference(const Model& model, Threads& threads) {
     return wrong / largest;
 }
 
-TEST(WholeEquations, are_what_the_solver_takes_in_every_form) {
+TEST(RightHandSide, matches_the_written_equations_in_every_form) {
     Threads threads(1);
     for (const NamedModel& form : all_forms()) {
         // What a division by the densities leaves beyond the cut, and rounding of derivatives: some 1e-13.

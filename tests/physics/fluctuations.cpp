@@ -66,7 +66,7 @@ TEST(StructureMatrix, of_the_isotropic_order_across_q_is_the_closed_form) {
     }
 }
 
-TEST(StructureMatrix, of_a_defective_mode_is_right) {
+TEST(StructureMatrix, of_a_defective_mode_matches_the_closed_form) {
     // Damped sound at its double root, driven by noise on the density.
     Letters l{.alpha = 0.0, .f = 0.0, .lambda = 0.0};
     Model model = noisy(l);
@@ -84,7 +84,7 @@ TEST(StructureMatrix, of_a_defective_mode_is_right) {
                 1e-13);
 }
 
-TEST(StructureMatrix, of_a_growing_mode_is_refused) {
+TEST(StructureMatrix, of_a_growing_mode_throws_a_run_error) {
     const Equations e(noisy({}));
     try {
         structure_matrix(e, isotropic_of(e).point, {.x = 0.1, .y = 0.0});

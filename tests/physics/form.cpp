@@ -19,7 +19,7 @@ TEST(Form, rods_alone_have_one_scalar_and_one_vector_named_in_the_order_of_the_c
     }
 }
 
-TEST(Form, a_field_that_is_absent_takes_no_place) {
+TEST(Form, an_absent_field_has_no_component) {
     const Form order_alone{.polar_order = 0};
     EXPECT_EQ(layout(order_alone), (numerics::Layout{.scalars = 0, .vectors = 1}));
     ASSERT_EQ(component_names(order_alone).size(), 2u);

@@ -64,7 +64,7 @@ TEST(SlowModes, along_the_order_have_the_dampings_of_the_closed_forms) {
     EXPECT_NEAR(mode_of_speed(waves, 0.0, v1).speed.real(), v1, 1e-12);
 }
 
-TEST(SlowModes, across_the_order_are_sound_and_a_mode_that_stands_still) {
+TEST(SlowModes, across_the_order_are_sound_and_a_stationary_mode) {
     const Letters l;
     const LongWaves waves = flock_waves(l);
     const double sound = std::sqrt(l.c0() / l.chi());
@@ -195,7 +195,7 @@ TEST(SlowModes, near_onset_do_not_depend_on_the_unit_of_density) {
     }
 }
 
-TEST(SlowModes, of_beads_that_nothing_holds_back_are_sound) {
+TEST(SlowModes, of_beads_without_drag_are_sound) {
     // No drag, no driving: rho d_t v = -E grad rho; s = +- i sqrt(E) q - (eta + zeta) q^2/(2 rho), and -eta q^2/rho
     // across.
     Letters l{.gamma = 0.0, .alpha = 0.0, .f = 0.0};
@@ -219,7 +219,7 @@ TEST(SlowModes, of_beads_that_nothing_holds_back_are_sound) {
     for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(still[i], expected[i], 1e-12);
 }
 
-TEST(SlowModes, at_the_threshold_are_refused_with_the_reason) {
+TEST(SlowModes, at_the_threshold_are_undefined_with_a_reason) {
     Letters l;
     l.a = l.lambda * l.alpha / l.gamma;
     const Equations equations(flock_model(l));
@@ -261,7 +261,7 @@ struct Banding {
     }
 };
 
-TEST(Banding, of_rods_begins_where_the_closed_form_says) {
+TEST(Banding, of_rods_begins_at_the_closed_form_threshold) {
     const Banding rods;
     const auto growth_at = [&](double abar) {
         const Equations equations(rods.model(abar));

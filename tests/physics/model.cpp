@@ -82,7 +82,7 @@ TEST(ActiveTerms, are_those_with_a_coefficient) {
     EXPECT_EQ(active_terms(Equations(model)).front().equation, "d_t p: K1 grad(div p), K1 = 1 mm^2/s");
 }
 
-TEST(PlaneWave, of_the_order_moves_the_density_as_the_telegraph_equation_says) {
+TEST(PlaneWave, of_the_order_moves_the_density_according_to_the_telegraph_equation) {
     // With a = K = 0: d_tt sigma = u B lap sigma.  A standing wave: sigma ~ cos(w t), i p along q ~ (w/(u q)) sin(w
     // t), w^2 = u B q^2.
     Model model = independent_rods();
@@ -104,7 +104,7 @@ TEST(PlaneWave, of_the_order_moves_the_density_as_the_telegraph_equation_says) {
     EXPECT_NEAR(state[2][mode].imag(), -along / std::sqrt(5.0), 1e-16);
 }
 
-TEST(InitialState, random_has_the_deviation_asked_and_the_exact_mean_density) {
+TEST(InitialState, random_has_the_requested_deviation_and_the_exact_mean_density) {
     const Model model = independent_rods();
     const numerics::System system = linear_system(model, grid);
     Threads threads(1);
@@ -118,7 +118,7 @@ TEST(InitialState, random_has_the_deviation_asked_and_the_exact_mean_density) {
     EXPECT_NEAR(variance, 0.01 * 961.0 / 1024.0, 0.01 * 0.19);
 }
 
-TEST(InitialState, refuses_what_the_model_and_the_grid_do_not_have) {
+TEST(InitialState, rejects_fields_and_modes_absent_from_the_model_or_grid) {
     const Model model = independent_rods();
     EXPECT_THROW(check({.kind = "mode", .field = "bead_density"}, model, grid), Error);
     EXPECT_THROW(check({.kind = "mode", .mode_x = 16}, model, grid), Error);

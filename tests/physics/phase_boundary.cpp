@@ -192,7 +192,7 @@ TEST(PhaseBoundary, of_phase_separation_is_where_densities_attract) {
     }
 }
 
-TEST(PhaseBoundary, beyond_a_table_is_not_drawn) {
+TEST(PhaseBoundary, outside_a_table_is_not_traced) {
     Plane plane = density_plane(0.0, {});
     plane.model.table = {.bead_density = {0.5, 1.0, 1.5},
                          .rod_density = {0.5, 1.5},
@@ -213,7 +213,7 @@ TEST(PhaseBoundary, beyond_a_table_is_not_drawn) {
     EXPECT_NEAR(high, 1.5, 0.005);
 }
 
-TEST(PhaseBoundary, beyond_a_table_is_not_drawn_beside_another_number_either) {
+TEST(PhaseBoundary, outside_a_table_is_not_traced_against_another_parameter) {
     Plane plane = density_plane(0.0, {});
     plane.model.table = {.bead_density = {0.5, 1.5}, .columns = {{"relaxation.rate", {{1.0, -1.0}, {}}}}};
     plane.model.uniform = {.rod_density = 1.0, .bead_density = 1.0};
@@ -233,7 +233,7 @@ TEST(PhaseBoundary, in_a_field_has_no_onset) {
     EXPECT_TRUE(trace_boundary(plane, Limit::onset, {}, {.cells = 8}, threads).lines.empty());
 }
 
-TEST(PhaseBoundary, of_a_model_that_cannot_be_names_the_point) {
+TEST(PhaseBoundary, of_an_invalid_model_names_the_point) {
     Plane plane{.model = flock_model({}),
                 .x = coefficient("drag.coefficient", -1.0, 2.0,
                                  [](Model& m, double value) { m.drag.coefficient = value; }),

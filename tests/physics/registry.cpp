@@ -67,7 +67,7 @@ TEST(CoefficientRegistry, puts_a_new_coefficient_into_checks_explanations_and_do
     for (const CoefficientValue& one : coefficient_values(model, rows))
         explained = explained || (one.key == "relaxation.chirality" && one.symbol == "Omega" && one.unit == "rad/s");
     EXPECT_TRUE(explained);
-    EXPECT_THAT(coefficient_documentation(rows), testing::HasSubstr("| Omega | `relaxation.chirality` | rad/s |"));
+    EXPECT_THAT(coefficient_documentation(rows), testing::HasSubstr("| Omega | `relaxation.chirality` * | rad/s |"));
 }
 
 }  // namespace

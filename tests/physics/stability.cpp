@@ -194,7 +194,7 @@ std::vector<std::string> names(const std::vector<Instability>& found) {
     return result;
 }
 
-TEST(Instabilities, of_a_state_without_any_are_none) {
+TEST(Instabilities, of_a_stable_state_are_empty) {
     const Equations isotropic(flock_model(isotropic_letters())), flock(flock_model({}));
     EXPECT_TRUE(instabilities(isotropic, isotropic_of(isotropic), search).empty());
     EXPECT_TRUE(instabilities(flock, flock_of(flock), search).empty());
@@ -251,7 +251,7 @@ TEST(Instabilities, of_a_flock_with_attracting_beads_are_oblique_and_the_fastest
     EXPECT_NEAR(most, found[0].rate, 1e-3 * found[0].rate);
 }
 
-TEST(Instabilities, without_a_shortest_wave_say_so) {
+TEST(Instabilities, without_a_short_wave_cutoff_are_flagged) {
     Letters l{.k3 = 0.0, .k1 = 0.0};
     l.pressure_a = -3.0;
     const Equations e(flock_model(l));
@@ -271,7 +271,7 @@ TEST(Instabilities, in_a_field_are_searched_all_round) {
     EXPECT_NEAR(instabilities(held, stationary_states(held).states.at(0), search).at(0).rate, expected, 1e-6);
 }
 
-TEST(Instabilities, in_a_field_keep_their_names_and_stand_once) {
+TEST(Instabilities, in_a_field_keep_their_names_and_are_listed_once) {
     Model held = banding_rods;
     held.orienting_field = {.x = 3e-7, .y = 4e-7};
     const Equations free(banding_rods), with(held);
@@ -283,7 +283,7 @@ TEST(Instabilities, in_a_field_keep_their_names_and_stand_once) {
     EXPECT_EQ(std::count(against.begin(), against.end(), "uniform"), 1);
 }
 
-TEST(Instabilities, of_attracting_rods_past_the_threshold_are_both_told) {
+TEST(Instabilities, of_attracting_rods_past_the_threshold_are_both_reported) {
     const Equations e(Model{.uniform = {.rod_density = 1.0},
                             .current = {.speed = 1.0},
                             .relaxation = {.rate = -0.001, .saturation = 1.0},
@@ -293,7 +293,7 @@ TEST(Instabilities, of_attracting_rods_past_the_threshold_are_both_told) {
               (std::vector<std::string>{"phase separation", "order"}));
 }
 
-TEST(Instabilities, are_no_rounding_however_stiff_the_beads_or_defective_the_modes) {
+TEST(Instabilities, exclude_rounding_errors_for_stiff_beads_and_defective_modes) {
     Letters free{.gamma = 0.0, .alpha = 0.0, .f = 0.0, .a = -1.0, .w = 0.0, .pressure_a = 0.0};
     Model model = flock_model(free);
     const Equations defective(model);
@@ -307,7 +307,7 @@ TEST(Instabilities, are_no_rounding_however_stiff_the_beads_or_defective_the_mod
     EXPECT_EQ(found[0].name, "order");
 }
 
-TEST(Instabilities, of_a_flock_against_its_field_is_that_it_turns_as_a_whole) {
+TEST(Instabilities, of_a_flock_against_its_field_is_uniform_rotation) {
     Model model = flock_model({});
     model.orienting_field = {.x = 0.01, .y = 0.0};
     const Equations e(model);

@@ -25,7 +25,7 @@ std::string toml_text(const Value& value);
 
 struct LocatedValue {
     Value value;
-    SourceLocation where;               ///< of the key
+    SourceLocation where;                    ///< of the key
     std::vector<SourceLocation> items = {};  ///< of the first character of each text in the value
 };
 

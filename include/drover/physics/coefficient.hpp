@@ -28,19 +28,19 @@ public:
 
     Dependence at(double bead_density, double rod_density) const;
 
-    /// Not zero everywhere, as far as its numbers tell.
+    /// Whether the coefficient can be nonzero: it has a nonzero constant, a monomial or a table.
     bool is_active() const { return constant_ != 0.0 || !monomials_.empty() || table_ != nullptr; }
     bool depends_on_beads() const;
     bool depends_on_rods() const;
     bool varies() const { return depends_on_beads() || depends_on_rods(); }
-    /// Of the polynomial; a table counts as 1, though it has no finite degree.
+    /// Degree of the polynomial.  A table counts as 1, although it has no finite degree.
     int degree() const;
 
-    /// out = the values at some points, less `reference`; a density that the coefficient does not depend on may be
-    /// null.  Where a table refuses, not-a-number.
+    /// out = value at each point minus `reference`; NaN outside a table that does not extrapolate.  A density pointer
+    /// may be null if the coefficient does not depend on that density.
     void evaluate(const double* bead_density, const double* rod_density, double reference, std::span<double> out) const;
 
-    /// "0.5 - 0.1 rho sigma^2", or "from a table": for people.
+    /// Readable form: "0.5 - 0.1 rho sigma^2", or "from a table".
     std::string text_of() const;
 
     const CoefficientTable* table() const { return table_.get(); }

@@ -1,4 +1,4 @@
-// physics/coefficient_registry.hpp: every coefficient of the equations as one row: key, symbol, unit, range, meaning.
+// physics/coefficient_registry.hpp: one row for each coefficient of the equations: key, symbol, unit, range, meaning.
 #pragma once
 #include <functional>
 #include <string>
@@ -10,29 +10,29 @@
 
 namespace drover::physics {
 
-/// The fields that a coefficient needs: bits.
+/// Bit flags for the fields that a coefficient needs.
 enum Needs : unsigned {
     needs_bead_density = 1,
     needs_rod_density = 2,
     needs_bead_velocity = 4  ///< dynamic or slaved
 };
 
-/// The coefficients that may depend on the densities, ready for use.
+/// The compiled coefficients that may depend on the densities.
 struct Coefficients {
     Coefficient relaxation, saturation, drag, driving, weathercock;
 };
 
-/// One coefficient.  Schema, tables, checks, explain, docs and bindings follow from its row.
+/// One coefficient.  The schema, tables, checks, `explain`, manual and bindings are generated from its row.
 struct CoefficientRow {
     std::string section, name;  ///< its key is section.name
-    std::string symbol;         ///< in the equations
+    std::string symbol;         ///< as in the equations
     std::string unit;
     Range range = any_number;
-    std::string doc;           ///< meaning, with its place in the equations
-    unsigned needs = 0;        ///< Needs
-    int order_power = 0;       ///< of sigma: by which it is multiplied when p = P becomes p = sigma P
-    double& (*value)(Model&);  ///< where a model keeps it
-    /// Only of coefficients that may depend on the densities: their monomials, and their compiled form.
+    std::string doc;           ///< its meaning and its term in the equations
+    unsigned needs = 0;        ///< combination of Needs
+    int order_power = 0;       ///< the coefficient is multiplied by sigma^order_power when p = P becomes p = sigma P
+    double& (*value)(Model&);  ///< accesses its value in a model
+    /// Monomials and compiled form; null for coefficients that cannot depend on the densities.
     std::vector<std::string>& (*monomials)(Model&) = nullptr;
     Coefficient Coefficients::*compiled = nullptr;
 
@@ -45,21 +45,22 @@ struct CoefficientRow {
 };
 using CoefficientRegistry = std::vector<CoefficientRow>;
 
-/// All coefficients, in the order of a scene.  To add one: its number in physics/coefficients.hpp and its row here.
+/// All coefficients, in the order of the scene keys.  To add one, declare its value in physics/coefficients.hpp and
+/// add its row here.
 const CoefficientRegistry& coefficient_registry();
 
-/// The row of a key; throws an input Error where no coefficient is called so.
+/// The row of a key.  Throws an input Error if no coefficient has this key.
 const CoefficientRow& coefficient_row(const std::string& key);
 
 /// Whether a form has the fields that a coefficient needs.
 bool has_fields(const FieldChoice& fields, unsigned needs);
 
-/// One key of a model, as a scene gives it.
+/// One scene key of a model.
 struct ModelKey {
     Description description;
     std::function<Value(const Model&)> get;
     std::function<void(Model&, const Value&)> set;
-    double& (*number)(Model&) = nullptr;  ///< of a plain number
+    double& (*number)(Model&) = nullptr;  ///< set if the value is a single number
 };
 struct ModelSection {
     std::string name, doc;
@@ -69,14 +70,14 @@ struct ModelSection {
 /// All sections of a model with their keys, in the order in which a scene is written.
 std::vector<ModelSection> model_sections(const CoefficientRegistry& registry = coefficient_registry());
 
-/// A coefficient of a model that is not zero, for people.
+/// Readable description of a nonzero coefficient of a model.
 struct CoefficientValue {
     std::string key, symbol, value, unit, doc;
 };
 std::vector<CoefficientValue> coefficient_values(const Model& model,
                                                  const CoefficientRegistry& registry = coefficient_registry());
 
-/// The registry as a table in Markdown, for the manual.
+/// The registry as a Markdown table, for the manual.
 std::string coefficient_documentation(const CoefficientRegistry& registry = coefficient_registry());
 
 }  // namespace drover::physics

@@ -1,4 +1,4 @@
-// physics/coefficients.hpp: the numbers of the rod-bead equations, section by section of a scene.
+// physics/coefficients.hpp: the parameters of the rod-bead equations, grouped as the sections of a scene.
 //
 //     d_t sigma     = -div J + D_sigma lap sigma + noise,    J = u p  or  u sigma p                        (rodcont)
 //     d_t rho       = -div(rho v) + D_rho lap rho + noise                                                 (beadcont)
@@ -10,7 +10,7 @@
 //
 // rho, sigma: densities of beads and rods [1/mm^2]; v: velocity of the beads; p: polar order, either the density sigma
 // times the mean orientation (J = u p) or the mean orientation itself (J = u sigma p).  [p] is the unit of p.
-// Units, ranges and meanings: physics/coefficient_registry.hpp, their only home.
+// Units, ranges and meanings are defined in physics/coefficient_registry.hpp.
 // Source: Kumar, Soni, Ramaswamy & Sood, Nat. Commun. 5, 4688 (2014), Methods; the symbols are theirs.
 #pragma once
 #include <map>
@@ -21,7 +21,7 @@
 
 namespace drover::physics {
 
-// The sections of a model, each key a number.  What ends in `_terms` adds monomials "c rho^i sigma^j".
+// The sections of a model.  Keys that end in `_terms` add monomials "c rho^i sigma^j".
 
 struct RodCurrent {
     double speed = 0.0;
@@ -29,7 +29,7 @@ struct RodCurrent {
 };
 struct Inertia {
     double bead_mass = 1.0;
-    bool advection = false;  ///< with m rho v.grad v
+    bool advection = false;  ///< include m rho v.grad v
 };
 struct Drag {
     double coefficient = 0.0;
@@ -57,8 +57,8 @@ struct Elasticity {
 struct Weathercock {
     double strength = 0.0;
     std::vector<std::string> strength_terms;
-    /// mean: lambda of the equations; single-rod: lambda_s of one rod, dn/dt = lambda_s (1 - nn).v, as an assay of one
-    /// rod measures it; averaged over directions lambda = lambda_s/2.
+    /// mean: lambda in the equations; single-rod: lambda_s in dn/dt = lambda_s (1 - nn).v, as measured on a single
+    /// rod.  The average over rod directions gives lambda = lambda_s/2.
     std::string convention = "mean";
 };
 struct SelfAdvection {
@@ -74,16 +74,16 @@ struct Noise {
     double order = 0.0, rods = 0.0, beads = 0.0;
 };
 
-/// lambda_s/lambda: the mean over the directions of rods of (1 - nn).v is v/2 in the plane.
+/// lambda_s/lambda: in two dimensions the average of (1 - nn).v over rod directions is v/2.
 inline constexpr double single_rod_factor = 2.0;
 
-/// A force on the beads from outside: uniform, or at a point that may move.
+/// An external force on the beads: uniform, or at a fixed or moving point.
 struct BodyForce {
     std::string kind = "none";                  ///< none, uniform or point
     double x = 0.0, y = 0.0;                    ///< uniform: force per area [mg/(mm s^2)]; point: force [mg mm/s^2]
     double at_x = 0.0, at_y = 0.0;              ///< point: its position at t = 0 [mm]
     double velocity_x = 0.0, velocity_y = 0.0;  ///< point: its velocity [mm/s]
-    double width = 0.0;  ///< point: standard deviation of the Gaussian it is spread over [mm]; 0: band-limited
+    double width = 0.0;  ///< point: standard deviation of its Gaussian profile [mm]; 0: band-limited delta function
 };
 
 /// A field that orients rods: d_t p = ... + h.
@@ -91,18 +91,18 @@ struct OrientingField {
     double x = 0.0, y = 0.0;  ///< [[p]/s]
 };
 
-/// Values of one coefficient at the nodes of a table, [bead][rod], rods fastest, and their standard errors, if known.
+/// Values of one coefficient at the nodes of a table, [bead][rod], rods fastest; standard errors may be empty.
 struct TableColumn {
     std::vector<double> values, errors;
 };
 
-/// Measured coefficients on a mesh of densities: a column replaces its coefficient.
+/// Measured coefficients on a mesh of densities.  A column replaces the coefficient of the same key.
 struct TableData {
     std::vector<double> bead_density, rod_density;  ///< the nodes, ascending; empty: no dependence
     std::map<std::string, TableColumn> columns;     ///< by key of the coefficient, "relaxation.rate"
-    std::string outside = "refuse";                 ///< refuse or hold: beyond the nodes
+    std::string outside = "refuse";                 ///< treatment of densities beyond the nodes: refuse or hold
 
-    /// The column of a key; empty where the table has none.
+    /// The column of a key; empty if the table has no such column.
     const TableColumn& column(const std::string& key) const;
     bool has_values() const;
 };

@@ -1,4 +1,4 @@
-// physics/energy.hpp: the energy of the beads and of the order, and the power of every term on them.
+// physics/energy.hpp: the energy of the beads and of the order, and the power of every term.
 #pragma once
 #include <memory>
 #include <string>
@@ -9,8 +9,9 @@
 
 namespace drover::physics {
 
-/// Energies and powers of one state.  Kinetic: integral of m rho v^2/2, of a dynamic velocity; of the order: integral
-/// of p^2/2.  d/dt of each is the sum of its powers, for the modes that the grid keeps, noise apart.
+/// Energies and powers of one state.  Kinetic energy: integral of m rho v^2/2 if the velocity is dynamic; energy of the
+/// order: integral of p^2/2.  The time derivative of each is the sum of its powers, for the modes that the grid keeps
+/// and without noise.
 struct EnergyBudget {
     double kinetic = 0.0;                ///< [mg mm^2/s^2]
     double order = 0.0;                  ///< [[p]^2 mm^2]
@@ -18,7 +19,7 @@ struct EnergyBudget {
     std::vector<double> order_powers;    ///< of each term [[p]^2 mm^2/s]
 };
 
-/// Measures it.  Each term alone is taken through the solver's own linear part and right-hand side.
+/// Measures the energy budget.  Evaluates each term separately with the linear part and right-hand side of the solver.
 class EnergyMeter {
 public:
     EnergyMeter(const Equations& equations, const numerics::Grid& grid, const Dealiasing& dealiasing, Threads& threads);

@@ -1,4 +1,4 @@
-// physics/field_evolution.hpp: the fields of a model in time, with a linear part that follows the bead density.
+// physics/field_evolution.hpp: time integration of the fields, with a linear part that follows the bead density.
 #pragma once
 #include <memory>
 #include <span>
@@ -9,16 +9,15 @@
 
 namespace drover::physics {
 
-/// The reference about which the exact linear part is taken: the bead density of the uniform state times sqrt(2)^rung.
-/// The explicit remainder cannot amplify where the reference is at most twice the smallest bead density, for beads with
-/// inertia (their drag rate is Gamma/(m rho)), or at least half of the largest, for slaved beads (their diffusion is
-/// rho E/Gamma).
+/// The reference state of the exact linear part: the bead density of the uniform state times sqrt(2)^rung.  The
+/// explicit remainder is stable if the reference is at most twice the smallest bead density for beads with inertia
+/// (drag rate Gamma/(m rho)), or at least half the largest bead density for slaved beads (diffusion rho E/Gamma).
 Reference reference_at(const UniformState& uniform, int rung);
 
-/// The rung for given densities on the grid.  Half a rung of hysteresis keeps it from alternating between two.
+/// The rung for given densities on the grid.  A hysteresis of half a rung prevents switching back and forth.
 int follow_densities(const Equations& equations, const Extremes& extremes, int rung);
 
-/// State of its own, beside the fields: the rung of the reference and the division of dt.
+/// Its internal state, besides the fields: the rung of the reference and the division of dt.
 class FieldEvolution {
 public:
     FieldEvolution(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
@@ -27,18 +26,17 @@ public:
     /// Chooses the reference for an initial state.
     void start(const numerics::Spectra& state);
 
-    /// From step to step + 1.  Throws a run Error that names the cause.
+    /// Advances the state from step to step + 1.  Throws a run Error that names the cause.
     void advance(std::int64_t step, numerics::Spectra& state);
 
     const Equations& equations() const { return equations_; }
-    const numerics::System& system() const {
-        return linear_;
-    }  ///< the linear part about the uniform state of the model
+    /// The linear part about the uniform state of the model.
+    const numerics::System& system() const { return linear_; }
     const numerics::StepCount& count() const { return stepper_.count(); }
-    int division() const { return stepper_.division(); }  ///< parts of dt now
+    int division() const { return stepper_.division(); }  ///< current number of substeps per dt
     std::int64_t reference_changes() const { return changes_; }
 
-    /// What a checkpoint needs besides the fields.
+    /// The values that a checkpoint stores besides the fields.
     std::vector<double> save() const;
     void restore(std::span<const double> values);
     static constexpr std::size_t saved_numbers = 2;

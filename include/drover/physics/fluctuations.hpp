@@ -13,8 +13,8 @@ namespace drover::physics {
 /// Strengths of the noise at |q|: <f f^H> = noise_symbol delta(t - t') per area.
 Symbol noise_symbol(const Equations& equations, double q);
 
-/// Equal-time structure factors S = <a_q a_q^H>/area of all fields at one wavevector, rows and columns as in Symbol: m
-/// S + S m^H + Q = 0, by the complex Schur form of m, which serves defective m too.  Throws a run Error where a mode
+/// Equal-time structure factors S = <a_q a_q^H>/area of all fields at one wavevector, indexed as Symbol.  Solves
+/// m S + S m^H + Q = 0 by the complex Schur form of m, which also handles defective m.  Throws a run Error if a mode
 /// does not decay.
 Symbol structure_matrix(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
 
@@ -22,15 +22,15 @@ Symbol structure_matrix(const Equations& equations, const UniformPoint& about, c
 Symbol dynamic_structure_matrix(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q,
                                 double omega);
 
-/// Structure factors of each stored mode of a grid about a state, order and velocity by their parts along and across
-/// q; zero at q = 0, where densities are conserved and the direction of a flock walks at random, and where a mode is
-/// not kept.  Throws as structure_matrix.
+/// Structure factors of each stored mode of a grid about a state; order and velocity are resolved along and across q.
+/// Zero for modes that are not kept and at q = 0, where densities are conserved and the direction of a flock diffuses.
+/// Throws as structure_matrix.
 std::vector<StructureFactor> structure_factors(const Equations& equations, const UniformPoint& about,
                                                const numerics::Grid& grid, int degree, Threads& threads);
 
-/// How the direction theta of the mean order of a flock walks: <theta^2> = 2 D t after its fast modes have settled, D
-/// = this/area [rad^2 mm^2/s].  Closed form without field: 2 D area = Delta/(p0 chi)^2.  Zero without a free
-/// direction; not-a-number where long_waves is undefined.
+/// Diffusion of the direction theta of the mean order of a flock, times the area: D area [rad^2 mm^2/s], with
+/// <theta^2> = 2 D t after the fast modes have relaxed.  Closed form without field: 2 D area = Delta/(p0 chi)^2.  Zero
+/// without a free direction; NaN if long_waves is undefined.
 double direction_diffusion(const Equations& equations, const StationaryState& about);
 
 }  // namespace drover::physics

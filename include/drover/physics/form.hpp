@@ -1,4 +1,4 @@
-// physics/form.hpp: which fields a model has (its form), and where each stands among the components.
+// physics/form.hpp: the fields of a model (its form) and their component indices.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace drover::physics {
 
-/// The fields of a model, as a scene says them; the polar order is always one of them.
+/// The fields of a model, as given in a scene.  The polar order is always present.
 struct FieldChoice {
     bool bead_density = false;             ///< rho
     bool rod_density = true;               ///< sigma
@@ -17,15 +17,16 @@ struct FieldChoice {
 
 enum class Velocity {
     absent,
-    slaved,  ///< in balance with the forces on it at every moment: no field of its own
+    slaved,  ///< determined at every instant by the force balance: not an independent field
     dynamic
 };
 
-/// A form is a set of fields; each number is the first component of that field in Fields and Spectra, -1 when absent.
+/// A set of fields.  Each number is the index of the first component of that field in Fields and Spectra, or -1 if the
+/// field is absent.
 struct Form {
     int bead_density = -1;   ///< rho
     int rod_density = -1;    ///< sigma
-    int bead_velocity = -1;  ///< v, two components, when dynamic
+    int bead_velocity = -1;  ///< v, two components, if dynamic
     int polar_order = -1;    ///< p, two components
     Velocity velocity = Velocity::absent;
     bool order_is_density = false;  ///< p is sigma times the mean orientation [1/mm^2], not the mean orientation itself
@@ -33,19 +34,19 @@ struct Form {
 
 Form make_form(const FieldChoice& fields, bool order_is_density);
 
-/// Rods alone, p being the order density.
+/// Rods alone; p is the order density.
 inline constexpr Form rods_only{.rod_density = 0, .polar_order = 1, .order_is_density = true};
 
 numerics::Layout layout(const Form& form);
 
-/// "two-component", "dilute", "overdamped", "rods only", "polar", or the fields themselves: for people.
+/// Readable name: "two-component", "dilute", "overdamped", "rods only", "polar", or else the list of fields.
 std::string form_name(const Form& form);
 
-/// One component, as files and messages name it.
+/// One component, as named in files and messages.
 struct Component {
     std::string name;     ///< rod_density, polar_order_x, ...
     std::string unit;     ///< UDUNITS text
-    std::string meaning;  ///< for people, with its symbol
+    std::string meaning;  ///< description with its symbol
 };
 std::vector<Component> component_names(const Form& form);
 

@@ -1,4 +1,4 @@
-// physics/initial_state.hpp: the state a run starts from.
+// physics/initial_state.hpp: the initial state of a run.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -10,23 +10,24 @@ namespace drover::physics {
 
 struct InitialState {
     std::string kind = "uniform";  ///< uniform, random, mode, stationary, formula or file
-    double amplitude = 0.0;        ///< of random or mode, in the unit of the field; of formula: random, added to it
+    double amplitude = 0.0;        ///< of random or mode, in the unit of the field; formula: of added random noise
     std::string field = "polar_order_x";  ///< of mode
     int mode_x = 1, mode_y = 0;           ///< mode numbers of mode
     double phase = 0.0;                   ///< of mode [rad]
-    // Of formula: in x and y [mm]; "": the uniform state.
+    // Of formula: expressions in x and y [mm]; "": the uniform state.
     std::string bead_density = {}, rod_density = {}, bead_velocity_x = {}, bead_velocity_y = {}, polar_order_x = {},
                 polar_order_y = {};
     std::string file = {};  ///< of file: an archive
     int frame = -1;         ///< of file: -1 is the last
 };
 
-/// Throws an input Error, at its place, for a field, a mode or a kind that the model and grid do not have.
+/// Throws an input Error, with its location, for a field, mode or kind that the model or grid does not have.
 void check(const InitialState& initial, const Model& model, const numerics::Grid& grid,
            const Dealiasing& dealiasing = {}, const LocationOf& place = no_location);
 
-/// The fields of every kind but "file": the uniform state and the perturbation.  Random: independent normal numbers of
-/// the given deviation in each cell of each field, the means of the densities unchanged.  Throws as check().
+/// The initial fields for every kind except "file": the uniform state plus the perturbation.  Random: independent
+/// normal numbers of the given standard deviation in each cell of each field; the mean densities do not change.
+/// Throws as check().
 numerics::Spectra initial_spectra(const InitialState& initial, const Model& model, const numerics::System& system,
                                   std::uint64_t seed, Threads& threads);
 

@@ -1,4 +1,4 @@
-// physics/linear_theory.hpp: the System of a model about the isotropic state, and what follows from its linear part.
+// physics/linear_theory.hpp: the System of a model about the isotropic state, and predictions of its linear part.
 #pragma once
 #include <vector>
 
@@ -7,35 +7,35 @@
 
 namespace drover::physics {
 
-/// How products are kept free of aliases.
+/// Dealiasing of products.
 struct Dealiasing {
     std::string rule = "exact";  ///< exact: |k| < N/(degree + 1); two-thirds: |k| < N/3; none: |k| < N/2
 };
 
-/// Degree that decides which modes are kept: 1 when every term is linear.
+/// The degree of products that determines which modes are kept; 1 if every term is linear.
 int kept_degree(const Equations& equations, const Dealiasing& dealiasing);
 
-/// L and Q of a model about a reference, and the degree of its products; N stays empty: the linear theory.
+/// L and Q of a model about a reference, and the degree of its products.  N is empty.
 numerics::System linear_system(const Equations& equations, const numerics::Grid& grid, const Reference& reference,
                                const Dealiasing& dealiasing = {});
 /// The same about the scene's uniform densities.
 numerics::System linear_system(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing = {});
 
-/// The largest growth rate of the linear model over the modes of a grid [1/s], conserved means left out, and the |q|
-/// where it is [1/mm].
+/// The largest growth rate of the linear model over the modes of a grid [1/s], excluding conserved means, and its |q|
+/// [1/mm].
 struct FastestGrowth {
     double rate = 0.0, q = 0.0;
 };
 FastestGrowth fastest_growth(const numerics::System& system);
 
-/// The largest |s| of the linear model over the kept modes [1/s]: what dt is held against.
+/// The largest |s| of the linear model over the kept modes [1/s], for comparison with 1/dt.
 double fastest_rate(const numerics::System& system);
 
-/// Stationary structure factors of the linear model at |q| [1/mm]; zero for fields that the form has not.  Cross
-/// structure factors: of a density and i times the part of p along q.  Source: m S + S m^T + Q = 0 for each block.
+/// Stationary structure factors of the linear model at |q| [1/mm]; zero for absent fields.  Cross structure factors are
+/// those of a density and i times the component of p along q.  Source: m S + S m^T + Q = 0 for each block.
 struct StructureFactor {
     double rods = 0.0, beads = 0.0;                      ///< of sigma, of rho [1/mm^2]
-    double order_along = 0.0, order_across = 0.0;        ///< of the parts of p along and across q [[p]^2 mm^2]
+    double order_along = 0.0, order_across = 0.0;        ///< of the components of p along and across q [[p]^2 mm^2]
     double velocity_along = 0.0, velocity_across = 0.0;  ///< of v [mm^4/s^2]
     double beads_rods = 0.0;                             ///< of rho and sigma [1/mm^2]
 };
@@ -45,8 +45,8 @@ void add_scaled(const StructureFactor& part, double factor, StructureFactor& sum
 
 StructureFactor structure_factor(const numerics::System& system, const Form& form, double q);
 
-/// The same for each stored mode of the system's grid; zero at q = 0 and where a mode is not kept.  Throws a run Error
-/// where a mode grows.
+/// The same for each stored mode of the grid; zero at q = 0 and for modes that are not kept.  Throws a run Error if a
+/// mode grows.
 std::vector<StructureFactor> structure_factors(const numerics::System& system, const Form& form);
 
 }  // namespace drover::physics

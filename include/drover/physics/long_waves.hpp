@@ -1,5 +1,4 @@
-// physics/long_waves.hpp: the slow modes of a uniform state at long waves: speeds and dampings by angle, exact in q ->
-// 0.
+// physics/long_waves.hpp: speeds and dampings of the slow modes of a uniform state, by angle, exact as q -> 0.
 #pragma once
 #include <Eigen/Core>
 #include <complex>
@@ -13,37 +12,37 @@ namespace drover::physics {
 
 /// A slow mode: s = -i u q - gamma q^2 as q -> 0.
 struct SlowMode {
-    std::complex<double> speed;  ///< u [mm/s]; an imaginary part above 0 grows as q
-    std::complex<double>
-        damping;  ///< gamma [mm^2/s]; a real part below 0 grows as q^2.  Not-a-number at a defective u.
-    Eigen::Matrix<std::complex<double>, FieldIndex::count, 1>
-        shape;  ///< as in Symbol, of length 1 after each field is divided by its unit
+    /// u [mm/s]; Im u > 0: the mode grows, with rate proportional to q.
+    std::complex<double> speed;
+    /// gamma [mm^2/s]; Re gamma < 0: the mode grows, with rate proportional to q^2.  NaN if u is defective.
+    std::complex<double> damping;
+    /// Indexed as Symbol; norm 1 after each field is divided by its unit.
+    Eigen::Matrix<std::complex<double>, FieldIndex::count, 1> shape;
 };
 
-/// What rules the slow modes, the fast ones being eliminated: rates = (-i q U + q^2 D) slow, with U = U_x c + U_y s
-/// and D likewise of second degree, c and s cosine and sine of the angle of q.  As many slow modes as the state has
-/// conserved densities, one more for the free direction of a flock, two for the momentum of beads that nothing holds
-/// back.
+/// Reduced equations of the slow modes after elimination of the fast ones: rates = (-i q U + q^2 D) slow, with
+/// U = U_x c + U_y s and D of second degree in c and s, the cosine and sine of the angle of q.  There is one slow mode
+/// for each conserved density, one for the free direction of a flock, and two for the momentum of beads without drag.
 struct LongWaves {
     using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, FieldIndex::count, FieldIndex::count>;
     Small speed_x, speed_y;                    ///< U
     Small damping_xx, damping_yy, damping_xy;  ///< -D = D_xx c^2 + D_yy s^2 + D_xy c s
-    Small left;             ///< its duals, a row each: what a push on the fields does to the slow modes
-    Small right;            ///< slow fields in the places of a Symbol, a column each
-    std::string undefined;  ///< why there is no such expansion (a fast mode has become slow); empty: there is
+    Small left;             ///< duals of `right`, one per row: project a forcing of the fields on the slow modes
+    Small right;            ///< slow modes, one per column, indexed as Symbol
+    std::string undefined;  ///< why the expansion does not exist (a fast mode has become slow); empty if it exists
 };
 
 /// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators,
-/// II.2), for moved d/dt = F(q), F the sum of the terms' linearisations, which is of second degree in q.
+/// II.2), for M d/dt = F(q): M is the mass matrix, F the sum of the linearisations, of second degree in q.
 LongWaves long_waves(const Equations& equations, const StationaryState& about);
 
 /// Slow modes of waves at an angle to the x axis [rad], ordered by speed.
 std::vector<SlowMode> slow_modes(const LongWaves& waves, double angle);
 
-/// How fast the fastest slow mode grows: as q (first, > 0: Im u), else as q^2 (then first = 0 and second = -gamma).
+/// Growth of the fastest slow mode: proportional to q (first = Im u > 0), else to q^2 (first = 0, second = -gamma).
 struct SlowGrowth {
     double first = 0.0, second = 0.0;
-    /// > 0: every slow mode decays.  Of either kind, [mm/s] or [mm^2/s]: its sign is what counts.
+    /// Positive if every slow mode decays.  Its unit is [mm/s] or [mm^2/s]; only its sign is meaningful.
     double margin() const { return first > 0.0 ? -first : -second; }
 };
 SlowGrowth slow_growth(const LongWaves& waves, double angle);

@@ -1,4 +1,4 @@
-// physics/model.hpp: a model as a scene gives it: its fields, its mean densities and the numbers of its terms.
+// physics/model.hpp: a model as given in a scene: its fields, mean densities and parameters.
 #pragma once
 #include <map>
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace drover::physics {
 
-/// The mean densities of a scene, which the equations conserve.
+/// The mean densities, which the equations conserve.
 struct UniformState {
     double rod_density = 1.0;   ///< mean sigma [1/mm^2] > 0
     double bead_density = 1.0;  ///< mean rho [1/mm^2] > 0
-    double rod_area = 0.0;      ///< of one rod, projected [mm^2]; 0: not known
-    double bead_area = 0.0;     ///< of one bead, projected [mm^2]; 0: not known
+    double rod_area = 0.0;      ///< projected area of one rod [mm^2]; 0: unknown
+    double bead_area = 0.0;     ///< projected area of one bead [mm^2]; 0: unknown
 };
 
 struct Model {
@@ -37,8 +37,8 @@ struct Model {
     BodyForce force;
     OrientingField orienting_field;
     TableData table;
-    std::vector<TextTerm> text_terms;          ///< terms that the scene writes as text
-    std::map<std::string, double> parameters;  ///< numbers of these, by name
+    std::vector<TextTerm> text_terms;          ///< terms given as text in the scene
+    std::map<std::string, double> parameters;  ///< parameters of the text terms, by name
 };
 
 Form form(const Model& model);

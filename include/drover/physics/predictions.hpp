@@ -1,4 +1,4 @@
-// physics/predictions.hpp: linear theory about the state that a run is in.
+// physics/predictions.hpp: linear theory about the present state of a run.
 #pragma once
 #include <Eigen/Core>
 #include <string>
@@ -9,19 +9,19 @@
 
 namespace drover::physics {
 
-/// The stationary state closest to samples of the mean order: as a vector where a field fixes the direction, else by
-/// its size.  nullptr without states.
+/// The stationary state closest to samples of the mean order: compared as vectors if a field fixes the direction, else
+/// by magnitude.  nullptr if there are no states.
 const StationaryState* nearest_state(const StationaryStates& found, const std::vector<Eigen::Vector2d>& orders);
 
 struct PredictedStructure {
-    std::vector<StructureFactor> modes;  ///< of each stored mode of the grid; empty where there is no prediction
-    std::string no_prediction;           ///< the reason for it
-    std::string about;                   ///< the uniform state, for people
-    bool about_flock = false;            ///< that state has order
+    std::vector<StructureFactor> modes;  ///< for each stored mode of the grid; empty without a prediction
+    std::string no_prediction;           ///< why there is no prediction
+    std::string about;                   ///< description of the uniform state
+    bool about_flock = false;            ///< the uniform state has order
 };
 
-/// Structure factors of a run whose mean order was `orders`; about a flock, averaged over the directions that the order
-/// has taken.
+/// Structure factors of a run with samples `orders` of the mean order; about a flock they are averaged over the
+/// directions of these samples.
 PredictedStructure predicted_structure(const Equations& equations, const numerics::Grid& grid,
                                        const Dealiasing& dealiasing, const std::vector<Eigen::Vector2d>& orders,
                                        Threads& threads);

@@ -31,7 +31,7 @@ struct AreaFraction {
     double UniformState::*density;
     double UniformState::*area;
 };
-/// nullptr for any other name.
+/// nullptr if the name is not an area fraction.
 const AreaFraction* find_area_fraction(const std::string& name);
 
 /// Sets the density of a model from an area fraction.  `area`: of one particle [mm^2], > 0.
@@ -44,7 +44,7 @@ DensityAxis density_axis(const std::string& key);
 /// Whether two keys set the same number.
 bool is_same_axis(const std::string& key, const std::string& other);
 
-/// Whether phase boundaries depend on a key at all: those of noise and of particle areas do not affect them.
+/// Whether phase boundaries depend on a key.  Keys of noise and of particle areas do not affect them.
 bool affects_boundaries(const std::string& key);
 
 }  // namespace drover::physics

@@ -1,4 +1,4 @@
-// physics/right_hand_side.hpp: all of a model that its exact linear part leaves over, as the N of a System.
+// physics/right_hand_side.hpp: the explicit right-hand side N of a System: the model minus its exact linear part.
 #pragma once
 #include <memory>
 
@@ -18,15 +18,14 @@ public:
                   Threads& threads);
     ~RightHandSide();
 
-    /// Writes the kept modes of `rate`; the others must be zero already.  Throws a run Error where the beads of a
-    /// dynamic velocity leave a vacuum, which their inertia divides by, or a density leaves a coefficient's table.
+    /// Writes the kept modes of `rate`; the others must already be zero.  Throws a run Error if a dynamic velocity
+    /// meets a vanishing bead density (the equations divide by m rho), or if a density leaves a coefficient table.
     void operator()(double t, const numerics::Spectra& state, numerics::Spectra& rate);
 
-    /// Of the last evaluation.
+    /// Extremes of the last evaluation.
     Extremes extremes() const;
 
-    /// Of a slaved form: the velocity of the beads on the grid, two components, in balance with the forces at each
-    /// point.
+    /// Slaved forms only: the bead velocity on the grid, two components, from the force balance at each point.
     numerics::Fields bead_velocity(double t, const numerics::Spectra& state, const numerics::Transform& transform);
 
 private:

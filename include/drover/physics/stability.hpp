@@ -1,4 +1,4 @@
-// physics/stability.hpp: modes of small waves on a uniform state: rates, frequencies, shapes, branches, and what grows.
+// physics/stability.hpp: linear modes of a uniform state: rates, frequencies, shapes, branches and instabilities.
 #pragma once
 #include <Eigen/Core>
 #include <complex>
@@ -11,26 +11,26 @@
 
 namespace drover::physics {
 
-/// At most `places` numbers, or columns of them.
+/// Vectors and matrices of at most FieldIndex::count rows, without heap allocation.
 using ModeRates = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, 0, FieldIndex::count, 1>;
 using ModeShapes =
     Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, FieldIndex::count, FieldIndex::count>;
 
-/// The places of a Symbol that a form's fields take, in order: as many modes as there are.
+/// The indices of a form's fields in a Symbol, in order.  Their number is the number of modes.
 std::vector<int> places_of(const Form& form);
 
-/// The modes of one wavevector: fields ~ exp(i q.r + s t).  Rows of `shapes`: the form's fields in the order of
-/// places_of, a column for each mode, of length 1; `duals` times shapes is the identity.  Nearly equal columns of
-/// shapes: M is defective there, `duals` large.
+/// The modes of one wavevector: fields ~ exp(i q.r + s t).  `shapes` has one row per field, in the order of places_of,
+/// and one column of norm 1 per mode; `duals` times `shapes` is the identity.  Near a defective matrix, columns of
+/// `shapes` are nearly equal and `duals` is large.
 struct Modes {
     ModeRates rates;  ///< s [1/s]: growth Re s, frequency -Im s
     ModeShapes shapes, duals;
 };
 
-/// By rate, fastest growing first.
+/// Sorted by growth rate, fastest growing first.
 Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
 
-/// The rates alone, in no order.
+/// Only the rates, unsorted.
 ModeRates mode_rates(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
 
 /// The largest growth rate of one wavevector, with its frequency -Im s [1/s].
@@ -39,8 +39,8 @@ struct Growth {
 };
 Growth growth(const Equations& equations, const UniformPoint& about, double q, double angle);
 
-/// All branches over wavenumbers and angles, each followed along q from the smallest, and there from angle to angle: a
-/// mode goes on as the one whose shape it has or, where shapes are no guide (defective), whose rate is nearest.
+/// All branches over wavenumbers and angles.  Each branch is followed along q from the smallest q, where it is followed
+/// from angle to angle.  Modes of successive points are matched by shape or, near defective matrices, by nearest rate.
 struct ModeMap {
     std::vector<double> wavenumbers;  ///< |q| [1/mm], ascending
     std::vector<double> angles;       ///< of q, from the direction of p0 (from x without order) [rad]
@@ -57,23 +57,23 @@ numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, 
 
 /// A kind of instability: its fastest wave.
 struct Instability {
-    /// Of the isotropic state: "order" (a flock forms), "phase separation".  Of a flock: "banding" (waves along p0),
-    /// "oblique", "phase separation" (waves across p0 that stand still), "uniform" (the whole of it turns or grows,
-    /// without a wave).
+    /// Isotropic state: "order" (a flock forms), "phase separation".  Flock: "banding" (waves along p0), "oblique",
+    /// "phase separation" (stationary waves transverse to p0), "uniform" (the uniform order rotates or grows, q = 0).
     std::string name;
     double rate = 0.0, frequency = 0.0;  ///< Re s, -Im s [1/s]
-    double q = 0.0, angle = 0.0;         ///< [1/mm], [rad]; q = 0: without a wave
-    double min = 0.0, max = 0.0;         ///< at this angle waves grow between these [1/mm]; infinite: beyond the search
-    bool at_longest = false;             ///< the longer the wave the faster it grows, down to the smallest |q| searched
-    bool at_shortest = false;            ///< still growing faster where the search ends: the model has no shortest wave
+    double q = 0.0, angle = 0.0;         ///< [1/mm], [rad]; q = 0: uniform
+    double min = 0.0, max = 0.0;         ///< unstable range of |q| at this angle [1/mm]; infinite: beyond the search
+    bool at_longest = false;             ///< growth increases down to the smallest |q| searched
+    bool at_shortest = false;            ///< growth increases up to the largest |q| searched: no short-wave cutoff
 };
 
-/// What grows on a state, fastest first; empty: it is stable against waves from min to max.  Searched on `wavenumbers`
-/// |q|, evenly by their logarithm, at 46 angles, every maximum then refined.
+/// Range of an instability search: `wavenumbers` values of |q|, evenly spaced in log |q|, at 46 angles; every maximum
+/// is then refined.
 struct Search {
     double min = 1e-4, max = 1e2;  ///< |q| [1/mm]
     int wavenumbers = 96;
 };
+/// The instabilities of a state, fastest first; empty if it is stable against waves from search.min to search.max.
 std::vector<Instability> instabilities(const Equations& equations, const StationaryState& about, const Search& search);
 
 /// Where the growth at an angle changes sign, ascending [1/mm].

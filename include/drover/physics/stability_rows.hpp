@@ -12,7 +12,7 @@ namespace drover::physics {
 struct EffectiveCoefficientRow {
     std::string name, unit, meaning;  ///< unit as UDUNITS text
     double EffectiveCoefficients::*member;
-    bool applies = true;  ///< the form has the fields that it concerns
+    bool applies = true;  ///< the form has the fields that it needs
 };
 std::vector<EffectiveCoefficientRow> effective_coefficient_rows(const Form& form);
 
@@ -30,8 +30,8 @@ struct StructurePart {
 /// `direction`: of p0 [rad].
 std::vector<StructurePart> structure_parts(const Form& form, double direction);
 
-/// `count` angular frequencies, symmetric about 0, up to twice that of the fastest wave of wavenumber q; where no wave
-/// propagates, up to twice the slowest rate [1/s].
+/// `count` angular frequencies [1/s], symmetric about 0, up to twice that of the fastest wave of wavenumber q; if no
+/// wave propagates, up to twice the slowest rate.
 std::vector<double> structure_frequencies(const Equations& equations, const UniformPoint& about, double q,
                                           const std::vector<double>& angles, int count);
 

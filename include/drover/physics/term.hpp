@@ -1,8 +1,7 @@
 // physics/term.hpp: one term of the equations: its exact linearisation, its isotropic linear part, its action.
 //
-// A term is complete in itself.  The propagator takes the isotropic linear part about a state at rest, nothing else;
-// the action is the whole term less that part, so the two together are always the term, whatever its symmetry or order
-// in q.
+// The propagator integrates only the isotropic linear part about a state at rest.  The action is the term minus that
+// part, so their sum is always the complete term, whatever its symmetry or order in q.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -51,8 +50,8 @@ inline UniformPoint at_rest(const Reference& densities) {
     return {.bead_density = densities.bead_density, .rod_density = densities.rod_density};
 }
 
-/// What a term reads at points of the grid: fields, derivatives of them, the point itself.  Each but the point costs a
-/// transform.
+/// The inputs of a term at grid points: fields, their derivatives, position and time.  Each except position and time
+/// costs a transform.
 struct Input {
     enum Value : int {
         bead_density,
@@ -62,15 +61,15 @@ struct Input {
         polar_order_x,
         polar_order_y,
         d_x,                            ///< d/dx of the six fields, in the same order
-        d_y = d_x + 6,                  ///< d/dy of them
-        laplacian = d_y + 6,            ///< lap of them
+        d_y = d_x + 6,                  ///< d/dy of the six fields
+        laplacian = d_y + 6,            ///< lap of the six fields
         velocity_curl = laplacian + 6,  ///< d_x v_y - d_y v_x
         order_curl,                     ///< d_x p_y - d_y p_x
         velocity_divergence,
         order_divergence,
         velocity_grad_div,                       ///< d_x and d_y of div v
         order_grad_div = velocity_grad_div + 2,  ///< of div p
-        x = order_grad_div + 2,                  ///< the point itself
+        x = order_grad_div + 2,                  ///< position and time
         y,
         t,
         count
@@ -81,11 +80,11 @@ inline constexpr std::uint64_t reads_velocity = reads(Input::bead_velocity_x) | 
                                reads_order = reads(Input::polar_order_x) | reads(Input::polar_order_y),
                                reads_position = reads(Input::x) | reads(Input::y) | reads(Input::t);
 
-/// What a term writes there; vectors take two places.
+/// The outputs of a term at grid points; vectors occupy two indices.
 struct Output {
     enum Value : int {
         bead_flux,
-        rod_flux = bead_flux + 2,  ///< d_t density = -div of it
+        rod_flux = bead_flux + 2,  ///< d_t density = -div flux
         force = rod_flux + 2,      ///< on the beads, per area
         velocity = force + 2,
         order = velocity + 2,  ///< d_t v, d_t p
@@ -104,12 +103,12 @@ struct VectorStrip {
     Number* y = nullptr;
 };
 
-/// Fields at some points of the grid; null where nothing reads them.
+/// Fields at a set of grid points; null if no term reads them.
 struct PointFields {
     std::size_t size = 0;
     std::array<const double*, Input::count> values{};  ///< by Input
-    VectorStrip<const double> linear_velocity;         ///< slaved: v by the linear part alone; dynamic: v
-    VectorStrip<const double> linear_force;            ///< on the beads, by the linear part [mg/(mm s^2)]
+    VectorStrip<const double> linear_velocity;         ///< slaved: v from the linear part only; dynamic: v
+    VectorStrip<const double> linear_force;            ///< force on the beads from the linear part [mg/(mm s^2)]
     double time = 0.0;
 
     const double* operator[](int input) const { return values[static_cast<std::size_t>(input)]; }
@@ -118,7 +117,7 @@ struct PointFields {
     VectorStrip<const double> order() const { return vector(Input::polar_order_x); }
 };
 
-/// What the terms add there.
+/// Rates to which the terms add, at the same points.
 struct PointRates {
     std::array<double*, Output::count> values{};  ///< by Output
 
@@ -126,15 +125,15 @@ struct PointRates {
     VectorStrip<double> vector(int first) const { return {(*this)[first], (*this)[first + 1]}; }
 };
 
-/// What evaluating a term at points costs.
+/// Cost of evaluating a term at grid points.
 struct PointCost {
     std::uint64_t reads = 0;
-    unsigned writes = 0;  ///< 0: nothing is to be evaluated
-    int degree = 1;       ///< of its products, a slaved velocity counting as one factor
+    unsigned writes = 0;  ///< 0: no evaluation is needed
+    int degree = 1;       ///< of its products; a slaved velocity counts as one factor
     bool has_finite_degree = true;
 };
 
-/// A vector of Fourier coefficients at one q.
+/// Fourier coefficients of a vector at one q.
 struct VectorMode {
     std::complex<double> x = 0.0, y = 0.0;
 };
@@ -148,38 +147,38 @@ enum class Equation {
     polar_order     ///< d_t p
 };
 
-/// How much of a term's linearisation about a state at rest goes into the propagator.
+/// The part of a term's linearisation about a state at rest that the propagator integrates.
 enum class LinearPart {
-    isotropic,  ///< all of it: it commutes with rotations and reflections (checked)
-    averaged,   ///< its average over the directions of q
-    none        ///< nothing: the term is evaluated at points as it is
+    isotropic,  ///< all; the linearisation must commute with rotations and reflections (checked)
+    averaged,   ///< the average over the directions of q
+    none        ///< none; the complete term is evaluated at grid points
 };
 
-/// One term.  Of `remainder` and `whole` at most one is given; with neither the term is linear, and what `linear_part`
-/// leaves out is applied mode by mode.
+/// One term.  At most one of `remainder` and `whole` is set.  If neither is set the term is linear, and the part of its
+/// linearisation that `linear_part` excludes is applied mode by mode.
 struct Term {
     using Act = std::function<void(const CompiledModel&, const Reference&, const PointFields&, const PointRates&)>;
 
-    std::string name;  ///< the key of its coefficient; terms[n] of a text
+    std::string name;  ///< the key of its coefficient; terms[n] for a text term
     Equation of = Equation::polar_order;
     std::function<bool(const CompiledModel&)> is_active;
-    std::function<std::string(const CompiledModel&)> equation;  ///< for people
-    /// Adds the exact linearisation about any uniform state.  Empty: a source, which depends on no field.
+    std::function<std::string(const CompiledModel&)> equation;  ///< readable form
+    /// Adds the exact linearisation about any uniform state.  Empty for a source, which does not depend on the fields.
     std::function<void(const CompiledModel&, const UniformPoint& about, const numerics::Wavevector& q, Symbol&)>
         linearise;
     LinearPart linear_part = LinearPart::isotropic;
-    int degree_in_q = 2;  ///< of the linearisation, a polynomial in q of at most fourth degree; -1: it is none
-    /// Of the action at points; `pointwise_velocity`: a slaved velocity that is no linear function of the fields.
+    int degree_in_q = 2;  ///< degree of the linearisation as a polynomial in q, at most 4; -1: not a polynomial
+    /// Cost of the action at points; `pointwise_velocity`: a slaved velocity is a nonlinear function of the fields.
     std::function<PointCost(const CompiledModel&, bool pointwise_velocity)> cost;
-    /// Adds the term less its isotropic linear part about the reference; reads fields, allocates nothing
+    /// Adds the term minus its isotropic linear part about the reference; must not allocate memory.
     Act remainder;
-    Act whole;  ///< or adds the whole term; the solver subtracts the linear part
-    /// Fourier coefficients of a source of a vector equation; uniform: it has none but at q = 0.
+    Act whole;  ///< adds the complete term; the solver subtracts the linear part
+    /// Fourier coefficients of a source in a vector equation; a uniform source is nonzero only at q = 0.
     std::function<VectorMode(const CompiledModel&, const numerics::Grid&, double t, const numerics::Wavevector& q)>
         source;
     bool source_is_uniform = false;
-    bool is_uniform_in_space = true;    ///< false: it depends on x, y or t, and no uniform state satisfies it
-    bool closed_uniform_states = true;  ///< false: it changes the uniform states from those of the built-in equations
+    bool is_uniform_in_space = true;    ///< false: the term depends on x, y or t, so no uniform state satisfies it
+    bool closed_uniform_states = true;  ///< false: the uniform states differ from those of the built-in equations
 };
 
 /// The terms of the rod-bead equations, in the order of the equations.

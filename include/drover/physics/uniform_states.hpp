@@ -1,5 +1,4 @@
-// physics/uniform_states.hpp: the uniform states that the equations leave as they are, and the coefficients that rule
-// about them.
+// physics/uniform_states.hpp: uniform stationary states and the effective coefficients of slow order about them.
 #pragma once
 #include <limits>
 #include <string>
@@ -11,44 +10,43 @@ namespace drover::physics {
 
 /// A uniform stationary state.
 struct StationaryState {
-    std::string name;             ///< isotropic; ordered; along the field, against the field, each also weakly
-    UniformPoint point;           ///< without a field from outside the order of a flock lies along x
-    bool free_direction = false;  ///< every direction of p will do: the flock chose one
+    std::string name;             ///< isotropic; ordered; [weakly] along the field, [weakly] against the field
+    UniformPoint point;           ///< without an external field the order of a flock is along x
+    bool free_direction = false;  ///< the state is degenerate: p may have any direction
 };
 
-/// Without order and with the beads at rest: every direction is like every other.
+/// Whether the state has no order and the beads are at rest.
 inline bool is_isotropic(const UniformPoint& point) {
     return point.order.norm() == 0.0 && point.velocity.norm() == 0.0;
 }
 
-/// From where angles of waves are counted: the direction of the order; without it that of the beads' velocity; at rest
-/// the x axis [rad].
+/// The direction from which wave angles are measured [rad]: that of the order; without order that of the bead velocity;
+/// for an isotropic state the x axis.
 double direction_of(const UniformPoint& point);
 
-/// Whether the mirror image of the state in the line of its direction is the state itself: order and velocity on one
-/// line.
+/// Whether the state is invariant under reflection in the line of its direction: order and velocity are collinear.
 bool is_mirrored(const UniformPoint& point);
 
 struct StationaryStates {
     std::vector<StationaryState> states;  ///< isotropic first; may be empty
-    std::string no_order;                 ///< why there is no ordered state; empty when there is one
+    std::string no_order;                 ///< why there is no ordered state; empty if there is one
 };
 
 /// All uniform stationary states at given densities: the real roots P of
 ///     b P^3 + (a - lambda alpha/Gamma) P = |H|,    H = h + lambda f/Gamma,    v = (alpha p + f)/Gamma,
-/// p being P along H; without H the isotropic state and, where the roots are real, the flock.  Beads that nothing
-/// holds back (Gamma = 0) have p = -f/alpha; without driving they are taken at rest.  Throws an input Error where a
-/// coefficient refuses the densities (beyond its table).
-/// Terms written as text that change the uniform equations: the states that Newton's method finds from 7 sizes of the
-/// order, in 16 directions where the equations have one of their own.
+/// where p is P along H.  If H = 0: the isotropic state and, if its root is real, the flock.  Beads without drag
+/// (Gamma = 0) have p = -f/alpha; without driving they are at rest.  Throws an input Error if the densities are outside
+/// a coefficient table.
+/// If text terms change the uniform equations: the states that Newton's method finds from 7 magnitudes of the order, in
+/// 16 directions if the equations are not isotropic.
 StationaryStates stationary_states(const Equations& equations, double bead_density, double rod_density);
 inline StationaryStates stationary_states(const Equations& equations) {
     return stationary_states(equations, equations.model.uniform.bead_density, equations.model.uniform.rod_density);
 }
 
-/// The coefficients of slow order, beads being carried along: what a flock's long waves see.  Source: Kumar et al.
-/// (2014), Methods, with the factor chi: d_t of every slow mode of p is divided by it.  A form without bead velocity
-/// has those of the order alone.
+/// The effective coefficients of slow order after elimination of the bead velocity, which govern the long waves of a
+/// flock.  Source: Kumar et al. (2014), Methods, with the additional factor chi, which divides the rates of all slow
+/// modes of p.  In a form without bead velocity they are those of the order alone.
 struct EffectiveCoefficients {
     double inertia = 1.0;              ///< chi = 1 + m rho lambda alpha/Gamma^2; 1 when v is slaved or absent
     double relaxation = 0.0;           ///< abar = a - lambda alpha/Gamma [1/s]; < 0: a flock
@@ -57,20 +55,20 @@ struct EffectiveCoefficients {
     double pressure_beads = 0.0;       ///< Abar = A + lambda E/Gamma
     double pressure_rods = 0.0;        ///< Bbar = B + lambda F/Gamma
     double stiffness_across = 0.0;     ///< Kbar of waves of the order across q [mm^2/s]: K3 + lambda alpha eta/Gamma^2
-    double stiffness_along =
-        0.0;  ///< Kbar of waves of the order along q [mm^2/s]: K3 + K1 + lambda alpha (eta + zeta)/Gamma^2
-    double sound_stiffness = 0.0;  ///< C0 [mm^2/s^2]: sound across a flock runs at sqrt(C0/chi)
-    /// sqrt of what |q|^2 must be, with its sign turned, for the order across q neither to grow nor to decay [mm];
-    /// infinite at abar = 0; not-a-number past it, where the neutral wave itself is `neutral_wavenumber`.
+    /// Kbar of waves of the order along q [mm^2/s]: K3 + K1 + lambda alpha (eta + zeta)/Gamma^2.
+    double stiffness_along = 0.0;
+    double sound_stiffness = 0.0;  ///< C0 [mm^2/s^2]: sound transverse to a flock has the speed sqrt(C0/chi)
+    /// xi [mm]: the order transverse to q is neutral at q^2 = -1/xi^2.  Infinite at abar = 0; NaN at abar < 0, where
+    /// `neutral_wavenumber` is defined instead.
     double correlation_length = std::numeric_limits<double>::quiet_NaN();
-    double neutral_wavenumber =
-        std::numeric_limits<double>::quiet_NaN();  ///< q_c [1/mm] of the isotropic state past abar = 0
+    /// q_c [1/mm] of the isotropic state at abar < 0.
+    double neutral_wavenumber = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// abar alone.  Throws as stationary_states.
 double effective_relaxation(const Equations& equations, double bead_density, double rod_density);
 
-/// Throws as stationary_states.  Gamma = 0 with beads: what is divided by it is not finite.
+/// Throws as stationary_states.  If Gamma = 0 with beads, quantities divided by Gamma are not finite.
 EffectiveCoefficients effective_coefficients(const Equations& equations, double bead_density, double rod_density);
 
 }  // namespace drover::physics

@@ -1,4 +1,4 @@
-// physics/whole_rate.hpp: the right-hand side of the equations without any splitting.
+// physics/whole_rate.hpp: the complete right-hand side of the equations, without splitting.
 #pragma once
 #include <memory>
 
@@ -7,14 +7,14 @@
 
 namespace drover::physics {
 
-/// d_t a = L a + N(t, a): for implicit steppers, budgets and tests.  The same for any reference, to rounding.
+/// d_t a = L a + N(t, a): for implicit steppers, budgets and tests.  Independent of the reference, to rounding.
 class WholeRate {
 public:
     WholeRate(const Equations& equations, const numerics::Grid& grid, const Reference& about, Threads& threads,
               const Dealiasing& dealiasing = {});
 
     numerics::Spectra operator()(double t, const numerics::Spectra& state) const;
-    /// The same, into `rate`, on the modes that the grid keeps.
+    /// Writes the result to the kept modes of `rate`.
     void write(double t, const numerics::Spectra& state, numerics::Spectra& rate) const;
 
     numerics::System system;  ///< with its nonlinear part

@@ -43,7 +43,7 @@ struct Record {
     std::vector<Entry> entries = {};
     std::vector<std::pair<std::string, Record>> parts = {};  ///< named records within
     std::vector<List> lists = {};
-    files::ResultTable maps = {};             ///< arrays over several axes: in archives alone
+    files::ResultTable maps = {};          ///< arrays over several axes: in archives alone
     std::vector<std::string> footer = {};  ///< lines of text alone, after everything else
     Display shown = {};
 };
