@@ -76,7 +76,8 @@ MODELS = {
         "[table]\nrod_density = [2, 0.5]\nrelaxation_rate = [1, 2]\n",
         ["bad.toml:3:1", "table.relaxation_rate", "ascend"]),
     "a table of beads without beads": (
-        "[table]\nbead_density = [0.5, 2]\nrelaxation_rate = [1, 2]\n", ["bad.toml", "bead density", "include the field"]),
+        "[table]\nbead_density = [0.5, 2]\nrelaxation_rate = [1, 2]\n",
+        ["bad.toml", "bead density", "include the field"]),
     "a table without the uniform state": (
         "[uniform]\nrod_density = 3\n[table]\nrod_density = [0.5, 2]\nrelaxation_rate = [1, 2]\n",
         ["bad.toml:2:1", "relaxation.rate", "outside its table", 'table.outside = "hold"']),

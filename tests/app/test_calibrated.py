@@ -212,7 +212,7 @@ def test_invalid_calibrated_scenes_are_rejected(folder):
     with h5py.File(folder / "table.h5", "r+") as file:
         file["calibration/viscosity_kinematic"][...] *= -1.0
     check_rejected(["viscosity.shear = -3.5 +- 0.07 from the table",
-                    "expected >= 0: measure more, or give it in the scene"])
+                    "expected >= 0: measure more, or set it in the scene"])
     make_archive(folder, "run.h5")
     check_rejected(["run.h5", "not a table of coefficients"], "calibrated.table=run.h5")
     rejected(folder, ["boundary", "run.h5"], ["not a table of coefficients"])
