@@ -3,12 +3,12 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "expansion.hpp"
+#include "numerics/small_matrices.hpp"
 
 namespace drover::physics {
 
@@ -169,7 +169,7 @@ ComplexColumn speeds_of(const Small& u) {
     if (u.rows() == 1) speeds = ComplexColumn::Constant(1, u(0, 0));
     else if (u.rows() == 2) speeds = Eigen::EigenSolver<Eigen::Matrix2d>(u, false).eigenvalues();
     else if (u.rows() == 3) speeds = Eigen::EigenSolver<Eigen::Matrix3d>(u, false).eigenvalues();
-    else speeds = Eigen::EigenSolver<Small>(u, false).eigenvalues();
+    else speeds = numerics::eigenvalues(u);
     // A size that no choice of units changes: of the speeds, and of the loops that could make one.
     double size = speeds.cwiseAbs().maxCoeff();
     for (int i = 0; i < u.rows(); ++i)
@@ -216,17 +216,17 @@ Group group_of(const AtAngle& at, Complex speed, int count) {
         return {.damping = ComplexColumn::Constant(1, (both * at.damping.cast<Complex>()).trace() / overlap),
                 .shape = both.col(column)};
     }
-    const Eigen::JacobiSVD<ComplexSmall> svd(rest, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const ComplexSmall right = svd.matrixV().rightCols(count), left = svd.matrixU().rightCols(count).adjoint();
+    const numerics::SingularValueDecomposition svd = numerics::singular_value_decomposition(rest);
+    const ComplexSmall right = svd.right.rightCols(count), left = svd.left.rightCols(count).adjoint();
     const ComplexSmall overlap = left * right;
     const Eigen::FullPivLU<ComplexSmall> by_overlap(overlap);
-    const auto& singular = svd.singularValues();
+    const auto& singular = svd.values;
     const double most = std::max(singular(0), at.speed.cwiseAbs().maxCoeff());
     if (!(least_pivot(by_overlap) > 1e-6) || singular(k - count) > 1e-5 * most)
         return {.damping = ComplexColumn::Constant(count, not_a_number), .shape = right};
     const ComplexSmall reduced = by_overlap.solve(left * at.damping.cast<Complex>() * right);
-    const Eigen::ComplexEigenSolver<ComplexSmall> solved(reduced);
-    return {.damping = solved.eigenvalues(), .shape = right * solved.eigenvectors()};
+    const numerics::EigenDecomposition solved = numerics::eigen_decomposition(reduced);
+    return {.damping = solved.values, .shape = right * solved.vectors};
 }
 
 /// see(speed, Group) for the modes of each speed.

@@ -3,8 +3,6 @@
 
 #include <gsl/gsl_multimin.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +11,7 @@
 #include <numeric>
 
 #include "drover/physics/long_waves.hpp"
+#include "numerics/small_matrices.hpp"
 
 namespace drover::physics {
 
@@ -38,20 +37,20 @@ std::vector<int> places_of(const Form& form) {
 }
 
 Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    const Eigen::ComplexEigenSolver<ModeShapes> solved(compact_symbol(equations, about, q));
-    std::vector<int> order(static_cast<std::size_t>(solved.eigenvalues().size()));
+    const numerics::EigenDecomposition solved = numerics::eigen_decomposition(compact_symbol(equations, about, q));
+    std::vector<int> order(static_cast<std::size_t>(solved.values.size()));
     std::iota(order.begin(), order.end(), 0);
     std::sort(order.begin(), order.end(), [&](int a, int b) {
-        const Complex first = solved.eigenvalues()(a), second = solved.eigenvalues()(b);
+        const Complex first = solved.values(a), second = solved.values(b);
         return first.real() != second.real() ? first.real() > second.real() : first.imag() > second.imag();
     });
-    Modes result{.rates = solved.eigenvalues()(order), .shapes = solved.eigenvectors()(Eigen::all, order), .duals = {}};
-    result.duals = result.shapes.partialPivLu().inverse();
+    Modes result{.rates = solved.values(order), .shapes = solved.vectors(Eigen::all, order), .duals = {}};
+    result.duals = numerics::inverse(result.shapes);
     return result;
 }
 
 ModeRates mode_rates(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    return Eigen::ComplexEigenSolver<ModeShapes>(compact_symbol(equations, about, q), false).eigenvalues();
+    return numerics::eigenvalues(compact_symbol(equations, about, q));
 }
 
 numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, double angle) {

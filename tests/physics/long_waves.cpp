@@ -4,10 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <numbers>
 
 #include "flock_model.hpp"
+#include "numerics/small_matrices.hpp"
 
 namespace drover::physics {
 namespace {
@@ -83,7 +84,7 @@ TEST(SlowModes, of_the_isotropic_state_diffuse_by_the_matrix_of_the_closed_form)
     Eigen::Matrix2d diffusion;
     diffusion << l.rho * (l.e + l.alpha * l.abar_beads() / abar) / l.gamma,
         l.rho * (l.f + l.alpha * l.bbar() / abar) / l.gamma, l.abar_beads() / abar, l.bbar() / abar;
-    Eigen::Vector2d expected = Eigen::EigenSolver<Eigen::Matrix2d>(diffusion).eigenvalues().real();
+    Eigen::Vector2d expected = numerics::eigenvalues(numerics::SmallRealMatrix(diffusion)).real();
     std::sort(expected.begin(), expected.end());
     for (const double angle : {0.0, 0.7, 2.9}) {
         std::vector<SlowMode> modes = slow_modes(waves, angle);

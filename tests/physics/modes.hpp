@@ -1,7 +1,6 @@
 // tests/physics/modes.hpp: uniform states of a form and the modes of small waves on them, by component.
 #pragma once
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "drover/numerics/field.hpp"
 #include "drover/physics/equations.hpp"
+#include "numerics/small_matrices.hpp"
 
 namespace drover::physics {
 
@@ -63,19 +63,19 @@ struct WaveModes {
     Eigen::MatrixXcd left;   ///< its inverse: row k gives the amplitude of mode k in any wave
 
     explicit WaveModes(const Eigen::MatrixXcd& matrix) : rates(matrix.rows()), right(matrix.rows(), matrix.cols()) {
-        const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solved(matrix);
+        const numerics::EigenDecomposition solved = numerics::eigen_decomposition(matrix);
         std::vector<int> order(static_cast<std::size_t>(matrix.rows()));
         std::iota(order.begin(), order.end(), 0);
         std::sort(order.begin(), order.end(),
-                  [&](int a, int b) { return std::abs(solved.eigenvalues()(a)) < std::abs(solved.eigenvalues()(b)); });
+                  [&](int a, int b) { return std::abs(solved.values(a)) < std::abs(solved.values(b)); });
         for (int k = 0; k < matrix.rows(); ++k) {
-            rates(k) = solved.eigenvalues()(order[static_cast<std::size_t>(k)]);
-            right.col(k) = solved.eigenvectors().col(order[static_cast<std::size_t>(k)]);
+            rates(k) = solved.values(order[static_cast<std::size_t>(k)]);
+            right.col(k) = solved.vectors.col(order[static_cast<std::size_t>(k)]);
             Eigen::Index largest = 0;
             right.col(k).cwiseAbs().maxCoeff(&largest);
             right.col(k) /= right(largest, k);
         }
-        left = right.inverse();
+        left = numerics::inverse(right);
     }
     /// The mode whose rate is nearest to one given.
     int nearest(std::complex<double> rate) const {
