@@ -143,9 +143,10 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
     std::string diagnosis;
     for (const auto& [name, q] : {std::pair{"beads", 4u}, std::pair{"rods", 5u}}) {
         const measure::Estimate& change = estimates[q];
+        constexpr double rounding = 1e-12;  // of the fits: no change, however small its error
         diagnosis += diagnosis.empty() ? "" : "; ";
         if (!change.error) diagnosis += text("{}: whether the motion is diffusive is not known", name);
-        else if (std::abs(change.mean) <= 2.0 * *change.error)
+        else if (std::abs(change.mean) <= 2.0 * *change.error + rounding)
             diagnosis += text("{}: the mean-square displacement is linear in time", name);
         else
             diagnosis +=

@@ -33,6 +33,29 @@ const physics::Model flock{.fields = {.bead_density = true, .rod_density = true,
                            .pressure = {.beads = 0.5, .rods = 0.5},
                            .noise = {.order = 0.001}};
 
+/// The equations of models/band.toml, by built-in terms.
+const physics::Model band{.uniform = {.rod_density = 1.02},
+                          .current = {.speed = 1.0},
+                          .relaxation = {.rate = 1.0, .rate_terms = {"-1 sigma"}, .saturation = 1.0},
+                          .elasticity = {.stiffness = 0.5, .splay = 0.5},
+                          .advection = {.strength = 1.0},
+                          .pressure = {.rods = 1.0}};
+
+/// The same equations as text.
+physics::Model band_as_text() {
+    physics::Model model{.uniform = band.uniform, .relaxation = {.rate = 0.0}};
+    const auto add = [&](const std::string& of, const std::vector<std::string>& value) {
+        model.text_terms.push_back({.of = of, .value = {}, .flux = {}, .parameters = {}, .where = {}});
+        for (const std::string& one : value) model.text_terms.back().value.push_back({one, {}});
+    };
+    add("rod_density", {"-div order"});
+    add("order", {"-(1 - rod_density + order_x^2 + order_y^2) order_x - d_x rod_density",
+                  "-(1 - rod_density + order_x^2 + order_y^2) order_y - d_y rod_density"});
+    add("order", {"0.5 lap order_x + 0.5 grad_div_x order", "0.5 lap order_y + 0.5 grad_div_y order"});
+    add("order", {"-order_x d_x order_x - order_y d_y order_x", "-order_x d_x order_y - order_y d_y order_y"});
+    return model;
+}
+
 numerics::Grid grid_of(const benchmark::State& state) {
     const int n = static_cast<int>(state.range(0));
     return {.nx = n, .ny = n, .lx = 0.5 * n, .ly = 0.5 * n};
@@ -71,6 +94,9 @@ void linear_step(benchmark::State& state) { time_steps(state, isotropic, true); 
 void flock_step(benchmark::State& state) { time_steps(state, flock, true); }
 void flock_step_without_noise(benchmark::State& state) { time_steps(state, flock, false); }
 
+void band_step(benchmark::State& state) { time_steps(state, band, false); }
+void band_step_as_text(benchmark::State& state) { time_steps(state, band_as_text(), false); }
+
 /// The transforms that a step of the flock makes, and nothing else: two right-hand sides, products being a copy.
 void flock_transforms(benchmark::State& state) {
     Threads threads(static_cast<int>(state.range(1)));
@@ -99,6 +125,8 @@ void sizes_and_threads(benchmark::internal::Benchmark* benchmark) {
 }
 BENCHMARK(flock_step)->Apply(sizes_and_threads);
 BENCHMARK(flock_step_without_noise)->Apply(sizes_and_threads);
+BENCHMARK(band_step)->Apply(sizes_and_threads);
+BENCHMARK(band_step_as_text)->Apply(sizes_and_threads);
 BENCHMARK(flock_transforms)->Apply(sizes_and_threads);
 BENCHMARK(linear_step)->Apply(sizes_and_threads);
 
