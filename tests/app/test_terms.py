@@ -76,7 +76,7 @@ def test_a_parameter_can_be_swept(tmp_path):
 def test_bad_terms_are_rejected_at_their_column_with_a_remedy(tmp_path):
     for text, says in [('value = ["0", "-W order_z"]', ["anchoring.toml:10:19", "order_z", "did you mean"]),
                        ('value = ["0", "-W order_y"', ["anchoring.toml:"]),
-                       ('value = ["-W order_y"]', ["anchoring.toml:", "two: the x and the y component"]),
+                       ('value = ["-W order_y"]', ["anchoring.toml:", "two, the x and y components"]),
                        ('value = 3', ["anchoring.toml:10", "expression in quotes"])]:
         scene = write(tmp_path, ANCHORING.replace('value = ["0", "-W order_y"]', text))
         rejected(tmp_path, ["run", scene], says)
