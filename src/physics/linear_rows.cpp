@@ -72,8 +72,19 @@ Symbol LinearRemainder::added(const numerics::Wavevector& q) const {
     return whole - from_axes_of(q, propagated);
 }
 
-Symbol LinearRemainder::subtracted(std::size_t n, const numerics::Wavevector& q) const {
-    return -from_axes_of(q, subtracted_[n]);
+FieldModes LinearRemainder::subtracted(std::size_t n, const numerics::Wavevector& q, double inverse,
+                                       const FieldModes& fields) const {
+    const double c = inverse == 0.0 ? 1.0 : q.x * inverse, s = inverse == 0.0 ? 0.0 : q.y * inverse;
+    const auto turned = [](FieldModes f, double cosine, double sine) {
+        for (const int x : {v_x, p_x}) {
+            const std::complex<double> along = cosine * f(x) + sine * f(x + 1),
+                                       across = cosine * f(x + 1) - sine * f(x);
+            f(x) = along;
+            f(x + 1) = across;
+        }
+        return f;
+    };
+    return turned(subtracted_[n] * turned(fields, c, s), c, -s);
 }
 
 }  // namespace drover::physics

@@ -20,6 +20,9 @@ struct VelocityRow {
 /// Of the terms that are not evaluated at points as a whole: what they give there is in their action.
 VelocityRow velocity_row(const Equations& equations, const Reference& reference, double q);
 
+/// Fourier coefficients of all fields at one q, as rows of a Symbol.
+using FieldModes = Eigen::Matrix<std::complex<double>, FieldIndex::count, 1>;
+
 /// The linear parts that are not where the terms are: rates to add mode by mode, as an operator on all fields.
 class LinearRemainder {
 public:
@@ -32,7 +35,8 @@ public:
 
     /// At q, number n of the wavenumbers; rows of the velocity are forces.  added: of linear terms alone.
     Symbol added(const numerics::Wavevector& q) const;
-    Symbol subtracted(std::size_t n, const numerics::Wavevector& q) const;
+    /// That operator on the fields of a mode; `inverse`: 1/|q|, 0 at q = 0.
+    FieldModes subtracted(std::size_t n, const numerics::Wavevector& q, double inverse, const FieldModes& fields) const;
 
 private:
     const Equations& equations_;

@@ -80,7 +80,7 @@ struct RightHandSide::Work {
     /// Coefficients of a field: of the state, or of the slaved velocity.
     const Complex* field(const Spectra& state, int index) const;
     const Complex* component(const Spectra& state, int c) const { return c < 0 ? nullptr : state[c].data(); }
-    Eigen::Matrix<Complex, FieldIndex::count, 1> mode_of(const Spectra& state, std::size_t m) const;
+    FieldModes mode_of(const Spectra& state, std::size_t m) const;
     /// body(mode, |q| index, q) for every kept mode, on any thread.
     template <class Body>
     void for_modes(Body body) const {
@@ -396,8 +396,8 @@ VectorMode RightHandSide::Work::slaved_by(std::size_t n, const VectorMode& force
     return {cx * along - cy * across, cy * along + cx * across};
 }
 
-Eigen::Matrix<Complex, FieldIndex::count, 1> RightHandSide::Work::mode_of(const Spectra& state, std::size_t m) const {
-    Eigen::Matrix<Complex, FieldIndex::count, 1> mode;
+FieldModes RightHandSide::Work::mode_of(const Spectra& state, std::size_t m) const {
+    FieldModes mode;
     for (int index = 0; index < FieldIndex::count; ++index) {
         const Complex* f = field(state, index);
         mode(index) = f ? f[m] : Complex(0.0);
@@ -409,10 +409,10 @@ void RightHandSide::Work::add_linear_remainder(const Spectra& state, Spectra& ra
     const Form& form = e.form;
     const double moved_ref = inverse_moved();
     for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
-        Symbol symbol = Symbol::Zero();
-        if (remainder.adds()) symbol += remainder.added(q);
-        if (remainder.subtracts()) symbol += remainder.subtracted(n, q);
-        const auto change = (symbol * mode_of(state, m)).eval();
+        const FieldModes fields = mode_of(state, m);
+        FieldModes change = FieldModes::Zero();
+        if (remainder.adds()) change += remainder.added(q) * fields;
+        if (remainder.subtracts()) change -= remainder.subtracted(n, q, wavenumbers.inverse[n], fields);
         const auto add = [&](int component, int index, double factor) {
             if (component >= 0) rate[component][m] += factor * change(index);
         };

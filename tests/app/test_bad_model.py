@@ -110,7 +110,8 @@ def test_a_model_is_rejected_with(name, tmp_path):
 
 def test_a_run_rejects_a_formula_that_is_infinite_in_a_cell(tmp_path):
     (tmp_path / "bad.toml").write_text('[initial]\nkind = "formula"\nrod_density = "1 / x"\n')
-    rejected(tmp_path, ["run", "bad.toml"], ["initial.rod_density", "1 / x", "in cell (0, 0)", "expected a finite number"])
+    rejected(tmp_path, ["run", "bad.toml"],
+             ["initial.rod_density", "1 / x", "in cell (0, 0)", "expected a finite number"])
 
 
 # --- runs that fail half-way
