@@ -84,7 +84,13 @@ FieldModes LinearRemainder::subtracted(std::size_t n, const numerics::Wavevector
         }
         return f;
     };
-    return turned(subtracted_[n] * turned(fields, c, s), c, -s);
+    const FieldModes in = turned(fields, c, s);
+    const Symbol& m = subtracted_[n];
+    FieldModes out;  // along q and across q do not mix
+    for (const int row : {rho, sigma, v_x, p_x})
+        out(row) = m(row, rho) * in(rho) + m(row, sigma) * in(sigma) + m(row, v_x) * in(v_x) + m(row, p_x) * in(p_x);
+    for (const int row : {v_y, p_y}) out(row) = m(row, v_y) * in(v_y) + m(row, p_y) * in(p_y);
+    return turned(out, c, -s);
 }
 
 }  // namespace drover::physics

@@ -407,21 +407,29 @@ FieldModes RightHandSide::Work::mode_of(const Spectra& state, std::size_t m) con
 
 void RightHandSide::Work::add_linear_remainder(const Spectra& state, Spectra& rate) const {
     const Form& form = e.form;
-    const double moved_ref = inverse_moved();
+    std::array<const Complex*, FieldIndex::count> from{};
+    std::array<Complex*, FieldIndex::count> to{};
+    std::array<double, FieldIndex::count> factor{};
+    factor.fill(1.0);
+    for (int index = 0; index < FieldIndex::count; ++index) from[static_cast<std::size_t>(index)] = field(state, index);
+    const auto set = [&](int index, int component) {
+        if (component >= 0) to[static_cast<std::size_t>(index)] = rate[component].data();
+    };
+    set(FieldIndex::bead_density, form.bead_density);
+    set(FieldIndex::rod_density, form.rod_density);
+    for (const int i : {0, 1}) {
+        if (form.bead_velocity >= 0) set(FieldIndex::bead_velocity_x + i, form.bead_velocity + i);
+        factor[static_cast<std::size_t>(FieldIndex::bead_velocity_x + i)] = inverse_moved();
+        set(FieldIndex::polar_order_x + i, form.polar_order + i);
+    }
     for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
-        const FieldModes fields = mode_of(state, m);
-        FieldModes change = FieldModes::Zero();
+        FieldModes fields, change = FieldModes::Zero();
+        for (std::size_t i = 0; i < from.size(); ++i)
+            fields(static_cast<Eigen::Index>(i)) = from[i] ? from[i][m] : Complex(0.0);
         if (remainder.adds()) change += remainder.added(q) * fields;
         if (remainder.subtracts()) change -= remainder.subtracted(n, q, wavenumbers.inverse[n], fields);
-        const auto add = [&](int component, int index, double factor) {
-            if (component >= 0) rate[component][m] += factor * change(index);
-        };
-        add(form.bead_density, FieldIndex::bead_density, 1.0);
-        add(form.rod_density, FieldIndex::rod_density, 1.0);
-        for (const int i : {0, 1}) {
-            if (form.bead_velocity >= 0) add(form.bead_velocity + i, FieldIndex::bead_velocity_x + i, moved_ref);
-            add(form.polar_order + i, FieldIndex::polar_order_x + i, 1.0);
-        }
+        for (std::size_t i = 0; i < to.size(); ++i)
+            if (to[i]) to[i][m] += factor[i] * change(static_cast<Eigen::Index>(i));
     });
 }
 
