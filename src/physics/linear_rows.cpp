@@ -46,12 +46,24 @@ LinearRemainder::LinearRemainder(const Equations& equations, const Reference& re
                              [](const Term* term) { return term->of == Equation::bead_velocity; }),
             {}, "a slaved velocity admits linear forces that are isotropic; give the force an action at points");
     if (whole.empty()) return;
+    const std::array along{rho, sigma, v_x, p_x};
+    const std::array across{v_y, p_y};
+    bool none = true;
     for (const double q : wavenumbers) {
-        subtracted_.push_back(Symbol::Zero());
-        for (const Term* term : whole) add_isotropic_part(equations, *term, reference, q, subtracted_.back());
+        Symbol m = Symbol::Zero();
+        for (const Term* term : whole) add_isotropic_part(equations, *term, reference, q, m);
+        none = none && m.isZero(0.0);
+        const auto entry = [&](int row, int column) {
+            const auto turn = [](int field) { return field >= v_x ? i_unit : std::complex<double>(1.0); };
+            return (turn(row) * m(row, column) / turn(column)).real();
+        };
+        Blocks blocks;
+        for (std::size_t r = 0; r < 4; ++r)
+            for (std::size_t k = 0; k < 4; ++k) blocks.along[4 * r + k] = entry(along[r], along[k]);
+        for (std::size_t r = 0; r < 2; ++r)
+            for (std::size_t k = 0; k < 2; ++k) blocks.across[2 * r + k] = entry(across[r], across[k]);
+        subtracted_.push_back(blocks);
     }
-    const bool none =
-        std::all_of(subtracted_.begin(), subtracted_.end(), [](const Symbol& m) { return m.isZero(0.0); });
     if (none) subtracted_.clear();
 }
 
@@ -74,23 +86,33 @@ Symbol LinearRemainder::added(const numerics::Wavevector& q) const {
 
 FieldModes LinearRemainder::subtracted(std::size_t n, const numerics::Wavevector& q, double inverse,
                                        const FieldModes& fields) const {
+    using Complex = std::complex<double>;
     const double c = inverse == 0.0 ? 1.0 : q.x * inverse, s = inverse == 0.0 ? 0.0 : q.y * inverse;
-    const auto turned = [](FieldModes f, double cosine, double sine) {
-        for (const int x : {v_x, p_x}) {
-            const std::complex<double> along = cosine * f(x) + sine * f(x + 1),
-                                       across = cosine * f(x + 1) - sine * f(x);
-            f(x) = along;
-            f(x + 1) = across;
-        }
-        return f;
+    const auto times_i = [](const Complex& a) { return Complex(-a.imag(), a.real()); };
+    const auto times_minus_i = [](const Complex& a) { return Complex(a.imag(), -a.real()); };
+    std::array<Complex, 4> in{fields(rho), fields(sigma), 0.0, 0.0};
+    std::array<Complex, 2> in_across{};
+    for (std::size_t v = 0; v < 2; ++v) {
+        const int x = v == 0 ? v_x : p_x;
+        in[2 + v] = times_i(c * fields(x) + s * fields(x + 1));
+        in_across[v] = times_i(c * fields(x + 1) - s * fields(x));
+    }
+    const Blocks& m = subtracted_[n];
+    const auto row = [&](std::size_t r) {
+        return m.along[4 * r] * in[0] + m.along[4 * r + 1] * in[1] + m.along[4 * r + 2] * in[2] +
+               m.along[4 * r + 3] * in[3];
     };
-    const FieldModes in = turned(fields, c, s);
-    const Symbol& m = subtracted_[n];
-    FieldModes out;  // along q and across q do not mix
-    for (const int row : {rho, sigma, v_x, p_x})
-        out(row) = m(row, rho) * in(rho) + m(row, sigma) * in(sigma) + m(row, v_x) * in(v_x) + m(row, p_x) * in(p_x);
-    for (const int row : {v_y, p_y}) out(row) = m(row, v_y) * in(v_y) + m(row, p_y) * in(p_y);
-    return turned(out, c, -s);
+    FieldModes out;
+    out(rho) = row(0);
+    out(sigma) = row(1);
+    for (std::size_t v = 0; v < 2; ++v) {
+        const int x = v == 0 ? v_x : p_x;
+        const Complex along = times_minus_i(row(2 + v)),
+                      across = times_minus_i(m.across[2 * v] * in_across[0] + m.across[2 * v + 1] * in_across[1]);
+        out(x) = c * along - s * across;
+        out(x + 1) = s * along + c * across;
+    }
+    return out;
 }
 
 }  // namespace drover::physics

@@ -42,7 +42,12 @@ private:
     const Equations& equations_;
     Reference reference_;
     std::vector<const Term*> anisotropic_;
-    std::vector<Symbol> subtracted_;  // for each |q|, q along x
+    /// Real in the variables (rho, sigma, i v.q/|q|, i p.q/|q|) along q and i times the parts across.
+    struct Blocks {
+        std::array<double, 16> along{};
+        std::array<double, 4> across{};
+    };
+    std::vector<Blocks> subtracted_;  // for each |q|
 };
 
 }  // namespace drover::physics

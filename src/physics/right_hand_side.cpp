@@ -409,8 +409,7 @@ void RightHandSide::Work::add_linear_remainder(const Spectra& state, Spectra& ra
     const Form& form = e.form;
     std::array<const Complex*, FieldIndex::count> from{};
     std::array<Complex*, FieldIndex::count> to{};
-    std::array<double, FieldIndex::count> factor{};
-    factor.fill(1.0);
+    std::array<double, FieldIndex::count> factor{1.0, 1.0, inverse_moved(), inverse_moved(), 1.0, 1.0};
     for (int index = 0; index < FieldIndex::count; ++index) from[static_cast<std::size_t>(index)] = field(state, index);
     const auto set = [&](int index, int component) {
         if (component >= 0) to[static_cast<std::size_t>(index)] = rate[component].data();
@@ -419,7 +418,6 @@ void RightHandSide::Work::add_linear_remainder(const Spectra& state, Spectra& ra
     set(FieldIndex::rod_density, form.rod_density);
     for (const int i : {0, 1}) {
         if (form.bead_velocity >= 0) set(FieldIndex::bead_velocity_x + i, form.bead_velocity + i);
-        factor[static_cast<std::size_t>(FieldIndex::bead_velocity_x + i)] = inverse_moved();
         set(FieldIndex::polar_order_x + i, form.polar_order + i);
     }
     for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
