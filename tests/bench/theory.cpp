@@ -82,10 +82,12 @@ void boundary(benchmark::State& state, physics::Limit limit) {
                                .is_density = true}};
     plane.model.table = {.bead_density = {0.4, 0.8, 1.2, 1.5},
                          .rod_density = {0.004, 0.02, 0.04},
-                         .relaxation_rate = {0.45, 0.40, 0.36, 0.40, 0.36, 0.30, 0.33, 0.30, 0.24, 0.28, 0.24, 0.2},
-                         .driving_strength = {10, 12, 15, 16, 20, 24, 24, 30, 36, 28, 36, 42},
-                         .relaxation_rate_error = std::vector<double>(12, 0.01),
-                         .driving_strength_error = std::vector<double>(12, 0.5)};
+                         .columns = {{"relaxation.rate",
+                                      {{0.45, 0.40, 0.36, 0.40, 0.36, 0.30, 0.33, 0.30, 0.24, 0.28, 0.24, 0.2},
+                                       std::vector<double>(12, 0.01)}},
+                                     {"driving.strength",
+                                      {{10, 12, 15, 16, 20, 24, 24, 30, 36, 28, 36, 42},
+                                       std::vector<double>(12, 0.5)}}}};
     const std::vector<physics::Uncertain> uncertain = physics::table_errors(plane.model);
     Threads threads(static_cast<int>(state.range(0)));
     for (auto _ : state) benchmark::DoNotOptimize(physics::trace_boundary(plane, limit, uncertain, {}, threads));
