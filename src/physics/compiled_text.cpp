@@ -157,17 +157,10 @@ bool depends_on(const Compiled& term, int from, int to) {
     return false;
 }
 
-bool is_velocity_or_derivative(int slot) {
-    if (slot == Input::velocity_curl || slot == Input::velocity_divergence) return true;
-    if (slot == Input::velocity_grad_div || slot == Input::velocity_grad_div + 1) return true;
-    const int field = slot % FieldIndex::count;
-    return slot < Input::velocity_curl && (field == v_x || field == v_y);
-}
-
 bool reads_any_velocity(const Compiled& term) {
     for (const Expression& component : term.components)
         for (const int slot : slots_of(component))
-            if (is_velocity_or_derivative(slot)) return true;
+            if (is_of_velocity(slot)) return true;
     return false;
 }
 
@@ -314,7 +307,7 @@ void check_admissible(const CompiledModel& model, const TextTerm& written, const
     bool derives_velocity = false;
     for (const Expression& component : whole.components)
         for (const int slot : slots_of(component))
-            derives_velocity = derives_velocity || (slot >= Input::d_x && is_velocity_or_derivative(slot));
+            derives_velocity = derives_velocity || (slot >= Input::d_x && is_of_velocity(slot));
     require(!derives_velocity || !pointwise_velocity, written.where,
             "{}: derivatives of a slaved velocity are not available when it depends on the densities at each point; "
             "set fields.bead_velocity = \"dynamic\"",

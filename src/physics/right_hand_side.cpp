@@ -10,6 +10,7 @@
 #include "drover/numerics/wavenumbers.hpp"
 #include "linear_rows.hpp"
 #include "point_arrays.hpp"
+#include "term_shapes.hpp"
 
 namespace drover::physics {
 
@@ -20,14 +21,6 @@ using numerics::Wavevector;
 constexpr std::size_t points_in_cache = 256;  // of some twenty arrays: the first-level cache
 
 Complex times_i(Complex a) { return {-a.imag(), a.real()}; }
-
-/// Whether an input is the bead velocity or a derivative of it.
-bool is_of_velocity(int input) {
-    if (input >= Input::velocity_grad_div) return input < Input::order_grad_div;
-    if (input >= Input::velocity_curl) return input == Input::velocity_curl || input == Input::velocity_divergence;
-    const int field = input % FieldIndex::count;
-    return field == FieldIndex::bead_velocity_x || field == FieldIndex::bead_velocity_y;
-}
 }  // namespace
 
 struct RightHandSide::Work {

@@ -35,6 +35,13 @@ void add_self_advection(double strength, const VectorStrip<const double>& v, con
     }
 }
 
+bool is_of_velocity(int input) {
+    if (input >= Input::velocity_grad_div) return input < Input::order_grad_div;
+    if (input >= Input::velocity_curl) return input == Input::velocity_curl || input == Input::velocity_divergence;
+    const int field = input % FieldIndex::count;
+    return field == v_x || field == v_y;
+}
+
 std::uint64_t reads_of(const Coefficient& c) {
     return (c.depends_on_beads() ? reads(Input::bead_density) : 0) |
            (c.depends_on_rods() ? reads(Input::rod_density) : 0);

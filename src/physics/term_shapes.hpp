@@ -55,6 +55,9 @@ void add_slopes(const Dependence& coefficient, const Eigen::Vector2d& vector, do
 void add_self_advection(double strength, const VectorStrip<const double>& v, const double* curl, std::size_t size,
                         const VectorStrip<double>& rate, double* potential);
 
+/// Whether an input is the bead velocity or a derivative of it.
+bool is_of_velocity(int input);
+
 /// The densities that a coefficient depends on, as inputs.
 std::uint64_t reads_of(const Coefficient& coefficient);
 
