@@ -89,7 +89,8 @@ std::vector<NamedModel> forms_and_table() {
     return forms;
 }
 
-TEST(Terms, each_alone_has_the_linearisation_of_its_own_action_at_random_uniform_states) {
+/// Returns the number of comparisons.
+int compare_each_alone(int trials) {
     Threads threads(1);
     int checked = 0;
     for (const NamedModel& form : forms_and_table()) {
@@ -102,7 +103,7 @@ TEST(Terms, each_alone_has_the_linearisation_of_its_own_action_at_random_uniform
             // A slaved velocity is the balance of all forces; a term by itself has none.
             if (all.form.velocity == Velocity::slaved) alone.active = all.active;
             Numbers numbers(17 + static_cast<std::uint64_t>(checked));
-            for (int trial = 0; trial < 50; ++trial) {
+            for (int trial = 0; trial < trials; ++trial) {
                 UniformPoint point = random_point(numbers);
                 balance(alone, point);
                 const Reference about{.bead_density = 1.1, .rod_density = 0.9};
@@ -113,14 +114,22 @@ TEST(Terms, each_alone_has_the_linearisation_of_its_own_action_at_random_uniform
             }
         }
     }
-    EXPECT_GT(checked, 3000);
+    return checked;
 }
 
-TEST(Terms, all_together_have_the_linearisation_of_their_action_at_fifty_random_uniform_states) {
+TEST(Terms, each_alone_has_the_linearisation_of_its_own_action_at_random_uniform_states) {
+    EXPECT_GT(compare_each_alone(4), 240);
+}
+
+TEST(TermsStatistics, each_alone_has_the_linearisation_of_its_own_action_at_fifty_random_uniform_states) {
+    EXPECT_GT(compare_each_alone(50), 3000);
+}
+
+void compare_all_together(int trials) {
     Threads threads(1);
     for (const NamedModel& form : forms_and_table()) {
         const Equations all(form.model);
-        for (int trial = 0; trial < 50; ++trial) {
+        for (int trial = 0; trial < trials; ++trial) {
             Numbers numbers(1000 + static_cast<std::uint64_t>(trial));
             UniformPoint point = random_point(numbers);
             balance(all, point);
@@ -130,6 +139,12 @@ TEST(Terms, all_together_have_the_linearisation_of_their_action_at_fifty_random_
             EXPECT_LT(difference(all, point, about, kx, ky, threads), 1e-6) << form.name << ", trial " << trial;
         }
     }
+}
+
+TEST(Terms, all_together_have_the_linearisation_of_their_action_at_random_uniform_states) { compare_all_together(4); }
+
+TEST(TermsStatistics, all_together_have_the_linearisation_of_their_action_at_fifty_random_uniform_states) {
+    compare_all_together(50);
 }
 
 TEST(Terms, the_linear_part_about_the_reference_leaves_no_linear_remainder_there) {
