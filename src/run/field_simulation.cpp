@@ -185,8 +185,10 @@ double field_simulation_bytes(const io::Scene& scene) {
     const int count = numerics::components(system.layout);
     // The state, the last finite one, a copy for the checkpoint and its file; fields; scratch; shells, sectors and
     // powers.
-    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 1.0;
-    return steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
+    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 2.0;
+    constexpr int halvings = 1;  // of the steps that are repeated to measure their error
+    return numerics::noise_path_bytes(system, scene.time.dt, halvings) +
+           steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
                        physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
            (4.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
@@ -263,7 +265,8 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
                                     .fields = world->fields,
                                     .velocity = world->velocity.size > 0 ? &world->velocity : nullptr,
                                     .slaved_velocity = &world->slaved,
-                                    .energy = std::move(energy)};
+                                    .energy = std::move(energy),
+                                    .step_error = world->evolution.step_error().error};
     });
 }
 }  // namespace
@@ -315,11 +318,11 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         return values;
     };
     simulation.restore = [world](std::span<const double> values) {
-        constexpr std::size_t before = physics::FieldEvolution::saved_numbers + 1;
+        const std::size_t before = world->evolution.saved_numbers() + 1;
         require(values.size() == before + 2 * world->state.values.size(), {},
                 "the checkpoint holds {} numbers; this scene's state has {}", values.size(),
                 before + 2 * world->state.values.size());
-        world->evolution.restore(values.first(physics::FieldEvolution::saved_numbers));
+        world->evolution.restore(values.first(before - 1));
         world->time = values[before - 1];
         for (std::size_t m = 0; m < world->state.values.size(); ++m)
             world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};

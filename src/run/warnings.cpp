@@ -1,4 +1,4 @@
-// run/warnings.cpp: resolution of the fields, and observables that are not finite.
+// run/warnings.cpp: resolution of the fields, errors of the time step, and observables that are not finite.
 #include "drover/run/warnings.hpp"
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "drover/measure/fields.hpp"
+#include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/run/field_simulation.hpp"
@@ -164,10 +165,31 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
 }
 }  // namespace
 
+namespace {
+void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
+    const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
+    if (errors.empty() || times.size() != errors.size() || scene.time.max_error == 0.0) return;
+    const auto worst = std::max_element(errors.begin(), errors.end());
+    if (*worst <= scene.time.max_error) return;
+    // With noise the methods have order 1.5 to 2.
+    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
+    const double order = system.noise ? 1.5 : numerics::stepper_table(scene.time.stepper).order;
+    const double halvings = std::ceil(std::log2(*worst / scene.time.max_error) / order);
+    warnings.push_back(text(
+        "time.dt = {} is too long: its estimated error is {:.2g} of a field at t = {:.6g} s (step_error){}; expected "
+        "at most time.max_error = {}: choose time.dt = {:.3g}{}",
+        scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
+        *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
+        scene.time.max_error, scene.time.dt * std::exp2(-halvings),
+        order < 4.0 ? ", or time.stepper = \"etdrk4-krogstad\"" : ""));
+}
+}  // namespace
+
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
     std::vector<std::string> warnings;
     add_not_finite(archive, scene, warnings);
     add_resolution(archive, scene, warnings);
+    add_step_error(archive, scene, warnings);
     return warnings;
 }
 
