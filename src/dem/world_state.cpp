@@ -49,6 +49,12 @@ Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
 }
 }  // namespace
 
+double counted_plate_speed(const Setup& setup) {
+    const double rate = 2.0 * std::numbers::pi * setup.plates.frequency;
+    const double acceleration = std::abs(setup.gravity.z) + setup.plates.amplitude * rate * rate;
+    return std::max(counted_speed, acceleration / (40.0 * setup.plates.frequency));
+}
+
 double sum(const EnergyBalance& balance) {
     double total = 0.0;
     for (const auto part : balance_parts) total += balance.*part;
@@ -91,10 +97,12 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
                   .force = {},
                   .restitution = setup.restitution.bead_plate,
                   .friction = setup.friction.bead_plate,
+                  .counted_speed = counted_plate_speed(setup),
                   .skin = near_skin(setup.contacts.skin)};
     rod_rules = {.law = impact,
                  .substep = setup.contacts.substep,
                  .simultaneity_gap = setup.contacts.simultaneity_gap,
+                 .counted_speed = counted_plate_speed(setup),
                  .kick = setup.kick.strength,
                  .seed = seed};
     pair_rules = {.restitution = setup.restitution,
@@ -108,6 +116,7 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
     soft_rules = {.restitution = setup.restitution,
                   .friction = setup.friction,
                   .dt = dt,
+                  .counted_plate_speed = counted_plate_speed(setup),
                   .kick = setup.kick.strength,
                   .seed = seed};
     set_forces(setup.forces);
