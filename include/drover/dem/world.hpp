@@ -89,6 +89,7 @@ public:
     EnergyBalance balance() const;
     Counts counts() const;
     OverlapRecord worst_overlap() const;
+    std::string non_finite() const;  ///< the first value that is not finite, and the work behind it; empty: none
 
     std::vector<double> save() const;
     /// Throws an input Error if the state is not of this world.
