@@ -69,6 +69,7 @@ nlohmann::json report_json(const run::Report& report) {
             {"samples", report.summary.samples},
             {"warm_up_samples", report.summary.warm_up},
             {"note", report.summary.note},
+            {"warnings", report.warnings},
             {"no_prediction", report.no_prediction},
             {"linear_about", report.about},
             {"results", std::move(rows)}};

@@ -348,6 +348,9 @@ void Archive::replace(const ResultTable& table) {
         errors.check(H5Dwrite(created.quantities[i], H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT,
                               table.values[i].data()),
                      "writing results");
+    if (table.warnings.empty()) return;
+    const Handle group = group_handle(file_->hdf5.id(), table.group, false, errors);
+    write_list(group, "warnings", table.warnings, errors);
 }
 
 void Archive::commit() {

@@ -196,36 +196,42 @@ void add_velocity_spectrum(const FieldSetting& setting, Rows& rows) {
         by_shell(&ModePowers::velocity_across));
 }
 
-/// Fraction of the variance of components `first` to `first + count - 1` in the outer third of their kept modes.
-double spectral_tail(const FieldMoment& moment, int first, int count) {
+/// Variance over the cell of components `first` to `first + count - 1`, and its part in the outer third of the kept
+/// modes.
+struct Variance {
+    double all = 0.0, tail = 0.0;
+};
+Variance variance_of(const FieldMoment& moment, int first, int count) {
     const numerics::Grid& grid = moment.setting.grid;
     const std::size_t width = numerics::columns(grid);
-    const double cut = 2.0 / 3.0 / (moment.setting.degree + 1);
-    double tail = 0.0, all = 0.0;
+    Variance variance;
     for (int c = first; c < first + count; ++c)
         for (std::size_t m = 1; m < moment.spectra.size; ++m) {
             const double power = numerics::mode_weight(grid, m % width) * std::norm(moment.spectra[c][m]);
-            all += power;
-            if (static_cast<double>(m % width) > cut * grid.nx ||
-                std::abs(numerics::mode_number_y(grid, m / width)) > cut * grid.ny)
-                tail += power;
+            variance.all += power;
+            if (is_in_tail(grid, moment.setting.degree, m % width, m / width)) variance.tail += power;
         }
-    return all > 0.0 ? tail / all : 0.0;
+    return variance;
 }
 
 /// How much of each field a finer grid would still change.
 void add_tails(const physics::Form& form, Rows& rows) {
-    const auto add_one = [&](const std::string& name, int first, int count) {
+    const auto add_one = [&](const std::string& name, const std::string& unit, int first, int count) {
         if (first < 0) return;
         add(rows, "spectral_tail_" + name, "1",
             "fraction of the variance of the " + name +
                 " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
-            [first, count](const FieldMoment& moment) { return spectral_tail(moment, first, count); });
+            [first, count](const FieldMoment& moment) {
+                const Variance variance = variance_of(moment, first, count);
+                return variance.all != 0.0 ? variance.tail / variance.all : 0.0;  // NaN stays NaN
+            });
+        add(rows, "variance_" + name, unit, "variance of the " + name + " over the cell",
+            [first, count](const FieldMoment& moment) { return variance_of(moment, first, count).all; });
     };
-    add_one("bead_density", form.bead_density, 1);
-    add_one("rod_density", form.rod_density, 1);
-    add_one("bead_velocity", form.bead_velocity, 2);
-    add_one("polar_order", form.polar_order, 2);
+    add_one("bead_density", "mm-4", form.bead_density, 1);
+    add_one("rod_density", "mm-4", form.rod_density, 1);
+    add_one("bead_velocity", "mm2 s-2", form.bead_velocity, 2);
+    add_one("polar_order", form.order_is_density ? "mm-4" : "1", form.polar_order, 2);
 }
 
 void add_energy(const FieldSetting& setting, Rows& rows) {

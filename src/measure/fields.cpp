@@ -95,6 +95,11 @@ FieldSetting make_field_setting(const numerics::Grid& grid, const physics::Form&
     return setting;
 }
 
+bool is_in_tail(const numerics::Grid& grid, int degree, std::size_t column, std::size_t row) {
+    const double cut = 2.0 / 3.0 / (degree + 1);
+    return static_cast<double>(column) > cut * grid.nx || std::abs(numerics::mode_number_y(grid, row)) > cut * grid.ny;
+}
+
 ModePowers mode_powers(const FieldSetting& setting, const numerics::Spectra& spectra,
                        const numerics::Spectra* velocity) {
     const physics::Form& form = setting.form;

@@ -11,6 +11,7 @@
 
 #include "drover/physics/fluctuations.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "drover/run/warnings.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {
@@ -235,6 +236,7 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
     Report report = summary_report(scene, sampling, recorded);
     report.setting = std::move(setting);
     predict(equations, mean_orders(recorded.series, report.summary.warm_up), report);
+    report.warnings = field_warnings(archive, scene);
     return report;
 }
 
@@ -254,7 +256,8 @@ files::ResultTable result_table(const Report& report) {
     files::ResultTable table{.group = "/summary",
                              .axes = file_axes(measure::axes_of(report.summary.rows)),
                              .quantities = {},
-                             .values = {}};
+                             .values = {},
+                             .warnings = report.warnings};
     for (const measure::SummaryRow& row : report.summary.rows) {
         std::vector<double> means, errors, times;
         for (const measure::Estimate& estimate : row.estimates) {

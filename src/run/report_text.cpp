@@ -120,6 +120,7 @@ std::string report_text(const Report& report) {
     const measure::Summary& summary = report.summary;
     std::string out = text("t = 0 to {:.6g} s, {} samples, the first {} left out as warm-up\n", report.time,
                            summary.samples, summary.warm_up);
+    for (const std::string& warning : report.warnings) out += "warning: " + warning + "\n";
     add_scalars(report, out);
     if (report.scene.kind == io::SceneKind::fields) add_field_arrays(report, out);
     else add_particle_arrays(report, out);

@@ -46,10 +46,14 @@ void log_start(const io::Scene& scene, const Simulation& simulation, std::int64_
             bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
 }
 
-RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, double dt, files::Archive archive) {
+RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, double dt, files::Archive archive,
+                  bool quiet) {
     if (loop.signal == 0) {
-        archive.replace(result_table(make_report(files::ArchiveReader(path))));
+        const Report report = make_report(files::ArchiveReader(path));
+        archive.replace(result_table(report));
         archive.commit();
+        if (!quiet)
+            for (const std::string& warning : report.warnings) log_warning("{}", warning);
     }
     std::error_code problem;
     return {.loop = loop,
@@ -134,7 +138,7 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
         if (!has_checkpoint(path)) std::filesystem::remove(path);  // the run did not start: leave no files
         throw;
     }
-    return finish(loop, path, simulation.dt, std::move(archive));
+    return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
 }
 
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,
@@ -156,7 +160,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
                           .scene = io::resolved_text(scene),
                           .checkpoint_minutes = scene.output.checkpoint_minutes};
     const LoopOutcome loop = run_loop(simulation, checkpoint.step, archive, files, options.quiet);
-    return finish(loop, path, simulation.dt, std::move(archive));
+    return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
 }
 
 }  // namespace drover::run

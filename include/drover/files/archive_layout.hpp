@@ -59,6 +59,7 @@ struct ResultTable {
     std::vector<Axis> axes;
     std::vector<Quantity> quantities;         ///< without axes: a single number
     std::vector<std::vector<double>> values;  ///< of each quantity, in the order of `quantities`
+    std::vector<std::string> warnings = {};   ///< the attribute `warnings` of the group; not written when empty
 };
 
 using Attribute = std::pair<std::string, std::variant<std::int64_t, double, std::string>>;

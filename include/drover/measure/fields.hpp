@@ -33,6 +33,9 @@ struct FieldMoment {
     ModePowers powers = mode_powers(setting, spectra, velocity);
 };
 
+/// Whether a mode lies beyond two thirds of the cut of the grid on either axis: observables spectral_tail_*.
+bool is_in_tail(const numerics::Grid& grid, int degree, std::size_t column, std::size_t row);
+
 /// The observables of a form; those of the energy budget when the setting has terms.
 Observables<FieldMoment> field_observables(const FieldSetting& setting);
 

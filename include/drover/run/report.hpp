@@ -21,10 +21,11 @@ struct Report {
     measure::FieldSetting setting;  ///< of a run of fields
     measure::Summary summary;
     std::vector<Prediction> predictions;
-    std::string no_prediction;  ///< why there is none; else ""
-    std::string about;          ///< the uniform state of the predictions, for people
-    bool about_flock = false;   ///< that state has polar order
-    double time = 0.0;          ///< of the last sample [s]
+    std::vector<std::string> warnings;  ///< see run/warnings.hpp
+    std::string no_prediction;          ///< why there is none; else ""
+    std::string about;                  ///< the uniform state of the predictions, for people
+    bool about_flock = false;           ///< that state has polar order
+    double time = 0.0;                  ///< of the last sample [s]
 };
 
 /// The report of an archive of fields; see make_report() of run/kind.hpp.

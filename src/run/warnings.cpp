@@ -1,0 +1,174 @@
+// run/warnings.cpp: resolution of the fields, and observables that are not finite.
+#include "drover/run/warnings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "drover/measure/fields.hpp"
+#include "drover/numerics/wavenumbers.hpp"
+#include "drover/physics/evaluation_cost.hpp"
+#include "drover/run/field_simulation.hpp"
+
+namespace drover::run {
+
+namespace {
+using physics::StructureFactor;
+
+/// One field, and what a warning says of it.
+struct JudgedField {
+    std::string name;
+    const char* smoothing;                          ///< the key that damps its short waves
+    std::vector<double StructureFactor::*> powers;  ///< of its components
+    double scale = 0.0;                             ///< its size where nonlinear terms matter; 0: its own
+};
+
+/// The recorded values of a scalar observable; empty in archives without it.
+std::vector<double> series_of(const files::ArchiveReader& archive, const std::string& name) {
+    const std::string dataset = std::string(field_samples_group) + "/" + name;
+    return archive.has(dataset) ? archive.read(dataset).values : std::vector<double>();
+}
+
+/// The polar order at which the products in its equation compare with the linear terms; at most complete order.
+double order_scale(const physics::Equations& equations, const numerics::Grid& grid, int degree) {
+    const physics::Model& model = equations.model;
+    const double rho = model.uniform.bead_density, sigma = model.uniform.rod_density;
+    double scale = equations.form.order_is_density ? sigma : 1.0;
+    if (!model.text_terms.empty()) return scale;
+    const double b = equations.saturation.at(rho, sigma).value, drag = equations.drag.at(rho, sigma).value;
+    double rate = std::abs(equations.relaxation.at(rho, sigma).value);
+    if (drag > 0.0)
+        rate += std::abs(equations.weathercock.at(rho, sigma).value * equations.driving.at(rho, sigma).value) / drag;
+    if (b > 0.0 && rate > 0.0) scale = std::min(scale, std::sqrt(rate / b));
+    const double advection =
+        std::abs(model.advection.strength) + std::abs(model.advection.divergence) + std::abs(model.advection.gradient);
+    const double largest_q = 2.0 * std::numbers::pi / (degree + 1) * std::max(grid.nx / grid.lx, grid.ny / grid.ly);
+    if (advection > 0.0 && model.elasticity.stiffness > 0.0)
+        scale = std::min(scale, model.elasticity.stiffness * largest_q / advection);
+    return scale;
+}
+
+std::vector<JudgedField> judged_fields(const physics::Equations& equations, const numerics::Grid& grid, int degree) {
+    const physics::Form& form = equations.form;
+    const physics::UniformState& uniform = equations.model.uniform;
+    const double order = order_scale(equations, grid, degree);
+    const double driving = equations.driving.at(uniform.bead_density, uniform.rod_density).value,
+                 drag = equations.drag.at(uniform.bead_density, uniform.rod_density).value;
+    using Part = StructureFactor;
+    std::vector<JudgedField> fields;
+    if (form.bead_density >= 0)
+        fields.push_back({"bead_density", "diffusion.beads", {&Part::beads}, uniform.bead_density});
+    if (form.rod_density >= 0) fields.push_back({"rod_density", "diffusion.rods", {&Part::rods}, uniform.rod_density});
+    if (form.bead_velocity >= 0)
+        fields.push_back({"bead_velocity",
+                          "viscosity.shear",
+                          {&Part::velocity_along, &Part::velocity_across},
+                          drag > 0.0 ? std::abs(driving) * order / drag : 0.0});
+    fields.push_back({"polar_order", "elasticity.stiffness", {&Part::order_along, &Part::order_across}, order});
+    return fields;
+}
+
+/// Variance that the noise maintains in the tail by linear theory about the isotropic state; modes that grow have none.
+double predicted_tail(const numerics::System& system, const physics::Form& form, const JudgedField& field) {
+    if (!system.noise) return 0.0;
+    const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(system.grid, system.degree);
+    std::vector<double> weight(wavenumbers.q.size());
+    const std::size_t width = numerics::columns(system.grid);
+    for (std::size_t m = 0; m < wavenumbers.of_mode.size(); ++m)
+        if (const std::int32_t n = wavenumbers.of_mode[m];
+            n >= 0 && measure::is_in_tail(system.grid, system.degree, m % width, m / width))
+            weight[static_cast<std::size_t>(n)] += numerics::mode_weight(system.grid, m % width);
+    double sum = 0.0;
+    for (std::size_t n = 0; n < weight.size(); ++n) {
+        if (weight[n] == 0.0) continue;
+        try {
+            const StructureFactor mode = physics::structure_factor(system, form, wavenumbers.q[n]);
+            for (const auto part : field.powers) sum += weight[n] * mode.*part;
+        } catch (const Error&) {
+        }
+    }
+    return sum / numerics::area(system.grid);
+}
+
+/// The tail of one field at its worst.
+struct Tail {
+    double fraction = 0.0;  ///< of the variance of the field
+    double time = 0.0;
+};
+
+/// The largest tail of the samples that count.  Those are samples whose tail the run has built up, not those in which
+/// short waves of the start still decay, and whose tail is larger than `least` [unit of the field, squared]: a field that
+/// is still or by now negligible needs no resolution.
+Tail worst_tail(const std::vector<double>& times, const std::vector<double>& tails,
+                const std::vector<double>& variances, double least) {
+    Tail worst;
+    for (std::size_t i = 1; i < tails.size(); ++i) {
+        const double power = tails[i] * variances[i];
+        const bool is_late = times[i] >= 0.5 * times.back(), is_built_up = power > 2.0 * tails[0] * variances[0];
+        if ((is_late || is_built_up) && power > least && tails[i] > worst.fraction)
+            worst = {.fraction = tails[i], .time = times[i]};
+    }
+    return worst;
+}
+
+/// Points that would resolve a field with this tail.  Steepening fronts on 64 to 512 points: the tail falls as 1/N at
+/// first, then at least as 1/N^2, and exponentially once the width of the front is resolved.
+int points_that_resolve(int points, double tail) {
+    const double excess = tail / max_spectral_tail, factor = std::min({excess, 2.0 * std::sqrt(excess), 32.0});
+    int result = 2 * points;
+    while (result < factor * points) result *= 2;
+    return result;
+}
+
+void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
+    const physics::Equations equations(scene.model);
+    if (!physics::is_nonlinear(equations)) return;
+    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
+    const std::vector<double> times = series_of(archive, "time");
+    for (const JudgedField& field : judged_fields(equations, scene.grid, system.degree)) {
+        const std::vector<double> tails = series_of(archive, "spectral_tail_" + field.name),
+                                  variances = series_of(archive, "variance_" + field.name);
+        if (tails.size() < 2 || variances.size() != tails.size() || times.size() != tails.size()) continue;
+        const double own = *std::max_element(variances.begin(), variances.end());
+        const double size = field.scale > 0.0 ? field.scale * field.scale : own;
+        const double least = max_spectral_tail * std::max(max_spectral_tail * size, own);
+        const double linear = predicted_tail(system, equations.form, field);
+        const Tail worst = worst_tail(times, tails, variances, std::max(least, max_tail_over_linear * linear));
+        if (worst.fraction <= max_spectral_tail) continue;
+        const auto axis = [&](const char* name, int points) {
+            return text("grid.{} = {}", name, points_that_resolve(points, worst.fraction));
+        };
+        warnings.push_back(text(
+            "grid.nx = {} and grid.ny = {} do not resolve {}: {:.2g} of its variance is in the shortest waves of "
+            "the grid at t = {:.6g} s (spectral_tail_{}); expected less than {}: choose {} and {}, or a larger {}; "
+            "a step that is too long has the same effect: try time.dt = {:.3g}",
+            scene.grid.nx, scene.grid.ny, field.name, worst.fraction, worst.time, field.name, max_spectral_tail,
+            axis("nx", scene.grid.nx), axis("ny", scene.grid.ny), field.smoothing, 0.5 * scene.time.dt));
+    }
+}
+
+void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
+    const measure::FieldSetting setting = measure::make_field_setting(scene.grid, physics::form(scene.model), 1);
+    std::vector<std::string> names;
+    for (const auto& row : measure::field_observables(setting)) {
+        if (!row.axes.empty()) continue;
+        const std::vector<double> values = series_of(archive, row.name);
+        if (std::any_of(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }))
+            names.push_back(row.name);
+    }
+    if (names.empty()) return;
+    warnings.push_back(
+        text("not finite in at least one sample: {}; the run diverged: choose a smaller time.dt than {}, or add a "
+             "term that limits growth, such as relaxation.saturation",
+             joined(names), scene.time.dt));
+}
+}  // namespace
+
+std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
+    std::vector<std::string> warnings;
+    add_not_finite(archive, scene, warnings);
+    add_resolution(archive, scene, warnings);
+    return warnings;
+}
+
+}  // namespace drover::run
