@@ -1,14 +1,16 @@
-// run/warnings.cpp: resolution of the fields, and observables that are not finite.
+// run/warnings.cpp: unlimited growth, resolution of the fields, and values that are not finite.
 #include "drover/run/warnings.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "drover/measure/fields.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "run/field_health.hpp"
 
 namespace drover::run {
 
@@ -97,8 +99,8 @@ struct Tail {
 };
 
 /// The largest tail of the samples that count.  Those are samples whose tail the run has built up, not those in which
-/// short waves of the start still decay, and whose tail is larger than `least` [unit of the field, squared]: a field that
-/// is still or by now negligible needs no resolution.
+/// short waves of the start still decay, and whose tail is larger than `least` [unit of the field, squared]: a
+/// field that is still or by now negligible needs no resolution.
 Tail worst_tail(const std::vector<double>& times, const std::vector<double>& tails,
                 const std::vector<double>& variances, double least) {
     Tail worst;
@@ -151,7 +153,9 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
     const measure::FieldSetting setting = measure::make_field_setting(scene.grid, physics::form(scene.model), 1);
     std::vector<std::string> names;
     for (const auto& row : measure::field_observables(setting)) {
-        if (!row.axes.empty()) continue;
+        // Others may be undefined, such as the alignment with a flow at rest.
+        const bool is_of_field = row.name.starts_with("variance_") || row.name.starts_with("spectral_tail_");
+        if (!is_of_field) continue;
         const std::vector<double> values = series_of(archive, row.name);
         if (std::any_of(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }))
             names.push_back(row.name);
@@ -162,10 +166,40 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
              "term that limits growth, such as relaxation.saturation",
              joined(names), scene.time.dt));
 }
+
+/// Largest growth rate of a uniform state, at q = 0.
+physics::FastestGrowth uniform_growth(const numerics::System& system) {
+    physics::FastestGrowth growth{.rate = -std::numeric_limits<double>::infinity()};
+    for (const numerics::Complex rate : numerics::eigenvalues(system.linear(0.0).along))
+        growth.rate = std::max(growth.rate, rate.real());
+    return growth;
+}
+
+/// Growth without limit.  Of a linear model that of any mode; else that of the uniform order, which only a saturation
+/// or a term written as text can stop.
+void add_growth(const io::Scene& scene, std::vector<std::string>& warnings) {
+    const physics::Equations equations(scene.model);
+    if (equations.saturation.is_active() || !scene.model.text_terms.empty()) return;
+    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
+    const physics::FastestGrowth growth =
+        physics::is_nonlinear(equations) ? uniform_growth(system) : physics::fastest_growth(system);
+    const double most = std::log(max_field_size);
+    if (growth.rate * scene.time.end <= most) return;
+    warnings.push_back(
+        text("a mode grows at {:.4g} /s at |q| = {:.3g} /mm, by a factor e^{:.3g} in this run, and no term stops it "
+             "(relaxation.saturation = 0): give relaxation.saturation > 0, or choose time.end = {:.2g} or less",
+             growth.rate, growth.q, growth.rate * scene.time.end, most / growth.rate));
+}
 }  // namespace
 
-std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
+std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
     std::vector<std::string> warnings;
+    add_growth(scene, warnings);
+    return warnings;
+}
+
+std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
+    std::vector<std::string> warnings = field_scene_warnings(scene);
     add_not_finite(archive, scene, warnings);
     add_resolution(archive, scene, warnings);
     return warnings;
