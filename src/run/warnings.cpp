@@ -193,7 +193,8 @@ void add_growth(const io::Scene& scene, std::vector<std::string>& warnings) {
 }  // namespace
 
 std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings =
+        physics::initial_warnings(scene.initial, scene.model, scene.grid, scene.dealiasing);
     add_growth(scene, warnings);
     return warnings;
 }
