@@ -1,4 +1,4 @@
-// physics/initial_formula.cpp: initial fields as formulas in x and y, and what a grid does to them.
+// physics/initial_formula.cpp: what a grid does to a formula in x and y.
 #include "initial_formula.hpp"
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <complex>
 #include <limits>
 #include <numbers>
-#include <tuple>
+#include <utility>
 
 #include "drover/numerics/transform.hpp"
 
@@ -27,24 +27,6 @@ numerics::Fields values_on(const Expression& formula, const Grid& grid, double s
     return cells;
 }
 }  // namespace
-
-std::pair<const char*, const std::string*> formula_of(const InitialState& initial, const std::string& component) {
-    for (const auto& [name, key, written] :
-         {std::tuple{"bead_density", "initial.bead_density", &initial.bead_density},
-          std::tuple{"rod_density", "initial.rod_density", &initial.rod_density},
-          std::tuple{"bead_velocity_x", "initial.bead_velocity_x", &initial.bead_velocity_x},
-          std::tuple{"bead_velocity_y", "initial.bead_velocity_y", &initial.bead_velocity_y},
-          std::tuple{"polar_order_x", "initial.polar_order_x", &initial.polar_order_x},
-          std::tuple{"polar_order_y", "initial.polar_order_y", &initial.polar_order_y}})
-        if (component == name) return {key, written};
-    static const std::string none;
-    return {"", &none};
-}
-
-Expression expression_in_x_y(const std::string& written, SourceLocation where) {
-    where.column = 0;  // the column is that of the key
-    return parse_expression(written, {.variables = {{"x", 0}, {"y", 1}}}, where);
-}
 
 double fraction_cut(const Expression& formula, const Grid& grid, int degree) {
     Threads one(1);

@@ -1,19 +1,9 @@
-// physics/initial_formula.hpp: initial fields as formulas in x and y, and what a grid does to them.
+// physics/initial_formula.hpp: what a grid does to a formula in x (slot 0) and y (slot 1).
 #pragma once
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "drover/base/expression.hpp"
-#include "drover/physics/initial_state.hpp"
+#include "drover/numerics/grid.hpp"
 
 namespace drover::physics {
-
-/// The formula of a component with its key; "" if it is not set.
-std::pair<const char*, const std::string*> formula_of(const InitialState& initial, const std::string& component);
-
-/// Parses an initial formula in x (slot 0) and y (slot 1).
-Expression expression_in_x_y(const std::string& written, SourceLocation where);
 
 /// The fraction of the variance of a formula that a grid cuts or aliases: the mean square difference from its kept
 /// modes, between the points.  0 for a constant.  NaN if the formula is not finite everywhere.

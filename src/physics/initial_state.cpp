@@ -50,6 +50,26 @@ void add_mode(const InitialState& initial, const Form& form, const numerics::Sys
     if (column == 0) state[c][(rows - row) % rows * width] += std::conj(half);
 }
 
+/// The formula of a component with its key; "" if it is not set.
+std::pair<const char*, const std::string*> formula_of(const InitialState& initial, const std::string& component) {
+    for (const auto& [name, key, written] :
+         {std::tuple{"bead_density", "initial.bead_density", &initial.bead_density},
+          std::tuple{"rod_density", "initial.rod_density", &initial.rod_density},
+          std::tuple{"bead_velocity_x", "initial.bead_velocity_x", &initial.bead_velocity_x},
+          std::tuple{"bead_velocity_y", "initial.bead_velocity_y", &initial.bead_velocity_y},
+          std::tuple{"polar_order_x", "initial.polar_order_x", &initial.polar_order_x},
+          std::tuple{"polar_order_y", "initial.polar_order_y", &initial.polar_order_y}})
+        if (component == name) return {key, written};
+    static const std::string none;
+    return {"", &none};
+}
+
+/// Parses an initial formula in x (slot 0) and y (slot 1).
+Expression expression_in_x_y(const std::string& written, SourceLocation where) {
+    where.column = 0;  // the column is that of the key
+    return parse_expression(written, {.variables = {{"x", 0}, {"y", 1}}}, where);
+}
+
 void set_formulas(const InitialState& initial, const Form& form, const numerics::System& system, Threads& threads,
                   numerics::Spectra& state) {
     const numerics::Grid& grid = system.grid;

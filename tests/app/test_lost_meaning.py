@@ -1,4 +1,4 @@
-"""tests/app/test_lost_meaning.py: a run whose answer has lost its meaning stops, and names the field that failed first."""
+"""tests/app/test_lost_meaning.py: a run without a meaningful answer stops and names the field that failed first."""
 import numpy as np
 import pytest
 from support import drover, drover_json, write_scene
