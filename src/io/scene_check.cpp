@@ -26,12 +26,6 @@ void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
     physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, at);
-    const physics::Noise& noise = scene.model.noise;
-    require(scene.time.tolerance == 0.0 || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
-            at("time.tolerance"),
-            "time.tolerance = {} with noise: there is no error estimate for a noisy step; set it or the noise "
-            "to 0",
-            scene.time.tolerance);
     require(
         scene.time.tolerance == 0.0 || !numerics::stepper_table(scene.time.stepper).error.empty(), at("time.tolerance"),
         "time.tolerance = {} with the stepper \"{}\", which has no embedded error estimate; choose etdrk2 or etdrk4",

@@ -2,24 +2,27 @@
 #include "drover/numerics/adaptive_stepper.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "drover/base/error.hpp"
 
 namespace drover::numerics {
 
-namespace {
-/// The next smaller one of 1, 2, 3, 4, 6, 8, 12, 16, ...
-int coarser(int division) {
-    if (division <= 2) return 1;
-    if (division == 3) return 2;
-    const bool is_power = (division & (division - 1)) == 0;
-    return is_power ? division / 4 * 3 : division / 3 * 2;
+/// The next smaller number of parts.
+int AdaptiveStepper::coarser() const {
+    const bool is_power = (division_ & (division_ - 1)) == 0;
+    if (division_ <= 3) return division_ == 3 ? 2 : 1;
+    if (noise_) return division_ / 2;
+    return is_power ? division_ / 4 * 3 : division_ / 3 * 2;
 }
-}  // namespace
 
 AdaptiveStepper::AdaptiveStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads)
-    : control_(control), seed_(seed), threads_(threads), system_(std::move(system)) {
+    : control_(control),
+      seed_(seed),
+      threads_(threads),
+      system_(std::move(system)),
+      noise_(make_noise_path(system_, control.dt, seed, threads)) {
     if (control_.tolerance == 0.0) return;
     next_ = Spectra(system_.grid, components(system_.layout));
     error_ = next_;
@@ -28,12 +31,17 @@ AdaptiveStepper::AdaptiveStepper(const StepControl& control, System system, std:
 void AdaptiveStepper::set_system(System system) {
     steppers_.clear();
     system_ = std::move(system);
+    noise_ = make_noise_path(system_, control_.dt, seed_, threads_);
 }
 
 Stepper& AdaptiveStepper::stepper(int division) {
     if (const auto found = steppers_.find(division); found != steppers_.end()) return found->second;
-    const auto made = steppers_.emplace(division, Stepper(system_, stepper_table(control_.method),
-                                                          control_.dt / division, seed_, threads_));
+    const StepperTable& table = stepper_table(control_.method);
+    const auto made =
+        steppers_.emplace(division, noise_
+                                        ? Stepper(system_, table, control_.dt,
+                                                  std::bit_width(static_cast<unsigned>(division)) - 1, noise_, threads_)
+                                        : Stepper(system_, table, control_.dt / division, seed_, threads_));
     // Divisions in use are neighbours; others only hold memory.
     constexpr std::size_t kept = 4;
     while (steppers_.size() > kept) {
@@ -64,13 +72,29 @@ double AdaptiveStepper::relative_error(const Spectra& before, const Spectra& aft
     return largest;
 }
 
-void AdaptiveStepper::advance_in_parts(double t, Spectra& state) {
-    const double tolerance = control_.tolerance;
+/// The relative error of a part from t, whose result is in next_.  INFINITY where the right-hand side failed: outside
+/// its domain a shorter part may stay within it.
+double AdaptiveStepper::attempt(double t, std::uint64_t part, const Spectra& state) {
+    Stepper& now = stepper(division_);
+    failure_.clear();
+    try {
+        now.attempt(t, part, state, next_, error_);
+    } catch (const Error& error) {
+        if (error.fault() != Fault::run) throw;
+        failure_ = error.what();
+        return INFINITY;
+    }
+    return relative_error(state, next_, error_);
+}
+
+void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
+    const double t = static_cast<double>(step) * control_.dt, tolerance = control_.tolerance;
     const int order = stepper_table(control_.method).order;  // the error of the pair is proportional to dt^order
     double largest = 0.0;
     for (int i = 0; i < division_;) {
-        stepper(division_).attempt(t + control_.dt * i / division_, state, next_, error_);
-        const double error = relative_error(state, next_, error_);
+        const auto part =
+            static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(division_) + static_cast<std::uint64_t>(i);
+        const double error = attempt(t + control_.dt * i / division_, part, state);
         if (error <= tolerance) {
             std::swap(state.values, next_.values);
             largest = std::max(largest, error);
@@ -79,6 +103,8 @@ void AdaptiveStepper::advance_in_parts(double t, Spectra& state) {
             continue;
         }
         ++count_.rejected;
+        if (division_ > max_division / 2 && !failure_.empty())
+            fail_run("{}; no step down to {:.3g} s avoids this at t = {:.6g} s", failure_, control_.dt / division_, t);
         if (division_ > max_division / 2)
             fail_run(
                 "no step down to {:.3g} s meets time.tolerance = {} at t = {:.6g} s: its estimated error is "
@@ -87,19 +113,28 @@ void AdaptiveStepper::advance_in_parts(double t, Spectra& state) {
         division_ *= 2;
         i *= 2;
     }
+    taken_ = division_;
     constexpr double safety = 2.0;
-    const double growth = static_cast<double>(division_) / coarser(division_);
-    if (division_ > 1 && safety * largest * std::pow(growth, order) < tolerance) division_ = coarser(division_);
+    const double growth = static_cast<double>(division_) / coarser();
+    if (division_ > 1 && safety * largest * std::pow(growth, order) < tolerance) division_ = coarser();
 }
 
 void AdaptiveStepper::advance(std::int64_t step, Spectra& state) {
-    const double t = static_cast<double>(step) * control_.dt;
     if (control_.tolerance > 0.0 && system_.nonlinear) {
-        advance_in_parts(t, state);
+        advance_in_parts(step, state);
     } else {
-        stepper(1).step(t, static_cast<std::uint64_t>(step), state);
+        stepper(1).step(static_cast<double>(step) * control_.dt, static_cast<std::uint64_t>(step), state);
         ++count_.accepted;
     }
+}
+
+void AdaptiveStepper::repeat_in_halves(std::int64_t step, Spectra& state) {
+    const int parts = 2 * taken_;
+    Stepper& finer = stepper(parts);
+    for (int i = 0; i < parts; ++i)
+        finer.step(control_.dt * (static_cast<double>(step) + static_cast<double>(i) / parts),
+                   static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(parts) + static_cast<std::uint64_t>(i),
+                   state);
 }
 
 }  // namespace drover::numerics

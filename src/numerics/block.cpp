@@ -100,7 +100,12 @@ PhiFunctions phi_functions(const Block& m, double dt) {
     return {rounded(e.propagator), rounded(e.phi1), rounded(e.phi2), rounded(e.phi3)};
 }
 
-Block noise_covariance(const Block& m, const Block& q, double dt) {
+namespace {
+struct NoisyInterval {
+    Matrix covariance, propagator;
+};
+
+NoisyInterval noisy_interval(const Block& m, const Block& q, double dt) {
     const Matrix rates = extended(m);
     const int doublings = halvings(rates, dt);
     const Real interval = std::ldexp(Real(dt), -doublings);
@@ -118,7 +123,124 @@ Block noise_covariance(const Block& m, const Block& q, double dt) {
         double_propagator(e);
     }
     refuse_overflow(covariance, dt);
-    return rounded(covariance);
+    return {covariance, e.propagator};
+}
+
+/// Less than this, relative to the variances, is rounding of their entries, not variance.
+Real rounding_of(Eigen::Index size) { return 16.0L * static_cast<Real>(size) * std::numeric_limits<double>::epsilon(); }
+
+/// Square roots of the diagonal.
+Vector deviations(const Matrix& covariance) {
+    Vector result(covariance.rows());
+    for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+        const Real variance = covariance(i, i);
+        if (!(variance >= 0.0L) || !std::isfinite(variance))
+            fail_run("a noise covariance has the variance {}; expected a finite number >= 0",
+                     static_cast<double>(variance));
+        result(i) = std::sqrt(variance);
+    }
+    return result;
+}
+
+/// Row i divided by rows(i), column k by columns(k); zero where one of them is.
+Matrix scaled(const Matrix& matrix, const Vector& rows, const Vector& columns) {
+    Matrix result(matrix.rows(), matrix.cols());
+    for (Eigen::Index i = 0; i < matrix.rows(); ++i)
+        for (Eigen::Index k = 0; k < matrix.cols(); ++k) {
+            const Real scale = rows(i) * columns(k);
+            result(i, k) = scale > 0.0L ? matrix(i, k) / scale : 0.0L;
+        }
+    return result;
+}
+
+/// f of f f^T = `rest`, in the order of elimination; leaves in `rest` what is below rounding.
+struct Elimination {
+    Matrix factor;
+    std::vector<int> pivots;
+};
+Elimination eliminate(Matrix& rest) {
+    const auto n = static_cast<int>(rest.rows());
+    Elimination result{.factor = Matrix::Zero(n, n), .pivots = {}};
+    for (int column = 0; column < n; ++column) {
+        const Real largest = rest.diagonal().maxCoeff();
+        if (largest <= rounding_of(n)) break;
+        // The first of those that are as large: which of two equal ones is larger is a matter of rounding.
+        int pivot = 0;
+        while (rest(pivot, pivot) < 0.999L * largest) ++pivot;
+        result.pivots.push_back(pivot);
+        result.factor.col(column) = rest.col(pivot) / std::sqrt(rest(pivot, pivot));
+        rest -= (result.factor.col(column) * result.factor.col(column).transpose()).eval();
+        rest.row(pivot).setZero();
+        rest.col(pivot).setZero();
+    }
+    return result;
+}
+
+Matrix factor_of(const Matrix& covariance) {
+    const Vector deviation = deviations(covariance);
+    Matrix rest = scaled(covariance, deviation, deviation);
+    const Matrix f = eliminate(rest).factor;
+    if (rest.diagonal().minCoeff() < -1e-12L || rest.cwiseAbs().maxCoeff() > 1e-11L)
+        fail_run("a noise covariance is not positive: a direction has the relative variance {:.3g}; expected >= 0",
+                 static_cast<double>(rest.diagonal().minCoeff()));
+    return deviation.asDiagonal() * f;
+}
+
+/// The r for which r c has the least distance from `cross`, the covariance of something with a variable of covariance
+/// c.  Directions of c without variance get none.
+Matrix regression_on(const Matrix& c, const Matrix& cross, const Vector& deviation_of_it) {
+    const Vector deviation = deviations(c);
+    Matrix rest = scaled(c, deviation, deviation);
+    const Elimination known = eliminate(rest);
+    const auto rank = static_cast<int>(known.pivots.size());
+    // In the normalised variables of the elimination, then back: row pivots[k] of the factor ends at column k.
+    Matrix result = Matrix::Zero(cross.rows(), c.rows());
+    Matrix on_normal = Matrix::Zero(cross.rows(), c.rows());
+    const Matrix scaled_cross = scaled(cross, deviation_of_it, deviation);
+    const auto diagonal = [&](int k) { return known.factor(known.pivots[static_cast<std::size_t>(k)], k); };
+    for (int k = 0; k < rank; ++k) {
+        const int pivot = known.pivots[static_cast<std::size_t>(k)];
+        Vector rest_of_cross = scaled_cross.col(pivot);
+        for (int j = 0; j < k; ++j) rest_of_cross -= on_normal.col(j) * known.factor(pivot, j);
+        on_normal.col(k) = rest_of_cross / diagonal(k);
+    }
+    for (int k = rank - 1; k >= 0; --k) {
+        const int pivot = known.pivots[static_cast<std::size_t>(k)];
+        Vector left = on_normal.col(k);
+        for (int j = k + 1; j < rank; ++j) {
+            const int later = known.pivots[static_cast<std::size_t>(j)];
+            left -= result.col(later) * known.factor(later, k);
+        }
+        result.col(pivot) = left / diagonal(k);
+    }
+    Matrix unscaled(result.rows(), result.cols());
+    for (Eigen::Index i = 0; i < result.rows(); ++i)
+        for (Eigen::Index k = 0; k < result.cols(); ++k)
+            unscaled(i, k) = deviation(k) > 0.0L ? deviation_of_it(i) * result(i, k) / deviation(k) : 0.0L;
+    return unscaled;
+}
+}  // namespace
+
+Block noise_covariance(const Block& m, const Block& q, double dt) {
+    return rounded(noisy_interval(m, q, dt).covariance);
+}
+
+NoiseHalves noise_halves(const Block& m, const Block& q, double dt) {
+    const NoisyInterval half = noisy_interval(m, q, dt);
+    const Matrix with_whole = half.covariance * half.propagator.transpose();  // of the first half with the whole
+    const Matrix whole = half.propagator * with_whole + half.covariance;
+    refuse_overflow(whole, 2.0 * dt);
+    const Matrix regression =
+        regression_on((whole + whole.transpose()) / 2.0L, with_whole, deviations(half.covariance));
+    Matrix spread = half.covariance - regression * with_whole.transpose();
+    spread = ((spread + spread.transpose()) / 2.0L).eval();
+    // What is left of a variable that the whole determines is rounding, of either sign.
+    for (Eigen::Index i = 0; i < spread.rows(); ++i)
+        if (spread(i, i) <= rounding_of(spread.rows()) * half.covariance(i, i)) {
+            spread.row(i).setZero();
+            spread.col(i).setZero();
+        }
+    return {rounded(regression), rounded(factor_of(spread)), rounded(half.propagator)};
 }
 
 std::vector<std::complex<double>> eigenvalues(const Block& m) {
@@ -138,41 +260,6 @@ Block stationary_covariance(const Block& m, const Block& q) {
     return rounded(covariance.real());
 }
 
-Block factor(const Block& c) {
-    const Matrix given = extended(c);
-    const int n = c.size;
-    // Entries are right to this, as parts of the deviations: less than it is rounding, not variance.
-    const Real rounding = 16.0L * n * std::numeric_limits<double>::epsilon();
-    Vector deviation(n);
-    for (int i = 0; i < n; ++i) {
-        if (!(c(i, i) >= 0.0) || !std::isfinite(c(i, i)))
-            fail_run("a noise covariance has the variance {}; expected a finite number >= 0", c(i, i));
-        deviation(i) = std::sqrt(given(i, i));
-    }
-    Matrix rest(n, n);
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-            const Real scale = deviation(i) * deviation(j);
-            rest(i, j) = scale > 0.0L ? given(i, j) / scale : 0.0L;
-        }
-    Matrix f = Matrix::Zero(n, n);
-    for (int column = 0; column < n; ++column) {
-        const Real largest = rest.diagonal().maxCoeff();
-        if (largest <= rounding) break;
-        // The first of those that are as large: which of two equal ones is larger is a matter of rounding.
-        int pivot = 0;
-        while (rest(pivot, pivot) < 0.999L * largest) ++pivot;
-        const Real variance = rest(pivot, pivot);
-        f.col(column) = rest.col(pivot) / std::sqrt(variance);
-        rest -= (f.col(column) * f.col(column).transpose()).eval();
-        rest.row(pivot).setZero();
-        rest.col(pivot).setZero();
-    }
-    if (rest.diagonal().minCoeff() < -1e-12L || rest.cwiseAbs().maxCoeff() > 1e-11L)
-        fail_run("a noise covariance is not positive: a direction has the relative variance {:.3g}; expected >= 0",
-                 static_cast<double>(rest.diagonal().minCoeff()));
-    const Matrix scaled = deviation.asDiagonal() * f;
-    return rounded(scaled);
-}
+Block factor(const Block& c) { return rounded(factor_of(extended(c))); }
 
 }  // namespace drover::numerics

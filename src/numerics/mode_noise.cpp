@@ -5,14 +5,25 @@ namespace drover::numerics {
 
 void add_mode_noise(const NoiseDraw& draw, const Layout& layout, Threads& threads, Spectra& to) {
     for_layout(layout, [&]<int Scalars, int Vectors>() {
+        constexpr std::size_t parts = Scalars + 2 * Vectors;
+        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors;
+        const std::size_t width = columns(draw.grid);
+        const auto of_row = [&](std::size_t row, std::vector<double>& normal) {
+            const std::size_t kept = kept_in_row(draw.grid, draw.wavenumbers, row);
+            fill_row_normals(draw.grid, draw.key, row, kept, parts, normal);
+            for (std::size_t i = 0; i < kept; ++i) {
+                const auto n = static_cast<std::size_t>(draw.wavenumbers.of_mode[row * width + i]);
+                ModeParts<Scalars, Vectors> sum{};
+                add_blocks(draw.factors.data() + n * entries,
+                           load_parts<Scalars, Vectors>(normal.data() + i * 2 * parts), sum);
+                add_parts(sum, to.values.data() + row * width, to.stride, i,
+                          direction(wavevector(draw.grid, i, row), draw.wavenumbers.inverse[n]));
+            }
+        };
         threads.for_chunks(static_cast<std::size_t>(draw.grid.ny), rows_per_chunk(draw.grid),
                            [&](std::size_t begin, std::size_t end) {
                                std::vector<double> normal;
-                               for (std::size_t row = begin; row < end; ++row)
-                                   add_row_noise<Scalars, Vectors>(draw, row,
-                                                                   kept_in_row(draw.grid, draw.wavenumbers, row),
-                                                                   normal, to.values.data() + row * columns(draw.grid),
-                                                                   to.stride);
+                               for (std::size_t row = begin; row < end; ++row) of_row(row, normal);
                            });
     });
 }

@@ -23,44 +23,6 @@ struct NoiseDraw {
 /// Adds it to all modes of `to`.
 void add_mode_noise(const NoiseDraw& draw, const Layout& layout, Threads& threads, Spectra& to);
 
-/// out = scale * matrix * normal, two normal numbers for each complex one.
-template <std::size_t N>
-[[gnu::always_inline]] inline void noise_of(const double* matrix, const double* normal, const Pair& scale,
-                                            Pair (&out)[N]) {
-    for (std::size_t i = 0; i < N; ++i) {
-        Pair sum{};
-        for (std::size_t k = 0; k < N; ++k) sum += matrix[i * N + k] * Pair{normal[2 * k], normal[2 * k + 1]};
-        out[i] = scale * sum;
-    }
-}
-
-/// Adds it to the first `kept` modes of a row, whose components start at `to`, `stride` apart.  normal: scratch,
-/// resized as needed.
-template <int Scalars, int Vectors>
-void add_row_noise(const NoiseDraw& draw, std::size_t row, std::size_t kept, std::vector<double>& normal, Complex* to,
-                   std::size_t stride) {
-    constexpr std::size_t along = Scalars + Vectors, across = Vectors;
-    constexpr std::size_t normals = 2 * (along + across), entries = along * along + across * across;
-    const std::size_t width = columns(draw.grid), rows = static_cast<std::size_t>(draw.grid.ny);
-    const double half = std::sqrt(0.5 / area(draw.grid)), whole = std::sqrt(1.0 / area(draw.grid));
-    normal.resize(std::max(normal.size(), width * normals));
-    fill_normal(draw.key, row * width, normals, std::span(normal.data(), kept * normals));
-    // The conjugate of a mode of column 0 is stored too: it uses the numbers of its partner.
-    const bool is_partner = 2 * row > rows;
-    if (is_partner && kept > 0) fill_normal(draw.key, (rows - row) * width, normals, std::span(normal.data(), normals));
-    for (std::size_t i = 0; i < kept; ++i) {
-        const Pair scale = i > 0      ? Pair{half, half}
-                           : row == 0 ? Pair{whole, 0.0}
-                                      : Pair{half, is_partner ? -half : half};
-        const auto n = static_cast<std::size_t>(draw.wavenumbers.of_mode[row * width + i]);
-        const double* factor = draw.factors.data() + n * entries;
-        ModeParts<Scalars, Vectors> parts;
-        noise_of(factor, normal.data() + i * normals, scale, parts.along);
-        noise_of(factor + along * along, normal.data() + i * normals + 2 * along, scale, parts.across);
-        add_parts(parts, to, stride, i, direction(wavevector(draw.grid, i, row), draw.wavenumbers.inverse[n]));
-    }
-}
-
 /// Number of kept modes of a row, which are its first ones.
 inline std::size_t kept_in_row(const Grid& grid, const DistinctWavenumbers& wavenumbers, std::size_t row) {
     const std::int32_t* index = wavenumbers.of_mode.data() + row * columns(grid);
@@ -71,6 +33,56 @@ inline std::size_t kept_in_row(const Grid& grid, const DistinctWavenumbers& wave
 inline std::size_t rows_per_chunk(const Grid& grid) {
     constexpr std::size_t modes_at_a_time = 1024;
     return std::max<std::size_t>(1, modes_at_a_time / columns(grid));
+}
+
+/// Normal numbers of covariance 1/area, `parts` complex ones for each of the first `kept` modes of a row.  Those of a
+/// mode are a function of the key and its signed wavevector (kx, ky) alone: grids of N and 2N points share them.
+inline void fill_row_normals(const Grid& grid, const RandomKey& key, std::size_t row, std::size_t kept,
+                             std::size_t parts, std::vector<double>& normal) {
+    const int ky = mode_number_y(grid, row);
+    const auto first = [](int number) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(number)) << 32; };
+    normal.resize(std::max(normal.size(), kept * 2 * parts));
+    if (kept == 0) return;
+    fill_normal(key, first(ky), 2 * parts, std::span(normal.data(), kept * 2 * parts));
+    // The conjugate of a mode of column 0 is stored too: it uses the numbers of its partner.
+    if (ky < 0) fill_normal(key, first(-ky), 2 * parts, std::span(normal.data(), 2 * parts));
+    const double half = std::sqrt(0.5 / area(grid));
+    for (std::size_t k = 0; k < kept * 2 * parts; ++k) normal[k] *= half;
+    for (std::size_t k = 0; k < parts; ++k) {
+        if (ky < 0) normal[2 * k + 1] *= -1.0;
+        if (ky != 0) continue;
+        normal[2 * k] *= std::numbers::sqrt2;  // the mean is real
+        normal[2 * k + 1] = 0.0;
+    }
+}
+
+/// One mode as an array of its parts: those along, then those across.
+template <int Scalars, int Vectors>
+[[gnu::always_inline]] inline ModeParts<Scalars, Vectors> load_parts(const double* from) {
+    ModeParts<Scalars, Vectors> parts;
+    for (std::size_t k = 0; k < std::size_t{Scalars + Vectors}; ++k)
+        parts.along[k] = Pair{from[2 * k], from[2 * k + 1]};
+    from += 2 * (Scalars + Vectors);
+    for (std::size_t k = 0; k < std::size_t{Vectors}; ++k) parts.across[k] = Pair{from[2 * k], from[2 * k + 1]};
+    return parts;
+}
+
+template <int Scalars, int Vectors>
+[[gnu::always_inline]] inline void store_parts(const ModeParts<Scalars, Vectors>& parts, double* to) {
+    for (std::size_t k = 0; k < std::size_t{Scalars + Vectors}; ++k)
+        std::memcpy(to + 2 * k, &parts.along[k], sizeof(Pair));
+    to += 2 * (Scalars + Vectors);
+    for (std::size_t k = 0; k < std::size_t{Vectors}; ++k) std::memcpy(to + 2 * k, &parts.across[k], sizeof(Pair));
+}
+
+/// sum += (block along) in.along, (block across) in.across; returns the matrix after them.
+template <int Scalars, int Vectors>
+[[gnu::always_inline]] inline const double* add_blocks(const double* matrix, const ModeParts<Scalars, Vectors>& in,
+                                                       ModeParts<Scalars, Vectors>& sum) {
+    constexpr std::size_t along = Scalars + Vectors, across = Vectors;
+    add_product(matrix, in.along, sum.along);
+    if constexpr (Vectors > 0) add_product(matrix + along * along, in.across, sum.across);
+    return matrix + along * along + across * across;
 }
 
 }  // namespace drover::numerics

@@ -5,11 +5,10 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <optional>
 
 #include "combination.hpp"
 #include "drover/base/error.hpp"
-#include "mode_noise.hpp"
+#include "noise_path.hpp"
 
 namespace drover::numerics {
 
@@ -18,13 +17,7 @@ namespace {
 struct Combination {
     StagePlan plan;
     std::vector<double> matrices;  ///< for each |q|, for each use: the entries along, then across
-    int noise = -1;                ///< index of the noise that the stage includes; -1: none
-};
-
-/// Noise of a stage: already drawn, or to be drawn now.
-struct NoiseSource {
-    const Spectra* drawn = nullptr;
-    const NoiseDraw* fresh = nullptr;
+    int halvings = 0;              ///< of the step, to the interval whose noise the stage includes
 };
 
 /// Components of a row of modes, `stride` apart.
@@ -64,60 +57,49 @@ const StepperTable& linear_table() {
     return table;
 }
 
-/// The noise of one part of the step: the factor of its covariance, and the propagator of the noise before it.
-struct NoisePart {
-    double end = 1.0;  ///< as a fraction of the step
-    std::vector<double> factors;
-    Combination propagator{.plan = {.uses = {{.terms = {}, .inputs = {{.input = 0}}}}}};
-};
 }  // namespace
 
 struct Stepper::Work {
     System system;
     const StepperTable* table;
     double dt;
-    std::uint64_t seed;
+    std::shared_ptr<NoisePath> noise;
+    int noise_level;
     Threads& threads;
     DistinctWavenumbers wavenumbers;
     std::vector<Combination> combinations;  // of each stage
     Combination estimate;                   // of the local error; without uses: the table has none
-    std::vector<NoisePart> noise_parts;
-    std::vector<Spectra> rates, noises;
+    std::vector<Spectra> rates;
     Spectra stage, next;
 
-    Work(const System& the_system, const StepperTable& the_table, double the_dt, std::uint64_t the_seed,
-         Threads& the_threads);
+    Work(const System& the_system, const StepperTable& the_table, double the_dt, std::shared_ptr<NoisePath> the_noise,
+         int halvings, Threads& the_threads);
     void prepare_stages();
-    void prepare_noise();
-    std::ptrdiff_t noise_users() const;
-    NoiseDraw draw_of(std::size_t part, std::uint64_t step_number) const;
-    void draw_noise(std::uint64_t step_number);
-    void combine(const Combination& combination, const Spectra& old, const NoiseSource& noise, Spectra& out);
+    /// noise_level: of the increments to add; -1: none.
+    void combine(const Combination& combination, const Spectra& old, int noise_level, Spectra& out);
     Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first, std::size_t count,
                      Complex* scratch) const;
     void take_stages(double t, std::uint64_t step_number, const Spectra& state);
     void enforce_hermitian(Spectra& state) const;
 };
 
-Stepper::Work::Work(const System& the_system, const StepperTable& the_table, double the_dt, std::uint64_t the_seed,
-                    Threads& the_threads)
+Stepper::Work::Work(const System& the_system, const StepperTable& the_table, double the_dt,
+                    std::shared_ptr<NoisePath> the_noise, int halvings, Threads& the_threads)
     : system(the_system),
       table(the_system.nonlinear ? &the_table : &linear_table()),
       dt(the_dt),
-      seed(the_seed),
+      noise(std::move(the_noise)),
+      noise_level(noise ? noise->level() + halvings : -1),
       threads(the_threads),
       wavenumbers(distinct_wavenumbers(the_system.grid, the_system.degree)) {
     require(std::isfinite(dt) && dt > 0.0, {}, "dt = {}; expected a positive time", dt);
     prepare_stages();
-    if (system.noise) prepare_noise();
     const int count = components(system.layout);
     if (system.nonlinear) {
         rates.assign(std::max(table->stages.size(), table->error.size()), Spectra(system.grid, count));
         stage = Spectra(system.grid, count);
     }
     next = Spectra(system.grid, count);
-    // Noise of a single stage is drawn where it is needed.
-    if (noise_parts.size() > 1 || noise_users() > 1) noises.assign(noise_parts.size(), Spectra(system.grid, count));
 }
 
 void Stepper::Work::prepare_stages() {
@@ -127,6 +109,13 @@ void Stepper::Work::prepare_stages() {
         require(combination.plan.uses.size() <= max_uses, {},
                 "stepper \"{}\": a stage of {} matrices; expected at most {}", table->name,
                 combination.plan.uses.size(), max_uses);
+    for (std::size_t s = 0; s < table->stages.size(); ++s) {
+        const double halvings = -std::log2(table->stages[s].c);
+        require(!noise || halvings == std::floor(halvings), {},
+                "stepper \"{}\": a stage at {} of the step; expected 1, 1/2, 1/4, ... with noise", table->name,
+                table->stages[s].c);
+        combinations[s].halvings = static_cast<int>(halvings);
+    }
     for (const double q : wavenumbers.q) {
         const IsotropicBlocks rate_blocks = system.linear(q);
         const auto along = phi_at_fractions(*table, rate_blocks.along, dt),
@@ -141,51 +130,6 @@ void Stepper::Work::prepare_stages() {
         for (std::size_t s = 0; s < table->stages.size(); ++s)
             append(combinations[s].plan, table->stages[s].c, combinations[s].matrices);
         append(estimate.plan, 1.0, estimate.matrices);
-    }
-}
-
-/// Stages that include noise themselves, not through the previous stage.
-std::ptrdiff_t Stepper::Work::noise_users() const {
-    return std::count_if(combinations.begin(), combinations.end(),
-                         [](const Combination& c) { return c.noise >= 0 && !c.plan.from_previous; });
-}
-
-void Stepper::Work::prepare_noise() {
-    for (const StepperStage& row : table->stages)
-        if (noise_parts.empty() || row.c > noise_parts.back().end) noise_parts.push_back({.end = row.c, .factors = {}});
-    for (std::size_t s = 0; s < table->stages.size(); ++s)
-        for (std::size_t k = 0; k < noise_parts.size(); ++k)
-            if (noise_parts[k].end == table->stages[s].c) combinations[s].noise = static_cast<int>(k);
-    for (const double q : wavenumbers.q) {
-        const IsotropicBlocks m = system.linear(q), covariance = system.noise(q);
-        double begin = 0.0;
-        for (NoisePart& part : noise_parts) {
-            const double length = (part.end - begin) * dt;
-            append_entries({factor(noise_covariance(m.along, covariance.along, length)),
-                            factor(noise_covariance(m.across, covariance.across, length))},
-                           part.factors);
-            append_entries({phi_functions(m.along, length).phi0, phi_functions(m.across, length).phi0},
-                           part.propagator.matrices);
-            begin = part.end;
-        }
-    }
-}
-
-NoiseDraw Stepper::Work::draw_of(std::size_t part, std::uint64_t step_number) const {
-    return {.grid = system.grid,
-            .wavenumbers = wavenumbers,
-            .factors = noise_parts[part].factors,
-            .key = {.seed = seed,
-                    .stream = Stream::noise,
-                    .step = step_number,
-                    .substep = static_cast<std::uint32_t>(part)}};
-}
-
-void Stepper::Work::draw_noise(std::uint64_t step_number) {
-    for (std::size_t k = 0; k < noises.size(); ++k) {
-        if (k == 0) std::fill(noises[k].values.begin(), noises[k].values.end(), Complex(0.0));
-        else combine(noise_parts[k].propagator, noises[k - 1], {}, noises[k]);
-        add_mode_noise(draw_of(k, step_number), system.layout, threads, noises[k]);
     }
 }
 
@@ -210,19 +154,15 @@ Source Stepper::Work::source_of(const std::vector<WeightedInput>& inputs, const 
     return {scratch, count};
 }
 
-void Stepper::Work::combine(const Combination& combination, const Spectra& old, const NoiseSource& noise,
-                            Spectra& out) {
+void Stepper::Work::combine(const Combination& combination, const Spectra& old, int level, Spectra& out) {
     for_layout(system.layout, [&]<int Scalars, int Vectors>() {
         constexpr std::size_t along = Scalars + Vectors, across = Vectors, entries = along * along + across * across;
         constexpr std::size_t count = Scalars + 2 * Vectors;
         const std::size_t width = columns(system.grid), rows = static_cast<std::size_t>(system.grid.ny);
         const std::vector<MatrixUse>& uses = combination.plan.uses;
-        const bool from_previous = combination.plan.from_previous;
-        const Spectra* begun = from_previous ? &stage : noise.drawn;
-        const NoiseDraw* fresh = from_previous ? nullptr : noise.fresh;
+        const Spectra* begun = combination.plan.from_previous ? &stage : nullptr;
         // One row of each component at a time: contiguous reads from memory, then work in the first-level cache.
-        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& scratch,
-                                std::vector<double>& normal) {
+        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& scratch) {
             scratch.resize(uses.size() * count * kept);
             std::array<Source, max_uses> sources;
             for (std::size_t u = 0; u < uses.size(); ++u)
@@ -232,8 +172,7 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
                 if (!begun) std::fill_n(to, kept, Complex(0.0));
                 else if (begun != &out) std::copy_n(begun->values.data() + c * begun->stride + row * width, kept, to);
             }
-            if (fresh)
-                add_row_noise<Scalars, Vectors>(*fresh, row, kept, normal, out.values.data() + row * width, out.stride);
+            const double* increments = level < 0 ? nullptr : noise->row(level, row);
             const std::size_t doubles = uses.size() * entries;
             const auto matrices_of = [&](std::size_t i) {
                 return combination.matrices.data() +
@@ -247,6 +186,7 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
                 const auto n = static_cast<std::size_t>(wavenumbers.of_mode[row * width + i]);
                 const Direction d = direction(wavevector(system.grid, i, row), wavenumbers.inverse[n]);
                 ModeParts<Scalars, Vectors> sum{};
+                if (increments) sum = load_parts<Scalars, Vectors>(increments + i * 2 * count);
                 for (std::size_t u = 0; u < uses.size(); ++u, matrix += entries) {
                     const auto parts = parts_of<Scalars, Vectors>(sources[u].values, sources[u].stride, i, d);
                     add_product(matrix, parts.along, sum.along);
@@ -258,13 +198,12 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
         // Rows j and -j share their matrices: consecutive rows read them from memory once.
         threads.for_chunks(rows / 2 + 1, rows_per_chunk(system.grid), [&](std::size_t begin, std::size_t end) {
             std::vector<Complex> scratch;
-            std::vector<double> normal;
             for (std::size_t row = begin; row < end; ++row) {
                 const std::size_t kept = kept_in_row(system.grid, wavenumbers, row);
                 if (kept == 0) continue;
                 const std::size_t partner = (rows - row) % rows;
-                of_row(row, kept, scratch, normal);
-                if (partner != row) of_row(partner, kept, scratch, normal);
+                of_row(row, kept, scratch);
+                if (partner != row) of_row(partner, kept, scratch);
             }
         });
     });
@@ -282,25 +221,25 @@ void Stepper::Work::enforce_hermitian(Spectra& state) const {
 }
 
 Stepper::Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads)
-    : work_(std::make_unique<Work>(system, table, dt, seed, threads)) {}
+    : work_(std::make_unique<Work>(system, table, dt, make_noise_path(system, dt, seed, threads), 0, threads)) {}
+Stepper::Stepper(const System& system, const StepperTable& table, double dt, int halvings,
+                 std::shared_ptr<NoisePath> noise, Threads& threads)
+    : work_(std::make_unique<Work>(system, table, std::ldexp(dt, -halvings), std::move(noise), halvings, threads)) {}
 Stepper::~Stepper() = default;
 Stepper::Stepper(Stepper&&) noexcept = default;
 
 double Stepper::dt() const { return work_->dt; }
 
 void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spectra& state) {
-    draw_noise(step_number);
     const std::size_t last = table->stages.size() - 1;
     for (std::size_t s = 0; s <= last; ++s) {
         const double c = s == 0 ? 0.0 : table->stages[s - 1].c;
         if (system.nonlinear) system.nonlinear(t + c * dt, s == 0 ? state : stage, rates[s]);
         const Combination& combination = combinations[s];
-        NoiseSource noise;
-        std::optional<NoiseDraw> draw;
-        if (combination.noise >= 0 && !noises.empty())
-            noise.drawn = &noises[static_cast<std::size_t>(combination.noise)];
-        else if (combination.noise >= 0) noise.fresh = &draw.emplace(draw_of(0, step_number));
-        combine(combination, state, noise, s == last ? next : stage);
+        const bool with_noise = noise && !combination.plan.from_previous;
+        const int level = noise_level + combination.halvings;
+        if (with_noise) noise->compute({.level = level, .index = step_number << combination.halvings});
+        combine(combination, state, with_noise ? level : -1, s == last ? next : stage);
     }
     if (system.nonlinear) enforce_hermitian(next);
 }
@@ -312,13 +251,12 @@ void Stepper::step(double t, std::uint64_t step_number, Spectra& state) {
 
 bool Stepper::estimates_error() const { return !work_->estimate.plan.uses.empty(); }
 
-void Stepper::attempt(double t, const Spectra& state, Spectra& next, Spectra& error) {
+void Stepper::attempt(double t, std::uint64_t step_number, const Spectra& state, Spectra& next, Spectra& error) {
     Work& w = *work_;
-    require(estimates_error() && !w.system.noise, {}, "stepper \"{}\" with {} noise has no estimate of its error",
-            w.table->name, w.system.noise ? "its" : "no");
-    w.take_stages(t, 0, state);
+    require(estimates_error(), {}, "stepper \"{}\" has no estimate of its error; expected one that has", w.table->name);
+    w.take_stages(t, step_number, state);
     if (w.table->error.size() > w.table->stages.size()) w.system.nonlinear(t + w.dt, w.next, w.rates.back());
-    w.combine(w.estimate, state, {}, error);
+    w.combine(w.estimate, state, -1, error);
     std::copy(w.next.values.begin(), w.next.values.end(), next.values.begin());
 }
 
@@ -327,18 +265,11 @@ double Stepper::bytes() const { return stepper_bytes(work_->system, *work_->tabl
 double stepper_bytes(const System& system, const StepperTable& table) {
     const StepperTable& used = system.nonlinear ? table : linear_table();
     const double spectra = static_cast<double>(modes(system.grid)) * components(system.layout) * sizeof(Complex);
-    std::vector<double> ends;
     double matrices = 0.0;
     for (const StagePlan& plan : stage_plans(used)) matrices += static_cast<double>(plan.uses.size());
     matrices += static_cast<double>(error_plan(used).uses.size());
-    for (const StepperStage& row : used.stages)
-        if (ends.empty() || row.c > ends.back()) ends.push_back(row.c);
     double held = 1.0;
     if (system.nonlinear) held += 1.0 + static_cast<double>(std::max(used.stages.size(), used.error.size()));
-    if (system.noise) {
-        held += static_cast<double>(ends.size());
-        matrices += 2.0 * static_cast<double>(ends.size());
-    }
     const int along = system.layout.scalars + system.layout.vectors, across = system.layout.vectors;
     // At most a quarter of the kept modes have distinct |q|, an eighth on a square.
     const double distinct = static_cast<double>(modes(system.grid)) / (system.grid.lx == system.grid.ly ? 4.0 : 2.0);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numbers>
 
 namespace drover::numerics {
 
@@ -24,8 +25,12 @@ DistinctWavenumbers distinct_wavenumbers(const Grid& grid, int degree) {
     for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
         for (std::size_t i = 0; i < columns(grid); ++i)
             if (is_kept(grid, degree, i, j)) {
+                const auto name = key(i, j);
                 const Wavevector q = wavevector(grid, i, j);
-                known.try_emplace(key(i, j), Entry{.q = std::hypot(q.x, q.y)});
+                // In a square by k^2, not by one of its modes: the same number on every grid of the same cell.
+                known.try_emplace(name, Entry{.q = square ? 2.0 * std::numbers::pi / grid.lx *
+                                                                std::sqrt(static_cast<double>(name.first))
+                                                          : std::hypot(q.x, q.y)});
             }
     DistinctWavenumbers result;
     for (const auto& [name, entry] : known) result.q.push_back(entry.q);

@@ -41,7 +41,9 @@ FieldEvolution::FieldEvolution(const Model& model, const numerics::Grid& grid, c
       threads_(threads),
       linear_(linear_system(equations_, grid, reference(model.uniform), dealiasing)),
       split_(split_at(0)),
-      stepper_(control, split_.system, seed, threads) {}
+      stepper_(control, split_.system, seed, threads) {
+    if (split_.remainder) error_.emplace(equations_, grid, dealiasing, control.dt);
+}
 
 FieldEvolution::Split FieldEvolution::split_at(int rung) const {
     const Reference about = reference_at(equations_.model.uniform, rung);
@@ -58,11 +60,11 @@ void FieldEvolution::set_reference(int rung) {
     rung_ = rung;
     split_ = split_at(rung);
     stepper_.set_system(split_.system);
+    if (error_) error_->set_reference(reference_at(equations_.model.uniform, rung));
 }
 
-/// By the densities of the last evaluation.
-void FieldEvolution::follow_beads() {
-    const int rung = follow_densities(equations_, split_.remainder->extremes(), rung_);
+void FieldEvolution::follow_beads(const Extremes& extremes) {
+    const int rung = follow_densities(equations_, extremes, rung_);
     if (rung == rung_) return;
     set_reference(rung);
     ++changes_;
@@ -72,16 +74,55 @@ void FieldEvolution::start(const Spectra& state) {
     if (!split_.remainder) return;
     Spectra rate(grid_, state.count());
     (*split_.remainder)(0.0, state, rate);
-    follow_beads();
+    follow_beads(split_.remainder->extremes());
 }
 
+namespace {
+/// Steps until the next is repeated in halves, which costs two steps: 1 % of a long run.
+std::int64_t steps_to_next_check(std::int64_t step) { return std::clamp<std::int64_t>(step / 3, 6, 200); }
+}  // namespace
+
 void FieldEvolution::advance(std::int64_t step, Spectra& state) {
+    if (!error_) {
+        stepper_.advance(step, state);
+        return;
+    }
+    error_->advance(step, state);
+    const bool checks = step >= next_check_;
+    if (checks) before_ = state;
     stepper_.advance(step, state);
-    if (split_.remainder) follow_beads();
+    const Extremes extremes = split_.remainder->extremes();
+    if (checks) measure_error(step, state);
+    follow_beads(extremes);
+}
+
+/// The error of the last step, from the same step in halves.
+void FieldEvolution::measure_error(std::int64_t step, const Spectra& state) {
+    next_check_ = step + steps_to_next_check(step);
+    stepper_.repeat_in_halves(step, before_);
+    // Of a method of order n, half a step makes an error 2^(n+1) times smaller, twice.  Noise is rough: the strong
+    // order of one step is then 1 more than that of Euler's method at most.
+    const double order = linear_.noise ? 1.0 : numerics::stepper_table(stepper_.method()).order;
+    const double factor = 1.0 / (1.0 - std::exp2(-order));
+    for (std::size_t k = 0; k < before_.values.size(); ++k)
+        before_.values[k] = factor * (state.values[k] - before_.values[k]);
+    error_->add_local(before_, state, next_check_ - step);
+    const StepError::Relative local = error_->largest_local();
+    if (step > 0 && !(local.error < 0.5))
+        fail_run(
+            "the time step is too long: at t = {:.6g} s one step of {:.4g} s is wrong by {:.3g} times the {}; choose "
+            "time.dt <= {:.3g}, or a time.tolerance",
+            (static_cast<double>(step) + 1.0) * stepper_.dt(), stepper_.dt(), local.error, local.field,
+            stepper_.dt() / 4.0);
 }
 
 std::vector<double> FieldEvolution::save() const {
-    return {static_cast<double>(rung_), static_cast<double>(stepper_.division())};
+    std::vector<double> values{static_cast<double>(rung_), static_cast<double>(stepper_.division()),
+                               static_cast<double>(next_check_)};
+    if (!error_) return values;
+    const std::vector<double> error = error_->save();
+    values.insert(values.end(), error.begin(), error.end());
+    return values;
 }
 
 void FieldEvolution::restore(std::span<const double> values) {
@@ -91,11 +132,15 @@ void FieldEvolution::restore(std::span<const double> values) {
                 max);
         return static_cast<int>(value);
     };
-    require(values.size() == saved_numbers, {}, "the checkpoint contains {} stepper values; expected {}", values.size(),
-            saved_numbers);
+    require(values.size() == saved_numbers(), {}, "the checkpoint contains {} stepper values; expected {}",
+            values.size(), saved_numbers());
+    require(std::isfinite(values[2]) && values[2] >= 0.0 && values[2] < 0x1p53, {},
+            "the checkpoint contains the step {}; expected 0 or more; use the other checkpoint", values[2]);
+    next_check_ = static_cast<std::int64_t>(values[2]);
     const int rung = integer(values[0], -200, 200);
     stepper_.set_division(integer(values[1], 1, numerics::AdaptiveStepper::max_division));
     set_reference(rung);
+    if (error_) error_->restore(values.subspan(3));
 }
 
 }  // namespace drover::physics

@@ -250,6 +250,50 @@ TEST(NoiseCovariance, of_a_defective_operator_it_is_the_closed_form) {
     }
 }
 
+TEST(NoiseHalves, have_the_covariances_of_two_independent_intervals) {
+    // With first = K whole + S xi and second = whole - E first: <first first^T> = C and <first second^T> = 0.
+    using namespace test;
+    const auto error = [](const QuadMatrix& found, const QuadMatrix& expected, const QuadMatrix& scale) {
+        double worst = 0.0;
+        for (int i = 0; i < found.n; ++i)
+            for (int j = 0; j < found.n; ++j)
+                worst =
+                    std::max(worst, static_cast<double>(test::size(found(i, j) - expected(i, j))) /
+                                        std::sqrt(static_cast<double>(scale(i, i)) * static_cast<double>(scale(j, j))));
+        return worst;
+    };
+    for (const double q : {0.05, 0.8, 6.0})
+        for (double dt_rate = 1e-6; dt_rate < 2e6; dt_rate *= 10.0) {
+            const IsotropicBlocks m = test::rod_bead_operator(decaying, q);
+            const double dt = dt_rate / largest_rate(modes_of(m.along));
+            for (const std::vector<int>& noisy : {std::vector<int>{3}, std::vector<int>{0, 1, 2, 3}}) {
+                const Block noise = noise_on(4, noisy);
+                const auto covariance = [&](double t) {
+                    return dt_rate <= 1.0 ? covariance_by_quadrature(QuadMatrix(m.along), QuadMatrix(noise), t)
+                                          : covariance_by_difference(QuadMatrix(m.along), QuadMatrix(noise), t);
+                };
+                const QuadMatrix half = covariance(dt), whole = covariance(2.0 * dt);
+                const NoiseHalves found = noise_halves(m.along, noise, dt);
+                const QuadMatrix k(found.regression), s(found.spread), e(found.propagator),
+                    with_whole = product(k, whole),
+                    first = sum(product(with_whole, transposed(k)), product(s, transposed(s))),
+                    between = sum(with_whole, scaled(product(first, transposed(e)), -1));
+                // K reaches 1e9 where variables follow each other closely, and its entries are rounded at 1e-16.  A
+                // direction of less than 1e-14 of the variance is left out, of correlation 1e-7.  Both are far below
+                // what a sample can show.
+                EXPECT_LT(error(first, half, half), 5e-6) << "q " << q << ", dt|s|max " << dt_rate;
+                EXPECT_LT(error(between, QuadMatrix(4), half), 5e-6) << "q " << q << ", dt|s|max " << dt_rate;
+            }
+        }
+}
+
+TEST(NoiseHalves, of_noise_without_a_law_are_a_brownian_bridge) {
+    const NoiseHalves found = noise_halves(Block(1), noise_on(1, {0}), 0.25);
+    EXPECT_DOUBLE_EQ(found.regression(0, 0), 0.5);
+    EXPECT_DOUBLE_EQ(found.spread(0, 0), std::sqrt(0.7 * 0.25 / 2.0));
+    EXPECT_DOUBLE_EQ(found.propagator(0, 0), 1.0);
+}
+
 TEST(NoiseCovariance, of_a_conserved_mean_and_without_noise_it_is_exact) {
     const Block still(3);
     Block q = noise_on(3, {0, 2});

@@ -22,7 +22,7 @@ struct RandomKey {
     std::uint64_t seed = 0;
     Stream stream = Stream::noise;
     std::uint64_t step = 0;
-    std::uint32_t substep = 0;  ///< part of a step with its own numbers
+    std::uint64_t substep = 0;  ///< part of a step with its own numbers
 };
 
 /// Standard normal numbers for the indices first, first + 1, ...: out[i * per_index + j] is number j of index first + i

@@ -2,6 +2,7 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <string>
 
 #include "drover/numerics/stepper.hpp"
 
@@ -19,9 +20,11 @@ struct StepControl {
     double tolerance = 0.0;  ///< largest relative error of a part; 0: dt is never divided
 };
 
-/// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  Where
-/// the embedded error estimate rejects a part, their number doubles; where a whole dt leaves a margin, it falls to the
-/// next smaller one.  A linear system is exact and is never divided.
+/// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  With noise
+/// the parts are 1, 2, 4, ...: intervals of the noise path, so that a part that is rejected and halved keeps its noise,
+/// which rejecting would otherwise make smaller.  Where the embedded error estimate rejects a part, or the right-hand
+/// side throws a run Error, their number doubles; where a whole dt leaves a margin, it falls to the next smaller one.
+/// A linear system is exact and is never divided.
 class AdaptiveStepper {
 public:
     AdaptiveStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads);
@@ -32,7 +35,12 @@ public:
     /// From step to step + 1 of dt.  Throws a run Error where no part meets the tolerance.
     void advance(std::int64_t step, Spectra& state);
 
+    /// The step that advance() has just taken from `state`, in twice as many parts, without control.
+    void repeat_in_halves(std::int64_t step, Spectra& state);
+
     const System& system() const { return system_; }
+    const std::string& method() const { return control_.method; }
+    double dt() const { return control_.dt; }
     const StepCount& count() const { return count_; }
 
     /// Parts of dt now: part of the state of a run.
@@ -42,16 +50,20 @@ public:
 
 private:
     Stepper& stepper(int division);
-    void advance_in_parts(double t, Spectra& state);
+    int coarser() const;
+    double attempt(double t, std::uint64_t part, const Spectra& state);
+    void advance_in_parts(std::int64_t step, Spectra& state);
     double relative_error(const Spectra& before, const Spectra& after, const Spectra& error) const;
 
     StepControl control_;
     std::uint64_t seed_;
     Threads& threads_;
     System system_;
-    std::map<int, Stepper> steppers_;  // by division, for the present system
-    int division_ = 1;
+    std::shared_ptr<NoisePath> noise_;  // nullptr: none
+    std::map<int, Stepper> steppers_;   // by division, for the present system
+    int division_ = 1, taken_ = 1;      // parts of the next dt, of the last one
     Spectra next_, error_;
+    std::string failure_;  // of the right-hand side in the last attempt; else ""
     StepCount count_;
 };
 

@@ -34,6 +34,15 @@ PhiFunctions phi_functions(const Block& m, double dt);
 /// over 0 < s < dt.  q symmetric, semi-definite.  Any dt >= 0; throws as phi_functions.
 Block noise_covariance(const Block& m, const Block& q, double dt);
 
+/// The increments of that process over the two halves of an interval, for a given increment `whole` over all of it:
+/// first = regression * whole + spread * (standard normal numbers), second = whole - propagator * first.
+struct NoiseHalves {
+    Block regression, spread, propagator;
+};
+
+/// dt: the length of a half.  Throws as noise_covariance.
+NoiseHalves noise_halves(const Block& m, const Block& q, double dt);
+
 /// The rates of the modes of da/dt = m a, in no order.
 std::vector<std::complex<double>> eigenvalues(const Block& m);
 

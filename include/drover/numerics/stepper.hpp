@@ -10,24 +10,32 @@
 
 namespace drover::numerics {
 
+class NoisePath;
+/// The noise of a system as one function of time, shared by its steppers: nullptr without noise.
+std::shared_ptr<NoisePath> make_noise_path(const System& system, double dt, std::uint64_t seed, Threads& threads);
+
 /// A method applied to one system with one step.  The blocks of each |q| are computed at construction.
 class Stepper {
 public:
-    /// Throws a run Error if a linear mode grows beyond the range of numbers in one step.
+    /// A stepper with a noise path of its own.  Throws a run Error if a linear mode grows beyond the range of numbers
+    /// in one step.
     Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads);
+    /// Steps of dt/2^halvings on a noise path made for dt.
+    Stepper(const System& system, const StepperTable& table, double dt, int halvings, std::shared_ptr<NoisePath> noise,
+            Threads& threads);
     ~Stepper();
     Stepper(Stepper&&) noexcept;
 
-    /// From a(t) to a(t + dt) in place.  Modes that are not kept must be zero.  The noise is a function of (seed, step
-    /// number, mode) alone.
+    /// From a(t) to a(t + dt) in place.  Modes that are not kept must be zero.  The noise is that of the interval
+    /// `step_number` of length dt.
     void step(double t, std::uint64_t step_number, Spectra& state);
 
     /// Whether the method has an embedded error estimate.
     bool estimates_error() const;
 
-    /// A step of a system without noise that may still be rejected: next = a(t + dt), error = an estimate of its local
-    /// error. Throws an input Error for a method without an estimate.
-    void attempt(double t, const Spectra& state, Spectra& next, Spectra& error);
+    /// A step that may still be rejected: next = a(t + dt), error = an estimate of its local error, with noise that on
+    /// the same path.  Throws an input Error for a method without an estimate.
+    void attempt(double t, std::uint64_t step_number, const Spectra& state, Spectra& next, Spectra& error);
 
     double dt() const;
     double bytes() const;  ///< memory, stages included
@@ -37,8 +45,11 @@ private:
     std::unique_ptr<Work> work_;
 };
 
-/// Memory of a Stepper [bytes], without constructing it.
+/// Memory of a Stepper, without its noise path [bytes].
 double stepper_bytes(const System& system, const StepperTable& table);
+
+/// Memory of a noise path for steps of dt that are halved up to `halvings` times [bytes].
+double noise_path_bytes(const System& system, double dt, int halvings);
 
 /// A sample of the stationary distribution of the linear system; modes at q = 0 that do not decay are zero.
 /// Throws a run Error where a mode with q != 0 grows or does not decay.

@@ -1,11 +1,13 @@
 // physics/field_evolution.hpp: time integration of the fields, with a linear part that follows the bead density.
 #pragma once
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "drover/numerics/adaptive_stepper.hpp"
 #include "drover/physics/right_hand_side.hpp"
+#include "drover/physics/step_error.hpp"
 
 namespace drover::physics {
 
@@ -17,7 +19,7 @@ Reference reference_at(const UniformState& uniform, int rung);
 /// The rung for given densities on the grid.  A hysteresis of half a rung prevents switching back and forth.
 int follow_densities(const Equations& equations, const Extremes& extremes, int rung);
 
-/// Its internal state, besides the fields: the rung of the reference and the division of dt.
+/// Its internal state, besides the fields: the rung of the reference, the division of dt and the error so far.
 class FieldEvolution {
 public:
     FieldEvolution(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
@@ -26,7 +28,8 @@ public:
     /// Chooses the reference for an initial state.
     void start(const numerics::Spectra& state);
 
-    /// Advances the state from step to step + 1.  Throws a run Error that names the cause.
+    /// Advances the state from step to step + 1.  Throws a run Error that names the cause, also where a single step makes
+    /// an error as large as half of a field.
     void advance(std::int64_t step, numerics::Spectra& state);
 
     const Equations& equations() const { return equations_; }
@@ -36,10 +39,13 @@ public:
     int division() const { return stepper_.division(); }  ///< current number of substeps per dt
     std::int64_t reference_changes() const { return changes_; }
 
+    /// The estimated error of the time steps so far; none of a linear model, which is exact.
+    StepError::Relative step_error() const { return error_ ? error_->largest() : StepError::Relative{}; }
+
     /// The values that a checkpoint stores besides the fields.
     std::vector<double> save() const;
     void restore(std::span<const double> values);
-    static constexpr std::size_t saved_numbers = 2;
+    std::size_t saved_numbers() const { return 3 + (error_ ? error_->saved_numbers() : 0); }
 
 private:
     /// The equations about one reference.
@@ -49,7 +55,8 @@ private:
     };
     Split split_at(int rung) const;
     void set_reference(int rung);
-    void follow_beads();
+    void follow_beads(const Extremes& extremes);
+    void measure_error(std::int64_t step, const numerics::Spectra& state);
 
     Equations equations_;
     numerics::Grid grid_;
@@ -58,6 +65,9 @@ private:
     numerics::System linear_;
     Split split_;
     numerics::AdaptiveStepper stepper_;
+    std::optional<StepError> error_;
+    numerics::Spectra before_;  // the state before a step that is repeated in halves
+    std::int64_t next_check_ = 0;
     int rung_ = 0;
     std::int64_t changes_ = 0;
 };

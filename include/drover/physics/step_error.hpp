@@ -1,0 +1,52 @@
+// physics/step_error.hpp: a running estimate of the error that the time step makes in the fields.
+#pragma once
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drover/numerics/field.hpp"
+#include "drover/physics/linear_theory.hpp"
+
+namespace drover::physics {
+
+/// The distance of the computed fields from the exact solution of the discretised equations from the same start, with
+/// noise on the same path.  Now and then the caller repeats a step in halves and adds the difference; in between, the
+/// error evolves as a small perturbation of the fields does, d_t e = L e + N(a + e) - N(a), on fewer points: it grows
+/// where they are unstable and decays where they relax.  Its part beyond those points is taken to grow as the rest
+/// does.  Under noise the direction of a free flock diffuses without limit and changes no mean: errors of the direction
+/// of the mean order are left out.  Tests hold it to a factor of 3 on 90 % of random scenes.
+class StepError {
+public:
+    StepError(const Equations& equations, const numerics::Grid& grid, const Dealiasing& dealiasing, double dt);
+    ~StepError();
+    StepError(StepError&&) noexcept;
+
+    /// The linear part about another reference.
+    void set_reference(const Reference& about);
+
+    /// `local`: the error of one step, which is also that of each of the next `steps`.
+    void add_local(const numerics::Spectra& local, const numerics::Spectra& state, std::int64_t steps);
+
+    /// Called with the fields at each step, before it is taken.
+    void advance(std::int64_t step, const numerics::Spectra& state);
+
+    /// The error of a field, relative to its root mean square over the cell.
+    struct Relative {
+        double error = 0.0;
+        std::string field;  ///< "rod_density", "bead_velocity", ...
+    };
+    Relative largest() const;        ///< of any field, at most 1
+    Relative largest_local() const;  ///< of the last local error alone
+
+    /// Its state, for checkpoints.
+    std::vector<double> save() const;
+    void restore(std::span<const double> values);
+    std::size_t saved_numbers() const;
+
+private:
+    struct Work;
+    std::unique_ptr<Work> work_;
+};
+
+}  // namespace drover::physics

@@ -1,0 +1,211 @@
+// numerics/noise_path.cpp: a binary tree of noise increments over time.
+#include "noise_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "drover/base/error.hpp"
+
+namespace drover::numerics {
+
+namespace {
+/// Roots are shorter than this [s], where dt is: the longest interval over which steps of dt and dt/2^k share noise.
+constexpr double max_root = 16.0;
+/// A mode grows by at most e^8 within a root: the halves are differences of its increments.
+constexpr double max_growth = 8.0;
+constexpr int max_levels = 30;
+
+double fastest_growth(const System& system, const std::vector<double>& wavenumbers) {
+    double largest = 0.0;
+    for (const double q : wavenumbers) {
+        const IsotropicBlocks rates = system.linear(q);
+        for (const Block* block : {&rates.along, &rates.across})
+            if (block->size > 0)
+                for (const std::complex<double>& rate : eigenvalues(*block)) largest = std::max(largest, rate.real());
+    }
+    return largest;
+}
+
+/// Doublings of dt up to the length of a root.
+int doublings_to_root(const System& system, const std::vector<double>& wavenumbers, double dt) {
+    const auto doublings = [dt](double longest) {
+        return std::clamp(static_cast<int>(std::ceil(std::log2(longest / dt))) - 1, 0, max_levels);
+    };
+    const int most = doublings(max_root);
+    if (most == 0) return 0;
+    const double growth = fastest_growth(system, wavenumbers);
+    return growth > 0.0 ? std::min(most, doublings(max_growth / growth)) : most;
+}
+
+std::size_t numbers_of(const Layout& layout) {
+    return 2 * static_cast<std::size_t>(layout.scalars + 2 * layout.vectors);
+}
+}  // namespace
+
+NoisePath::NoisePath(const System& system, double dt, std::uint64_t seed, Threads& threads)
+    : system_(system),
+      wavenumbers_(distinct_wavenumbers(system.grid, system.degree)),
+      seed_(seed),
+      threads_(threads),
+      level_(doublings_to_root(system, wavenumbers_.q, dt)),
+      root_(std::ldexp(dt, level_)),
+      numbers_(numbers_of(system.layout)),
+      row_begin_{0} {
+    for (std::size_t row = 0; row < static_cast<std::size_t>(system.grid.ny); ++row)
+        row_begin_.push_back(row_begin_.back() + kept_in_row(system.grid, wavenumbers_, row));
+}
+
+const double* NoisePath::row(int level, std::size_t row) const {
+    return levels_[static_cast<std::size_t>(level)].values.data() + row_begin_[row] * numbers_;
+}
+
+/// The matrices of a level and of those above it, of all |q|.
+void NoisePath::prepare(int level) {
+    while (levels_.size() <= static_cast<std::size_t>(level)) {
+        const auto made = static_cast<int>(levels_.size());
+        const double length = std::ldexp(root_, -made);
+        Level now;
+        now.values.resize(row_begin_.back() * numbers_);
+        const auto blocks = [](int size) { return static_cast<std::size_t>(size * size); };
+        const std::size_t entries =
+            blocks(system_.layout.scalars + system_.layout.vectors) + blocks(system_.layout.vectors);
+        now.draw.resize(wavenumbers_.q.size() * entries * (made == 0 ? 1 : 2));
+        now.propagator.resize(made == 0 ? 0 : wavenumbers_.q.size() * entries);
+        const auto of_wavenumber = [&](std::size_t n) {
+            const IsotropicBlocks m = system_.linear(wavenumbers_.q[n]), covariance = system_.noise(wavenumbers_.q[n]);
+            std::vector<double> draw, propagator;
+            if (made == 0) {
+                append_entries({factor(noise_covariance(m.along, covariance.along, length)),
+                                factor(noise_covariance(m.across, covariance.across, length))},
+                               draw);
+            } else {
+                const NoiseHalves along = noise_halves(m.along, covariance.along, length),
+                                  across = noise_halves(m.across, covariance.across, length);
+                append_entries({along.regression, across.regression}, draw);
+                append_entries({along.spread, across.spread}, draw);
+                append_entries({along.propagator, across.propagator}, propagator);
+            }
+            std::copy(draw.begin(), draw.end(), now.draw.data() + n * draw.size());
+            std::copy(propagator.begin(), propagator.end(), now.propagator.data() + n * propagator.size());
+        };
+        constexpr std::size_t wavenumbers_per_chunk = 64;
+        threads_.for_chunks(wavenumbers_.q.size(), wavenumbers_per_chunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t n = begin; n < end; ++n) of_wavenumber(n);
+        });
+        levels_.push_back(std::move(now));
+    }
+}
+
+/// body<Scalars, Vectors>(row, its first mode in `values`, its kept modes, scratch) for every row.
+template <class Body>
+void NoisePath::for_rows(Body body) {
+    for_layout(system_.layout, [&]<int Scalars, int Vectors>() {
+        threads_.for_chunks(static_cast<std::size_t>(system_.grid.ny), rows_per_chunk(system_.grid),
+                            [&](std::size_t begin, std::size_t end) {
+                                std::vector<double> normal;
+                                for (std::size_t row = begin; row < end; ++row)
+                                    if (const std::size_t kept = row_begin_[row + 1] - row_begin_[row]; kept > 0)
+                                        body.template operator()<Scalars, Vectors>(row, kept, normal);
+                            });
+    });
+}
+
+void NoisePath::draw_root(std::uint64_t index) {
+    Level& root = levels_.front();
+    const RandomKey key{.seed = seed_, .stream = Stream::noise, .step = index, .substep = 0};
+    for_rows([&]<int Scalars, int Vectors>(std::size_t row, std::size_t kept, std::vector<double>& normal) {
+        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors;
+        fill_row_normals(system_.grid, key, row, kept, numbers_ / 2, normal);
+        double* to = root.values.data() + row_begin_[row] * numbers_;
+        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
+        for (std::size_t i = 0; i < kept; ++i) {
+            ModeParts<Scalars, Vectors> sum{};
+            add_blocks(root.draw.data() + static_cast<std::size_t>(of_mode[i]) * entries,
+                       load_parts<Scalars, Vectors>(normal.data() + i * numbers_), sum);
+            store_parts(sum, to + i * numbers_);
+        }
+    });
+}
+
+/// The first half of the interval that the level above holds.
+void NoisePath::draw_first_half(int level, std::uint64_t index) {
+    Level& now = levels_[static_cast<std::size_t>(level)];
+    const Level& above = levels_[static_cast<std::size_t>(level - 1)];
+    // The intervals of a root, row by row from the top: 1, then 2 and 3, ...; each has the numbers of its first half.
+    const std::uint64_t in_root = index & ((std::uint64_t{1} << level) - 1);
+    const RandomKey key{.seed = seed_,
+                        .stream = Stream::noise,
+                        .step = index >> level,
+                        .substep = ((std::uint64_t{1} << level) + in_root) >> 1};
+    for_rows([&]<int Scalars, int Vectors>(std::size_t row, std::size_t kept, std::vector<double>& normal) {
+        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors;
+        fill_row_normals(system_.grid, key, row, kept, numbers_ / 2, normal);
+        const double* whole = above.values.data() + row_begin_[row] * numbers_;
+        double* to = now.values.data() + row_begin_[row] * numbers_;
+        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
+        for (std::size_t i = 0; i < kept; ++i) {
+            ModeParts<Scalars, Vectors> sum{};
+            const double* matrix = now.draw.data() + static_cast<std::size_t>(of_mode[i]) * 2 * entries;
+            matrix = add_blocks(matrix, load_parts<Scalars, Vectors>(whole + i * numbers_), sum);
+            add_blocks(matrix, load_parts<Scalars, Vectors>(normal.data() + i * numbers_), sum);
+            store_parts(sum, to + i * numbers_);
+        }
+    });
+}
+
+/// From the first half, which the level holds, and the interval that the level above holds.
+void NoisePath::compute_second_half(int level) {
+    Level& now = levels_[static_cast<std::size_t>(level)];
+    const Level& above = levels_[static_cast<std::size_t>(level - 1)];
+    for_rows([&]<int Scalars, int Vectors>(std::size_t row, std::size_t kept, std::vector<double>&) {
+        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors;
+        const double* whole = above.values.data() + row_begin_[row] * numbers_;
+        double* half = now.values.data() + row_begin_[row] * numbers_;
+        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
+        for (std::size_t i = 0; i < kept; ++i) {
+            ModeParts<Scalars, Vectors> sum{};
+            add_blocks(now.propagator.data() + static_cast<std::size_t>(of_mode[i]) * entries,
+                       load_parts<Scalars, Vectors>(half + i * numbers_), sum);
+            for (std::size_t k = 0; k < numbers_; k += 2) {
+                const Pair moved = k / 2 < Scalars + Vectors ? sum.along[k / 2] : sum.across[k / 2 - Scalars - Vectors];
+                half[i * numbers_ + k] = whole[i * numbers_ + k] - moved[0];
+                half[i * numbers_ + k + 1] = whole[i * numbers_ + k + 1] - moved[1];
+            }
+        }
+    });
+}
+
+void NoisePath::compute(const NoiseInterval& interval) {
+    prepare(interval.level);
+    for (int level = 0; level <= interval.level; ++level) {
+        Level& now = levels_[static_cast<std::size_t>(level)];
+        const std::uint64_t index = interval.index >> (interval.level - level);
+        if (now.is_known && now.index == index) continue;
+        // What follows from an interval that changes is not known any more.
+        for (std::size_t below = static_cast<std::size_t>(level) + 1; below < levels_.size(); ++below)
+            levels_[below].is_known = false;
+        const bool has_first = now.is_known && now.index + 1 == index && index % 2 == 1;
+        if (level == 0) draw_root(index);
+        else if (!has_first) draw_first_half(level, index & ~std::uint64_t{1});
+        if (level > 0 && index % 2 == 1) compute_second_half(level);
+        now.index = index;
+        now.is_known = true;
+    }
+}
+
+std::shared_ptr<NoisePath> make_noise_path(const System& system, double dt, std::uint64_t seed, Threads& threads) {
+    return system.noise ? std::make_shared<NoisePath>(system, dt, seed, threads) : nullptr;
+}
+
+double noise_path_bytes(const System& system, double dt, int halvings) {
+    if (!system.noise) return 0.0;
+    const double levels = 2.0 + std::max(0.0, std::ceil(std::log2(max_root / dt))) + halvings;
+    const int along = system.layout.scalars + system.layout.vectors, across = system.layout.vectors;
+    const double kept =
+                     std::min(1.0, std::pow(2.0 / (system.degree + 1), 2.0)) * static_cast<double>(modes(system.grid)),
+                 matrices = 3.0 * (along * along + across * across) / (system.grid.lx == system.grid.ly ? 8.0 : 4.0);
+    return levels * kept * (static_cast<double>(numbers_of(system.layout)) + matrices) * sizeof(double);
+}
+
+}  // namespace drover::numerics

@@ -1,0 +1,257 @@
+// physics/step_error.cpp: the tangent equations of the fields on a coarse grid, driven by measured local errors.
+#include "drover/physics/step_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "drover/numerics/stepper.hpp"
+#include "drover/physics/right_hand_side.hpp"
+
+namespace drover::physics {
+
+namespace {
+using numerics::Complex;
+using numerics::Grid;
+using numerics::Spectra;
+
+/// Points along an axis on which the error evolves.
+int coarse_points(int points) {
+    if (points >= 256) return points / 16 * 2;
+    if (points >= 64) return points / 8 * 2;
+    return std::min(points, 16);
+}
+
+/// Steps of the run in one of the error: its cost is that of two right-hand sides on the coarse grid.
+std::int64_t stride(const Grid& fine, const Grid& coarse) {
+    return numerics::points(fine) >= 64 * numerics::points(coarse) ? 2 : 4;
+}
+
+struct ModePair {
+    std::size_t coarse, fine;
+};
+
+std::vector<ModePair> shared_modes(const Grid& coarse, const Grid& fine, int degree) {
+    std::vector<ModePair> result;
+    for (std::size_t j = 0; j < static_cast<std::size_t>(coarse.ny); ++j)
+        for (std::size_t i = 0; i < numerics::columns(coarse); ++i) {
+            if (!numerics::is_kept(coarse, degree, i, j)) continue;
+            const int ky = numerics::mode_number_y(coarse, j);
+            const auto row = static_cast<std::size_t>(ky < 0 ? fine.ny + ky : ky);
+            result.push_back({j * numerics::columns(coarse) + i, row * numerics::columns(fine) + i});
+        }
+    return result;
+}
+
+/// One field: a scalar, or both components of a vector.
+struct FieldSize {
+    int first, count;
+    std::string name;
+    double size = 0.0;     ///< root mean square now
+    double largest = 0.0;  ///< the largest so far: a field that has all but vanished has no size of its own
+    double local = 0.0, local_low = 0.0;
+
+    double scale() const { return std::max(size, 1e-3 * largest); }
+    double local_high() const { return std::sqrt(std::max(0.0, local * local - local_low * local_low)); }
+};
+double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }
+}  // namespace
+
+struct StepError::Work {
+    Equations equations;
+    Grid fine, coarse;
+    Dealiasing dealiasing;
+    double dt;
+    std::int64_t stride;
+    Threads one{1};
+    std::vector<ModePair> shared;
+    std::vector<FieldSize> fields;
+    Spectra state, error, shifted, rate, drive;  // drive: the local error per time
+    std::shared_ptr<RightHandSide> remainder;
+    std::optional<numerics::Stepper> stepper;
+    bool noisy = false;
+
+    Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt);
+    void set_reference(const Reference& about);
+    void perturbation_rate(double t, const Spectra& perturbation, Spectra& out);
+    double size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const;
+    double relative_size() const;
+    void leave_out_direction();
+    void bound();
+};
+
+StepError::Work::Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt)
+    : equations(the_equations),
+      fine(grid),
+      coarse{coarse_points(grid.nx), coarse_points(grid.ny), grid.lx, grid.ly},
+      dealiasing(the_dealiasing),
+      dt(the_dt),
+      stride(physics::stride(fine, coarse)) {
+    const Form& form = equations.form;
+    shared = shared_modes(coarse, fine, kept_degree(equations, dealiasing));
+    const auto add = [&](int first, int count, const char* name) {
+        if (first >= 0) fields.push_back({.first = first, .count = count, .name = name});
+    };
+    add(form.bead_density, 1, "bead_density");
+    add(form.rod_density, 1, "rod_density");
+    add(form.bead_velocity, 2, "bead_velocity");
+    add(form.polar_order, 2, "polar_order");
+    state = Spectra(coarse, numerics::components(layout(form)));
+    error = shifted = rate = drive = state;
+    set_reference(reference(equations.model.uniform));
+}
+
+void StepError::Work::set_reference(const Reference& about) {
+    numerics::System system = linear_system(equations, coarse, about, dealiasing);
+    remainder = std::make_shared<RightHandSide>(equations, system, about, one);
+    noisy = static_cast<bool>(system.noise);
+    system.noise = {};
+    system.nonlinear = [this](double t, const Spectra& perturbation, Spectra& out) {
+        perturbation_rate(t, perturbation, out);
+    };
+    stepper.emplace(system, numerics::stepper_table("exponential-euler"), static_cast<double>(stride) * dt, 0, one);
+}
+
+/// N(a + e) - N(a), plus the local errors.  A small e is enlarged for the difference: its digits would be lost.
+void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, Spectra& out) {
+    out.values = drive.values;
+    const double relative = relative_size();
+    if (relative == 0.0 || !std::isfinite(relative)) return;
+    const double enlarged = std::max(1.0, 1e-5 / relative);
+    try {
+        (*remainder)(t, state, rate);
+        for (std::size_t k = 0; k < out.values.size(); ++k) {
+            shifted.values[k] = state.values[k] + enlarged * perturbation.values[k];
+            out.values[k] -= rate.values[k] / enlarged;
+        }
+        (*remainder)(t, shifted, rate);
+        for (std::size_t k = 0; k < out.values.size(); ++k) out.values[k] += rate.values[k] / enlarged;
+    } catch (const Error&) {  // a density that only the fine grid resolves
+        out.values = drive.values;
+    }
+}
+
+double StepError::Work::size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const {
+    const std::size_t width = numerics::columns(grid);
+    double sum = 0.0;
+    for (int c = field.first; c < field.first + field.count; ++c)
+        for (std::size_t m = 0; m < spectra.size; ++m) sum += (m % width == 0 ? 1.0 : 2.0) * std::norm(spectra[c][m]);
+    return std::sqrt(sum);
+}
+
+/// The size of the error on the coarse grid, of all fields.
+double StepError::Work::relative_size() const {
+    double sum = 0.0;
+    for (const FieldSize& field : fields) sum += std::pow(ratio(size_of(error, coarse, field), field.scale()), 2.0);
+    return std::sqrt(sum);
+}
+
+void StepError::Work::leave_out_direction() {
+    const int p = equations.form.polar_order;
+    const double px = state[p][0].real(), py = state[p + 1][0].real(), size = std::hypot(px, py);
+    if (!noisy || size == 0.0) return;
+    const auto leave_out = [&](int c) {
+        const double across = (error[c + 1][0].real() * px - error[c][0].real() * py) / size;
+        error[c][0] += across * py / size;
+        error[c + 1][0] -= across * px / size;
+    };
+    leave_out(p);
+    if (equations.form.bead_velocity >= 0) leave_out(equations.form.bead_velocity);
+}
+
+/// An error as large as the fields says only that they are unrelated; it must not overflow.
+void StepError::Work::bound() {
+    const double relative = relative_size();
+    if (relative <= 1.0) return;
+    for (Complex& value : error.values) value = std::isfinite(relative) ? value / relative : Complex(0.0);
+}
+
+StepError::StepError(const Equations& equations, const Grid& grid, const Dealiasing& dealiasing, double dt)
+    : work_(std::make_unique<Work>(equations, grid, dealiasing, dt)) {}
+StepError::~StepError() = default;
+StepError::StepError(StepError&&) noexcept = default;
+
+void StepError::set_reference(const Reference& about) { work_->set_reference(about); }
+
+void StepError::add_local(const Spectra& local, const Spectra& fields, std::int64_t steps) {
+    Work& w = *work_;
+    const auto copy = [&](const Spectra& from, double factor, Spectra& to, bool add) {
+        for (int c = 0; c < to.count(); ++c)
+            for (const ModePair& pair : w.shared)
+                to[c][pair.coarse] = factor * from[c][pair.fine] + (add ? to[c][pair.coarse] : Complex(0.0));
+    };
+    copy(local, 1.0, w.shifted, false);
+    for (FieldSize& field : w.fields) {
+        field.size = w.size_of(fields, w.fine, field);
+        field.largest = std::max(field.largest, field.size);
+        field.local = w.size_of(local, w.fine, field);
+        field.local_low = w.size_of(w.shifted, w.coarse, field);
+    }
+    // Under noise the errors of different steps are independent: they add up as a random walk.
+    if (w.noisy) copy(local, std::sqrt(static_cast<double>(steps)), w.error, true);
+    else copy(local, 1.0 / w.dt, w.drive, false);
+    w.bound();
+}
+
+void StepError::advance(std::int64_t step, const Spectra& fields) {
+    Work& w = *work_;
+    if (step % w.stride != 0) return;
+    for (int c = 0; c < w.state.count(); ++c)
+        for (const ModePair& pair : w.shared) w.state[c][pair.coarse] = fields[c][pair.fine];
+    w.stepper->step(static_cast<double>(step) * w.dt, 0, w.error);
+    w.leave_out_direction();
+    w.bound();
+}
+
+StepError::Relative StepError::largest() const {
+    const Work& w = *work_;
+    double low = 0.0;
+    for (const FieldSize& field : w.fields) low += std::pow(ratio(field.local_low, field.scale()), 2.0);
+    const double grown = low > 0.0 ? w.relative_size() / std::sqrt(low) : 1.0;
+    Relative result{.error = 0.0, .field = w.fields.front().name};
+    for (const FieldSize& field : w.fields) {
+        const double error =
+            ratio(std::hypot(w.size_of(w.error, w.coarse, field), grown * field.local_high()), field.scale());
+        if (error > result.error) result = {std::min(error, 1.0), field.name};
+    }
+    return result;
+}
+
+StepError::Relative StepError::largest_local() const {
+    Relative result{.error = 0.0, .field = work_->fields.front().name};
+    for (const FieldSize& field : work_->fields)
+        if (const double error = ratio(field.local, field.scale()); !(error <= result.error))
+            result = {error, field.name};
+    return result;
+}
+
+std::size_t StepError::saved_numbers() const {
+    return 4 * work_->fields.size() + 2 * (work_->error.values.size() + work_->drive.values.size());
+}
+
+std::vector<double> StepError::save() const {
+    std::vector<double> values;
+    for (const FieldSize& field : work_->fields)
+        for (const double value : {field.size, field.largest, field.local, field.local_low}) values.push_back(value);
+    for (const Spectra* spectra : {&work_->error, &work_->drive})
+        for (const Complex value : spectra->values) {
+            values.push_back(value.real());
+            values.push_back(value.imag());
+        }
+    return values;
+}
+
+void StepError::restore(std::span<const double> values) {
+    require(values.size() == saved_numbers(), {}, "the checkpoint contains {} numbers of the step error; expected {}",
+            values.size(), saved_numbers());
+    auto next = values.begin();
+    for (FieldSize& field : work_->fields)
+        for (double* value : {&field.size, &field.largest, &field.local, &field.local_low}) *value = *next++;
+    for (Spectra* spectra : {&work_->error, &work_->drive})
+        for (Complex& value : spectra->values) {
+            const double real = *next++;
+            value = {real, *next++};
+        }
+}
+
+}  // namespace drover::physics
