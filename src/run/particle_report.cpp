@@ -53,6 +53,7 @@ Report make_particle_report(const files::ArchiveReader& archive, const io::Scene
         measure::particle_recording(setting, read_series(archive, io::series_group,
                                                          measure::particle_observables(setting), sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
+    report.warnings = particle_warnings(scene);
     const double warm_up = static_cast<double>(report.summary.warm_up) * sampling.spacing;
     for (measure::SummaryRow& row : path_rows(archive, scene, bodies, warm_up))
         report.summary.rows.push_back(std::move(row));

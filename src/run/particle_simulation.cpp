@@ -224,7 +224,7 @@ std::string particle_size(const io::Scene& scene) {
     return text("{} beads and {} rods", bodies.beads.size(), bodies.rods.size());
 }
 
-std::string particle_advice(const io::Scene& scene) {
+std::vector<std::string> particle_warnings(const io::Scene& scene) {
     if (scene.particles.contacts.model != "impulse") return {};  // check_contact_law() limits the step
     // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
     constexpr double min_dt = 2e-6, max_dt = 5e-5, max_substep = 5e-5, frequency = 200.0;
@@ -236,12 +236,12 @@ std::string particle_advice(const io::Scene& scene) {
         words = text("time.dt = {} s at plates.frequency = {} /s", scene.time.dt, scene.particles.plates.frequency);
     if (rods && substep > max_substep)
         words += text("{}contacts.substep = {} s", words.empty() ? "" : " and ", scene.particles.contacts.substep);
-    if (words.empty()) return words;
-    return words + text(
-                       ": outside the range of the time-step study ({} to {} s, substep at most {} s, plates of {} "
-                       "/s): compare with a "
-                       "run of half the step",
-                       min_dt, max_dt, max_substep, frequency);
+    if (words.empty()) return {};
+    return {
+        words +
+        text(": outside the range of the time-step study ({} to {} s, substep at most {} s, plates of {} /s): compare "
+             "with a run of half the step",
+             min_dt, max_dt, max_substep, frequency)};
 }
 
 TimedScene timed_particles(const io::Scene& scene) {
