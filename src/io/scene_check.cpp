@@ -127,7 +127,7 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .range = {.min = 0.0, .max = 1.0},
              .doc =
                  "a run warns when the estimated error of its time steps (observable step_error) exceeds this part of "
-                 "a field; fields only; 0: never"}};
+                 "a field; fields only; 0: the error is not estimated"}};
     }();
     return rows;
 }

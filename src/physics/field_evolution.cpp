@@ -42,7 +42,7 @@ FieldEvolution::FieldEvolution(const Model& model, const numerics::Grid& grid, c
       linear_(linear_system(equations_, grid, reference(model.uniform), dealiasing)),
       split_(split_at(0)),
       stepper_(control, split_.system, seed, threads) {
-    if (split_.remainder) error_.emplace(equations_, grid, dealiasing, control.dt);
+    if (split_.remainder && control.watches_error) error_.emplace(equations_, grid, dealiasing, control.dt);
 }
 
 FieldEvolution::Split FieldEvolution::split_at(int rung) const {
@@ -92,14 +92,11 @@ std::int64_t steps_to_next_check(std::int64_t step) { return std::clamp<std::int
 }  // namespace
 
 void FieldEvolution::advance(std::int64_t step, Spectra& state) {
-    if (!error_) {
-        stepper_.advance(step, state);
-        return;
-    }
-    error_->advance(step, state);
-    const bool checks = step >= next_check_;
+    if (error_) error_->advance(step, state);
+    const bool checks = error_ && step >= next_check_;
     if (checks) before_ = state;
     stepper_.advance(step, state);
+    if (!split_.remainder) return;
     const Extremes extremes = moving_extremes();
     if (checks) measure_error(step, state);
     follow_beads(extremes);

@@ -92,7 +92,10 @@ World::World(const io::Scene& the_scene, Threads& threads)
     : scene(the_scene),
       form(physics::form(scene.model)),
       evolution(scene.model, scene.grid, scene.dealiasing,
-                {.method = scene.time.stepper, .dt = scene.time.dt, .tolerance = scene.time.tolerance},
+                {.method = scene.time.stepper,
+                 .dt = scene.time.dt,
+                 .tolerance = scene.time.tolerance,
+                 .watches_error = scene.time.max_error > 0.0},
                 static_cast<std::uint64_t>(scene.run.seed), threads),
       transform(scene.grid, evolution.system().degree, threads),
       fields(scene.grid, numerics::components(evolution.system().layout)) {
@@ -100,6 +103,7 @@ World::World(const io::Scene& the_scene, Threads& threads)
     if (scene.output.powers) energy.emplace(evolution.equations(), scene.grid, scene.dealiasing, threads);
     setting = measure::make_field_setting(scene.grid, form, system.degree);
     if (energy) setting.terms = energy->terms();
+    setting.watches_error = scene.time.max_error > 0.0;
     state = scene.initial.kind == "file"
                 ? spectra_of_file(scene, *this)
                 : physics::initial_spectra(scene.initial, scene.model, system,

@@ -229,6 +229,7 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
         Threads one(1);
         setting.terms = physics::EnergyMeter(equations, scene.grid, scene.dealiasing, one).terms();
     }
+    setting.watches_error = scene.time.max_error > 0.0;
     const Sampling sampling = sampling_of(archive, scene, field_samples_group);
     measure::Recorded recorded =
         measure::field_recording(setting, read_series(archive, field_samples_group, measure::field_observables(setting),

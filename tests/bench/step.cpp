@@ -1,8 +1,11 @@
 // tests/bench/step.cpp: time of a step beside that of its own transforms, in one process.
 #include <benchmark/benchmark.h>
 
+#include <chrono>
+
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
+#include "drover/physics/field_evolution.hpp"
 #include "drover/physics/initial_state.hpp"
 #include "drover/physics/right_hand_side.hpp"
 
@@ -97,6 +100,36 @@ void flock_step_without_noise(benchmark::State& state) { time_steps(state, flock
 void band_step(benchmark::State& state) { time_steps(state, band, false); }
 void band_step_as_text(benchmark::State& state) { time_steps(state, band_as_text(), false); }
 
+/// Steps of an evolution of the flock that estimates the error of its steps, beside one that does not, in turns.  The
+/// counter `watch` is the ratio of their times.
+void flock_watch(benchmark::State& state) {
+    using Clock = std::chrono::steady_clock;
+    Threads threads(static_cast<int>(state.range(1)));
+    const auto evolution = [&](bool watches) {
+        return physics::FieldEvolution(flock, grid_of(state), {},
+                                       {.method = "etdrk2", .dt = 0.02, .tolerance = 0.0, .watches_error = watches}, 1,
+                                       threads);
+    };
+    std::array<physics::FieldEvolution, 2> evolutions{evolution(false), evolution(true)};
+    std::array<numerics::Spectra, 2> fields;
+    for (std::size_t k : {0, 1}) {
+        fields[k] =
+            physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, evolutions[k].system(), 1, threads);
+        evolutions[k].start(fields[k]);
+    }
+    std::array<double, 2> seconds{};
+    std::int64_t step = 0;
+    constexpr std::int64_t turn = 50, steps = 2000;
+    for (auto _ : state)
+        for (const std::int64_t end = step + steps; step < end; step += turn)
+            for (std::size_t k : {0, 1}) {
+                const auto begin = Clock::now();
+                for (std::int64_t n = step; n < step + turn; ++n) evolutions[k].advance(n, fields[k]);
+                seconds[k] += std::chrono::duration<double>(Clock::now() - begin).count();
+            }
+    state.counters["watch"] = seconds[1] / seconds[0];
+}
+
 /// The transforms that a step of the flock makes, and nothing else: two right-hand sides, products being a copy.
 void flock_transforms(benchmark::State& state) {
     Threads threads(static_cast<int>(state.range(1)));
@@ -128,6 +161,12 @@ BENCHMARK(flock_step_without_noise)->Apply(sizes_and_threads);
 BENCHMARK(band_step)->Apply(sizes_and_threads);
 BENCHMARK(band_step_as_text)->Apply(sizes_and_threads);
 BENCHMARK(flock_transforms)->Apply(sizes_and_threads);
+BENCHMARK(flock_watch)
+    ->ArgNames({"n", "threads"})
+    ->ArgsProduct({{128, 256}, {1}})
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(1)
+    ->UseRealTime();
 BENCHMARK(linear_step)->Apply(sizes_and_threads);
 
 }  // namespace

@@ -23,6 +23,7 @@ struct FieldSetting {
     std::vector<double> separations;                ///< mean distance in each bin of the pair correlation [mm]
     std::vector<int> separation_bin;                ///< of each grid point as a displacement, -1 for none
     std::optional<std::vector<std::string>> terms;  ///< whose powers are measured; nullopt: no energy budget
+    bool watches_error = true;                      ///< the run estimates the error of its time steps
 };
 FieldSetting make_field_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
                                 std::optional<std::vector<std::string>> power_terms = {});

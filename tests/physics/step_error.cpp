@@ -1,0 +1,170 @@
+// tests/physics/step_error.cpp: the estimated error of the time steps beside the true one.
+#include "drover/physics/step_error.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drover/physics/field_evolution.hpp"
+#include "drover/physics/initial_state.hpp"
+
+namespace drover::physics {
+namespace {
+
+constexpr numerics::Grid grid{.nx = 32, .ny = 32, .lx = 16.0, .ly = 16.0};
+constexpr double end = 8.0;
+
+/// Order that grows from waves and saturates in a bed of beads with inertia.
+Model flock() {
+    return {.fields = {.bead_density = true, .rod_density = true, .bead_velocity = "dynamic"},
+            .uniform = {.rod_density = 1.0, .bead_density = 1.0},
+            .current = {.speed = 1.0},
+            .drag = {.coefficient = 4.0},
+            .viscosity = {.shear = 1.0},
+            .driving = {.strength = 3.0},
+            .stiffness = {.beads = 2.0},
+            .relaxation = {.rate = 0.3, .saturation = 1.0},
+            .elasticity = {.stiffness = 0.5},
+            .weathercock = {.strength = 1.5},
+            .advection = {.strength = 0.5},
+            .pressure = {.rods = 0.3},
+            .diffusion = {.beads = 0.2, .rods = 0.2}};
+}
+
+const InitialState waves{.kind = "formula",
+                         .polar_order_x = "0.3 + 0.2 * sin(2*pi*y/16)",
+                         .polar_order_y = "0.2 * cos(2*pi*(x + y)/16)"};
+
+struct Ended {
+    numerics::Spectra state;
+    StepError::Relative estimate;
+};
+
+Ended run(const Model& model, const std::string& method, double dt, bool watches = true) {
+    Threads threads(1);
+    FieldEvolution evolution(model, grid, {}, {.method = method, .dt = dt, .tolerance = 0.0, .watches_error = watches},
+                             7, threads);
+    Ended ended{.state = initial_spectra(waves, model, evolution.system(), 7, threads), .estimate = {}};
+    evolution.start(ended.state);
+    const auto steps = static_cast<std::int64_t>(std::lround(end / dt));
+    for (std::int64_t step = 0; step < steps; ++step) evolution.advance(step, ended.state);
+    ended.estimate = evolution.step_error();
+    return ended;
+}
+
+/// The largest difference of a field, relative to its size; without that of the direction of the mean order.
+double relative_distance(const Form& form, numerics::Spectra a, const numerics::Spectra& b, bool without_direction) {
+    for (std::size_t k = 0; k < a.values.size(); ++k) a.values[k] -= b.values[k];
+    const double px = b[form.polar_order][0].real(), py = b[form.polar_order + 1][0].real(), p = std::hypot(px, py);
+    for (const int c : {form.bead_velocity, form.polar_order}) {
+        if (!without_direction) continue;
+        const double across = (a[c + 1][0].real() * px - a[c][0].real() * py) / p;
+        a[c][0] += across * py / p;
+        a[c + 1][0] -= across * px / p;
+    }
+    double largest = 0.0;
+    const std::size_t width = numerics::columns(grid);
+    for (const auto& [first, count] : {std::pair{form.bead_density, 1}, std::pair{form.rod_density, 1},
+                                       std::pair{form.bead_velocity, 2}, std::pair{form.polar_order, 2}}) {
+        double wrong = 0.0, size = 0.0;
+        for (int c = first; c < first + count; ++c)
+            for (std::size_t m = 0; m < a.size; ++m) {
+                const double weight = m % width == 0 ? 1.0 : 2.0;
+                wrong += weight * std::norm(a[c][m]);
+                size += weight * std::norm(b[c][m]);
+            }
+        largest = std::max(largest, std::sqrt(wrong / size));
+    }
+    return largest;
+}
+
+TEST(StepError, is_the_true_error_within_a_factor_of_three_without_noise) {
+    const Model model = flock();
+    const Form form = physics::form(model);
+    const numerics::Spectra exact = run(model, "etdrk4-krogstad", end / 2048, false).state;
+    for (const char* method : {"exponential-euler", "etdrk2", "etdrk4", "etdrk4-krogstad"})
+        for (const int steps : {32, 64, 160}) {
+            const Ended found = run(model, method, end / steps);
+            const double error = relative_distance(form, found.state, exact, false);
+            EXPECT_GT(found.estimate.error, error / 3.0) << method << ", " << steps << " steps";
+            EXPECT_LT(found.estimate.error, error * 3.0) << method << ", " << steps << " steps";
+        }
+}
+
+TEST(StepError, with_noise_is_the_error_on_the_same_path_within_a_factor_of_three) {
+    Model model = flock();
+    model.noise = {.order = 3e-3, .rods = 1e-4};
+    const Form form = physics::form(model);
+    const numerics::Spectra exact = run(model, "etdrk4-krogstad", end / 2048, false).state;
+    for (const char* method : {"etdrk2", "etdrk4-krogstad"})
+        for (const int steps : {32, 128}) {
+            const Ended found = run(model, method, end / steps);
+            const double error = relative_distance(form, found.state, exact, true);
+            EXPECT_GT(found.estimate.error, error / 3.0) << method << ", " << steps << " steps";
+            EXPECT_LT(found.estimate.error, error * 3.0) << method << ", " << steps << " steps";
+        }
+}
+
+TEST(StepError, is_zero_for_a_linear_model_and_where_it_is_not_wanted) {
+    EXPECT_EQ(run(flock(), "etdrk2", 0.25, false).estimate.error, 0.0);
+    const Model linear{.uniform = flock().uniform, .relaxation = {.rate = 0.3}, .elasticity = {.stiffness = 0.5}};
+    EXPECT_EQ(run(linear, "etdrk2", 0.25).estimate.error, 0.0);
+}
+
+TEST(StepError, does_not_change_the_fields) {
+    EXPECT_EQ(run(flock(), "etdrk2", 0.25, true).state.values, run(flock(), "etdrk2", 0.25, false).state.values);
+}
+
+TEST(StepError, of_half_of_a_field_in_one_step_stops_the_run) {
+    Model model = flock();
+    model.advection.strength = 8.0;
+    model.relaxation.rate = -2.0;
+    try {
+        run(model, "etdrk2", 1.0);
+        FAIL() << "expected an error";
+    } catch (const Error& error) {
+        const std::string message = error.what();
+        EXPECT_EQ(error.fault(), Fault::run);
+        EXPECT_TRUE(message.find("the time step is too long") != std::string::npos ||
+                    message.find("density") != std::string::npos)
+            << message;
+    }
+}
+
+/// Beads at rest but for a dip in their density, dragged by rods of constant order.
+double velocity_far_from_dip(double least, double dt) {
+    Model model{.fields = {.bead_density = true, .rod_density = false, .bead_velocity = "dynamic"},
+                .uniform = {.bead_density = 1.0},
+                .drag = {.coefficient = 5.0},
+                .driving = {.strength = 3.0},
+                .stiffness = {.beads = 0.5},
+                .relaxation = {.rate = 0.0}};
+    constexpr numerics::Grid square{.nx = 64, .ny = 64, .lx = 32.0, .ly = 32.0};
+    const InitialState dip{.kind = "formula",
+                           .bead_density = text("1 - {} * exp(-((x-16)^2+(y-16)^2)/8)", 1.0 - least),
+                           .polar_order_x = "0.5"};
+    Threads threads(1);
+    FieldEvolution evolution(model, square, {},
+                             {.method = "etdrk2", .dt = dt, .tolerance = 0.0, .watches_error = false}, 7, threads);
+    numerics::Spectra state = initial_spectra(dip, model, evolution.system(), 7, threads);
+    evolution.start(state);
+    const auto steps = static_cast<std::int64_t>(std::lround(1.0 / dt));
+    for (std::int64_t step = 0; step < steps; ++step) evolution.advance(step, state);
+    numerics::Fields fields(square, state.count());
+    numerics::Transform(square, evolution.system().degree, threads).backward(state, fields);
+    return fields[evolution.equations().form.bead_velocity][0];
+}
+
+TEST(StepError, of_the_velocity_far_from_a_dip_in_the_density_is_below_one_percent) {
+    // Drag that acts within a step (a density of 0.01: 25 drag times) must not slow the beads elsewhere.  A step of
+    // 1 ms resolves it.
+    for (const double least : {0.3, 0.03, 0.01}) {
+        const double resolved = velocity_far_from_dip(least, 1e-3);
+        // Far away the beads accelerate alone, but for the mean density, which is below 1.
+        EXPECT_NEAR(resolved, 0.3 * -std::expm1(-5.0), 0.02 * 0.3) << least;
+        EXPECT_NEAR(velocity_far_from_dip(least, 0.05), resolved, 0.01 * resolved) << least;
+    }
+}
+
+}  // namespace
+}  // namespace drover::physics
