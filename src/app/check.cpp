@@ -3,7 +3,9 @@
 #include <memory>
 
 #include "command.hpp"
+#include "drover/base/log.hpp"
 #include "drover/run/calibration.hpp"
+#include "drover/run/kind.hpp"
 #include "drover/run/sweep.hpp"
 
 namespace drover::app {
@@ -26,6 +28,7 @@ void add_check(CLI::App& program, Action& action) {
             if (!scene.calibration.bead_area_fractions.empty()) run::plan_calibration(scene);
             if (options->resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
             else std::printf("%s: valid\n", options->scene.c_str());
+            for (const std::string& warning : run::kind_of(scene).warnings(scene)) log_warning("{}", warning);
             return run::exit_done;
         };
     });

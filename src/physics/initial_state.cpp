@@ -8,9 +8,9 @@
 #include <cstdlib>
 #include <tuple>
 
-#include "drover/base/expression.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
+#include "initial_formula.hpp"
 
 namespace drover::physics {
 
@@ -98,6 +98,15 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
 }  // namespace
 
 namespace {
+/// The grid that keeps a formula, for messages.
+std::string finer_grid(const Expression& formula, const numerics::Grid& grid, int degree) {
+    const numerics::Grid finer = grid_that_resolves(formula, grid, degree, max_variance_cut);
+    std::string words;
+    if (finer.nx != grid.nx) words = text("grid.nx = {}", finer.nx);
+    if (finer.ny != grid.ny) words += text("{}grid.ny = {}", words.empty() ? "" : " and ", finer.ny);
+    return words.empty() ? "make it smoother" : "choose " + words + " or make it smoother";
+}
+
 void check_stationary(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
                       const LocationOf& place) {
     require(
@@ -129,7 +138,12 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
                 key, initial.kind);
         require(std::find(names.begin(), names.end(), component) != names.end(), place(key),
                 "{} is given, but the model has no such field; expected one of {}", key, joined(names));
-        static_cast<void>(expression_in_x_y(*written, place(key)));
+        const Expression formula = expression_in_x_y(*written, place(key));
+        const int degree = kept_degree(Equations(model), dealiasing);
+        const double cut = fraction_cut(formula, grid, degree);
+        require(!(cut > 0.5), place(key),
+                "{} = \"{}\": the grid cuts {:.3g} of its variance; expected less than half: {}", key, *written, cut,
+                finer_grid(formula, grid, degree));
     }
     if (initial.kind != "mode") return;
     require(component_of(initial.field, form(model)) >= 0, place("initial.field"),
@@ -141,6 +155,31 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
                 "initial.{} = {}; expected a magnitude less than {:.4g}: the grid keeps modes below 1/{} of the points "
                 "of that axis",
                 name, number, static_cast<double>(size) / parts, parts);
+}
+
+std::vector<std::string> initial_warnings(const InitialState& initial, const Model& model, const numerics::Grid& grid,
+                                          const Dealiasing& dealiasing) {
+    std::vector<std::string> warnings;
+    if (initial.kind != "formula") return warnings;
+    const int degree = kept_degree(Equations(model), dealiasing);
+    for (const Component& component : component_names(form(model))) {
+        const auto [key, written] = formula_of(initial, component.name);
+        if (written->empty()) continue;
+        const Expression formula = expression_in_x_y(*written, {});
+        if (const EdgeJump jump = edge_jump(formula, grid);
+            jump.size > max_edge_jump * jump.range && jump.range > 0.0) {
+            warnings.push_back(text(
+                "{} = \"{}\" jumps by {:.3g} {} at the periodic edge {} = 0, at {} = {:.4g} mm: the waves of the grid "
+                "overshoot there; write a formula with the periods of the cell, {} = {} and {} = {} mm",
+                key, *written, jump.size, component.unit, jump.axis, jump.axis == 'x' ? 'y' : 'x', jump.at, "grid.lx",
+                grid.lx, "grid.ly", grid.ly));
+            continue;
+        }
+        if (const double cut = fraction_cut(formula, grid, degree); cut > max_variance_cut)
+            warnings.push_back(text("{} = \"{}\": the grid cuts {:.2g} of its variance; expected less than {}: {}", key,
+                                    *written, cut, max_variance_cut, finer_grid(formula, grid, degree)));
+    }
+    return warnings;
 }
 
 numerics::Spectra initial_spectra(const InitialState& initial, const Model& model, const numerics::System& system,

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 
@@ -11,6 +10,7 @@
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/energy.hpp"
 #include "drover/physics/field_evolution.hpp"
+#include "run/field_health.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {
@@ -24,7 +24,8 @@ struct World {
     physics::Form form;
     physics::FieldEvolution evolution;
     numerics::Transform transform;
-    numerics::Spectra state, healthy;  // healthy: at the last health check
+    numerics::Spectra state;
+    FieldHealth health;
     numerics::Fields fields;
     numerics::Fields slaved;     // the velocity of the beads, of a slaved form
     numerics::Spectra velocity;  // the same as modes, of every form that has one
@@ -103,7 +104,7 @@ World::World(const io::Scene& the_scene, Threads& threads)
                 ? spectra_of_file(scene, *this)
                 : physics::initial_spectra(scene.initial, scene.model, system,
                                            static_cast<std::uint64_t>(scene.run.seed), threads);
-    healthy = state;
+    health = make_field_health(evolution.equations(), scene, state);
     evolution.start(state);
 }
 
@@ -183,62 +184,15 @@ double field_simulation_bytes(const io::Scene& scene) {
     const double spectra = static_cast<double>(numerics::modes(scene.grid)) * sizeof(Complex);
     const double reals = static_cast<double>(numerics::points(scene.grid)) * sizeof(double);
     const int count = numerics::components(system.layout);
-    // The state, the last finite one, a copy for the checkpoint and its file; fields; scratch; shells, sectors and
-    // powers.
-    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 1.0;
-    return steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
+    // The state, the last two healthy ones, a copy for the checkpoint and its file; fields; scratch; shells, sectors
+    // and powers.
+    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 2.0;
+    constexpr int halvings = 1;  // of the steps that are repeated to measure their error
+    return numerics::noise_path_bytes(system, scene.time.dt, halvings) +
+           steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
                        physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
-           (4.0 * count + count) * spectra + count * reals + 3.0 * reals;
+           (5.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
-
-namespace {
-/// Finite, and small enough that a sum over all modes is finite too.  False for NaN.
-bool is_healthy(Complex value, std::size_t modes) {
-    const double max = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
-    return std::abs(value.real()) < max && std::abs(value.imag()) < max;
-}
-
-/// Reports the non-finite mode with the smallest wavenumber, and where the field was largest when last finite.
-[[noreturn]] void report_blow_up(World& world, std::int64_t step) {
-    const std::vector<physics::Component> names = physics::component_names(world.form);
-    const std::size_t width = numerics::columns(world.scene.grid);
-    std::size_t component = 0, mode = 0;
-    double min_q = INFINITY;
-    for (std::size_t c = 0; c < names.size(); ++c)
-        for (std::size_t m = 0; m < world.state.size; ++m) {
-            const Complex value = world.state[static_cast<int>(c)][m];
-            const numerics::Wavevector q = numerics::wavevector(world.scene.grid, m % width, m / width);
-            if (is_healthy(value, world.state.size) || std::hypot(q.x, q.y) >= min_q) continue;
-            min_q = std::hypot(q.x, q.y);
-            component = c;
-            mode = m;
-        }
-    world.transform.backward(world.healthy, world.fields);
-    const std::span<const double> field = world.fields[static_cast<int>(component)];
-    const auto largest =
-        std::max_element(field.begin(), field.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-    const auto cell = static_cast<std::size_t>(largest - field.begin()),
-               nx = static_cast<std::size_t>(world.scene.grid.nx);
-    const physics::FastestGrowth growth = physics::fastest_growth(world.evolution.system());
-    fail_run(
-        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its "
-        "largest "
-        "value was {:.3g} "
-        "in cell ({}, {}) when last finite; likely cause: {}; the last checkpoint is good to restart from",
-        step, static_cast<double>(step) * world.scene.time.dt, names[component].name, mode % width,
-        numerics::mode_number_y(world.scene.grid, mode / width), world.scene.time.dt, *largest, cell % nx, cell / nx,
-        growth.rate > 0.0
-            ? text("a linear mode grows at {:.3g} /s (|q| = {:.3g} /mm) and {}", growth.rate, growth.q,
-                   world.evolution.equations().saturation.is_active()
-                       ? "relaxation.saturation does not stop it; or the time step is too large for the nonlinear terms"
-                       : "this model has no term to stop it (relaxation.saturation = 0)")
-        : world.evolution.equations().saturation.is_active()
-            ? "the time step is too large for the nonlinear terms"
-            : "the time step is too large for the nonlinear terms, or order grows where the densities have changed and "
-              "this model has no "
-              "term to stop it (relaxation.saturation = 0)");
-}
-}  // namespace
 
 namespace {
 ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
@@ -263,7 +217,8 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
                                     .fields = world->fields,
                                     .velocity = world->velocity.size > 0 ? &world->velocity : nullptr,
                                     .slaved_velocity = &world->slaved,
-                                    .energy = std::move(energy)};
+                                    .energy = std::move(energy),
+                                    .step_error = world->evolution.step_error().error};
     });
 }
 }  // namespace
@@ -295,13 +250,15 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
     simulation.threads = threads.count();
     simulation.recordings = {frames_of(world), samples_of(world)};
     simulation.advance = [world](std::int64_t step) {
-        world->evolution.advance(step, world->state);
+        try {
+            world->evolution.advance(step, world->state);
+        } catch (const Error& error) {
+            fail_step(world->evolution, world->health, step, world->scene.time.dt, error);
+        }
         world->time = static_cast<double>(step + 1) * world->scene.time.dt;
     };
     simulation.check_health = [world](std::int64_t step) {
-        for (const Complex value : world->state.values)
-            if (!is_healthy(value, world->state.size)) report_blow_up(*world, step);
-        std::copy(world->state.values.begin(), world->state.values.end(), world->healthy.values.begin());
+        check_field_health(world->evolution, world->scene, world->transform, world->state, step, world->health);
     };
     simulation.describe = [world] { return describe(world->evolution, world->scene); };
     simulation.save = [world] {
@@ -315,15 +272,15 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         return values;
     };
     simulation.restore = [world](std::span<const double> values) {
-        constexpr std::size_t before = physics::FieldEvolution::saved_numbers + 1;
+        const std::size_t before = world->evolution.saved_numbers() + 1;
         require(values.size() == before + 2 * world->state.values.size(), {},
                 "the checkpoint holds {} numbers; this scene's state has {}", values.size(),
                 before + 2 * world->state.values.size());
-        world->evolution.restore(values.first(physics::FieldEvolution::saved_numbers));
+        world->evolution.restore(values.first(before - 1));
         world->time = values[before - 1];
         for (std::size_t m = 0; m < world->state.values.size(); ++m)
             world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};
-        world->healthy = world->state;
+        restore_field_health(world->state, std::llround(world->time / world->scene.time.dt), world->health);
     };
     if (!saved.empty()) simulation.restore(saved);
     return simulation;

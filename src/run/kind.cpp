@@ -4,6 +4,7 @@
 #include "drover/io/scene_text.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/particle_simulation.hpp"
+#include "drover/run/warnings.hpp"
 
 namespace drover::run {
 
@@ -17,7 +18,7 @@ const Kind& kind_of(const io::Scene& scene) {
                              .size_key = "grid.nx",
                              .start = "initial",
                              .timed = timed_fields,
-                             .advice = [](const io::Scene&) { return std::string(); },
+                             .warnings = field_scene_warnings,
                              .report = make_field_report};
     static const Kind particles{.make = make_particle_simulation,
                                 .threads = particle_threads,
@@ -28,7 +29,7 @@ const Kind& kind_of(const io::Scene& scene) {
                                 .size_key = "beads.area_fraction",
                                 .start = "packing",
                                 .timed = timed_particles,
-                                .advice = particle_advice,
+                                .warnings = particle_warnings,
                                 .report = make_particle_report};
     return scene.kind == io::SceneKind::fields ? fields : particles;
 }

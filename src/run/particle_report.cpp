@@ -54,6 +54,7 @@ Report make_particle_report(const files::ArchiveReader& archive, const io::Scene
         measure::particle_recording(setting, read_series(archive, io::series_group,
                                                          measure::particle_observables(setting), sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
+    report.warnings = particle_warnings(scene);
     for (std::string& warning : particle_state_warnings(scene, bodies, recorded.series, sampling.spacing))
         report.warnings.push_back(std::move(warning));
     const double warm_up = static_cast<double>(report.summary.warm_up) * sampling.spacing;

@@ -224,7 +224,7 @@ std::string particle_size(const io::Scene& scene) {
     return text("{} beads and {} rods", bodies.beads.size(), bodies.rods.size());
 }
 
-std::string particle_advice(const io::Scene& scene) {
+std::vector<std::string> particle_warnings(const io::Scene& scene) {
     if (scene.particles.contacts.model != "impulse") return {};  // check_contact_law() limits the step
     // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
     constexpr double min_dt = 2e-6, max_dt = 5e-5, max_substep = 5e-5, frequency = 200.0, max_gap = 1e-4,
@@ -242,12 +242,12 @@ std::string particle_advice(const io::Scene& scene) {
     if (const double threshold = scene.particles.contacts.inelastic_threshold; threshold > max_threshold)
         words += text("{}contacts.inelastic_threshold = {} (above {})", words.empty() ? "" : " and ", threshold,
                       max_threshold);
-    if (words.empty()) return words;
-    return words + text(
-                       ": outside the range of the time-step study ({} to {} s, substep at most {} s, plates of {} "
-                       "/s): compare with a "
-                       "run of half the step",
-                       min_dt, max_dt, max_substep, frequency);
+    if (words.empty()) return {};
+    return {
+        words +
+        text(": outside the range of the time-step study ({} to {} s, substep at most {} s, plates of {} /s): compare "
+             "with a run of half the step",
+             min_dt, max_dt, max_substep, frequency)};
 }
 
 TimedScene timed_particles(const io::Scene& scene) {

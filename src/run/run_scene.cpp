@@ -34,7 +34,7 @@ std::vector<files::Recording> recordings_of(const Simulation& simulation) {
 }
 
 void log_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first, const Needs& needs) {
-    if (const std::string advice = kind_of(scene).advice(scene); !advice.empty()) log_warning("{}", advice);
+    for (const std::string& advice : kind_of(scene).warnings(scene)) log_warning("{}", advice);
     log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", kind_of(scene).size(scene), simulation.steps,
                     simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
@@ -52,8 +52,10 @@ RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, do
         const Report report = make_report(files::ArchiveReader(path));
         archive.replace(result_table(report));
         archive.commit();
+        const std::vector<std::string> known = kind_of(report.scene).warnings(report.scene);  // logged at the start
         if (!quiet)
-            for (const std::string& warning : report.warnings) log_warning("{}", warning);
+            for (const std::string& warning : report.warnings)
+                if (std::find(known.begin(), known.end(), warning) == known.end()) log_warning("{}", warning);
     }
     std::error_code problem;
     return {.loop = loop,

@@ -1,14 +1,17 @@
-// run/warnings.cpp: resolution of the fields, and observables that are not finite.
+// run/warnings.cpp: unlimited growth, resolution, errors of the time step, and values that are not finite.
 #include "drover/run/warnings.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "drover/measure/fields.hpp"
+#include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "run/field_health.hpp"
 
 namespace drover::run {
 
@@ -97,8 +100,8 @@ struct Tail {
 };
 
 /// The largest tail of the samples that count.  Those are samples whose tail the run has built up, not those in which
-/// short waves of the start still decay, and whose tail is larger than `least` [unit of the field, squared]: a field that
-/// is still or by now negligible needs no resolution.
+/// short waves of the start still decay, and whose tail is larger than `least` [unit of the field, squared]: a
+/// field that is still or by now negligible needs no resolution.
 Tail worst_tail(const std::vector<double>& times, const std::vector<double>& tails,
                 const std::vector<double>& variances, double least) {
     Tail worst;
@@ -151,7 +154,9 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
     const measure::FieldSetting setting = measure::make_field_setting(scene.grid, physics::form(scene.model), 1);
     std::vector<std::string> names;
     for (const auto& row : measure::field_observables(setting)) {
-        if (!row.axes.empty()) continue;
+        // Others may be undefined, such as the alignment with a flow at rest.
+        const bool is_of_field = row.name.starts_with("variance_") || row.name.starts_with("spectral_tail_");
+        if (!is_of_field) continue;
         const std::vector<double> values = series_of(archive, row.name);
         if (std::any_of(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }))
             names.push_back(row.name);
@@ -162,12 +167,135 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
              "term that limits growth, such as relaxation.saturation",
              joined(names), scene.time.dt));
 }
+
+/// Largest growth rate of a uniform state, at q = 0.
+physics::FastestGrowth uniform_growth(const numerics::System& system) {
+    physics::FastestGrowth growth{.rate = -std::numeric_limits<double>::infinity()};
+    for (const numerics::Complex rate : numerics::eigenvalues(system.linear(0.0).along))
+        growth.rate = std::max(growth.rate, rate.real());
+    return growth;
+}
+
+/// Growth without limit.  Of a linear model that of any mode; else that of the uniform order, which only a saturation
+/// or a term written as text can stop.
+void add_growth(const io::Scene& scene, std::vector<std::string>& warnings) {
+    const physics::Equations equations(scene.model);
+    if (equations.saturation.is_active() || !scene.model.text_terms.empty()) return;
+    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
+    const physics::FastestGrowth growth =
+        physics::is_nonlinear(equations) ? uniform_growth(system) : physics::fastest_growth(system);
+    const double most = std::log(max_field_size);
+    if (growth.rate * scene.time.end <= most) return;
+    warnings.push_back(
+        text("a mode grows at {:.4g} /s at |q| = {:.3g} /mm, by a factor e^{:.3g} in this run, and no term stops it "
+             "(relaxation.saturation = 0): give relaxation.saturation > 0, or choose time.end = {:.2g} or less",
+             growth.rate, growth.q, growth.rate * scene.time.end, most / growth.rate));
+}
+
+/// Samples below a limit (or above it, with the sign -1), and the worst of them.
+struct Excess {
+    std::size_t samples = 0;
+    double worst = 0.0, time = 0.0;
+};
+Excess samples_below(const files::ArchiveReader& archive, const std::string& observable, double limit,
+                     double sign = 1.0) {
+    const std::vector<double> values = series_of(archive, observable), times = series_of(archive, "time");
+    Excess excess;
+    for (std::size_t i = 0; i < std::min(values.size(), times.size()); ++i) {
+        if (!(sign * values[i] < sign * limit)) continue;
+        if (++excess.samples == 1 || sign * values[i] < sign * excess.worst)
+            excess = {.samples = excess.samples, .worst = values[i], .time = times[i]};
+    }
+    return excess;
+}
+
+bool has_noise(const physics::Noise& noise) { return noise.order > 0.0 || noise.rods > 0.0 || noise.beads > 0.0; }
+
+/// Negative densities, except where the model is linear in the density and its noise allows them, and where the model
+/// stops at them.
+void add_negative_densities(const files::ArchiveReader& archive, const io::Scene& scene,
+                            std::vector<std::string>& warnings) {
+    const physics::Form form = physics::form(scene.model);
+    const bool noise = has_noise(scene.model.noise);
+    const bool rods_are_linear = form.order_is_density && noise;
+    const bool beads_are_linear = form.velocity == physics::Velocity::absent && noise;
+    const auto add = [&](const std::string& what, int component, bool is_linear, double mean, double its_noise) {
+        if (component < 0 || is_linear) return;
+        const Excess negative = samples_below(archive, "min_" + what + "_density", -1e-9 * mean);
+        if (negative.samples == 0) return;
+        const double in_cell = mean * numerics::area(scene.grid) / static_cast<double>(numerics::points(scene.grid));
+        std::string remedy = text("choose a larger diffusion.{0}s, a smaller time.dt or a finer grid", what);
+        if (noise) {
+            // Relative shot noise of 1/4 or less in a cell: zero is four standard deviations away.
+            constexpr double min_in_cell = 16.0;
+            const double factor = std::sqrt(std::max(min_in_cell / in_cell, 4.0));
+            const auto even = [&](int points) { return std::max(4, 2 * static_cast<int>(points / factor / 2.0)); };
+            remedy = text(
+                "a cell of the grid holds {:.2g} {}s: choose larger cells, grid.nx = {} and grid.ny = {}, or "
+                "noise.{}s below {:.2g}",
+                in_cell, what, even(scene.grid.nx), even(scene.grid.ny), what, its_noise / 4.0);
+        }
+        if (what == "rod")
+            remedy += ", or current.kind = \"order\", which is linear in the density and allows negative ones";
+        warnings.push_back(
+            text("the {} density is negative in {} samples, {:.3g} mm-2 at t = {:.6g} s, and the equations "
+                 "are not linear in it (min_{}_density); expected >= 0: {}",
+                 what, negative.samples, negative.worst, negative.time, what, remedy));
+    };
+    add("rod", form.rod_density, rods_are_linear, scene.model.uniform.rod_density, scene.model.noise.rods);
+    add("bead", form.bead_density, beads_are_linear, scene.model.uniform.bead_density, scene.model.noise.beads);
+}
+
+/// Densities beyond a table whose outermost values are held there.
+void add_table_left(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
+    const physics::TableData& table = scene.model.table;
+    if (!table.has_values() || table.outside != "hold") return;
+    for (const auto& [what, nodes] : {std::pair{"bead", &table.bead_density}, std::pair{"rod", &table.rod_density}}) {
+        if (nodes->size() < 2) continue;
+        const Excess below = samples_below(archive, text("min_{}_density", what), nodes->front()),
+                     above = samples_below(archive, text("max_{}_density", what), nodes->back(), -1.0);
+        for (const Excess& excess : {below, above})
+            if (excess.samples > 0)
+                warnings.push_back(text(
+                    "the {} density left the table of coefficients in {} samples, {:.4g} mm-2 at t = {:.6g} s; its "
+                    "outermost values were held there (table.outside = \"hold\"): give a table beyond {:.4g} to "
+                    "{:.4g} mm-2",
+                    what, excess.samples, excess.worst, excess.time, nodes->front(), nodes->back()));
+    }
+}
+
+void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
+    const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
+    if (errors.empty() || times.size() != errors.size() || scene.time.max_error == 0.0) return;
+    const auto worst = std::max_element(errors.begin(), errors.end());
+    if (*worst <= scene.time.max_error) return;
+    // With noise the methods have order 1.5 to 2.
+    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
+    const double order = system.noise ? 1.5 : numerics::stepper_table(scene.time.stepper).order;
+    const double halvings = std::ceil(std::log2(*worst / scene.time.max_error) / order);
+    warnings.push_back(text(
+        "time.dt = {} is too long: its estimated error is {:.2g} of a field at t = {:.6g} s (step_error){}; expected "
+        "at most time.max_error = {}: choose time.dt = {:.3g}{}",
+        scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
+        *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
+        scene.time.max_error, scene.time.dt * std::exp2(-halvings),
+        order < 4.0 ? ", or time.stepper = \"etdrk4-krogstad\"" : ""));
+}
 }  // namespace
 
+std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
+    std::vector<std::string> warnings =
+        physics::initial_warnings(scene.initial, scene.model, scene.grid, scene.dealiasing);
+    add_growth(scene, warnings);
+    return warnings;
+}
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings = field_scene_warnings(scene);
     add_not_finite(archive, scene, warnings);
     add_resolution(archive, scene, warnings);
+    add_negative_densities(archive, scene, warnings);
+    add_table_left(archive, scene, warnings);
+    add_step_error(archive, scene, warnings);
     return warnings;
 }
 

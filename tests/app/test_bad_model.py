@@ -81,10 +81,6 @@ MODELS = {
     "a table without the uniform state": (
         "[uniform]\nrod_density = 3\n[table]\nrod_density = [0.5, 2]\nrelaxation_rate = [1, 2]\n",
         ["bad.toml:2:1", "relaxation.rate", "outside its table", 'table.outside = "hold"']),
-    "a tolerance with noise": ("[noise]\norder = 1\n[time]\ntolerance = 1e-3\n",
-                               ["bad.toml:4:1", "time.tolerance = 0.001 with noise", "set it or the noise to 0"]),
-    "a tolerance with noise on beads": (BEADS + "[noise]\nbeads = 1\n[time]\ntolerance = 1e-3\n",
-                                        ["bad.toml:7:1", "time.tolerance", "noise"]),
     "a tolerance without an estimate": ('[time]\ntolerance = 1e-3\nstepper = "exponential-euler"\n',
                                         ["bad.toml:2:1", "time.tolerance", "no embedded error estimate",
                                          "choose etdrk2"]),
@@ -130,22 +126,20 @@ def test_unsaturated_growth_stops_the_run_with_its_cause_and_a_checkpoint(tmp_pa
     (tmp_path / "flock.toml").write_text(scene_text(BLOWING_UP))
     ended = drover(tmp_path, "run", "flock.toml", "--quiet", status=1)
     assert len(ended.stderr.splitlines()) == 1 and ended.stderr.startswith("error: ") and ended.stdout == ""
-    told = re.search(r"at or before step (\d+) \(t = (\S+) s\): (\w+), mode \((-?\d+), (-?\d+)\), dt = 0.05; "
-                     r"its largest value was (\S+) in cell \((\d+), (\d+)\) when last finite; likely cause: (.*)",
-                     ended.stderr)
+    told = re.search(r"at or before step (\d+) \(t = (\S+) s\): (?:the root mean square of )?(\w+).*dt = 0.05;.*"
+                     r"likely cause: (.*)", ended.stderr)
     assert told, ended.stderr
     step = int(told[1])
     assert told[3] in ("rod_density", "polar_order_x", "polar_order_y")
-    assert max(abs(int(told[4])), abs(int(told[5]))) <= 8 and max(int(told[7]), int(told[8])) < 16
-    assert "grows at 0.5 /s" in told[9] and "relaxation.saturation = 0" in told[9] and "last checkpoint" in told[9]
-    # It stops within ten steps of the first NaN or infinity: the last good checkpoint is that near, and valid.
+    assert "grows at 0.5 /s" in told[4] and "relaxation.saturation = 0" in told[4] and "checkpoint is good" in told[4]
+    # It stops within ten steps of losing its meaning: the last good checkpoint is that near, and valid.
     good = max(checkpoint_step(file) for file in checkpoints(tmp_path / "flock.h5"))
     assert step - 10 <= good < step
     with h5py.File(tmp_path / "flock.h5") as file:
         for name in ("rod_density", "polar_order_x", "polar_order_y", "observables/polar_order_largest"):
             assert np.isfinite(file[name][()]).all(), name
     again = drover(tmp_path, "restart", "flock.h5", "--quiet", status=1)
-    assert "became NaN or infinite" in again.stderr or "outside" in again.stderr, again.stderr
+    assert "became NaN or infinite" in again.stderr or "lost its meaning" in again.stderr, again.stderr
 
 
 # Beads with inertia, pushed out of a region until it is empty.
@@ -181,6 +175,6 @@ def test_a_step_that_no_division_makes_accurate_stops_the_run_with_an_error(tmp_
     scene = {**BLOWING_UP, "time.tolerance": 1e-3, "time.dt": 0.5}
     (tmp_path / "flock.toml").write_text(scene_text(scene))
     ended = drover(tmp_path, "run", "flock.toml", "--quiet", status=1)
-    assert "time.tolerance" in ended.stderr or "became NaN or infinite" in ended.stderr, ended.stderr
+    assert any(words in ended.stderr for words in ("time.tolerance", "became NaN", "lost its meaning")), ended.stderr
     drover(tmp_path, "run", "flock.toml", "--quiet", "--overwrite", "--set", "relaxation.saturation=1",
            "--set", "time.end=20")

@@ -294,24 +294,24 @@ def test_a_diverging_run_stops_reports_where_and_keeps_its_valid_frames(tmp_path
     (tmp_path / "flock.toml").write_text(scene_text(GROWING))
     ended = drover(tmp_path, "run", "flock.toml", "--quiet", status=1)
     assert len(ended.stderr.splitlines()) == 1 and ended.stderr.startswith("error: ") and ended.stdout == ""
-    report = re.search(r"at or before step (\d+) \(t = (\S+) s\): (\w+), mode \((-?\d+), (-?\d+)\), dt = 0.1; "
-                     r"its largest value was (\S+) in cell \((\d+), (\d+)\) when last finite; likely cause: (.*)",
-                     ended.stderr)
+    report = re.search(r"lost its meaning at or before step (\d+) \(t = (\S+) s\): the root mean square of (\w+) is "
+                     r"(\S+) mm-2; expected at most 1e\+06 times its size in this model, 1; its largest value is (\S+) "
+                     r"in cell \((\d+), (\d+)\), dt = 0.1; likely cause: (.*)", ended.stderr)
     assert report, ended.stderr
     with h5py.File(tmp_path / "flock.h5") as file:
-        order = np.hypot(file["polar_order_x"][()], file["polar_order_y"][()])
+        order = [file[f"polar_order_{axis}"][()] for axis in "xy"]
         frames = len(file["time"])
         for name in ("rod_density", "polar_order_x", "polar_order_y", "observables/polar_order_mean_x"):
             assert np.isfinite(file[name][()]).all(), name
-    # Order grows by e^5 a step: it overflows at this step, or at the next since modes are smaller than cells.
-    first = math.ceil((math.log(np.finfo(float).max) - math.log(order[0].max())) / 5.0)
-    assert first - 1 <= int(report[1]) <= first + 1 + 10
-    assert float(report[2]) == pytest.approx(0.1 * int(report[1]), rel=1e-5)  # six digits are printed
-    # Each frame is committed as it is made: all before the overflow are there.
-    assert frames >= first - 1
-    assert report[3] in ("polar_order_x", "polar_order_y") and abs(float(report[6])) > 1e290
-    assert max(int(report[7]), int(report[8])) < 16
-    assert "grows at 50 /s" in report[9] and "checkpoint" in report[9]
+    # Order grows by e^5 a step: one of its components exceeds 1e6 times the rod density, 1, at this step.
+    first = min(math.ceil(math.log(1e6 / math.sqrt(np.mean(part[0]**2))) / 5.0) for part in order)
+    assert int(report[1]) == first
+    assert float(report[2]) == pytest.approx(0.1 * first, rel=1e-5)  # six digits are printed
+    # Each frame is committed as it is made: all before that are there.
+    assert frames == first
+    assert report[3] in ("polar_order_x", "polar_order_y") and 1e6 < float(report[4]) < abs(float(report[5]))
+    assert max(int(report[6]), int(report[7])) < 16
+    assert "grows at 50 /s" in report[8] and "checkpoint" in report[8]
 
 
 def test_the_last_checkpoint_before_a_divergence_restarts(tmp_path):
@@ -320,9 +320,9 @@ def test_the_last_checkpoint_before_a_divergence_restarts(tmp_path):
     assert all(file.exists() for file in checkpoints(tmp_path / "flock.h5"))
     # It fails again with the same message, unless it ends before.
     again = drover(tmp_path, "restart", "flock.h5", "--quiet", status=1)
-    assert "became NaN or infinite" in again.stderr
+    assert "lost its meaning" in again.stderr
     good = max(checkpoint_step(file) for file in checkpoints(tmp_path / "flock.h5"))
-    assert good > 130  # a checkpoint at each step: the last one is just before, near step 142
+    assert good >= 2  # a checkpoint at each step: the last one is just before, near step 4
     earlier = f"time.end={good / 10}"
     drover(tmp_path, "restart", "flock.h5", "--quiet", "--set", earlier)
     drover(tmp_path, "run", "flock.toml", "--quiet", "-o", "short.h5", "--set", earlier)

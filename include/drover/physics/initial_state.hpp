@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "drover/base/threads.hpp"
 #include "drover/physics/linear_theory.hpp"
@@ -21,9 +22,19 @@ struct InitialState {
     int frame = -1;         ///< of file: -1 is the last
 };
 
-/// Throws an input Error, with its location, for a field, mode or kind that the model or grid does not have.
+/// A formula is resolved if the grid cuts less than this fraction of its variance: 3 % of its root mean square.
+inline constexpr double max_variance_cut = 1e-3;
+/// Largest jump at a periodic edge, as a fraction of the range of the formula in the cell.
+inline constexpr double max_edge_jump = 0.01;
+
+/// Throws an input Error, with its location, for a field, mode or kind that the model or grid does not have, and for a
+/// formula of whose variance the grid cuts more than half.
 void check(const InitialState& initial, const Model& model, const numerics::Grid& grid,
            const Dealiasing& dealiasing = {}, const LocationOf& place = no_location);
+
+/// Formulas that the grid cuts, or that jump at a periodic edge, each with its remedy.
+std::vector<std::string> initial_warnings(const InitialState& initial, const Model& model, const numerics::Grid& grid,
+                                          const Dealiasing& dealiasing);
 
 /// The initial fields for every kind except "file": the uniform state plus the perturbation.  Random: independent
 /// normal numbers of the given standard deviation in each cell of each field; the mean densities do not change.

@@ -25,7 +25,7 @@ struct Kind {
     const char* size_key;                            ///< the key of the scene that reduces its size
     const char* start;  ///< the section with kind, file and frame, from which a ramp of a sweep and another run start
     TimedScene (*timed)(const io::Scene& scene);
-    std::string (*advice)(const io::Scene& scene);  ///< a warning before the run starts; else ""
+    std::vector<std::string> (*warnings)(const io::Scene& scene);  ///< what is known before a run
     Report (*report)(const files::ArchiveReader& archive, const io::Scene& scene);
 };
 const Kind& kind_of(const io::Scene& scene);

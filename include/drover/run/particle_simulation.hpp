@@ -15,7 +15,7 @@ double particle_disk_bytes(const io::Scene& scene);
 std::string particle_size(const io::Scene& scene);
 TimedScene timed_particles(const io::Scene& scene);
 /// Warns when the time step of a scene is outside the range studied in tests/bench/particles.
-std::string particle_advice(const io::Scene& scene);
+std::vector<std::string> particle_warnings(const io::Scene& scene);
 Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene);
 
 /// Throws an input Error for a packing of other bodies, and a run Error where none was found.

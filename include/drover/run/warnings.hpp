@@ -16,7 +16,12 @@ inline constexpr double max_spectral_tail = 1e-3;
 /// well.  Nonlinear terms change the spectrum of a resolved flock by less.
 inline constexpr double max_tail_over_linear = 3.0;
 
-/// Each warning names the key of the scene and a value that would do.  Every reader of an archive gets the same: a run,
+/// Each warning names the key of the scene and a value that would do.
+
+/// What is known before a run.
+std::vector<std::string> field_scene_warnings(const io::Scene& scene);
+
+/// Those, and what its archive shows.  Every reader of an archive gets the same: a run,
 /// a restart, drover info.
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene);
 

@@ -1,0 +1,101 @@
+// physics/initial_formula.cpp: what a grid does to a formula in x and y.
+#include "initial_formula.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "drover/numerics/transform.hpp"
+
+namespace drover::physics {
+
+namespace {
+using numerics::Grid;
+
+/// The formula on the grid, shifted by a displacement.
+numerics::Fields values_on(const Expression& formula, const Grid& grid, double shift_x, double shift_y) {
+    numerics::Fields cells(grid, 1);
+    std::size_t cell = 0;
+    for (int j = 0; j < grid.ny; ++j)
+        for (int i = 0; i < grid.nx; ++i)
+            cells[0][cell++] =
+                evaluate(formula, std::array{grid.lx / grid.nx * i + shift_x, grid.ly / grid.ny * j + shift_y});
+    return cells;
+}
+}  // namespace
+
+double fraction_cut(const Expression& formula, const Grid& grid, int degree) {
+    Threads one(1);
+    const numerics::Transform transform(grid, degree, one);
+    numerics::Spectra modes(grid, 1);
+    transform.forward(values_on(formula, grid, 0.0, 0.0), modes);
+    const std::size_t width = numerics::columns(grid);
+    // Irrational fractions of a cell: a wave that the points alias to a longer one disagrees with it there.
+    double error = 0.0, square = 0.0, sum = 0.0, largest = 0.0, count = 0.0;
+    for (const auto& [part_x, part_y] :
+         {std::pair{0.6180339887, 0.4142135624}, std::pair{0.2360679775, 0.7320508076}}) {
+        const double shift_x = part_x * grid.lx / grid.nx, shift_y = part_y * grid.ly / grid.ny;
+        numerics::Spectra shifted = modes;
+        for (std::size_t m = 0; m < shifted.size; ++m) {
+            const numerics::Wavevector q = numerics::wavevector(grid, m % width, m / width);
+            shifted[0][m] *= std::polar(1.0, q.x * shift_x + q.y * shift_y);
+        }
+        numerics::Fields kept(grid, 1);
+        transform.backward(shifted, kept);
+        const numerics::Fields exact = values_on(formula, grid, shift_x, shift_y);
+        for (std::size_t i = 0; i < exact.size; ++i) {
+            const double value = exact[0][i];
+            error += (value - kept[0][i]) * (value - kept[0][i]);
+            square += value * value;
+            sum += value;
+            largest = std::max(largest, std::abs(value));
+            count += 1.0;
+        }
+    }
+    if (!std::isfinite(error)) return std::numeric_limits<double>::quiet_NaN();
+    const double rounding = 1e-12 * largest, variance = square / count - (sum / count) * (sum / count);
+    if (error <= rounding * rounding * count) return 0.0;
+    return error / count / std::max(variance, error / count);
+}
+
+Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree, double most) {
+    constexpr double max_points = 2048.0 * 2048.0;
+    for (int factor = 2; factor <= 64; factor *= 2)
+        for (const auto& [x, y] : {std::pair{factor, 1}, std::pair{1, factor}, std::pair{factor, factor}}) {
+            const Grid finer{.nx = grid.nx * x, .ny = grid.ny * y, .lx = grid.lx, .ly = grid.ly};
+            if (1.0 * finer.nx * finer.ny <= max_points && fraction_cut(formula, finer, degree) < most) return finer;
+        }
+    return grid;
+}
+
+EdgeJump edge_jump(const Expression& formula, const Grid& grid) {
+    EdgeJump jump;
+    const numerics::Fields cells = values_on(formula, grid, 0.0, 0.0);
+    const auto [min, max] = std::minmax_element(cells.values.begin(), cells.values.end());
+    jump.range = *max - *min;
+    constexpr double inside = 1e-9;  // of the side: a formula may have another value on the edge itself
+    const auto take = [&](char axis, double size, double at) {
+        if (std::abs(size) > jump.size) jump = {.size = std::abs(size), .range = jump.range, .axis = axis, .at = at};
+    };
+    for (int j = 0; j < grid.ny; ++j) {
+        const double y = grid.ly / grid.ny * j;
+        take('x',
+             evaluate(formula, std::array{grid.lx * (1.0 - inside), y}) -
+                 evaluate(formula, std::array{grid.lx * inside, y}),
+             y);
+    }
+    for (int i = 0; i < grid.nx; ++i) {
+        const double x = grid.lx / grid.nx * i;
+        take('y',
+             evaluate(formula, std::array{x, grid.ly * (1.0 - inside)}) -
+                 evaluate(formula, std::array{x, grid.ly * inside}),
+             x);
+    }
+    return jump;
+}
+
+}  // namespace drover::physics

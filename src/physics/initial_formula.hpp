@@ -1,0 +1,25 @@
+// physics/initial_formula.hpp: what a grid does to a formula in x (slot 0) and y (slot 1).
+#pragma once
+#include "drover/base/expression.hpp"
+#include "drover/numerics/grid.hpp"
+
+namespace drover::physics {
+
+/// The fraction of the variance of a formula that a grid cuts or aliases: the mean square difference from its kept
+/// modes, between the points.  0 for a constant.  NaN if the formula is not finite everywhere.
+double fraction_cut(const Expression& formula, const numerics::Grid& grid, int degree);
+
+/// The smallest of up to 64 times as many points on one axis or both that cut less than `most`; the grid itself if none
+/// does.
+numerics::Grid grid_that_resolves(const Expression& formula, const numerics::Grid& grid, int degree, double most);
+
+/// The largest jump of a formula across a periodic edge.
+struct EdgeJump {
+    double size = 0.0;   ///< in the unit of the field
+    double range = 0.0;  ///< of the field in the cell
+    char axis = 'x';     ///< the axis that crosses the edge
+    double at = 0.0;     ///< the other coordinate [mm]
+};
+EdgeJump edge_jump(const Expression& formula, const numerics::Grid& grid);
+
+}  // namespace drover::physics

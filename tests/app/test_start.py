@@ -1,0 +1,56 @@
+"""tests/app/test_start.py: initial formulas that the grid cuts, or that jump at a periodic edge."""
+import pytest
+from rejection import rejected
+from support import drover, drover_json, scene_text
+
+GRID = {"grid.nx": 32, "grid.ny": 32, "grid.lx": 32.0, "grid.ly": 32.0, "relaxation.rate": 1.0,
+        "relaxation.saturation": 1.0, "time.end": 0.1, "initial.kind": "formula"}  # cubic: modes below 8 are kept
+
+
+def check(folder, formula, **changes):
+    """What `check` writes to standard error for an initial density."""
+    (folder / "start.toml").write_text(scene_text({**GRID, "initial.rod_density": formula, **changes}))
+    return drover(folder, "check", "start.toml").stderr
+
+
+@pytest.mark.parametrize("formula", [
+    "1 + 0.1*cos(2*pi*20*x/32)",  # between the cut and the points
+    "1 + 0.1*cos(2*pi*33*x/32)",  # looks like mode 1 on the points
+    "1 + 0.1*cos(2*pi*12*y/32)",
+    "1 + exp(-((x - 16.5)^2 + (y - 16.5)^2)/0.1)",
+])
+def test_a_formula_of_which_the_grid_cuts_more_than_half_is_rejected(tmp_path, formula):
+    (tmp_path / "start.toml").write_text(scene_text({**GRID, "initial.rod_density": formula}))
+    for command in ("run", "check"):
+        rejected(tmp_path, [command, "start.toml"], ["initial.rod_density", "the grid cuts", "choose grid.n"])
+
+
+def test_the_grid_that_a_rejection_names_is_accepted_without_a_warning(tmp_path):
+    formula = "1 + 0.1*cos(2*pi*20*x/32)"
+    (tmp_path / "start.toml").write_text(scene_text({**GRID, "initial.rod_density": formula}))
+    message = drover(tmp_path, "check", "start.toml", status=2).stderr
+    assert "choose grid.nx = 128 or" in message
+    assert check(tmp_path, formula, **{"grid.nx": 128}) == ""
+
+
+def test_a_formula_that_the_grid_cuts_a_little_warns(tmp_path):
+    bump = "1 + exp(-((x - 16)^2 + (y - 16)^2)/3)"
+    warning = check(tmp_path, bump)
+    assert "initial.rod_density" in warning and "the grid cuts 0.0" in warning
+    assert "choose grid.nx = 64 and grid.ny = 64 or make it smoother" in warning
+    assert check(tmp_path, bump, **{"grid.nx": 64, "grid.ny": 64}) == ""
+    assert any("the grid cuts" in text for text in drover_json(tmp_path, "run", "start.toml", "-q",
+               "--set", "grid.nx=32", "--set", "grid.ny=32")["warnings"])
+
+
+def test_a_formula_that_jumps_at_a_periodic_edge_warns_with_place_and_size(tmp_path):
+    warning = check(tmp_path, "1 + 0.5*tanh((x - 16)/4)")
+    assert "jumps by 0.999 mm-2 at the periodic edge x = 0" in warning
+    warning = check(tmp_path, "1 + 0.02*y")
+    assert "jumps by 0.64 mm-2 at the periodic edge y = 0" in warning
+
+
+@pytest.mark.parametrize("formula", ["2", "1 + 0.5*cos(2*pi*3*x/32 + 1)*sin(2*pi*y/32)",
+                                     "1 + 0.5*exp(-((x - 12)^2 + (y - 12)^2)/16)"])
+def test_a_formula_that_the_grid_keeps_does_not_warn(tmp_path, formula):
+    assert check(tmp_path, formula) == ""
