@@ -10,15 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
-#include "drover/dem/impact.hpp"
-#include "drover/dem/shape.hpp"
 
 namespace drover::dem {
 namespace {
-
-const Shape the_rod = make_rod({1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72}, 4.5, 8.7);
-const Shape the_bead = make_ball(0.8, 2.7);
 
 /// Draws with a few special values among them.
 class Draws {
@@ -177,11 +173,6 @@ FuzzGroup draw_group(std::uint64_t seed, std::uint64_t number) {
     group.turns_freely = std::none_of(group.contacts.begin(), group.contacts.end(),
                                       [](const Contact& c) { return c.second < 0 || c.second == c.first; });
     return group;
-}
-
-Vector momentum_angular(const ImpactBody& m) {
-    const double along = dot(m.spin, m.axis);
-    return 1.0 / m.across_inverse * (m.spin - along * m.axis) + along / m.along_inverse * m.axis;
 }
 
 /// Conserved quantities in the frame of the plates, with the size of their terms.
