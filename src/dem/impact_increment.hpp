@@ -63,8 +63,8 @@ inline void add_impulse(const Response& w, double n, double x, double y, Increme
     to.friction_work += 0.5 * (x * (before.x + now.x) + y * (before.y + now.y));
 }
 
-/// The least normal impulse up to `most` after which friction in one direction has stopped the slip, or -1.  ax, ay: the
-/// tangential impulse that stops the slip now; bx, by: that which balances the normal impulse, per impulse.
+/// The least normal impulse up to `most` after which friction in one direction has stopped the slip, or -1.  ax, ay:
+/// the tangential impulse that stops the slip now; bx, by: that which balances the normal impulse, per impulse.
 inline double impulse_to_stop(double ax, double ay, double bx, double by, double friction, double most) {
     const double a2 = ax * ax + ay * ay, ab = ax * bx + ay * by, b2 = bx * bx + by * by, mu2 = friction * friction;
     if (a2 == 0.0) return 0.0;
@@ -75,8 +75,8 @@ inline double impulse_to_stop(double ax, double ay, double bx, double by, double
     return d >= 0.0 && denominator > 0.0 && a2 <= most * denominator ? a2 / denominator : -1.0;
 }
 
-/// One increment `dp` of the normal impulse with its friction.  Where the slip stops on the way, it sticks from there if
-/// friction can hold it, and slides on otherwise.
+/// One increment `dp` of the normal impulse with its friction.  Where the slip stops on the way, it sticks from there
+/// if friction can hold it, and slides on otherwise.
 inline Increment increment(const Response& w, double friction, const Slip& before, double dp) {
     Increment result{.after = before};
     double left = dp;

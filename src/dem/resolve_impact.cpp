@@ -67,8 +67,9 @@ struct Phase {
     double allowed = 0.0;  ///< error of the relative velocity by an increment [mm/s]
 };
 
-/// Advances a phase to its end.  advance(slip, work and impulse of the phase so far, size, whether the phase ends) makes
-/// an increment of at most that size.  Each increment is compared with its two halves, which are taken where they differ by no more than allowed.
+/// Advances a phase to its end.  advance(slip, work and impulse of the phase so far, size, whether the phase ends)
+/// makes an increment of at most that size.  Each increment is compared with its two halves, which are taken where they
+/// differ by no more than allowed.
 template <class Advance>
 void follow_phase(const Phase& phase, const Advance& advance, Bounce& bounce, Slip& slip) {
     constexpr int max_rounds = 2000;

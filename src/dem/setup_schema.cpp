@@ -256,7 +256,7 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
         {.name = "increments",
          .member = &ContactControl::increments,
          .range = {.min = 1, .max = 100000},
-         .doc = "impulse: number of increments of an impact whose slip turns"},
+         .doc = "impulse: number of increments of the impact of a group; those of a single contact follow their error"},
         {.name = "inelastic_threshold",
          .member = &ContactControl::inelastic_threshold,
          .range = {.min = 0.0, .max = 1.0},

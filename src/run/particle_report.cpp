@@ -5,6 +5,7 @@
 #include "drover/measure/particles.hpp"
 #include "drover/measure/path_summary.hpp"
 #include "drover/run/particle_simulation.hpp"
+#include "run/particle_warnings.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {
@@ -54,6 +55,8 @@ Report make_particle_report(const files::ArchiveReader& archive, const io::Scene
                                                          measure::particle_observables(setting), sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
     report.warnings = particle_warnings(scene);
+    for (std::string& warning : particle_state_warnings(scene, bodies, recorded.series, sampling.spacing))
+        report.warnings.push_back(std::move(warning));
     const double warm_up = static_cast<double>(report.summary.warm_up) * sampling.spacing;
     for (measure::SummaryRow& row : path_rows(archive, scene, bodies, warm_up))
         report.summary.rows.push_back(std::move(row));

@@ -227,7 +227,8 @@ std::string particle_size(const io::Scene& scene) {
 std::vector<std::string> particle_warnings(const io::Scene& scene) {
     if (scene.particles.contacts.model != "impulse") return {};  // check_contact_law() limits the step
     // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
-    constexpr double min_dt = 2e-6, max_dt = 5e-5, max_substep = 5e-5, frequency = 200.0;
+    constexpr double min_dt = 2e-6, max_dt = 5e-5, max_substep = 5e-5, frequency = 200.0, max_gap = 1e-4,
+                     max_threshold = 0.1;
     const double faster = std::max(1.0, scene.particles.plates.frequency / frequency);
     const double dt = scene.time.dt * faster, substep = scene.particles.contacts.substep * faster;
     const bool rods = scene.particles.rods.count > 0 || scene.particles.rods.area_fraction > 0.0;
@@ -236,6 +237,11 @@ std::vector<std::string> particle_warnings(const io::Scene& scene) {
         words = text("time.dt = {} s at plates.frequency = {} /s", scene.time.dt, scene.particles.plates.frequency);
     if (rods && substep > max_substep)
         words += text("{}contacts.substep = {} s", words.empty() ? "" : " and ", scene.particles.contacts.substep);
+    if (const double gap = scene.particles.contacts.simultaneity_gap; gap > max_gap)
+        words += text("{}contacts.simultaneity_gap = {} mm (above {})", words.empty() ? "" : " and ", gap, max_gap);
+    if (const double threshold = scene.particles.contacts.inelastic_threshold; threshold > max_threshold)
+        words += text("{}contacts.inelastic_threshold = {} (above {})", words.empty() ? "" : " and ", threshold,
+                      max_threshold);
     if (words.empty()) return {};
     return {
         words +

@@ -250,7 +250,7 @@ def test_beads_have_a_higher_vertical_than_horizontal_temperature(scene, ran):
 def test_a_single_rod_moves_along_its_axis(ran):
     run = ran("rod")
     along, across = run.ways()
-    # Its gaits have 12.5 and -7.1 mm/s; rounding can select either.  The start may cost a third of the slower one.
+    # Its gaits have 12.45 and -7.38 mm/s; rounding can select either.  The start may cost a third of the slower one.
     assert run.count("rods") == 1 and run.count("beads") == 0 and abs(along.sum()) > 5.0
     assert np.abs(across).sum() < 0.25 * np.abs(along).sum()
     assert run.series("work_kicks")[-1] != 0.0 and run.series("impacts_rod_plate")[-1] > 100.0

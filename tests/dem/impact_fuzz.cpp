@@ -10,15 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
-#include "drover/dem/impact.hpp"
-#include "drover/dem/shape.hpp"
 
 namespace drover::dem {
 namespace {
-
-const Shape the_rod = make_rod({1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72}, 4.5, 8.7);
-const Shape the_bead = make_ball(0.8, 2.7);
 
 /// Draws with a few special values among them.
 class Draws {
@@ -179,11 +175,6 @@ FuzzGroup draw_group(std::uint64_t seed, std::uint64_t number) {
     return group;
 }
 
-Vector momentum_angular(const ImpactBody& m) {
-    const double along = dot(m.spin, m.axis);
-    return 1.0 / m.across_inverse * (m.spin - along * m.axis) + along / m.along_inverse * m.axis;
-}
-
 /// Conserved quantities in the frame of the plates, with the size of their terms.
 struct Totals {
     double energy = 0.0, momentum_size = 0.0, angular_size = 0.0;
@@ -216,9 +207,11 @@ std::string fault_of(FuzzGroup group, ImpactOutcome& outcome) {
     for (const double value : {after.energy, length(after.momentum), length(after.angular), outcome.walls,
                                outcome.normal, outcome.friction, outcome.residual})
         if (!std::isfinite(value)) return "a value that is not finite";
-    // Rounding: impulses and velocities have 53 bits, and the energy is that of the largest body.
+    // Rounding: impulses and velocities have 53 bits, and the energy is that of the largest body.  One after another,
+    // thousands of impacts round.
+    const double impacts = group.law.group == GroupLaw::simultaneous ? 1.0 : std::max(1.0, 0.1 * outcome.sweeps);
     const double gain = (after.energy - before.energy) / std::max(before.energy, 1e-300);
-    if (gain > 1e-12) return text("a gain of energy of {:.2g} of the whole", gain);
+    if (gain > 1e-12 * impacts) return text("a gain of energy of {:.2g} of the whole", gain);
     const double momentum = length(after.momentum - before.momentum - from_walls) / before.momentum_size;
     if (momentum > 1e-12) return text("a change of the momentum by {:.2g} of its parts", momentum);
     const double angular = length(after.angular - before.angular) / before.angular_size;
@@ -228,19 +221,18 @@ std::string fault_of(FuzzGroup group, ImpactOutcome& outcome) {
 
 struct Tally {
     int faults = 0, unresolved = 0, impacts = 0;
-    std::string first;
+    std::string words;  ///< of the first faults
 };
-Tally run_fuzz(std::uint64_t seed, std::uint64_t count) {
+Tally run_fuzz(std::uint64_t seed, std::uint64_t first, std::uint64_t count) {
     Tally tally;
-    for (std::uint64_t number = 0; number < count; ++number) {
+    for (std::uint64_t number = first; number < first + count; ++number) {
         const FuzzGroup group = draw_group(seed, number);
         ImpactOutcome outcome;
         const std::string fault = fault_of(group, outcome);
         tally.impacts += outcome.approach > 0.0 ? 1 : 0;
         tally.unresolved += outcome.residual > group.law.tolerance * outcome.approach * (1.0 + 1e-9) ? 1 : 0;
         if (fault.empty()) continue;
-        ++tally.faults;
-        if (tally.first.empty()) tally.first = text("group {} of seed {}: {}", number, seed, fault);
+        if (++tally.faults <= 20) tally.words += text("group {} of seed {}: {}\n", number, seed, fault);
     }
     return tally;
 }
@@ -253,17 +245,21 @@ std::uint64_t new_seed() {
 
 TEST(ImpactFuzz, random_groups_at_the_extremes_stay_finite_gain_no_energy_and_keep_momentum) {
     const std::uint64_t seed = new_seed();
-    const Tally tally = run_fuzz(seed, 20000);
-    EXPECT_EQ(tally.faults, 0) << tally.first << "; repeat with DROVER_FUZZ_SEED=" << seed;
+    const Tally tally = run_fuzz(seed, 0, 20000);
+    EXPECT_EQ(tally.faults, 0) << tally.words << "repeat with DROVER_FUZZ_SEED=" << seed;
     EXPECT_GT(tally.impacts, 15000);
     std::cout << "seed " << seed << ": " << tally.impacts << " impacts, " << tally.unresolved << " unresolved\n";
 }
 
-TEST(ImpactFuzzSlow, a_million_random_groups_stay_finite_gain_no_energy_and_keep_momentum) {
-    const Tally tally = run_fuzz(1, 1000000);
-    EXPECT_EQ(tally.faults, 0) << tally.first;
+class ImpactFuzzSlow : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(ImpactFuzzSlow, a_quarter_of_a_million_groups_stay_finite_gain_no_energy_and_keep_momentum) {
+    constexpr std::uint64_t quarter = 250000;
+    const Tally tally = run_fuzz(1, GetParam() * quarter, quarter);
+    EXPECT_EQ(tally.faults, 0) << tally.words;
     std::cout << tally.impacts << " impacts, " << tally.unresolved << " unresolved\n";
 }
+INSTANTIATE_TEST_SUITE_P(Quarters, ImpactFuzzSlow, testing::Range<std::uint64_t>(0, 4));
 
 }  // namespace
 }  // namespace drover::dem

@@ -55,7 +55,7 @@ struct ImpactLaw {
     GroupLaw group = GroupLaw::simultaneous;
     RestitutionKind restitution = RestitutionKind::energetic;  ///< `simultaneous` groups are always energetic
     bool track_slip = true;  ///< friction opposes the slip at each moment of the impact; false: the slip before it
-    int increments = 8;      ///< of an impact during which the slip turns, at least
+    int increments = 8;      ///< of the impact of a group; those of a single contact follow their error
     double inelastic_threshold =
         0.03;                 ///< approaches below this times 1 - e of the largest end without rebound; 0: none
     double tolerance = 1e-2;  ///< allowed remaining speed of approach, relative to the largest before
@@ -81,10 +81,11 @@ double energy_kinetic(const ImpactBody& body);
 
 /// Finds the impulses of contacts that share bodies, some of which approach, and changes the velocities of the bodies.
 ///
-/// A single contact: the impact is followed in small increments of the normal impulse (Darboux and Keller).  In each
-/// increment friction dissipates the most energy that a tangential impulse of up to mu times the normal one can, so it
-/// sticks, turns and reverses with the slip. Several contacts (`simultaneous`): every contact is a spring of one
-/// stiffness in compression and of 1/e^2 times that in restitution, so it gives back e^2 of its work, and all springs
+/// A single contact: the impact is followed in increments of the normal impulse (Darboux and Keller), which are halved
+/// until their error is below increment_error.  In each, friction opposes the slip in its middle; where the slip stops,
+/// the contact sticks if friction can hold it, and slides on otherwise. Several contacts (`simultaneous`): every
+/// contact is a spring of one stiffness in compression and of 1/e^2 times that in restitution, so it gives back e^2 of
+/// its work, and all springs
 /// act at the same time (Liu, Zhao & Brogliato, Proc. R. Soc. A 464, 3193 (2008), with equal stiffnesses).  Positions
 /// do not change, so the unit of stiffness does not matter.  Contacts advance one after another within each small time,
 /// once in ascending and once in descending order, and the result is the mean of both: exactly independent of the order

@@ -87,7 +87,7 @@ struct ContactControl {
     std::string law = "simultaneous";       ///< see dem/impact.hpp
     std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
     bool track_slip = true;  ///< friction follows the slip through the impact; false: keeps the direction before
-    int increments = 8;      ///< of an impact whose slip turns
+    int increments = 8;      ///< of the impact of a group
     double inelastic_threshold =
         0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
     double substep = 2e-5;                          ///< minimum time between two impacts of a rod on the plates [s]

@@ -31,7 +31,7 @@ double sum(const EnergyBalance& balance);
 /// Slower impacts of pairs and on side walls are not counted [mm/s].
 inline constexpr double counted_speed = 1.0;
 
-/// Slower impacts on base or lid are not counted [mm/s]: what a body at rest gains on the plates in 1/40 of their period
+/// Slower impacts on base or lid are not counted [mm/s]: what a body at rest gains on the plates in 1/40 of a period
 /// at the largest acceleration, (|g_z| + A omega^2)/(40 f), and at least counted_speed.  A body that rests on a plate
 /// hops every half time step, so its hops are slower for any step up to 1/20 of a period: counts do not depend on it.
 double counted_plate_speed(const Setup& setup);

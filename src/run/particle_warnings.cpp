@@ -1,0 +1,88 @@
+// run/particle_warnings.cpp: what the results of a run of particles cannot be trusted in.
+#include "run/particle_warnings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "drover/base/text.hpp"
+
+namespace drover::run {
+
+namespace {
+/// The values of a scalar observable; empty if it was not recorded.
+std::vector<double> values_of(const std::vector<measure::RecordedSeries>& series, const std::string& name) {
+    const measure::RecordedSeries* row = find_row(series, name);
+    return row ? row->values : std::vector<double>();
+}
+
+/// Energy that the plates and gravity can give a body of this mass [mg mm^2/s^2].
+double energy_scale(const dem::Setup& setup, double mass, double height) {
+    const double speed = 2.0 * std::numbers::pi * setup.plates.frequency * setup.plates.amplitude;
+    return mass * (speed * speed + std::abs(setup.gravity.z) * height);
+}
+
+struct Stopped {
+    const char* observable;
+    std::string what;  ///< that stopped
+};
+/// Adds a warning if the observable is below `least` from some sample to the last of at least two.
+void add_stopped(const Stopped& stopped, const std::vector<measure::RecordedSeries>& series, double spacing,
+                 double least, std::vector<std::string>& warnings) {
+    const std::vector<double> values = values_of(series, stopped.observable);
+    std::size_t first = values.size();
+    while (first > 0 && values[first - 1] <= least) --first;
+    if (first + 1 >= values.size()) return;
+    warnings.push_back(text(
+        "{}: {} is {:.2g} mg mm2 s-2 from t = {:.6g} s to the end (expected more than {:.2g}): an absorbing state; "
+        "choose a larger plates.amplitude, more beads or rods, more restitution or less "
+        "friction, or end the run before",
+        stopped.what, stopped.observable, values.back(), spacing * static_cast<double>(first), least));
+}
+
+struct Kind {
+    std::string prefix, bodies;
+    std::size_t count = 0;
+    double scale = 0.0;
+};
+/// Temperatures are relative to the mean of all bodies of a kind: of one body they are zero at any speed.
+void add_temperatures(const Kind& kind, const std::vector<measure::RecordedSeries>& series, double spacing,
+                      std::vector<std::string>& warnings) {
+    constexpr double part = 1e-12;
+    if (kind.count < 2) return;
+    const std::string all = text("all {} {}", kind.count, kind.bodies);
+    const std::string horizontal = kind.prefix + "_temperature_horizontal",
+                      vertical = kind.prefix + "_temperature_vertical";
+    add_stopped({horizontal.c_str(), all + " are at rest in the plane, or move as one"}, series, spacing,
+                part * kind.scale, warnings);
+    add_stopped({vertical.c_str(), all + " move up and down in step, or rest on a plate"}, series, spacing,
+                part * kind.scale, warnings);
+}
+}  // namespace
+
+std::vector<std::string> particle_state_warnings(const io::Scene& scene, const dem::Bodies& bodies,
+                                                 const std::vector<measure::RecordedSeries>& series, double spacing) {
+    std::vector<std::string> warnings;
+    Kind beads{.prefix = "bead", .bodies = "beads", .count = bodies.beads.size()},
+        rods{.prefix = "rod", .bodies = "rods", .count = bodies.rods.size()};
+    const auto scale_of = [&](std::uint32_t shape) {
+        const dem::Shape& s = bodies.shapes[shape];
+        return energy_scale(scene.particles, s.mass, 2.0 * s.radius.front());
+    };
+    for (const dem::Bead& bead : bodies.beads) beads.scale += scale_of(bead.shape) / static_cast<double>(beads.count);
+    for (const dem::Rod& rod : bodies.rods) rods.scale += scale_of(rod.shape) / static_cast<double>(rods.count);
+    add_temperatures(beads, series, spacing, warnings);
+    add_temperatures(rods, series, spacing, warnings);
+    const double whole = beads.scale * static_cast<double>(beads.count) + rods.scale * static_cast<double>(rods.count);
+    add_stopped({"energy_kinetic", "all bodies are at rest"}, series, spacing, 1e-12 * whole, warnings);
+
+    const std::vector<double> gained = values_of(series, "work_impact"), kinetic = values_of(series, "energy_kinetic");
+    if (!gained.empty() && !kinetic.empty() && gained.back() > 1e-9 * kinetic.back())
+        warnings.push_back(text(
+            "impacts gained {:.3g} mg mm2 s-2 (work_impact; expected 0 or less): contacts.restitution = \"{}\" can "
+            "create energy where the slip turns; choose \"energetic\"",
+            gained.back(), scene.particles.contacts.restitution));
+    return warnings;
+}
+
+}  // namespace drover::run

@@ -1,0 +1,17 @@
+// run/particle_warnings.hpp: what the results of a run of particles cannot be trusted in.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/dem/bodies.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/measure/summary.hpp"
+
+namespace drover::run {
+
+/// Absorbing states (bodies at rest, or all in step with each other) and energy gained in impacts.  `spacing`: of the
+/// samples [s].
+std::vector<std::string> particle_state_warnings(const io::Scene& scene, const dem::Bodies& bodies,
+                                                 const std::vector<measure::RecordedSeries>& series, double spacing);
+
+}  // namespace drover::run

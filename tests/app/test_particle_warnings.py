@@ -1,0 +1,48 @@
+"""tests/app/test_particle_warnings.py: runs of particles warn of absorbing states and of energy gained in impacts."""
+import pytest
+from support import drover_json, write_scene
+
+BEADS = {
+    "cell.lx": 8.0,
+    "cell.ly": 8.0,
+    "beads.area_fraction": 0.5,
+    "time.end": 0.4,
+    "output.frame_every": 0.2,
+    "output.sample_every": 0.01,
+    "run.seed": 1,
+}
+ELASTIC = {f"restitution.{pair}": 1.0 for pair in ("bead_bead", "bead_plate")}
+
+
+def warnings_of(folder, changes):
+    write_scene(folder, changes, base=BEADS, name="beads.toml")
+    return drover_json(folder, "run", "beads.toml", "-q", "--overwrite", "-o", "beads.h5")["warnings"]
+
+
+def test_a_shaken_bed_of_beads_has_no_warning(tmp_path):
+    assert warnings_of(tmp_path, {}) == []
+
+
+def test_beads_that_never_meet_are_reported_as_at_rest_in_the_plane_from_the_start(tmp_path):
+    changes = {"beads.area_fraction": 0.0, "beads.count": 3, "cell.lx": 40.0, "cell.ly": 40.0}
+    [warning] = [w for w in warnings_of(tmp_path, changes) if "in the plane" in w]
+    assert warning.startswith("all 3 beads are at rest") and "from t = 0 s to the end" in warning
+    assert "choose a larger plates.amplitude" in warning
+
+
+def test_beads_on_plates_at_rest_are_reported_with_the_time_since_when(tmp_path):
+    warnings = warnings_of(tmp_path, {"plates.amplitude": 0.0, "time.end": 3.0, "restitution.bead_plate": 0.0})
+    [warning] = [w for w in warnings if "rest on a plate" in w]
+    since = float(warning.split("from t = ")[1].split()[0])
+    assert 0.0 < since < 3.0 and "bead_temperature_vertical is " in warning
+
+
+def test_one_body_has_no_temperature_and_no_warning_of_it(tmp_path):
+    assert warnings_of(tmp_path, {"beads.area_fraction": 0.0, "beads.count": 1}) == []
+
+
+@pytest.mark.parametrize("law, count", [("kinematic", 1), ("energetic", 0)])
+def test_a_law_that_creates_energy_in_impacts_is_reported(tmp_path, law, count):
+    changes = {**ELASTIC, "rods.count": 2, "beads.area_fraction": 0.2, "restitution.rod_plate": 1.0,
+               "friction.rod_plate": 1.0, "contacts.restitution": law, "contacts.max_overlap": 0.5, "time.end": 0.2}
+    assert len([w for w in warnings_of(tmp_path, changes) if "impacts gained" in w]) == count
