@@ -121,14 +121,17 @@ PredictedBoxes predicted_boxes(const numerics::Grid& grid, const std::vector<dou
     std::vector<double> power = structure_factor;
     for (double& value : power) value /= numerics::area(grid);
     PredictedBoxes boxes;
-    for (const int side : sides)
-        boxes.variance.push_back(numerics::box_variance(grid, power, along_x * side, along_y * side));
+    std::vector<double> areas;
+    for (const int side : sides) {
+        const numerics::BoxCells box = numerics::box_cells(grid, side, along_x, along_y);
+        boxes.variance.push_back(numerics::box_variance(grid, power, box.x, box.y));
+        areas.push_back(static_cast<double>(box.x) * box.y);
+    }
     for (std::size_t b = 0; b < sides.size(); ++b) {
         boxes.deviation.push_back(std::sqrt(boxes.variance[b]));
-        boxes.exponent.push_back(b + 1 < sides.size()
-                                     ? 0.5 * std::log(boxes.variance[b + 1] / boxes.variance[b]) /
-                                           (2.0 * std::log(static_cast<double>(sides[b + 1]) / sides[b]))
-                                     : std::numeric_limits<double>::quiet_NaN());
+        boxes.exponent.push_back(b + 1 < sides.size() ? 0.5 * std::log(boxes.variance[b + 1] / boxes.variance[b]) /
+                                                            std::log(areas[b + 1] / areas[b])
+                                                      : std::numeric_limits<double>::quiet_NaN());
     }
     return boxes;
 }

@@ -156,7 +156,7 @@ std::string field_size(const io::Scene& scene) { return text("{} by {} points", 
 double field_disk_bytes(const io::Scene& scene) {
     const double frame = static_cast<double>(numerics::points(scene.grid)) *
                          numerics::components(physics::layout(physics::form(scene.model)));
-    const double shells = 0.5 * std::min(scene.grid.nx, scene.grid.ny);
+    const double shells = 0.5 * (scene.grid.ny == 1 ? scene.grid.nx : std::min(scene.grid.nx, scene.grid.ny));
     return recorded_bytes(scene, frame, 16.0 + shells * (4.0 + 2.0 * measure::direction_sectors) + 32.0);
 }
 
@@ -269,11 +269,11 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         return values;
     };
     simulation.restore = [world](std::span<const double> values) {
-        constexpr std::size_t before = physics::FieldEvolution::saved_numbers + 1;
+        const std::size_t before = world->evolution.saved_numbers() + 1;
         require(values.size() == before + 2 * world->state.values.size(), {},
                 "the checkpoint holds {} numbers; this scene's state has {}", values.size(),
                 before + 2 * world->state.values.size());
-        world->evolution.restore(values.first(physics::FieldEvolution::saved_numbers));
+        world->evolution.restore(values.first(before - 1));
         world->time = values[before - 1];
         for (std::size_t m = 0; m < world->state.values.size(); ++m)
             world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};
