@@ -157,8 +157,13 @@ Axis term_axis(const FieldSetting& setting) {
 }
 
 Axis family_axis(const BoxFamily& family, const FieldSetting& setting) {
-    if (family.along_x == family.along_y)
-        return box_axis(setting.*family.sides, cell_width(setting) * cell_height(setting));
+    const double cell = cell_width(setting) * cell_height(setting);
+    if (family.along_x == family.along_y && setting.grid.ny == 1) {
+        Axis axis = box_axis(setting.*family.sides, cell);
+        for (double& side : axis.values) side = std::sqrt(side * std::sqrt(cell));  // segments: area ~ cells
+        return axis;
+    }
+    if (family.along_x == family.along_y) return box_axis(setting.*family.sides, cell);
     Axis axis{"long_box_side", "mm", "shorter side, in cells as wide as along x, of a box with the aspect ratio 4", {}};
     for (const int cells : setting.*family.sides) axis.values.push_back(cell_width(setting) * cells);
     return axis;

@@ -3,8 +3,12 @@ import math
 
 import h5py
 import numpy as np
+import pictures
 import pytest
 from support import drover, drover_json, write_scene
+
+import drover as drover_python
+from drover import figure, results
 
 FIELDS = ["bead_density", "rod_density", "bead_velocity_x", "bead_velocity_y", "polar_order_x", "polar_order_y"]
 # Waves along x of every field, all terms nonlinear.
@@ -149,7 +153,15 @@ def test_a_grid_of_two_rows_or_one_column_is_rejected(tmp_path):
 
 @pytest.mark.parametrize("rows", [1, 4])
 def test_a_figure_shows_a_thin_run(tmp_path, rows):
-    drover_figure = pytest.importorskip("drover.figure")
     run(tmp_path, {"grid.ny": rows})
-    drover_figure.main([str(tmp_path / "flock.h5"), "-o", str(tmp_path / "flock.png")])
-    assert (tmp_path / "flock.png").stat().st_size > 10000
+    with drover_python.open_run(tmp_path / "flock.h5") as opened:
+        picture = figure.draw(opened)
+        numbers = results.number_fluctuations(opened)
+    with h5py.File(tmp_path / "flock.h5") as file:
+        side, area = file["observables/box_side"][()], 16.0 * 2.0
+    assert numbers.x == pytest.approx(2.0 * area * side**2 / area, rel=1e-6)  # the side of a square of the same area
+    if rows == 4:
+        assert pictures.overlaps(picture) == []
+    else:  # a profile of the density
+        x, y = picture.axes[0].lines[0].get_data()
+        assert len(x) == 64 and np.array_equal(y, fields_of(tmp_path)["rod_density"][-1, 0])
