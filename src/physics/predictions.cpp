@@ -90,6 +90,10 @@ PredictedStructure predicted_structure(const Equations& equations, const numeric
         result.no_prediction = "without noise the stationary state of the linear theory is uniform";
         return result;
     }
+    if (const std::string name = nonuniform_term(equations); !name.empty()) {
+        result.no_prediction = name + " depends on position or time: there is no uniform state";
+        return result;
+    }
     const StationaryStates states = stationary_states(equations);
     const StationaryState* state = nearest_state(states, orders);
     if (state == nullptr) {
@@ -98,7 +102,8 @@ PredictedStructure predicted_structure(const Equations& equations, const numeric
     }
     const std::string about = text("the state \"{}\", |p| = {:.4g} and |v| = {:.4g} mm/s", state->name,
                                    state->point.order.norm(), state->point.velocity.norm());
-    const bool isotropic = is_isotropic(state->point);
+    // Else all directions of q are computed.
+    const bool isotropic = is_isotropic(state->point) && terms_beyond_propagator(equations).empty();
     try {
         result.modes = isotropic
                            ? structure_factors(system, equations.form)
