@@ -64,7 +64,7 @@ void fly_bead(Vec4d& position, Vec4d& velocity, Vec4d& spin, const Vector& accel
             position[2] = surface;
         }
         if (side * (velocity[2] - base.velocity) < 0.0) {
-            if (side * (velocity[2] - base.velocity) < -counted_speed) ++counts.bead_plate;
+            if (side * (velocity[2] - base.velocity) < -rules.counted_speed) ++counts.bead_plate;
             bounce(velocity, spin, radius, side, base.velocity, rules, balance);
         }
         min_interval = 0.5 * dt;  // limits the bounce rate of a bead that comes to rest on a plate

@@ -12,7 +12,8 @@ struct BeadRules {
     Vector acceleration;  ///< of gravity [mm/s^2]
     Vector force;         ///< on each bead [mg mm/s^2]
     double restitution = 0.0, friction = 0.0;
-    double skin = 0.0;  ///< [mm]
+    double counted_speed = 0.0;  ///< of impacts on the plates [mm/s]
+    double skin = 0.0;           ///< [mm]
 
     Vec4d acceleration_of(double mass_inverse) const {
         return Vec4d{acceleration.x, acceleration.y, acceleration.z, 0.0} +

@@ -12,7 +12,7 @@ namespace drover::dem {
 /// Change of the relative velocity by a unit impulse, normal n and tangents x, y: a symmetric positive matrix [1/mg].
 struct Response {
     double nn = 0.0, nx = 0.0, ny = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
-    double ixx = 0.0, ixy = 0.0, iyy = 0.0;  ///< the inverse of its tangential part [mg]
+    double ixx = 0.0, ixy = 0.0, iyy = 0.0;  ///< the inverse of its tangential part [mg]; 0: no friction
 };
 
 /// One body of a contact: its motion along the normal and the tangents.
@@ -30,7 +30,8 @@ struct Frame {
 /// Normal impulses do not change the slip, and all directions of slip are alike.
 inline bool is_sphere_like(const Response& w) {
     const double small = 1e-12 * w.nn;
-    return std::abs(w.nx) < small && std::abs(w.ny) < small && std::abs(w.xy) < small && std::abs(w.xx - w.yy) < small;
+    return w.ixx > 0.0 && std::abs(w.nx) < small && std::abs(w.ny) < small && std::abs(w.xy) < small &&
+           std::abs(w.xx - w.yy) < small;
 }
 
 /// A tangent along the slip, or else along the arm, so that a rotated scene gives rotated results.
@@ -76,6 +77,10 @@ inline Response response_of(const Contact& contact, const Frame& frame, std::spa
                .xx = entry(1, 1),
                .xy = entry(1, 2),
                .yy = entry(2, 2)};
+    // The impulse of a body on its own image along the line between them does nothing.  Friction could add up with the
+    // normal impulse to such a one, of any size, so there is none.
+    constexpr double singular = 1e-10;
+    if (image) return w.nn > singular * first.mass_inverse ? w : Response{};
     const double inverse = 1.0 / (w.xx * w.yy - w.xy * w.xy);
     w.ixx = inverse * w.yy;
     w.ixy = -inverse * w.xy;
@@ -111,11 +116,12 @@ inline Vector apply(const Contact& contact, const Frame& frame, double n, double
                     std::span<ImpactBody> bodies) {
     const Vector impulse = n * frame.axes[0] + x * frame.axes[1] + y * frame.axes[2];
     ImpactBody& first = bodies[static_cast<std::size_t>(contact.first)];
-    first.velocity = first.velocity + first.mass_inverse * impulse;
+    const bool image = contact.second == contact.first;  // its velocity does not change, not even by rounding
+    if (!image) first.velocity = first.velocity + first.mass_inverse * impulse;
     first.spin = first.spin + (n * frame.first.spin[0] + x * frame.first.spin[1] + y * frame.first.spin[2]);
     if (contact.second < 0) return impulse;
     ImpactBody& second = bodies[static_cast<std::size_t>(contact.second)];
-    second.velocity = second.velocity - second.mass_inverse * impulse;
+    if (!image) second.velocity = second.velocity - second.mass_inverse * impulse;
     second.spin = second.spin - (n * frame.second.spin[0] + x * frame.second.spin[1] + y * frame.second.spin[2]);
     return impulse;
 }

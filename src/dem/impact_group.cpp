@@ -123,12 +123,15 @@ void advance_contact(const Springs& springs, std::size_t c, double h, double eno
     const Vec4d& now = path.slips[c];
     Slip slip{now[0], now[1], now[2]};
     if (std::abs(slip.n) < enough) slip.n = 0.0;  // zero up to rounding
-    if (slip.n >= 0.0 && stored == 0.0) return;
+    const Response& w = springs.frames[c].response;
+    if (slip.n >= 0.0 && stored * w.nn <= enough * enough) {  // it would give back a speed that is zero up to rounding
+        stored = 0.0;
+        return;
+    }
     const Contact& contact = springs.contacts[c];
     if (stored == 0.0 && -slip.n < (1.0 - contact.restitution) * springs.inelastic_threshold)
         return stop_approach(springs, c, slip, path);
     const double mu = contact.friction, e2 = contact.restitution * contact.restitution;
-    const Response& w = springs.frames[c].response;
     Bounce bounce;
     if (slip.n < 0.0) {
         bool reversed = false;

@@ -55,11 +55,8 @@ void wrap(double& x, std::int32_t& image, double side) {
 void check_finite(const Vec4d& place, const char* kind, std::size_t number) {
     const double sum = place[0] + place[1] + place[2];
     if (!std::isfinite(sum) || std::abs(place[0]) > 1e9 || std::abs(place[1]) > 1e9)
-        fail_run(
-            "{} {} is at ({:.3g}, {:.3g}, {:.3g}) mm; expected it near the cell: the step is too long for the forces, "
-            "choose a "
-            "smaller time.dt",
-            kind, number, place[0], place[1], place[2]);
+        fail_run("{} {} is at ({:.3g}, {:.3g}, {:.3g}) mm; expected a finite place near the cell", kind, number,
+                 place[0], place[1], place[2]);
 }
 
 void wrap_bodies(const Cell& cell, Spheres& spheres) {

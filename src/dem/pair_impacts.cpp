@@ -81,6 +81,12 @@ void resolve_beads(Overlap& overlap, Spheres& spheres, const PairRules& rules, C
     const SphereImpact impact =
         sphere_impact(opening, size, {.denominator = mass_inverse}, mass_inverse + ra * ra * wa[3] + rb * rb * wb[3],
                       rules.restitution.bead_bead, rules.friction.bead_bead);
+    if (!std::isfinite(impact.normal + impact.friction_work)) {
+        if (report.failure.empty())
+            report.failure =
+                describe_impact(overlap, spheres, rules.restitution.bead_bead, rules.friction.bead_bead, 1);
+        return;
+    }
     const Vector along = size > 0.0 ? -impact.tangential / size * slip : Vector{};
     const Vector impulse = impact.normal * n + along, turn = cross(n, along);
     const Vector da = va[3] * impulse, db = -vb[3] * impulse;
@@ -118,7 +124,9 @@ public:
             if (dot(relative_velocity(contacts_[c], bodies_), contacts_[c].normal) < -counted_speed)
                 count_impact(*overlaps[c], spheres_, report.counts);
         const ImpactOutcome outcome = resolve(bodies_, contacts_, rules_.law);
-        if (outcome.approach <= 0.0) return;
+        if (outcome.approach == 0.0) return;
+        if (!std::isfinite(outcome.normal + outcome.friction + outcome.walls + outcome.residual))
+            return record_failure(overlaps, report);
         record(outcome, report);
         for (std::size_t b = 0; b < bodies_.size(); ++b) store(bodies_[b], spheres_, indices_[b]);
         // One time for the whole group: its bodies move as if they had had their new velocities since then, so none
@@ -133,6 +141,14 @@ public:
     }
 
 private:
+    /// The first impulse that is not finite; the bodies keep their state before the impact.
+    void record_failure(std::span<Overlap*> overlaps, ContactReport& report) const {
+        if (!report.failure.empty()) return;
+        std::size_t c = 0;
+        while (c + 1 < overlaps.size() && std::isfinite(length(contacts_[c].impulse))) ++c;
+        report.failure =
+            describe_impact(*overlaps[c], spheres_, contacts_[c].restitution, contacts_[c].friction, contacts_.size());
+    }
     int index_of(std::uint32_t body) const {
         return static_cast<int>(std::find(indices_.begin(), indices_.end(), body) - indices_.begin());
     }

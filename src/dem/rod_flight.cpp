@@ -135,7 +135,7 @@ void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, c
     balance.friction += outcome.friction;
     for (const double approach : space.approach) {
         if (approach <= 0.0) continue;
-        if (approach > counted_speed) ++counts.rod_plate;
+        if (approach > rules.counted_speed) ++counts.rod_plate;
         if (rules.kick > 0.0) kick_spin(body, rules.kick * approach, memory, number, rules.seed, balance);
     }
     rod.velocity = body.velocity;

@@ -23,6 +23,7 @@ struct FlightRules {
     ImpactLaw law;
     double substep = 0.0;           ///< minimum time between impacts on the plates [s]
     double simultaneity_gap = 0.0;  ///< contacts with smaller gaps act in one impact [mm]
+    double counted_speed = 0.0;     ///< [mm/s]
     double kick = 0.0;              ///< [rad/mm]
     std::uint64_t seed = 0;
 };

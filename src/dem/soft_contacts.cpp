@@ -208,8 +208,9 @@ void SoftContacts::set_contact(std::size_t c, const Spheres& spheres, const std:
                     .edge_weight = (previous ? 0.5 : since) + (left < 1.0 ? left : 0.5)};
     record_depth(overlap, spheres, report);
     if (previous || opening >= 0.0) return;
-    if (-opening > counted_speed) count_impact(overlap, spheres, report.counts);
-    if (overlap.second != Overlap::side_wall && overlap.is_with_surface() && !spheres.is_bead(overlap.first))
+    const bool plate = overlap.is_with_surface() && overlap.second != Overlap::side_wall;
+    if (-opening > (plate ? rules.counted_plate_speed : counted_speed)) count_impact(overlap, spheres, report.counts);
+    if (plate && !spheres.is_bead(overlap.first))
         starts_.push_back({.rod = spheres.rod(overlap.first), .approach = -opening});
 }
 

@@ -15,7 +15,8 @@ struct SoftRules {
     Restitution restitution;
     Friction friction;
     double dt = 0.0;
-    double kick = 0.0;  ///< [rad/mm]
+    double counted_plate_speed = 0.0;  ///< [mm/s]
+    double kick = 0.0;                 ///< [rad/mm]
     std::uint64_t seed = 0;
 };
 

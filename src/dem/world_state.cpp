@@ -49,6 +49,12 @@ Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
 }
 }  // namespace
 
+double counted_plate_speed(const Setup& setup) {
+    const double rate = 2.0 * std::numbers::pi * setup.plates.frequency;
+    const double acceleration = std::abs(setup.gravity.z) + setup.plates.amplitude * rate * rate;
+    return std::max(counted_speed, acceleration / (40.0 * setup.plates.frequency));
+}
+
 double sum(const EnergyBalance& balance) {
     double total = 0.0;
     for (const auto part : balance_parts) total += balance.*part;
@@ -91,10 +97,12 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
                   .force = {},
                   .restitution = setup.restitution.bead_plate,
                   .friction = setup.friction.bead_plate,
+                  .counted_speed = counted_plate_speed(setup),
                   .skin = near_skin(setup.contacts.skin)};
     rod_rules = {.law = impact,
                  .substep = setup.contacts.substep,
                  .simultaneity_gap = setup.contacts.simultaneity_gap,
+                 .counted_speed = counted_plate_speed(setup),
                  .kick = setup.kick.strength,
                  .seed = seed};
     pair_rules = {.restitution = setup.restitution,
@@ -108,6 +116,7 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
     soft_rules = {.restitution = setup.restitution,
                   .friction = setup.friction,
                   .dt = dt,
+                  .counted_plate_speed = counted_plate_speed(setup),
                   .kick = setup.kick.strength,
                   .seed = seed};
     set_forces(setup.forces);
@@ -169,6 +178,7 @@ void World::State::move_rods(Move move) {
 
 void World::State::renew_lists() {
     if (!left_skin) return;
+    check_positions();
     if (renew_neighbours(setup.cell, setup.contacts.skin, spheres, neighbours, threads)) ++counts.lists;
     left_skin = false;
 }
@@ -265,17 +275,6 @@ void World::State::push_beads() {
     }
 }
 
-namespace {
-Name name_of(const Spheres& spheres, std::uint32_t sphere) {
-    if (sphere == Overlap::side_wall) return {.kind = Name::Kind::wall};
-    if (sphere == Overlap::lid) return {.kind = Name::Kind::lid};
-    if (sphere == Overlap::base) return {.kind = Name::Kind::base};
-    if (spheres.is_bead(sphere)) return {.kind = Name::Kind::bead, .number = spheres.beads.number[sphere]};
-    const std::uint32_t r = spheres.rod(sphere);
-    return {.kind = Name::Kind::rod, .number = r, .sphere = sphere - spheres.rods.first[r]};
-}
-}  // namespace
-
 std::string name_text(const Name& name) {
     if (name.kind == Name::Kind::bead) return text("bead {}", name.number);
     if (name.kind == Name::Kind::rod) return text("rod {} (sphere {})", name.number, name.sphere);
@@ -283,9 +282,34 @@ std::string name_text(const Name& name) {
     return name.kind == Name::Kind::lid ? "the lid" : "the side wall";
 }
 
-void World::State::record_overlap(const ContactReport& report, std::int64_t step) {
+std::string World::State::non_finite() const {
+    const std::string found = first_non_finite(spheres);
+    const EnergyBalance now = total_balance();
+    if (found.empty() && std::isfinite(sum(now))) return {};
+    return found + (found.empty() ? "" : "; ") + cause_of_energy(now);
+}
+
+void World::State::fail_non_finite(const std::string& first) const {
+    fail_run("step {} (t = {:.6g} s): {}; expected finite values: the cause is a value of the scene that is too large",
+             step + 1, static_cast<double>(step + 1) * dt,
+             first.empty() ? non_finite() : first + "; " + cause_of_energy(total_balance()));
+}
+
+void World::State::check_positions() const {
+    constexpr double far = 1e9;  // mm
+    for (const Vec4d& p : spheres.position)
+        if (!(std::abs(p[0]) < far && std::abs(p[1]) < far && std::abs(p[2]) < far)) {
+            const auto sphere = static_cast<std::uint32_t>(&p - spheres.position.data());
+            fail_non_finite(text("{} is at ({:.3g}, {:.3g}, {:.3g}) mm, far from the cell",
+                                 name_text(name_of(spheres, sphere)), p[0], p[1], p[2]));
+        }
+}
+
+void World::State::record_overlap(const ContactReport& report) {
     add(report.balance, balance);
     add(report.counts, counts);
+    const bool finite = report.failure.empty() && std::isfinite(sum(balance));
+    if (!finite) fail_non_finite(report.failure);
     if (report.depth <= counts.overlap) return;
     counts.overlap = report.depth;
     const Overlap& deepest = report.deepest;
@@ -297,10 +321,10 @@ void World::State::record_overlap(const ContactReport& report, std::int64_t step
     if (report.depth > setup.contacts.max_overlap)
         fail_run(
             "{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.max_overlap = "
-            "{}: the step of dt = "
-            "{} s is too long for their speed, choose a smaller time.dt",
+            "{}; {}",
             name_text(worst_overlap.first), name_text(worst_overlap.second), worst_overlap.depth,
-            worst_overlap.of_radius, step + 1, worst_overlap.time, setup.contacts.max_overlap, dt);
+            worst_overlap.of_radius, step + 1, worst_overlap.time, setup.contacts.max_overlap,
+            cause_of_overlap(setup, worst_overlap.depth, smaller_radius(deepest, spheres), report.closing, dt));
 }
 
 World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
@@ -317,11 +341,12 @@ World::~World() = default;
 
 void World::advance(std::int64_t step) {
     State& s = *state_;
+    s.step = step;
     s.plates.set_time(static_cast<double>(step) * s.dt);
     s.turn_rods();
     s.hold_beads();
     s.push_beads();
-    s.record_overlap(std::visit([&](const auto& chosen) { return s.step_with(chosen); }, s.law), step);
+    s.record_overlap(std::visit([&](const auto& chosen) { return s.step_with(chosen); }, s.law));
 }
 
 void World::set_forces(const BodyForces& forces) {
@@ -331,12 +356,15 @@ void World::set_forces(const BodyForces& forces) {
     state_->set_forces(forces);
 }
 
-EnergyBalance World::balance() const {
-    EnergyBalance balance = state_->balance;
-    balance.gravity += state_->bead_potential() - state_->bead_potential_start;
-    balance.elastic = -state_->soft_contacts.energy();
-    return balance;
+EnergyBalance World::State::total_balance() const {
+    EnergyBalance total = balance;
+    total.gravity += bead_potential() - bead_potential_start;
+    total.elastic = -soft_contacts.energy();
+    return total;
 }
+
+EnergyBalance World::balance() const { return state_->total_balance(); }
+std::string World::non_finite() const { return state_->non_finite(); }
 
 Bodies World::bodies() const {
     const Spheres& spheres = state_->spheres;

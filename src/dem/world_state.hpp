@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "bead_flight.hpp"
+#include "diagnosis.hpp"
 #include "drover/dem/contact_law.hpp"
 #include "drover/dem/world.hpp"
 #include "neighbours.hpp"
@@ -17,6 +18,7 @@ struct World::State {
     Setup setup;
     ContactLaw law;
     double dt = 0.0;
+    std::int64_t step = 0;  ///< that runs now
     Threads& threads;
     std::vector<Shape> shapes;
     Spheres spheres;
@@ -67,7 +69,11 @@ struct World::State {
     void turn_rods();
     void hold_beads();
     void push_beads();
-    void record_overlap(const ContactReport& report, std::int64_t step);
+    void record_overlap(const ContactReport& report);
+    EnergyBalance total_balance() const;  ///< with the work that is known only as a whole
+    std::string non_finite() const;
+    [[noreturn]] void fail_non_finite(const std::string& first) const;
+    void check_positions() const;
 };
 
 }  // namespace drover::dem

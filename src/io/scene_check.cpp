@@ -119,8 +119,15 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .range = {.min = 0.0, .max = 0.1},
              .doc =
                  "maximum local error of a step relative to the root mean square of its field, or of the change of the "
-                 "field over dt: dt is then divided into as many equal steps as needed (1, 2, 3, 4, 6, 8, ...); fields "
-                 "without noise only; 0: steps of dt"}};
+                 "field over dt: dt is then divided into as many equal steps as needed (1, 2, 3, 4, 6, 8, ...; with "
+                 "noise "
+                 "1, 2, 4, 8, ... on one noise path); fields only; 0: steps of dt"},
+            {.name = "max_error",
+             .member = &TimeControl::max_error,
+             .range = {.min = 0.0, .max = 1.0},
+             .doc =
+                 "a run warns when the estimated error of its time steps (observable step_error) exceeds this part of "
+                 "a field; fields only; 0: never"}};
     }();
     return rows;
 }

@@ -267,6 +267,10 @@ Observables<FieldMoment> field_observables(const FieldSetting& setting) {
             "cross structure factor of beads and rods: area Re(rho_q^* sigma_q), mean over a shell of |q|",
             by_shell(&ModePowers::beads_rods));
     add_tails(form, rows);
+    add(rows, "step_error", "1",
+        "estimated error of the time steps so far: the largest of any field, relative to its root mean square; with "
+        "noise on the same path, without the direction of the mean order",
+        [](const FieldMoment& moment) { return moment.step_error; });
     if (setting.terms) add_energy(setting, rows);
     std::erase_if(rows, [](const auto& row) { return size_of(row.axes) == 0; });  // a grid too small for any shell
     return rows;

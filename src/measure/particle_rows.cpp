@@ -193,13 +193,19 @@ void add_energy(Rows& rows) {
 /// Impacts since the start and the largest overlap.
 void add_impact_counts(const ParticleSetting& setting, Rows& rows) {
     const std::size_t beads = setting.beads, rods = setting.rods;
+    const std::string pairs = text("; slower approaches than {} mm/s are not counted", dem::counted_speed);
+    const std::string plates = text(
+        "; approaches slower than (|g_z| + A omega^2)/(40 f), at least {} mm/s, are not counted: hops of a body "
+        "that rests on a plate are slower for any time step up to 1/20 of a plate period",
+        dem::counted_speed);
     const auto add_impacts = [&](const std::string& name, const std::string& of, std::size_t bodies,
                                  double bodies_per_impact, std::int64_t dem::Counts::*count) {
         if (bodies == 0) return;
         const double per_body = bodies_per_impact / static_cast<double>(bodies);
         add(
             rows, "impacts_" + name, "1",
-            "impacts since the start of a " + of + ", mean; their rate is the collision rate",
+            "impacts since the start of a " + of + ", mean; their rate is the collision rate" +
+                (name.ends_with("_plate") ? plates : pairs),
             [per_body, count](const ParticleMoment& moment) {
                 return per_body * static_cast<double>(moment.counts.*count);
             },

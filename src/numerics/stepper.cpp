@@ -232,6 +232,7 @@ double Stepper::dt() const { return work_->dt; }
 
 void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spectra& state) {
     const std::size_t last = table->stages.size() - 1;
+    if (system.set_step) system.set_step(dt);
     for (std::size_t s = 0; s <= last; ++s) {
         const double c = s == 0 ? 0.0 : table->stages[s - 1].c;
         if (system.nonlinear) system.nonlinear(t + c * dt, s == 0 ? state : stage, rates[s]);

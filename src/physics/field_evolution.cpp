@@ -53,6 +53,7 @@ FieldEvolution::Split FieldEvolution::split_at(int rung) const {
     split.system.nonlinear = [remainder = split.remainder](double t, const Spectra& state, Spectra& rate) {
         (*remainder)(t, state, rate);
     };
+    split.system.set_step = [remainder = split.remainder](double dt) { remainder->set_step(dt); };
     return split;
 }
 
@@ -61,6 +62,13 @@ void FieldEvolution::set_reference(int rung) {
     split_ = split_at(rung);
     stepper_.set_system(split_.system);
     if (error_) error_->set_reference(reference_at(equations_.model.uniform, rung));
+}
+
+/// Of the last evaluation, the smallest bead density as that of the mass that moves.
+Extremes FieldEvolution::moving_extremes() const {
+    Extremes extremes = split_.remainder->extremes();
+    if (std::isfinite(extremes.min_bead)) extremes.min_bead = split_.remainder->min_moving_density();
+    return extremes;
 }
 
 void FieldEvolution::follow_beads(const Extremes& extremes) {
@@ -74,7 +82,8 @@ void FieldEvolution::start(const Spectra& state) {
     if (!split_.remainder) return;
     Spectra rate(grid_, state.count());
     (*split_.remainder)(0.0, state, rate);
-    follow_beads(split_.remainder->extremes());
+    split_.remainder->set_step(stepper_.dt());
+    follow_beads(moving_extremes());
 }
 
 namespace {
@@ -91,7 +100,7 @@ void FieldEvolution::advance(std::int64_t step, Spectra& state) {
     const bool checks = step >= next_check_;
     if (checks) before_ = state;
     stepper_.advance(step, state);
-    const Extremes extremes = split_.remainder->extremes();
+    const Extremes extremes = moving_extremes();
     if (checks) measure_error(step, state);
     follow_beads(extremes);
 }
@@ -100,9 +109,9 @@ void FieldEvolution::advance(std::int64_t step, Spectra& state) {
 void FieldEvolution::measure_error(std::int64_t step, const Spectra& state) {
     next_check_ = step + steps_to_next_check(step);
     stepper_.repeat_in_halves(step, before_);
-    // Of a method of order n, half a step makes an error 2^(n+1) times smaller, twice.  Noise is rough: the strong
-    // order of one step is then 1 more than that of Euler's method at most.
-    const double order = linear_.noise ? 1.0 : numerics::stepper_table(stepper_.method()).order;
+    // Of a method of order n, half a step makes an error 2^(n+1) times smaller, twice; with noise the strong order of
+    // all but Euler's is near 1.5.
+    const double order = linear_.noise ? 1.5 : numerics::stepper_table(stepper_.method()).order;
     const double factor = 1.0 / (1.0 - std::exp2(-order));
     for (std::size_t k = 0; k < before_.values.size(); ++k)
         before_.values[k] = factor * (state.values[k] - before_.values[k]);

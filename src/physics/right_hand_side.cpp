@@ -41,6 +41,7 @@ struct RightHandSide::Work {
     int outputs_begin = 2;                    // position of the outputs in scratch
     bool pointwise_velocity, force_varies, reads_place, reads_velocity_field;
     double drag_ref;
+    double density_floor = 0.0;  // of the mass that moves
     std::mutex mutex;
     Extremes extremes{};
 
@@ -66,6 +67,7 @@ struct RightHandSide::Work {
     void note_extremes(const numerics::Strip& strip);
 
     bool is_slaved() const { return e.form.velocity == Velocity::slaved; }
+    double moving_density(double density) const;
     double inverse_moved() const { return 1.0 / (e.model.inertia.bead_mass * ref.bead_density); }
     bool needs_linear_velocity() const {
         return is_slaved() && (reads_velocity_field || !sources.empty() || remainder.subtracts() || remainder.adds());
@@ -293,6 +295,12 @@ void RightHandSide::Work::balance_velocity(const PointFields& f, const VectorStr
     }
 }
 
+/// The density whose mass moves: see set_step().
+inline double RightHandSide::Work::moving_density(double density) const {
+    const double square = density_floor / density * (density_floor / density), fourth = square * square;
+    return density * std::sqrt(std::sqrt(std::sqrt(std::sqrt(1.0 + fourth * fourth * fourth * fourth))));
+}
+
 /// d_t v += (linear force + the rest)/(m rho) - (linear force)/(m rho_ref).
 void RightHandSide::Work::divide_by_mass(const PointFields& f, const PointRates& r) const {
     const double mass = e.model.inertia.bead_mass, moved_ref = inverse_moved();
@@ -300,7 +308,7 @@ void RightHandSide::Work::divide_by_mass(const PointFields& f, const PointRates&
     const double* density = f[Input::bead_density];
     const auto rate = r.vector(Output::velocity), force = r.vector(Output::force);
     for (std::size_t i = 0; i < f.size; ++i) {
-        const double moved = has_linear ? 1.0 / (mass * density[i]) : moved_ref;
+        const double moved = has_linear ? 1.0 / (mass * moving_density(density[i])) : moved_ref;
         if (force_varies) {
             rate.x[i] += moved * force.x[i];
             rate.y[i] += moved * force.y[i];
@@ -477,7 +485,17 @@ void RightHandSide::operator()(double t, const Spectra& state, Spectra& rate) {
     w.assemble(t, state, rate);
 }
 
+void RightHandSide::set_step(double dt) {
+    Work& w = *work_;
+    const Model& model = w.e.model;
+    if (w.e.form.velocity != Velocity::dynamic || w.arrays.linear_force < 0) return;
+    const double drag = w.e.drag.at(model.uniform.bead_density, model.uniform.rod_density).value;
+    w.density_floor = std::min(drag * dt / model.inertia.bead_mass, 0.5 * model.uniform.bead_density);
+}
+
 Extremes RightHandSide::extremes() const { return work_->extremes; }
+
+double RightHandSide::min_moving_density() const { return work_->moving_density(work_->extremes.min_bead); }
 
 numerics::Fields RightHandSide::bead_velocity(double t, const Spectra& state, const numerics::Transform& transform) {
     return work_->bead_velocity(t, state, transform);

@@ -186,8 +186,10 @@ double field_simulation_bytes(const io::Scene& scene) {
     const int count = numerics::components(system.layout);
     // The state, the last two healthy ones, a copy for the checkpoint and its file; fields; scratch; shells, sectors
     // and powers.
-    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 1.0;
-    return steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
+    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 2.0;
+    constexpr int halvings = 1;  // of the steps that are repeated to measure their error
+    return numerics::noise_path_bytes(system, scene.time.dt, halvings) +
+           steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
                        physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
            (5.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
@@ -215,7 +217,8 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
                                     .fields = world->fields,
                                     .velocity = world->velocity.size > 0 ? &world->velocity : nullptr,
                                     .slaved_velocity = &world->slaved,
-                                    .energy = std::move(energy)};
+                                    .energy = std::move(energy),
+                                    .step_error = world->evolution.step_error().error};
     });
 }
 }  // namespace

@@ -162,21 +162,10 @@ ScheduledRecording samples_of(const std::shared_ptr<Shared>& shared) {
 
 void check_health(const Shared& shared, std::int64_t step) {
     if (std::isfinite(shared.world.energy_kinetic())) return;
-    const dem::Bodies bodies = shared.world.bodies();
-    const auto is_lost = [](const auto& body) {
-        return !std::isfinite(dot(body.position, body.position)) || !std::isfinite(dot(body.velocity, body.velocity));
-    };
-    const auto bead = std::find_if(bodies.beads.begin(), bodies.beads.end(), is_lost);
-    const auto rod = std::find_if(bodies.rods.begin(), bodies.rods.end(), is_lost);
-    const std::string who = bead != bodies.beads.end() ? text("bead {}", bead - bodies.beads.begin())
-                            : rod != bodies.rods.end() ? text("rod {}", rod - bodies.rods.begin())
-                                                       : std::string("the kinetic energy");
     fail_run(
-        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; dt = {}; likely cause: the time "
-        "step "
-        "is "
-        "too large; the last checkpoint is good to restart from",
-        step, static_cast<double>(step) * shared.scene.time.dt, who, shared.scene.time.dt);
+        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; the last checkpoint is good to "
+        "restart from",
+        step, static_cast<double>(step) * shared.scene.time.dt, shared.world.non_finite());
 }
 
 /// Impacts, groups, overlaps and the energy balance.

@@ -1,4 +1,4 @@
-// run/warnings.cpp: unlimited growth, resolution of the fields, and values that are not finite.
+// run/warnings.cpp: unlimited growth, resolution, errors of the time step, and values that are not finite.
 #include "drover/run/warnings.hpp"
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "drover/measure/fields.hpp"
+#include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/run/field_simulation.hpp"
@@ -267,6 +268,24 @@ void add_table_left(const files::ArchiveReader& archive, const io::Scene& scene,
                     what, excess.samples, excess.worst, excess.time, nodes->front(), nodes->back()));
     }
 }
+
+void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
+    const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
+    if (errors.empty() || times.size() != errors.size() || scene.time.max_error == 0.0) return;
+    const auto worst = std::max_element(errors.begin(), errors.end());
+    if (*worst <= scene.time.max_error) return;
+    // With noise the methods have order 1.5 to 2.
+    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
+    const double order = system.noise ? 1.5 : numerics::stepper_table(scene.time.stepper).order;
+    const double halvings = std::ceil(std::log2(*worst / scene.time.max_error) / order);
+    warnings.push_back(text(
+        "time.dt = {} is too long: its estimated error is {:.2g} of a field at t = {:.6g} s (step_error){}; expected "
+        "at most time.max_error = {}: choose time.dt = {:.3g}{}",
+        scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
+        *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
+        scene.time.max_error, scene.time.dt * std::exp2(-halvings),
+        order < 4.0 ? ", or time.stepper = \"etdrk4-krogstad\"" : ""));
+}
 }  // namespace
 
 std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
@@ -275,13 +294,13 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
     add_growth(scene, warnings);
     return warnings;
 }
-
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
     std::vector<std::string> warnings = field_scene_warnings(scene);
     add_not_finite(archive, scene, warnings);
     add_resolution(archive, scene, warnings);
     add_negative_densities(archive, scene, warnings);
     add_table_left(archive, scene, warnings);
+    add_step_error(archive, scene, warnings);
     return warnings;
 }
 

@@ -81,10 +81,6 @@ MODELS = {
     "a table without the uniform state": (
         "[uniform]\nrod_density = 3\n[table]\nrod_density = [0.5, 2]\nrelaxation_rate = [1, 2]\n",
         ["bad.toml:2:1", "relaxation.rate", "outside its table", 'table.outside = "hold"']),
-    "a tolerance with noise": ("[noise]\norder = 1\n[time]\ntolerance = 1e-3\n",
-                               ["bad.toml:4:1", "time.tolerance = 0.001 with noise", "set it or the noise to 0"]),
-    "a tolerance with noise on beads": (BEADS + "[noise]\nbeads = 1\n[time]\ntolerance = 1e-3\n",
-                                        ["bad.toml:7:1", "time.tolerance", "noise"]),
     "a tolerance without an estimate": ('[time]\ntolerance = 1e-3\nstepper = "exponential-euler"\n',
                                         ["bad.toml:2:1", "time.tolerance", "no embedded error estimate",
                                          "choose etdrk2"]),

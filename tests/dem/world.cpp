@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -125,6 +126,40 @@ TEST(World, a_frictionless_elastic_gas_conserves_energy_over_a_million_impacts) 
     const Vector change = momentum(world.bodies()) - start;
     EXPECT_LT(std::hypot(change.x, change.y), 1e-9 * 1024 * 0.7 * 40.0);
     EXPECT_GT(world.counts().bead_bead, 100000);
+}
+
+/// Impacts on the plates of each of 100 beads in 0.5 s after 0.2 s: mean and its standard error over the beads.
+std::array<double, 2> plate_impacts(double amplitude, double dt) {
+    Threads threads;
+    Drawn drawn(7);
+    dem::Setup setup = square(30.0);
+    setup.plates.amplitude = amplitude;
+    setup.contacts.max_overlap = 1.0;  // of the longest step
+    const Bodies bodies = lattice(setup, 10, 10, 0.8, 30.0, drawn);
+    double sum = 0.0, squares = 0.0;
+    for (const Bead& bead : bodies.beads) {
+        World world(setup, {.shapes = bodies.shapes, .beads = {bead}, .rods = {}}, dt, 1, threads);
+        const auto steps = [&](double time) { return std::llround(time / dt); };
+        run(world, 0, steps(0.2));
+        const std::int64_t before = world.counts().bead_plate;
+        run(world, steps(0.2), steps(0.7));
+        const auto impacts = static_cast<double>(world.counts().bead_plate - before);
+        sum += impacts;
+        squares += impacts * impacts;
+    }
+    const double mean = sum / 100.0;
+    return {mean, std::sqrt((squares / 100.0 - mean * mean) / 100.0)};
+}
+
+TEST(World, the_rate_of_impacts_on_the_plates_does_not_depend_on_the_time_step) {
+    for (const double amplitude : {0.02, 0.04}) {
+        const auto [fine, fine_error] = plate_impacts(amplitude, 2e-5);
+        for (const double dt : {1e-4, 2.5e-4}) {
+            const auto [rate, error] = plate_impacts(amplitude, dt);
+            EXPECT_NEAR(rate, fine, 4.0 * std::hypot(error, fine_error)) << "A " << amplitude << " dt " << dt;
+        }
+        EXPECT_GT(fine, 25.0);  // impacts of beads in motion are counted
+    }
 }
 
 TEST(World, the_energy_balance_closes_and_no_group_gains_energy_in_a_shaken_mixture) {

@@ -47,12 +47,15 @@ enum class RestitutionKind {
 
 struct ImpactLaw {
     static constexpr const char* name = "impulse";  ///< of contacts.model
+    /// Allowed error of the relative velocity by one increment of the impact of a single contact, relative to its
+    /// approach.  The whole impact has ten or so that count, each with a third of that error or less.
+    static constexpr double increment_error = 1e-4;
     static ImpactLaw from(const ContactControl& control);
 
     GroupLaw group = GroupLaw::simultaneous;
     RestitutionKind restitution = RestitutionKind::energetic;  ///< `simultaneous` groups are always energetic
     bool track_slip = true;  ///< friction opposes the slip at each moment of the impact; false: the slip before it
-    int increments = 8;      ///< of an impact during which the slip turns
+    int increments = 8;      ///< of an impact during which the slip turns, at least
     double inelastic_threshold =
         0.03;                 ///< approaches below this times 1 - e of the largest end without rebound; 0: none
     double tolerance = 1e-2;  ///< allowed remaining speed of approach, relative to the largest before
@@ -67,6 +70,7 @@ struct ImpactOutcome {
     double residual = 0.0;  ///< largest remaining speed of approach [mm/s]
     double approach = 0.0;  ///< largest speed of approach before [mm/s]
     int sweeps = 0;         ///< over the contacts
+    int increments = 0;     ///< evaluated for a single contact
 };
 
 /// Velocity of `first` relative to `second` at the point of contact [mm/s].

@@ -28,8 +28,13 @@ inline constexpr double EnergyBalance::*balance_parts[] = {&EnergyBalance::gravi
                                                            &EnergyBalance::elastic};
 double sum(const EnergyBalance& balance);
 
-/// Slower impacts are not counted [mm/s]: bodies in lasting contact bounce at the rate of the time steps.
+/// Slower impacts of pairs and on side walls are not counted [mm/s].
 inline constexpr double counted_speed = 1.0;
+
+/// Slower impacts on base or lid are not counted [mm/s]: what a body at rest gains on the plates in 1/40 of their period
+/// at the largest acceleration, (|g_z| + A omega^2)/(40 f), and at least counted_speed.  A body that rests on a plate
+/// hops every half time step, so its hops are slower for any step up to 1/20 of a period: counts do not depend on it.
+double counted_plate_speed(const Setup& setup);
 
 /// Numbers of events since the start.
 struct Counts {
@@ -84,6 +89,7 @@ public:
     EnergyBalance balance() const;
     Counts counts() const;
     OverlapRecord worst_overlap() const;
+    std::string non_finite() const;  ///< the first value that is not finite, and the work behind it; empty: none
 
     std::vector<double> save() const;
     /// Throws an input Error if the state is not of this world.

@@ -21,6 +21,7 @@ struct TimeControl {
     double end = 1.0;                ///< [s]
     std::string stepper = "etdrk2";  ///< a row of numerics::stepper_tables()
     double tolerance = 0.0;          ///< local error relative to the field; 0: fixed steps dt
+    double max_error = 0.01;         ///< estimated error of the fields above which a run warns; 0: never
 };
 
 inline constexpr double dt_of_particles = 2e-5;

@@ -23,6 +23,9 @@ struct System {
     std::function<IsotropicBlocks(double q)> linear;
     /// N: writes all of `rate`, never `state`.  Empty: the system is linear.
     std::function<void(double t, const Spectra& state, Spectra& rate)> nonlinear;
+    /// Called by a stepper with its dt before each step: where N is stiff it may depend on dt, and must converge with it.
+    /// Empty: N does not depend on dt.
+    std::function<void(double dt)> set_step = {};
     /// Q at |q|: <f_q(t) f_q'(t')^H> = Q delta(t - t') delta_qq' / area, symmetric.  Empty: no noise.
     std::function<IsotropicBlocks(double q)> noise;
     /// Degree of the highest product in N: modes |k| >= N/(degree + 1) on an axis are zero.  1 when linear.

@@ -55,6 +55,7 @@ private:
     };
     Split split_at(int rung) const;
     void set_reference(int rung);
+    Extremes moving_extremes() const;
     void follow_beads(const Extremes& extremes);
     void measure_error(std::int64_t step, const numerics::Spectra& state);
 

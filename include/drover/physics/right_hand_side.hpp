@@ -22,8 +22,16 @@ public:
     /// meets a vanishing bead density (the equations divide by m rho), or if a density leaves a coefficient table.
     void operator()(double t, const numerics::Spectra& state, numerics::Spectra& rate);
 
+    /// For steps of dt: where beads with inertia are so thin that their drag acts within a step, the mass that moves is
+    /// bounded below so that it acts over one: Gamma/(m rho) <= 1/dt, but at most half the uniform density is replaced.
+    /// There the velocity follows the balance of forces anyway, and the explicit remainder could not follow it faster.
+    /// With rho^16 in the bound, densities above twice the floor move by less than 1e-6.  0: no bound.
+    void set_step(double dt);
+
     /// Extremes of the last evaluation.
     Extremes extremes() const;
+    /// The smallest density that it has divided by.
+    double min_moving_density() const;
 
     /// Slaved forms only: the bead velocity on the grid, two components, from the force balance at each point.
     numerics::Fields bead_velocity(double t, const numerics::Spectra& state, const numerics::Transform& transform);

@@ -1,0 +1,269 @@
+// tests/dem/impact_fuzz.cpp: random groups of impacts at the extremes: finite, without gain of energy, momentum kept.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "dem/scenes.hpp"
+#include "drover/dem/impact.hpp"
+#include "drover/dem/shape.hpp"
+
+namespace drover::dem {
+namespace {
+
+const Shape the_rod = make_rod({1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72}, 4.5, 8.7);
+const Shape the_bead = make_ball(0.8, 2.7);
+
+/// Draws with a few special values among them.
+class Draws {
+public:
+    explicit Draws(std::uint64_t seed) : drawn_(seed) {}
+    double uniform() { return 0.5 * (1.0 + drawn_()); }
+    bool chance(double p) { return uniform() < p; }
+    std::size_t below(std::size_t count) {
+        return std::min(count - 1, static_cast<std::size_t>(uniform() * static_cast<double>(count)));
+    }
+    double power(double from, double to) { return std::pow(10.0, from + (to - from) * uniform()); }
+    double sign() { return chance(0.5) ? 1.0 : -1.0; }
+    Vector vector(double size) { return drawn_.vector(size); }
+
+    /// Along an axis of the frame, or anywhere.
+    Vector direction() {
+        if (!chance(0.3)) return drawn_.direction();
+        const std::array<Vector, 3> axes{{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
+        return sign() * axes[below(3)];
+    }
+    double restitution() {
+        const std::array<double, 6> special{0.0, 0.0, 1.0, 1.0, 1e-9, 1.0 - 1e-12};
+        return chance(0.5) ? uniform() : special[below(special.size())];
+    }
+    double friction() {
+        const std::array<double, 4> special{0.0, 0.5, 10.0, 100.0};
+        return chance(0.6) ? power(-3.0, 2.0) : special[below(special.size())];
+    }
+
+private:
+    Drawn drawn_;
+};
+
+struct FuzzGroup {
+    std::vector<ImpactBody> bodies;
+    std::vector<Vector> centres;
+    std::vector<bool> is_rod;
+    std::vector<Contact> contacts;
+    Vector plate_velocity;
+    bool turns_freely = true;  ///< no wall and no image of a body: the angular momentum is conserved
+    ImpactLaw law;
+};
+
+ImpactBody make_body(bool rod, double mass_factor, Draws& draws) {
+    const Shape& shape = rod ? the_rod : the_bead;
+    return {.velocity = {},
+            .spin = {},
+            .axis = draws.direction(),
+            .mass_inverse = 1.0 / (mass_factor * shape.mass),
+            .across_inverse = 1.0 / (mass_factor * shape.inertia_across),
+            .along_inverse = 1.0 / (mass_factor * shape.inertia_along)};
+}
+
+/// From the centre of a body to its surface where the outward normal is n.
+Vector arm_to_surface(const FuzzGroup& group, std::size_t body, const Vector& n, Draws& draws) {
+    const Shape& shape = group.is_rod[body] ? the_rod : the_bead;
+    const std::size_t k = draws.below(shape.at.size());
+    return shape.at[k] * group.bodies[body].axis + shape.radius[k] * n;
+}
+
+Contact contact_between(int first, int second, const Vector& normal, Draws& draws) {
+    return {.first = first,
+            .second = second,
+            .normal = normal,
+            .restitution = draws.restitution(),
+            .friction = draws.friction()};
+}
+
+/// A new body that touches the body `other`.
+void add_body(FuzzGroup& group, std::size_t other, double mass_factor, Draws& draws) {
+    const Vector normal = draws.direction();  // from `other` to the new body
+    group.is_rod.push_back(draws.chance(0.5));
+    group.bodies.push_back(make_body(group.is_rod.back(), mass_factor, draws));
+    const std::size_t body = group.bodies.size() - 1;
+    Contact contact = contact_between(static_cast<int>(body), static_cast<int>(other), normal, draws);
+    contact.arm_first = arm_to_surface(group, body, -1.0 * normal, draws);
+    contact.arm_second = arm_to_surface(group, other, normal, draws);
+    group.centres.push_back(group.centres[other] + contact.arm_second - contact.arm_first);
+    group.contacts.push_back(contact);
+}
+
+/// One more contact: with a plate, of two bodies anywhere, of a body with its image, or a copy of another contact.
+void add_contact(FuzzGroup& group, bool plates, Draws& draws) {
+    const std::size_t count = group.bodies.size(), body = draws.below(count), other = draws.below(count);
+    const double what = draws.uniform();
+    if (plates && what < 0.6) {
+        const Vector normal = draws.chance(0.8) ? Vector{0.0, 0.0, draws.sign()} : draws.direction();
+        Contact contact = contact_between(static_cast<int>(body), -1, normal, draws);
+        contact.arm_first = arm_to_surface(group, body, -1.0 * normal, draws);
+        contact.wall_velocity = group.plate_velocity;
+        group.contacts.push_back(contact);
+    } else if (what > 0.8 && !group.contacts.empty()) {
+        Contact copy = group.contacts[draws.below(group.contacts.size())];
+        if (copy.second >= 0 && draws.chance(0.3)) {
+            std::swap(copy.first, copy.second);
+            std::swap(copy.arm_first, copy.arm_second);
+            copy.normal = -1.0 * copy.normal;
+        }
+        if (draws.chance(0.5)) copy.restitution = draws.restitution();
+        if (draws.chance(0.5)) copy.friction = draws.friction();
+        group.contacts.push_back(copy);
+    } else {
+        if (body == other && !draws.chance(0.2)) return;
+        const Vector normal = draws.direction();
+        Contact contact = contact_between(static_cast<int>(body), static_cast<int>(other), normal, draws);
+        contact.arm_first = arm_to_surface(group, body, -1.0 * normal, draws);
+        contact.arm_second = body == other ? arm_to_surface(group, body, normal, draws)
+                                           : group.centres[body] + contact.arm_first - group.centres[other];
+        group.contacts.push_back(contact);
+    }
+}
+
+/// Velocities of one size or of many, at rest relative to each other, or along one direction.
+void set_velocities(FuzzGroup& group, Draws& draws) {
+    const double size = draws.chance(0.2) ? draws.power(-30.0, 30.0) : draws.power(-3.0, 4.0);
+    const bool mixed = draws.chance(0.2), together = draws.chance(0.05);
+    const Vector common = draws.chance(0.2) ? draws.vector(size) : Vector{};
+    const Vector line = draws.direction();
+    const bool on_line = draws.chance(0.15);
+    for (ImpactBody& body : group.bodies) {
+        const double own = mixed ? size * draws.power(-12.0, 0.0) : size;
+        body.velocity = together ? common : common + (on_line ? own * draws.sign() * line : draws.vector(own));
+        if (!together && draws.chance(0.7)) body.spin = draws.vector(own);
+        if (draws.chance(0.1)) body.velocity = body.spin = {};
+    }
+    group.plate_velocity = draws.chance(0.5) ? draws.vector(size) : Vector{};
+}
+
+ImpactLaw draw_law(Draws& draws) {
+    ImpactLaw law;
+    if (draws.chance(0.7)) return law;
+    law.group = std::array{GroupLaw::simultaneous, GroupLaw::approaching_first, GroupLaw::first_to_last,
+                           GroupLaw::last_to_first}[draws.below(4)];
+    law.increments = std::array{1, 2, 5, 16, 64}[draws.below(5)];
+    law.inelastic_threshold = std::array{0.0, 0.03, 0.5, 1.0}[draws.below(4)];
+    return law;
+}
+
+FuzzGroup draw_group(std::uint64_t seed, std::uint64_t number) {
+    Draws draws(seed * 0x9e3779b97f4a7c15u + number);
+    FuzzGroup group;
+    group.law = draw_law(draws);
+    const double spread = draws.chance(0.5) ? 0.0 : 3.0 * draws.uniform();  // mass ratios of up to 1e6
+    const auto factor = [&] { return draws.power(-spread, spread); };
+    const std::size_t contacts = 1 + draws.below(12);
+    const bool plates = draws.chance(0.6);
+    group.is_rod.push_back(draws.chance(0.5));
+    group.bodies.push_back(make_body(group.is_rod[0], factor(), draws));
+    group.centres.push_back({});
+    const std::size_t bodies = 1 + draws.below(6);
+    while (group.bodies.size() < bodies && group.contacts.size() < contacts)
+        add_body(group, draws.below(group.bodies.size()), factor(), draws);
+    set_velocities(group, draws);
+    for (int attempt = 0; attempt < 50 && group.contacts.size() < contacts; ++attempt)
+        add_contact(group, plates, draws);
+    group.turns_freely = std::none_of(group.contacts.begin(), group.contacts.end(),
+                                      [](const Contact& c) { return c.second < 0 || c.second == c.first; });
+    return group;
+}
+
+Vector momentum_angular(const ImpactBody& m) {
+    const double along = dot(m.spin, m.axis);
+    return 1.0 / m.across_inverse * (m.spin - along * m.axis) + along / m.along_inverse * m.axis;
+}
+
+/// Conserved quantities in the frame of the plates, with the size of their terms.
+struct Totals {
+    double energy = 0.0, momentum_size = 0.0, angular_size = 0.0;
+    Vector momentum, angular;
+};
+Totals totals_of(const FuzzGroup& group) {
+    const double reach = the_bead.radius.front();  // arms of that size at least
+    Totals totals;
+    for (std::size_t b = 0; b < group.bodies.size(); ++b) {
+        ImpactBody body = group.bodies[b];
+        body.velocity = body.velocity - group.plate_velocity;
+        const Vector momentum = 1.0 / body.mass_inverse * body.velocity, spin = momentum_angular(body);
+        totals.energy += energy_kinetic(body);
+        totals.momentum = totals.momentum + momentum;
+        totals.momentum_size += length(momentum);
+        totals.angular = totals.angular + spin + cross(group.centres[b], momentum);
+        totals.angular_size += length(spin) + (reach + length(group.centres[b])) * length(momentum);
+    }
+    return totals;
+}
+
+/// What the impact of a group did wrong, in words; empty: nothing.
+std::string fault_of(FuzzGroup group, ImpactOutcome& outcome) {
+    const Totals before = totals_of(group);
+    outcome = resolve(group.bodies, group.contacts, group.law);
+    const Totals after = totals_of(group);
+    Vector from_walls;
+    for (const Contact& contact : group.contacts)
+        if (contact.second < 0) from_walls = from_walls + contact.impulse;
+    for (const double value : {after.energy, length(after.momentum), length(after.angular), outcome.walls,
+                               outcome.normal, outcome.friction, outcome.residual})
+        if (!std::isfinite(value)) return "a value that is not finite";
+    // Rounding: impulses and velocities have 53 bits, and the energy is that of the largest body.
+    const double gain = (after.energy - before.energy) / std::max(before.energy, 1e-300);
+    if (gain > 1e-12) return text("a gain of energy of {:.2g} of the whole", gain);
+    const double momentum = length(after.momentum - before.momentum - from_walls) / before.momentum_size;
+    if (momentum > 1e-12) return text("a change of the momentum by {:.2g} of its parts", momentum);
+    const double angular = length(after.angular - before.angular) / before.angular_size;
+    if (group.turns_freely && angular > 1e-12) return text("a change of the angular momentum by {:.2g}", angular);
+    return {};
+}
+
+struct Tally {
+    int faults = 0, unresolved = 0, impacts = 0;
+    std::string first;
+};
+Tally run_fuzz(std::uint64_t seed, std::uint64_t count) {
+    Tally tally;
+    for (std::uint64_t number = 0; number < count; ++number) {
+        const FuzzGroup group = draw_group(seed, number);
+        ImpactOutcome outcome;
+        const std::string fault = fault_of(group, outcome);
+        tally.impacts += outcome.approach > 0.0 ? 1 : 0;
+        tally.unresolved += outcome.residual > group.law.tolerance * outcome.approach * (1.0 + 1e-9) ? 1 : 0;
+        if (fault.empty()) continue;
+        ++tally.faults;
+        if (tally.first.empty()) tally.first = text("group {} of seed {}: {}", number, seed, fault);
+    }
+    return tally;
+}
+
+/// The seed of the environment, to repeat a failure; otherwise a new one.
+std::uint64_t new_seed() {
+    if (const char* given = std::getenv("DROVER_FUZZ_SEED")) return std::strtoull(given, nullptr, 10);
+    return std::random_device{}();
+}
+
+TEST(ImpactFuzz, random_groups_at_the_extremes_stay_finite_gain_no_energy_and_keep_momentum) {
+    const std::uint64_t seed = new_seed();
+    const Tally tally = run_fuzz(seed, 20000);
+    EXPECT_EQ(tally.faults, 0) << tally.first << "; repeat with DROVER_FUZZ_SEED=" << seed;
+    EXPECT_GT(tally.impacts, 15000);
+    std::cout << "seed " << seed << ": " << tally.impacts << " impacts, " << tally.unresolved << " unresolved\n";
+}
+
+TEST(ImpactFuzzSlow, a_million_random_groups_stay_finite_gain_no_energy_and_keep_momentum) {
+    const Tally tally = run_fuzz(1, 1000000);
+    EXPECT_EQ(tally.faults, 0) << tally.first;
+    std::cout << tally.impacts << " impacts, " << tally.unresolved << " unresolved\n";
+}
+
+}  // namespace
+}  // namespace drover::dem
