@@ -21,6 +21,7 @@ struct Explanation {
     std::vector<physics::Component> fields;
     std::vector<physics::ActiveTerm> terms;
     std::vector<std::string> without_degree;  ///< terms whose products have no finite degree
+    std::vector<std::string> beyond_growth;   ///< terms that the growth rate leaves out
     std::vector<physics::CoefficientValue> coefficients;
     physics::FastestGrowth growth;
     double fastest_rate = 0.0;  ///< |s|max [1/s]
@@ -61,6 +62,7 @@ Explanation explain(const io::Scene& scene) {
             .fields = physics::component_names(equations.form),
             .terms = physics::active_terms(equations),
             .without_degree = terms_without_degree(equations),
+            .beyond_growth = physics::terms_beyond_propagator(equations),
             .coefficients = physics::coefficient_values(scene.model),
             .growth = physics::fastest_growth(system),
             .fastest_rate = physics::fastest_rate(system),
@@ -94,7 +96,8 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
                           {"fastest_rate", e.fastest_rate},
                           {"dt_times_fastest_rate", scene.time.dt * e.fastest_rate},
                           {"growth_rate", e.growth.rate},
-                          {"growth_wavenumber", e.growth.q}};
+                          {"growth_wavenumber", e.growth.q},
+                          {"growth_leaves_out", e.beyond_growth}};
     result.update(cost_json(scene, e.cost));
     return result;
 }
@@ -142,6 +145,9 @@ void print(const io::Scene& scene, const Explanation& e) {
     else
         std::printf("  %sstable: the slowest mode decays at %.4g /s at |q| = %.3g /mm\n", state, -e.growth.rate,
                     e.growth.q);
+    if (!e.beyond_growth.empty())
+        std::printf("  this leaves out %s, which depend on direction, position or time: see drover stability\n",
+                    joined(e.beyond_growth).c_str());
     print_cost(scene, e.cost, "on a smaller grid");
 }
 }  // namespace

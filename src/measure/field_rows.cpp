@@ -100,9 +100,10 @@ auto by_direction(std::vector<Powers> components) {
 
 std::vector<double> box_variances(const BoxFamily& family, Powers powers, const FieldMoment& moment) {
     std::vector<double> variances;
-    for (const int side : moment.setting.*family.sides)
-        variances.push_back(numerics::box_variance(moment.setting.grid, moment.powers.*powers, family.along_x * side,
-                                                   family.along_y * side));
+    for (const int side : moment.setting.*family.sides) {
+        const numerics::BoxCells box = numerics::box_cells(moment.setting.grid, side, family.along_x, family.along_y);
+        variances.push_back(numerics::box_variance(moment.setting.grid, moment.powers.*powers, box.x, box.y));
+    }
     return variances;
 }
 

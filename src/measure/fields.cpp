@@ -21,8 +21,10 @@ double cell_height(const FieldSetting& setting) { return setting.grid.ly / setti
 /// Bins displacements on the grid by length, a cell wide, up to half the shorter side; r = 0 always has a bin.
 void bin_separations(FieldSetting& setting) {
     const numerics::Grid& grid = setting.grid;
-    const double dx = cell_width(setting), dy = cell_height(setting), width = std::max(dx, dy);
-    const auto bins = std::max<std::size_t>(1, static_cast<std::size_t>(0.5 * std::min(grid.lx, grid.ly) / width));
+    const bool one_row = grid.ny == 1;  // then only displacements along x
+    const double dx = cell_width(setting), dy = cell_height(setting), width = one_row ? dx : std::max(dx, dy);
+    const double side = one_row ? grid.lx : std::min(grid.lx, grid.ly);
+    const auto bins = std::max<std::size_t>(1, static_cast<std::size_t>(0.5 * side / width));
     std::vector<double> sum(bins), weight(bins);
     for (int j = 0; j < grid.ny; ++j)
         for (int i = 0; i < grid.nx; ++i) {
@@ -81,12 +83,13 @@ std::vector<double> total_power(const FieldSetting& setting, const std::vector<R
 
 FieldSetting make_field_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
                                 std::optional<std::vector<std::string>> power_terms) {
+    const int shorter = grid.ny == 1 ? grid.nx : std::min(grid.nx, grid.ny);
     FieldSetting setting{.grid = grid,
                          .form = form,
                          .shells = numerics::shells(grid, degree),
                          .sectors = numerics::sectors(grid, direction_sectors),
-                         .boxes = numerics::box_ladder(std::min(grid.nx, grid.ny)),
-                         .long_boxes = long_ladder(std::min(grid.nx, grid.ny)),
+                         .boxes = numerics::box_ladder(shorter),
+                         .long_boxes = long_ladder(shorter),
                          .degree = degree,
                          .separations = {},
                          .separation_bin = {},
@@ -154,8 +157,13 @@ Axis term_axis(const FieldSetting& setting) {
 }
 
 Axis family_axis(const BoxFamily& family, const FieldSetting& setting) {
-    if (family.along_x == family.along_y)
-        return box_axis(setting.*family.sides, cell_width(setting) * cell_height(setting));
+    const double cell = cell_width(setting) * cell_height(setting);
+    if (family.along_x == family.along_y && setting.grid.ny == 1) {
+        Axis axis = box_axis(setting.*family.sides, cell);
+        for (double& side : axis.values) side = std::sqrt(side * std::sqrt(cell));  // segments: area ~ cells
+        return axis;
+    }
+    if (family.along_x == family.along_y) return box_axis(setting.*family.sides, cell);
     Axis axis{"long_box_side", "mm", "shorter side, in cells as wide as along x, of a box with the aspect ratio 4", {}};
     for (const int cells : setting.*family.sides) axis.values.push_back(cell_width(setting) * cells);
     return axis;
@@ -169,9 +177,10 @@ Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries
             const RecordedSeries* total = find_row(recorded.series, text("{}s_total", what));
             if (total == nullptr) continue;
             BoxSizes boxes{what, family.ending, family.shape, total->values.empty() ? 0.0 : total->values.front(), {}};
-            for (const int side : setting.*family.sides)
-                boxes.fractions.push_back(static_cast<double>(family.along_x * side) * (family.along_y * side) /
-                                          points);
+            for (const int side : setting.*family.sides) {
+                const numerics::BoxCells box = numerics::box_cells(setting.grid, side, family.along_x, family.along_y);
+                boxes.fractions.push_back(static_cast<double>(box.x) * box.y / points);
+            }
             recorded.boxes.push_back(std::move(boxes));
         }
     for (const std::vector<std::string>& names : {std::vector<std::string>{"structure_factor_rods"},

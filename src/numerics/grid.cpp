@@ -14,9 +14,9 @@ bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row) 
 }
 
 void check(const Grid& grid, const LocationOf& place) {
-    for (const auto& [name, count] : {std::pair{"nx", grid.nx}, std::pair{"ny", grid.ny}})
-        require(count >= 4 && count % 2 == 0, place(text("grid.{}", name)),
-                "grid.{} = {}; expected an even number >= 4", name, count);
+    require(grid.nx >= 4 && grid.nx % 2 == 0, place("grid.nx"), "grid.nx = {}; expected an even number >= 4", grid.nx);
+    require(grid.ny == 1 || (grid.ny >= 4 && grid.ny % 2 == 0), place("grid.ny"),
+            "grid.ny = {}; expected an even number >= 4, or 1 for fields that do not depend on y", grid.ny);
     for (const auto& [name, side] : {std::pair{"lx", grid.lx}, std::pair{"ly", grid.ly}})
         require(std::isfinite(side) && side > 0.0, place(text("grid.{}", name)),
                 "grid.{} = {}; expected a positive length", name, side);
@@ -29,10 +29,13 @@ namespace drover {
 template <>
 const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>() {
     using numerics::Grid;
-    constexpr Range size{.min = 4, .max = 65536};
+    constexpr Range size{.min = 4, .max = 65536}, size_or_one{.min = 1, .max = 65536};
     static const std::vector<Row<Grid>> rows{
         {.name = "nx", .member = &Grid::nx, .range = size, .doc = "points along x, an even number"},
-        {.name = "ny", .member = &Grid::ny, .range = size, .doc = "points along y, an even number"},
+        {.name = "ny",
+         .member = &Grid::ny,
+         .range = size_or_one,
+         .doc = "points along y, an even number; 1: one-dimensional, nothing depends on y"},
         {.name = "lx",
          .member = &Grid::lx,
          .unit = "mm",
@@ -42,7 +45,8 @@ const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>() {
          .member = &Grid::ly,
          .unit = "mm",
          .range = positive,
-         .doc = "side of the periodic cell along y"}};
+         .doc = "side of the periodic cell along y; with ny = 1 the width over which densities and shot noise are "
+                "averaged"}};
     return rows;
 }
 

@@ -18,6 +18,7 @@ double radius_kept(const Grid& grid, int degree, double ratio_x, double ratio_y)
     std::size_t column = 0, row = 0;
     while (column < columns(grid) && is_kept(grid, degree, column, 0)) ++column;
     while (row <= static_cast<std::size_t>(grid.ny / 2) && is_kept(grid, degree, 0, row)) ++row;
+    if (grid.ny == 1) return ratio_x * static_cast<double>(column);
     return std::min(ratio_x * static_cast<double>(column), ratio_y * static_cast<double>(row));
 }
 

@@ -66,7 +66,8 @@ Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree,
     constexpr double max_points = 2048.0 * 2048.0;
     for (int factor = 2; factor <= 64; factor *= 2)
         for (const auto& [x, y] : {std::pair{factor, 1}, std::pair{1, factor}, std::pair{factor, factor}}) {
-            const Grid finer{.nx = grid.nx * x, .ny = grid.ny * y, .lx = grid.lx, .ly = grid.ly};
+            const int rows = grid.ny == 1 && y > 1 ? 2 * y : grid.ny * y;
+            const Grid finer{.nx = grid.nx * x, .ny = rows, .lx = grid.lx, .ly = grid.ly};
             if (1.0 * finer.nx * finer.ny <= max_points && fraction_cut(formula, finer, degree) < most) return finer;
         }
     return grid;

@@ -114,6 +114,17 @@ void check_stationary(const Model& model, const numerics::Grid& grid, const Deal
         "initial.kind = \"stationary\" with noise.order = {}; a stationary state needs noise: give noise.order > 0, "
         "or choose another initial.kind",
         model.noise.order);
+    const Equations equations(model);
+    const std::vector<std::string> beyond = terms_beyond_propagator(equations);
+    require(
+        beyond.empty(), place("initial.kind"),
+        "initial.kind = \"stationary\" draws from the isotropic linear theory, and {} depend on direction, position "
+        "or time; expected none: choose another initial.kind",
+        joined(beyond));
+    require(
+        uniform_rates(equations, at_rest(reference(model.uniform))).isZero(0.0), place("initial.kind"),
+        "initial.kind = \"stationary\" draws about the state without order at rest, which a force or a field of this "
+        "model does not leave at rest; choose another initial.kind");
     const FastestGrowth growth = fastest_growth(linear_system(model, grid, dealiasing));
     require(growth.rate < 0.0, place("initial.kind"),
             "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| "

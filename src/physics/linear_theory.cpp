@@ -8,6 +8,7 @@
 
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/term.hpp"
+#include "linear_part.hpp"
 
 namespace drover::physics {
 
@@ -90,6 +91,22 @@ numerics::System linear_system(const Equations& equations, const numerics::Grid&
 
 numerics::System linear_system(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing) {
     return linear_system(Equations(model), grid, reference(model.uniform), dealiasing);
+}
+
+std::string nonuniform_term(const Equations& equations) {
+    for (const Term& term : equations.active)
+        if (!term.is_uniform_in_space || (term.source && !term.source_is_uniform)) return term.name;
+    return "";
+}
+
+std::vector<std::string> terms_beyond_propagator(const Equations& equations) {
+    std::vector<std::string> names;
+    for (const Term& term : equations.active) {
+        const bool is_uniform = term.is_uniform_in_space && !(term.source && !term.source_is_uniform);
+        const bool is_left_out = term.linearise && term.linear_part == LinearPart::none;
+        if (!is_uniform || is_left_out || !has_isotropic_linearisation(equations, term)) names.push_back(term.name);
+    }
+    return names;
 }
 
 namespace {

@@ -90,6 +90,10 @@ PredictedStructure predicted_structure(const Equations& equations, const numeric
         result.no_prediction = "without noise the stationary state of the linear theory is uniform";
         return result;
     }
+    if (const std::string name = nonuniform_term(equations); !name.empty()) {
+        result.no_prediction = name + " depends on position or time: there is no uniform state";
+        return result;
+    }
     const StationaryStates states = stationary_states(equations);
     const StationaryState* state = nearest_state(states, orders);
     if (state == nullptr) {
@@ -98,7 +102,8 @@ PredictedStructure predicted_structure(const Equations& equations, const numeric
     }
     const std::string about = text("the state \"{}\", |p| = {:.4g} and |v| = {:.4g} mm/s", state->name,
                                    state->point.order.norm(), state->point.velocity.norm());
-    const bool isotropic = is_isotropic(state->point);
+    // Else all directions of q are computed.
+    const bool isotropic = is_isotropic(state->point) && terms_beyond_propagator(equations).empty();
     try {
         result.modes = isotropic
                            ? structure_factors(system, equations.form)
@@ -121,14 +126,17 @@ PredictedBoxes predicted_boxes(const numerics::Grid& grid, const std::vector<dou
     std::vector<double> power = structure_factor;
     for (double& value : power) value /= numerics::area(grid);
     PredictedBoxes boxes;
-    for (const int side : sides)
-        boxes.variance.push_back(numerics::box_variance(grid, power, along_x * side, along_y * side));
+    std::vector<double> areas;
+    for (const int side : sides) {
+        const numerics::BoxCells box = numerics::box_cells(grid, side, along_x, along_y);
+        boxes.variance.push_back(numerics::box_variance(grid, power, box.x, box.y));
+        areas.push_back(static_cast<double>(box.x) * box.y);
+    }
     for (std::size_t b = 0; b < sides.size(); ++b) {
         boxes.deviation.push_back(std::sqrt(boxes.variance[b]));
-        boxes.exponent.push_back(b + 1 < sides.size()
-                                     ? 0.5 * std::log(boxes.variance[b + 1] / boxes.variance[b]) /
-                                           (2.0 * std::log(static_cast<double>(sides[b + 1]) / sides[b]))
-                                     : std::numeric_limits<double>::quiet_NaN());
+        boxes.exponent.push_back(b + 1 < sides.size() ? 0.5 * std::log(boxes.variance[b + 1] / boxes.variance[b]) /
+                                                            std::log(areas[b + 1] / areas[b])
+                                                      : std::numeric_limits<double>::quiet_NaN());
     }
     return boxes;
 }

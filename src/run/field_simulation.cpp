@@ -160,7 +160,7 @@ std::string field_size(const io::Scene& scene) { return text("{} by {} points", 
 double field_disk_bytes(const io::Scene& scene) {
     const double frame = static_cast<double>(numerics::points(scene.grid)) *
                          numerics::components(physics::layout(physics::form(scene.model)));
-    const double shells = 0.5 * std::min(scene.grid.nx, scene.grid.ny);
+    const double shells = 0.5 * (scene.grid.ny == 1 ? scene.grid.nx : std::min(scene.grid.nx, scene.grid.ny));
     return recorded_bytes(scene, frame, 16.0 + shells * (4.0 + 2.0 * measure::direction_sectors) + 32.0);
 }
 

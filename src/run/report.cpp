@@ -1,15 +1,12 @@
 // run/report.cpp: results of an archive and their predictions by linear theory.
 #include "drover/run/report.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <tuple>
 
-#include "drover/physics/fluctuations.hpp"
+#include "drover/physics/predictions.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/warnings.hpp"
 #include "run/sample_recording.hpp"
@@ -37,142 +34,25 @@ std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::RecordedSeri
 }
 
 /// Number fluctuations in boxes from the structure factor of each mode.
-void predict_boxes(const std::string& what, std::span<const double> structure_factor, Report& report) {
+void predict_boxes(const std::string& what, const std::vector<double>& structure_factor, Report& report) {
     const measure::FieldSetting& setting = report.setting;
-    std::vector<double> power(structure_factor.begin(), structure_factor.end());
-    for (double& value : power) value /= numerics::area(setting.grid);
     for (const measure::BoxFamily& family : measure::box_families()) {
-        const std::vector<int>& sides = setting.*family.sides;
-        const auto named = [&](const char* result) { return what + "_number_" + result + family.ending; };
-        Prediction variance{named("variance"), {}}, deviation{named("deviation"), {}}, exponent{named("exponent"), {}};
-        for (const int side : sides)
-            variance.values.push_back(
-                numerics::box_variance(setting.grid, power, family.along_x * side, family.along_y * side));
-        for (std::size_t b = 0; b < sides.size(); ++b) {
-            deviation.values.push_back(std::sqrt(variance.values[b]));
-            exponent.values.push_back(b + 1 < sides.size()
-                                          ? 0.5 * std::log(variance.values[b + 1] / variance.values[b]) /
-                                                (2.0 * std::log(static_cast<double>(sides[b + 1]) / sides[b]))
-                                          : nan);
-        }
-        report.predictions.insert(report.predictions.end(), {variance, deviation, exponent});
-    }
-}
-
-/// Directions of the mean order of a run, with their fraction of its samples.  p and -p are equivalent: S(q) is the
-/// same.
-struct Direction {
-    double angle = 0.0, fraction = 0.0;
-};
-std::vector<Direction> directions(const std::vector<Eigen::Vector2d>& orders) {
-    constexpr int bins = 16;  // of 11 degrees, each about its own mean
-    std::array<Eigen::Vector2d, bins> sums;
-    std::array<int, bins> counts{};
-    sums.fill(Eigen::Vector2d::Zero());
-    for (const Eigen::Vector2d& order : orders) {
-        double half = std::atan2(order.y(), order.x());
-        if (half < 0.0) half += std::numbers::pi;
-        if (half >= std::numbers::pi) half -= std::numbers::pi;
-        const auto bin = static_cast<std::size_t>(half / std::numbers::pi * bins) % bins;
-        sums[bin] += Eigen::Vector2d(std::cos(half), std::sin(half));
-        ++counts[bin];
-    }
-    std::vector<Direction> result;
-    for (std::size_t bin = 0; bin < bins; ++bin)
-        if (counts[bin] > 0)
-            result.push_back({.angle = std::atan2(sums[bin].y(), sums[bin].x()),
-                              .fraction = counts[bin] / static_cast<double>(orders.size())});
-    return result;
-}
-
-/// The stationary state nearest to that of a run: by the mean order as a vector where a field sets its direction, else
-/// by its magnitude.
-const physics::StationaryState* nearest_state(const physics::StationaryStates& found,
-                                              const std::vector<Eigen::Vector2d>& orders) {
-    double size = 0.0;
-    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-    for (const Eigen::Vector2d& one : orders) {
-        size += one.norm() / static_cast<double>(orders.size());
-        mean += one / static_cast<double>(orders.size());
-    }
-    const bool is_oriented = std::none_of(found.states.begin(), found.states.end(),
-                                          [](const auto& state) { return state.point.order.norm() == 0.0; });
-    const auto distance = [&](const physics::StationaryState& state) {
-        return is_oriented ? (state.point.order - mean).norm() : std::abs(state.point.order.norm() - size);
-    };
-    const physics::StationaryState* nearest = nullptr;
-    for (const physics::StationaryState& state : found.states)
-        if (!nearest || distance(state) < distance(*nearest)) nearest = &state;
-    return nearest;
-}
-
-/// Structure factors about a flock, averaged over its directions, or about a state whose direction is imposed.
-std::vector<physics::StructureFactor> flock_modes(const physics::Equations& equations,
-                                                  const physics::StationaryState& flock, const Report& report,
-                                                  const std::vector<Eigen::Vector2d>& orders) {
-    Threads threads(choose_threads(report.scene));
-    const auto about = [&](double angle) {
-        physics::UniformPoint point = flock.point;
-        if (flock.free_direction) {
-            const Eigen::Rotation2D<double> turn(angle - physics::direction_of(point));
-            point.order = turn * point.order;
-            point.velocity = turn * point.velocity;
-        }
-        return physics::structure_factors(equations, point, report.setting.grid, report.setting.degree, threads);
-    };
-    if (!flock.free_direction) return about(0.0);
-    std::vector<physics::StructureFactor> sum(numerics::modes(report.setting.grid));
-    for (const Direction& direction : directions(orders)) {
-        const std::vector<physics::StructureFactor> modes = about(direction.angle);
-        for (std::size_t m = 0; m < sum.size(); ++m) add_scaled(modes[m], direction.fraction, sum[m]);
-    }
-    return sum;
-}
-
-/// Structure factors of the modes of the grid about the state of the run; empty, with the reason, when there are none.
-std::vector<physics::StructureFactor> predicted_modes(const physics::Equations& equations, Report& report,
-                                                      const std::vector<Eigen::Vector2d>& orders) {
-    const numerics::System system =
-        physics::linear_system(report.scene.model, report.scene.grid, report.scene.dealiasing);
-    if (!system.noise) {
-        report.no_prediction = "without noise the stationary state of the linear theory is uniform";
-        return {};
-    }
-    const physics::StationaryStates states = physics::stationary_states(equations);
-    const physics::StationaryState* state = nearest_state(states, orders);
-    if (state == nullptr) {
-        report.no_prediction = "there is no uniform stationary state: " + states.no_order;
-        return {};
-    }
-    const std::string size = text("the state \"{}\", |p| = {:.4g} and |v| = {:.4g} mm/s", state->name,
-                                  state->point.order.norm(), state->point.velocity.norm());
-    const auto explain = [&](const Error& error, const std::string& fastest) {
-        report.no_prediction = text("the linear theory about {} has {}{}", size, error.what(), fastest);
-    };
-    if (physics::is_isotropic(state->point)) {
-        try {
-            std::vector<physics::StructureFactor> modes = physics::structure_factors(system, report.setting.form);
-            report.about = size;
-            return modes;
-        } catch (const Error& error) {
-            const physics::FastestGrowth growth = physics::fastest_growth(system);
-            explain(error, text(" (fastest rate {:.3g} /s at |q| = {:.3g} /mm)", growth.rate, growth.q));
-            return {};
-        }
-    }
-    try {
-        std::vector<physics::StructureFactor> modes = flock_modes(equations, *state, report, orders);
-        report.about = size;
-        report.about_flock = state->point.order.norm() > 0.0;
-        return modes;
-    } catch (const Error& error) {
-        explain(error, "; see drover stability");
-        return {};
+        physics::PredictedBoxes boxes = physics::predicted_boxes(setting.grid, structure_factor, setting.*family.sides,
+                                                                 family.along_x, family.along_y);
+        for (auto& [result, values] : {std::pair{"variance", &boxes.variance}, std::pair{"deviation", &boxes.deviation},
+                                       std::pair{"exponent", &boxes.exponent}})
+            report.predictions.push_back({what + "_number_" + result + family.ending, std::move(*values)});
     }
 }
 
 void predict(const physics::Equations& equations, const std::vector<Eigen::Vector2d>& orders, Report& report) {
-    const std::vector<physics::StructureFactor> modes = predicted_modes(equations, report, orders);
+    Threads threads(choose_threads(report.scene));
+    const physics::PredictedStructure predicted =
+        physics::predicted_structure(equations, report.scene.grid, report.scene.dealiasing, orders, threads);
+    report.no_prediction = predicted.no_prediction;
+    report.about = predicted.about;
+    report.about_flock = predicted.about_flock;
+    const std::vector<physics::StructureFactor>& modes = predicted.modes;
     if (modes.empty()) return;
     const auto values_of = [&](double physics::StructureFactor::*part) {
         std::vector<double> values;

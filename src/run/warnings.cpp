@@ -138,15 +138,18 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
         const double linear = predicted_tail(system, equations.form, field);
         const Tail worst = worst_tail(times, tails, variances, std::max(least, max_tail_over_linear * linear));
         if (worst.fraction <= max_spectral_tail) continue;
-        const auto axis = [&](const char* name, int points) {
-            return text("grid.{} = {}", name, points_that_resolve(points, worst.fraction));
+        const auto grid_text = [&](int nx, int ny) {
+            return scene.grid.ny == 1 ? text("grid.nx = {}", nx) : text("grid.nx = {} and grid.ny = {}", nx, ny);
         };
         warnings.push_back(text(
-            "grid.nx = {} and grid.ny = {} do not resolve {}: {:.2g} of its variance is in the shortest waves of "
-            "the grid at t = {:.6g} s (spectral_tail_{}); expected less than {}: choose {} and {}, or a larger {}; "
-            "a step that is too long has the same effect: try time.dt = {:.3g}",
-            scene.grid.nx, scene.grid.ny, field.name, worst.fraction, worst.time, field.name, max_spectral_tail,
-            axis("nx", scene.grid.nx), axis("ny", scene.grid.ny), field.smoothing, 0.5 * scene.time.dt));
+            "the grid does not resolve {} with {}: {:.2g} of its variance is in the shortest waves of the grid at "
+            "t = {:.6g} s (spectral_tail_{}); expected less than {}: choose {}, or a larger {}; a step that is too "
+            "long has the same effect: try time.dt = {:.3g}",
+            field.name, grid_text(scene.grid.nx, scene.grid.ny), worst.fraction, worst.time, field.name,
+            max_spectral_tail,
+            grid_text(points_that_resolve(scene.grid.nx, worst.fraction),
+                      points_that_resolve(scene.grid.ny, worst.fraction)),
+            field.smoothing, 0.5 * scene.time.dt));
     }
 }
 
@@ -228,12 +231,14 @@ void add_negative_densities(const files::ArchiveReader& archive, const io::Scene
         if (noise) {
             // Relative shot noise of 1/4 or less in a cell: zero is four standard deviations away.
             constexpr double min_in_cell = 16.0;
-            const double factor = std::sqrt(std::max(min_in_cell / in_cell, 4.0));
+            const bool one_row = scene.grid.ny == 1;
+            const double excess = std::max(min_in_cell / in_cell, 4.0), factor = one_row ? excess : std::sqrt(excess);
             const auto even = [&](int points) { return std::max(4, 2 * static_cast<int>(points / factor / 2.0)); };
             remedy = text(
-                "a cell of the grid holds {:.2g} {}s: choose larger cells, grid.nx = {} and grid.ny = {}, or "
-                "noise.{}s below {:.2g}",
-                in_cell, what, even(scene.grid.nx), even(scene.grid.ny), what, its_noise / 4.0);
+                "a cell of the grid holds {:.2g} {}s: choose larger cells, grid.nx = {}{}, or noise.{}s below "
+                "{:.2g}",
+                in_cell, what, even(scene.grid.nx), one_row ? "" : text(" and grid.ny = {}", even(scene.grid.ny)), what,
+                its_noise / 4.0);
         }
         if (what == "rod")
             remedy += ", or current.kind = \"order\", which is linear in the density and allows negative ones";

@@ -49,7 +49,7 @@ def test_a_run_that_the_grid_does_not_resolve_warns_in_every_output(tmp_path):
     write_scene(tmp_path, base=STEEP)
     ended = drover(tmp_path, "run", "flock.toml", "-o", "flock.h5")
     warnings = printed(ended.stdout)
-    assert len(warnings) == 1 and "do not resolve polar_order" in warnings[0] and "choose grid.nx = " in warnings[0]
+    assert len(warnings) == 1 and "does not resolve polar_order" in warnings[0] and "choose grid.nx = " in warnings[0]
     assert f"warning: {warnings[0]}\n" in ended.stderr
     assert printed(drover(tmp_path, "info", "flock.h5").stdout) == warnings
     assert drover_json(tmp_path, "info", "flock.h5")["warnings"] == warnings

@@ -11,7 +11,7 @@ namespace drover::numerics {
 /// transform: [ny][nx/2 + 1], column i the mode number i along x, row j the mode number j or j - ny along y.
 struct Grid {
     int nx = 256;      ///< points along x, even, >= 4
-    int ny = 256;      ///< points along y, even, >= 4
+    int ny = 256;      ///< points along y, even, >= 4; or 1: fields that do not depend on y
     double lx = 64.0;  ///< side along x [mm]
     double ly = 64.0;  ///< side along y [mm]
 };
@@ -27,10 +27,10 @@ inline std::size_t columns(const Grid& grid) { return static_cast<std::size_t>(g
 inline std::size_t modes(const Grid& grid) { return columns(grid) * static_cast<std::size_t>(grid.ny); }
 inline double area(const Grid& grid) { return grid.lx * grid.ly; }
 
-/// Signed mode number of row j: 0, 1, ..., ny/2 - 1, -ny/2, ..., -1.
+/// Signed mode number of row j: 0, 1, ..., ny/2 - 1, -ny/2, ..., -1; 0 on one row.
 inline int mode_number_y(const Grid& grid, std::size_t j) {
     const int row = static_cast<int>(j);
-    return row < grid.ny / 2 ? row : row - grid.ny;
+    return row < (grid.ny + 1) / 2 ? row : row - grid.ny;
 }
 
 inline Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t row) {
@@ -42,7 +42,7 @@ inline Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t r
 /// excludes only the Nyquist modes, whose odd derivatives are not real fields.
 bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row);
 
-/// Throws an input Error unless sizes are even and >= 4, and sides positive and finite.
+/// Throws an input Error unless sizes are even and >= 4, or ny is 1, and sides positive and finite.
 void check(const Grid& grid, const LocationOf& place = no_location);
 
 }  // namespace drover::numerics

@@ -29,6 +29,14 @@ inline double mode_weight(const Grid& grid, std::size_t column) {
     return column == 0 || 2 * column == static_cast<std::size_t>(grid.nx) ? 1.0 : 2.0;
 }
 
+/// Sides of a box in cells: `side` times the factors; one cell along y where the grid has no other.
+struct BoxCells {
+    int x = 1, y = 1;
+};
+inline BoxCells box_cells(const Grid& grid, int side, int along_x, int along_y) {
+    return {.x = along_x * side, .y = grid.ny == 1 ? 1 : along_y * side};
+}
+
 /// Mean of a quantity per stored mode over each shell.
 std::vector<double> shell_means(const Grid& grid, const Shells& shells, std::span<const double> per_mode);
 

@@ -1,5 +1,6 @@
 // physics/linear_theory.hpp: the System of a model about the isotropic state, and predictions of its linear part.
 #pragma once
+#include <string>
 #include <vector>
 
 #include "drover/numerics/system.hpp"
@@ -20,6 +21,13 @@ numerics::System linear_system(const Equations& equations, const numerics::Grid&
                                const Dealiasing& dealiasing = {});
 /// The same about the scene's uniform densities.
 numerics::System linear_system(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing = {});
+
+/// Active terms without which linear_system() describes the waves about the isotropic state: those that depend on the
+/// direction of q, on position or on time.
+std::vector<std::string> terms_beyond_propagator(const Equations& equations);
+
+/// The first active term that depends on position or time, so that there is no uniform state; "" if there is none.
+std::string nonuniform_term(const Equations& equations);
 
 /// The largest growth rate of the linear model over the modes of a grid [1/s], excluding conserved means, and its |q|
 /// [1/mm].

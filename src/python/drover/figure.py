@@ -38,12 +38,16 @@ def draw(run, frame=-1):
         raise DroverError(f"{run.path}: has no frame {frame}; expected 0 to {frames - 1}, or a negative number counted "
                           "from the end")
     ratio = run.scene["grid"]["lx"] / run.scene["grid"]["ly"]
-    layout = WIDE if ratio > WIDE_FROM else TALL if ratio < TALL_FROM else SQUARE
+    one_row = run.scene["grid"]["ny"] == 1
+    layout = WIDE if one_row or ratio > WIDE_FROM else TALL if ratio < TALL_FROM else SQUARE
     with matplotlib.rc_context(STYLE):
         figure = new_figure()
-        boxes = {**layout, "map": fitted(layout["map"], ratio)}
+        boxes = {**layout, "map": layout["map"] if one_row else fitted(layout["map"], ratio)}
         axes = {name: add_axes(figure, box) for name, box in boxes.items()}
-        blocks = panels.draw_map(axes["map"], add_axes(figure, bar_box(boxes["map"])), run, frame)
+        if one_row:
+            blocks = panels.draw_profile(axes["map"], run, frame)
+        else:
+            blocks = panels.draw_map(axes["map"], add_axes(figure, bar_box(boxes["map"])), run, frame)
         drawn = panels.draw_structure(axes["structure"], run)
         drawn += panels.draw_numbers(axes["numbers"], axes["exponents"], run)
         panels.draw_order(axes["order"], run, columns=1 if layout is WIDE else 2)
@@ -83,10 +87,12 @@ def title(run, frame):
 
 
 def caption(run, drawn, blocks):
-    """Explains the figure to a reader."""
-    pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-    words = [f"(a) Colours (centred at the mean) are averages over {pixel}, arrows over {arrow}; (c) boxes with "
-             "equal numbers of grid cells along x and y; (d) between each box and the next larger one."]
+    """Explains the figure to a reader.  Without blocks panel (a) is a profile."""
+    words = ["(c) Segments of the line; (d) between each segment and the next longer one."]
+    if blocks is not None:
+        pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
+        words = [f"(a) Colours (centred at the mean) are averages over {pixel}, arrows over {arrow}; (c) boxes with "
+                 "equal numbers of grid cells along x and y; (d) between each box and the next larger one."]
     if run.summary is None:
         words.append("The run is not finished: points are means over all samples so far, including the warm-up, "
                      "without errors and theory.")

@@ -99,6 +99,24 @@ def draw_map(axes, bar_axes, run, frame):
     return pixel, draw_arrows(axes, run, frame)
 
 
+def draw_profile(axes, run, frame):
+    """Draws the fields of a one-dimensional run over x: a density, and on the right the order or the flow."""
+    density, words, symbol = colours_of(run, frame)
+    parts, its_words, its_symbol = arrows_of(run, frame)
+    x = density["x"].values
+    right = axes.twinx()
+    right.grid(False)
+    lines = axes.plot(x, density.values[0], color=BLUE, label=f"{words} ${symbol}$")
+    for part, axis, colour in zip(parts, "xy", (VERMILLION, GREEN)):
+        lines += right.plot(x, part.values[0], color=colour, label=f"{its_words} ${its_symbol}_{axis}$")
+    axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
+    axes.set_xlabel(with_unit("$x$", density["x"]))
+    axes.set_ylabel(with_unit(f"${symbol}$", density))
+    right.set_ylabel(with_unit(f"${its_symbol}$", parts[0]))
+    axes.margins(y=0.35)
+    axes.legend(handles=lines, loc="upper right", ncols=3, frameon=False)
+
+
 def draw_arrows(axes, run, frame):
     """Draws block averages of the polar order or flow as arrows; returns the block size."""
     parts, _, symbol = arrows_of(run, frame)

@@ -45,7 +45,7 @@ def number_fluctuations(run):
         return summarised(run, f"{what}_number_deviation", loaded(run.summary[f"{what}_number"], run.path).values)
     variance = loaded(run.observables[f"{what}_number_variance"], run.path).mean("time").values
     side = run.observables["box_side"].values  # of a square with the area of the box
-    area = numpy.prod([len(values) * (values[1] - values[0]) for values in (run.frames[axis].values for axis in "xy")])
+    area = run.scene["grid"]["lx"] * run.scene["grid"]["ly"]
     total = loaded(run.observables[f"{what}s_total"], run.path).mean().item()
     return bare(total * side**2 / area, numpy.sqrt(variance))
 
