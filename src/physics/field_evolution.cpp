@@ -112,7 +112,7 @@ void FieldEvolution::measure_error(std::int64_t step, const Spectra& state) {
     const double factor = 1.0 / (1.0 - std::exp2(-order));
     for (std::size_t k = 0; k < before_.values.size(); ++k)
         before_.values[k] = factor * (state.values[k] - before_.values[k]);
-    error_->add_local(before_, state, next_check_ - step);
+    error_->add_local(before_, state);
     const StepError::Relative local = error_->largest_local();
     if (step > 0 && !(local.error < 0.5))
         fail_run(

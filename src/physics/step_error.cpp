@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "drover/base/random.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/physics/right_hand_side.hpp"
 
@@ -33,16 +34,47 @@ constexpr double held_too_long = 0.7;
 
 struct ModePair {
     std::size_t coarse, fine;
+    bool conjugate = false;
 };
 
-std::vector<ModePair> shared_modes(const Grid& coarse, const Grid& fine, int degree) {
+std::size_t place(const Grid& grid, int kx, int ky) {
+    return static_cast<std::size_t>(ky < 0 ? grid.ny + ky : ky) * numerics::columns(grid) +
+           static_cast<std::size_t>(kx);
+}
+
+/// The modes of the coarse grid, but those that the fine grid does not keep.
+std::vector<ModePair> shared_modes(const Grid& coarse, const Grid& fine, int fine_degree) {
     std::vector<ModePair> result;
     for (std::size_t j = 0; j < static_cast<std::size_t>(coarse.ny); ++j)
         for (std::size_t i = 0; i < numerics::columns(coarse); ++i) {
-            if (!numerics::is_kept(coarse, degree, i, j)) continue;
-            const int ky = numerics::mode_number_y(coarse, j);
-            const auto row = static_cast<std::size_t>(ky < 0 ? fine.ny + ky : ky);
-            result.push_back({j * numerics::columns(coarse) + i, row * numerics::columns(fine) + i});
+            if (!numerics::is_kept(coarse, 1, i, j)) continue;
+            const std::size_t at = place(fine, static_cast<int>(i), numerics::mode_number_y(coarse, j));
+            if (numerics::is_kept(fine, fine_degree, i, at / numerics::columns(fine)))
+                result.push_back({j * numerics::columns(coarse) + i, at});
+        }
+    return result;
+}
+
+/// The sum of all modes of the fine grid that look like one of the coarse grid at its points: the values of the fields
+/// there.  Without the fluctuations of short waves the fields would relax otherwise: b |p|^2 would be too small.
+std::vector<ModePair> sampled_modes(const Grid& coarse, const Grid& fine, int fine_degree) {
+    std::vector<ModePair> result;
+    const auto folded = [](int k, int points) {
+        const int rest = ((k % points) + points) % points;
+        return 2 * rest > points ? rest - points : rest;
+    };
+    for (std::size_t j = 0; j < static_cast<std::size_t>(fine.ny); ++j)
+        for (std::size_t i = 0; i < numerics::columns(fine); ++i) {
+            if (!numerics::is_kept(fine, fine_degree, i, j)) continue;
+            const int kx = static_cast<int>(i), ky = numerics::mode_number_y(fine, j);
+            for (const int sign : {1, -1}) {
+                if (sign < 0 && kx == 0) continue;  // its conjugate is stored
+                const int to_x = folded(sign * kx, coarse.nx), to_y = folded(sign * ky, coarse.ny);
+                const bool is_nyquist =
+                    (coarse.nx > 1 && 2 * to_x == coarse.nx) || (coarse.ny > 1 && 2 * to_y == coarse.ny);
+                if (to_x >= 0 && !is_nyquist)
+                    result.push_back({place(coarse, to_x, to_y), j * numerics::columns(fine) + i, sign < 0});
+            }
         }
     return result;
 }
@@ -71,9 +103,9 @@ struct StepError::Work {
     double perturbation_growth = 0.0;  // |N(a + e) - N(a)|/|e|
     double trend = 1.0;
     Threads one{1};
-    std::vector<ModePair> shared;
+    std::vector<ModePair> shared, sampled;
     std::vector<FieldSize> fields;
-    Spectra state, error, shifted, rate, drive;  // drive: the local error per time
+    Spectra state, error, shifted, rate, drive;  // drive: the local error, without noise per time
     std::shared_ptr<RightHandSide> remainder;
     std::map<std::int64_t, numerics::Stepper> steppers;  // by stride
     bool noisy = false;
@@ -84,6 +116,7 @@ struct StepError::Work {
     double size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const;
     double relative_size(const Spectra& spectra) const;
     double local_size() const;
+    void add_random_errors(std::int64_t step);
     void leave_out_direction();
     void bound();
 };
@@ -96,6 +129,7 @@ StepError::Work::Work(const Equations& the_equations, const Grid& grid, const De
       dt(the_dt) {
     const Form& form = equations.form;
     shared = shared_modes(coarse, fine, kept_degree(equations, dealiasing));
+    sampled = sampled_modes(coarse, fine, kept_degree(equations, dealiasing));
     const auto add = [&](int first, int count, const char* name) {
         if (first >= 0) fields.push_back({.first = first, .count = count, .name = name});
     };
@@ -109,7 +143,7 @@ StepError::Work::Work(const Equations& the_equations, const Grid& grid, const De
 }
 
 void StepError::Work::set_reference(const Reference& about) {
-    numerics::System system = linear_system(equations, coarse, about, dealiasing);
+    numerics::System system = linear_system(equations, coarse, about, {.rule = "none"});
     remainder = std::make_shared<RightHandSide>(equations, system, about, one);
     system.set_step = [split = remainder](double length) { split->set_step(length); };
     noisy = static_cast<bool>(system.noise);
@@ -121,8 +155,10 @@ void StepError::Work::set_reference(const Reference& about) {
     for (std::int64_t n = 1; n <= max_stride; n *= 2)
         steppers.emplace(n, numerics::Stepper(system, numerics::stepper_table("exponential-euler"),
                                               static_cast<double>(n) * dt, 0, one));
-    const double cut =
-        2.0 * std::numbers::pi / (system.degree + 1) * std::min(coarse.nx / coarse.lx, coarse.ny / coarse.ly);
+    double per_length = INFINITY;  // of the coarser axis; a one-dimensional grid has one
+    if (coarse.nx > 1) per_length = coarse.nx / coarse.lx;
+    if (coarse.ny > 1) per_length = std::min(per_length, coarse.ny / coarse.ly);
+    const double cut = std::numbers::pi * per_length;
     const numerics::Block rates = system.linear(cut).along;
     for (int k = 0; k < rates.size; ++k) {
         const double kept = std::exp(rates(k, k) * dt * (noisy ? 2.0 : 1.0));
@@ -132,7 +168,8 @@ void StepError::Work::set_reference(const Reference& about) {
 
 /// N(a + e) - N(a), plus the local errors.  A small e is enlarged for the difference: its digits would be lost.
 void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, Spectra& out) {
-    out.values = drive.values;
+    if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
+    else out.values = drive.values;
     const double relative = relative_size(error);
     if (relative == 0.0 || !std::isfinite(relative)) return;
     const double enlarged = std::max(1.0, 1e-5 / relative);
@@ -144,10 +181,12 @@ void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, S
         }
         (*remainder)(t, shifted, rate);
         for (std::size_t k = 0; k < out.values.size(); ++k) out.values[k] += rate.values[k] / enlarged;
-        for (std::size_t k = 0; k < out.values.size(); ++k) rate.values[k] = out.values[k] - drive.values[k];
+        for (std::size_t k = 0; k < out.values.size(); ++k)
+            rate.values[k] = out.values[k] - (noisy ? Complex(0.0) : drive.values[k]);
         perturbation_growth = relative_size(rate) / relative;
     } catch (const Error&) {  // a density that only the fine grid resolves
-        out.values = drive.values;
+        if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
+        else out.values = drive.values;
     }
 }
 
@@ -171,6 +210,16 @@ double StepError::Work::local_size() const {
     double sum = 0.0;
     for (const FieldSize& field : fields) sum += std::pow(ratio(field.local, field.scale()), 2.0);
     return std::sqrt(sum);
+}
+
+/// Under noise the errors of different steps are independent, of either sign: they add up as a random walk.
+void StepError::Work::add_random_errors(std::int64_t step) {
+    if (!noisy) return;
+    double uniform = 0.0;
+    fill_uniform({.seed = 0, .stream = Stream::step_error, .step = static_cast<std::uint64_t>(step)}, 0, 1,
+                 {&uniform, 1});
+    const double factor = (uniform < 0.5 ? -1.0 : 1.0) * std::sqrt(static_cast<double>(stride));
+    for (std::size_t k = 0; k < error.values.size(); ++k) error.values[k] += factor * drive.values[k];
 }
 
 void StepError::Work::leave_out_direction() {
@@ -200,14 +249,13 @@ StepError::StepError(StepError&&) noexcept = default;
 
 void StepError::set_reference(const Reference& about) { work_->set_reference(about); }
 
-void StepError::add_local(const Spectra& local, const Spectra& fields, std::int64_t steps) {
+void StepError::add_local(const Spectra& local, const Spectra& fields) {
     Work& w = *work_;
-    const auto copy = [&](const Spectra& from, double factor, Spectra& to, bool add) {
+    const auto copy = [&](const Spectra& from, double factor, Spectra& to) {
         for (int c = 0; c < to.count(); ++c)
-            for (const ModePair& pair : w.shared)
-                to[c][pair.coarse] = factor * from[c][pair.fine] + (add ? to[c][pair.coarse] : Complex(0.0));
+            for (const ModePair& pair : w.shared) to[c][pair.coarse] = factor * from[c][pair.fine];
     };
-    copy(local, 1.0, w.shifted, false);
+    copy(local, 1.0, w.shifted);
     const double before = w.local_size();
     for (FieldSize& field : w.fields) {
         field.size = w.size_of(fields, w.fine, field);
@@ -215,15 +263,11 @@ void StepError::add_local(const Spectra& local, const Spectra& fields, std::int6
         field.local = w.size_of(local, w.fine, field);
         field.local_low = w.size_of(w.shifted, w.coarse, field);
     }
-    // Under noise the errors of different steps are independent: they add up as a random walk.  Without noise they fall
-    // or rise over the steps to come as they have done since the last measurement, in the geometric mean.
-    if (w.noisy) {
-        copy(local, std::sqrt(static_cast<double>(steps)), w.error, true);
-    } else {
-        const double now = w.local_size();
-        w.trend = before > 0.0 && now > 0.0 ? std::clamp(std::sqrt(now / before), 0.3, 2.0) : 1.0;
-        copy(local, w.trend / w.dt, w.drive, false);
-    }
+    // Without noise the errors of the steps to come fall or rise as they have done since the last measurement, in the
+    // geometric mean.
+    const double now = w.local_size();
+    w.trend = !w.noisy && before > 0.0 && now > 0.0 ? std::clamp(std::sqrt(now / before), 0.3, 2.0) : 1.0;
+    copy(local, w.noisy ? 1.0 : w.trend / w.dt, w.drive);
     w.bound();
 }
 
@@ -234,9 +278,12 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
         while (w.stride > 1 && w.perturbation_growth * static_cast<double>(w.stride) * w.dt > 0.5) w.stride /= 2;
     }
     if (step % w.stride != 0) return;
+    std::fill(w.state.values.begin(), w.state.values.end(), Complex(0.0));
     for (int c = 0; c < w.state.count(); ++c)
-        for (const ModePair& pair : w.shared) w.state[c][pair.coarse] = fields[c][pair.fine];
+        for (const ModePair& pair : w.sampled)
+            w.state[c][pair.coarse] += pair.conjugate ? std::conj(fields[c][pair.fine]) : fields[c][pair.fine];
     w.steppers.at(w.stride).step(static_cast<double>(step) * w.dt, 0, w.error);
+    w.add_random_errors(step);
     w.leave_out_direction();
     w.bound();
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -241,14 +240,14 @@ Tally run_fuzz(std::uint64_t seed, std::uint64_t first, std::uint64_t count) {
     return tally;
 }
 
-/// The seed of the environment, to repeat a failure; otherwise a new one.
-std::uint64_t new_seed() {
+/// The seed of the environment, for other samples or to repeat a failure; otherwise a fixed one.
+std::uint64_t sample_seed() {
     if (const char* given = std::getenv("DROVER_FUZZ_SEED")) return std::strtoull(given, nullptr, 10);
-    return std::random_device{}();
+    return 5;
 }
 
 TEST(ImpactFuzz, random_groups_at_the_extremes_stay_finite_gain_no_energy_and_keep_momentum) {
-    const std::uint64_t seed = new_seed();
+    const std::uint64_t seed = sample_seed();
     const Tally tally = run_fuzz(seed, 0, 20000);
     EXPECT_EQ(tally.faults, 0) << tally.words << "repeat with DROVER_FUZZ_SEED=" << seed;
     EXPECT_GT(tally.impacts, 15000);

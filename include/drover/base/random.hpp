@@ -12,8 +12,9 @@ enum class Stream : std::uint64_t {
     stationary_state = 3,
     packing = 4,
     kick = 5,
-    trial = 6,      ///< seeds of the trials of an assay
-    bootstrap = 7,  ///< resamples
+    trial = 6,       ///< seeds of the trials of an assay
+    bootstrap = 7,   ///< resamples
+    step_error = 8,  ///< signs of local errors under noise
     test = 1000
 };
 

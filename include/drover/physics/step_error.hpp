@@ -25,8 +25,8 @@ public:
     /// The linear part about another reference.
     void set_reference(const Reference& about);
 
-    /// `local`: the error of one step, which is also that of each of the next `steps`.
-    void add_local(const numerics::Spectra& local, const numerics::Spectra& state, std::int64_t steps);
+    /// `local`: the error of the step that led to `state`, also that of each step up to the next call.
+    void add_local(const numerics::Spectra& local, const numerics::Spectra& state);
 
     /// Called with the fields at each step, before it is taken.
     void advance(std::int64_t step, const numerics::Spectra& state);
