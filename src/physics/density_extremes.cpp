@@ -29,11 +29,16 @@ Extremes joined(const Extremes& a, const Extremes& b) {
 }
 
 namespace {
+template <class... Values>
+[[noreturn]] void fail_density(std::string_view pattern, const Values&... values) {
+    throw DensityFailure(Fault::run, {}, text(pattern, values...));
+}
+
 void check_drag(const CompiledModel& model, const Extremes& extremes) {
     for (const double beads : {extremes.min_bead, extremes.max_bead})
         for (const double rods : {extremes.min_rod, extremes.max_rod})
             if (std::isfinite(beads) && std::isfinite(rods) && model.drag.at(beads, rods).value <= 0.0)
-                fail_run(
+                fail_density(
                     "drag.coefficient is {:.4g} where the bead density is {:.4g} and the rod density {:.4g}; expected "
                     "> 0: a slaved velocity divides by it",
                     model.drag.at(beads, rods).value, beads, rods);
@@ -42,7 +47,7 @@ void check_drag(const CompiledModel& model, const Extremes& extremes) {
 
 void check_extremes(const CompiledModel& model, const Extremes& extremes, const Divisors& divisors) {
     if (divisors.by_bead_density && extremes.min_bead <= 0.0)
-        fail_run(
+        fail_density(
             "the bead density reached {:.4g} mm-2 on the grid, and the inertia of beads divides by it; a vacuum needs "
             "fields.bead_velocity = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less "
             "noise",
@@ -58,7 +63,7 @@ void check_extremes(const CompiledModel& model, const Extremes& extremes, const 
         for (const auto& [beads, rods] :
              {std::pair{extremes.min_bead, extremes.min_rod}, std::pair{extremes.max_bead, extremes.max_rod}})
             if (std::isnan(c->at(finite(beads), finite(rods)).value))
-                fail_run(
+                fail_density(
                     "the densities reached {:.4g} (beads) and {:.4g} (rods) mm-2, outside the table of {}: {}; "
                     "expected "
                     "them inside: give a wider table, or table.outside = \"hold\"",

@@ -243,7 +243,7 @@ void check_field_health(physics::FieldEvolution& evolution, const io::Scene& sce
 }
 
 void fail_step(physics::FieldEvolution& evolution, const FieldHealth& health, std::int64_t step, double dt,
-               const Error& error) {
+               const physics::DensityFailure& error) {
     // A field that changes by less than this in a step does not fail because of the step.
     constexpr double min_change = 0.05;
     const FirstFailure first = find_first_failure(evolution, health, step);

@@ -34,9 +34,9 @@ void restore_field_health(const numerics::Spectra& state, std::int64_t step, Fie
 void check_field_health(physics::FieldEvolution& evolution, const io::Scene& scene, numerics::Transform& transform,
                         const numerics::Spectra& state, std::int64_t step, FieldHealth& health);
 
-/// Throws the run Error of a step that failed, led by the field that changed most before it when that is not the bead
-/// density.  Repeats the last steps.
+/// Throws the run Error of a step in which a density failed, led by the field that changed most before it when that is
+/// not the bead density.  Repeats the last steps.
 [[noreturn]] void fail_step(physics::FieldEvolution& evolution, const FieldHealth& health, std::int64_t step, double dt,
-                            const Error& error);
+                            const physics::DensityFailure& error);
 
 }  // namespace drover::run

@@ -256,7 +256,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
     simulation.advance = [world](std::int64_t step) {
         try {
             world->evolution.advance(step, world->state);
-        } catch (const Error& error) {
+        } catch (const physics::DensityFailure& error) {
             fail_step(world->evolution, world->health, step, world->scene.time.dt, error);
         }
         world->time = static_cast<double>(step + 1) * world->scene.time.dt;

@@ -128,6 +128,7 @@ SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
             if (!is_done(folder, run)) continue;
             ++seeds[run.point];
             const Report report = make_report(files::ArchiveReader(archive_of(folder, run)));
+            for (const std::string& warning : report.warnings) table.warnings.push_back(run.name + ": " + warning);
             for (const measure::SummaryRow& row : report.summary.rows) {
                 if (!row.axes.empty()) continue;
                 // By name: runs may differ in their observables, such as those of beads.
@@ -194,6 +195,7 @@ std::string table_text(const SweepTable& table) {
         for (std::size_t i = 0; i < table.names.size(); ++i)
             if (table.names[i] == name) chosen.push_back(i);
     std::string out;
+    for (const std::string& warning : table.warnings) out += "warning: " + warning + "\n";
     for (const std::string& key : table.keys) out += text("{:>20} ", key);
     out += text("{:>6} {:>5}", "branch", "seeds");
     for (const std::size_t i : chosen) out += text(" {:>26} {:>9}", table.names[i], "error");

@@ -1,4 +1,4 @@
-"""tests/app/test_anisotropic_theory.py: linear theory beside a run whose terms depend on direction, position or time."""
+"""tests/app/test_anisotropic_theory.py: linear theory of runs with terms that depend on direction, place or time."""
 import re
 
 import numpy as np

@@ -76,3 +76,10 @@ def test_the_grid_that_a_warning_names_resolves_the_run(tmp_path):
 ])
 def test_a_field_with_short_waves_that_are_physical_does_not_warn(tmp_path, changes):
     assert warnings_of(tmp_path, SMALL, changes) == []
+
+
+def test_a_sweep_lists_the_warnings_of_its_runs(tmp_path):
+    write_scene(tmp_path, base=STEEP)
+    ended = drover(tmp_path, "sweep", "flock.toml", "--vary", "elasticity.stiffness = 0.05, 5", "-q")
+    assert [text.split(": ")[:2] for text in printed(ended.stdout)] == [
+        ["point-0000-seed-1", "the grid does not resolve polar_order with grid.nx = 64 and grid.ny = 4"]]

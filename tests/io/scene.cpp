@@ -47,7 +47,8 @@ TEST(Scene, overrides_are_toml_values_or_bare_words) {
 
 TEST(Scene, errors_name_the_line_or_the_override) {
     EXPECT_EQ(error_of("[grid]\n\nnx = 7\n"), "scene.toml:3:1: grid.nx = 7; expected an even number >= 4");
-    EXPECT_EQ(error_of("", {"grid.ny=9"}), "--set grid.ny=9: grid.ny = 9; expected an even number >= 4");
+    EXPECT_EQ(error_of("", {"grid.ny=9"}),
+              "--set grid.ny=9: grid.ny = 9; expected an even number >= 4, or 1 for fields that do not depend on y");
     EXPECT_EQ(error_of("[gird]\n"), "scene.toml:1:2: unknown table [gird]; did you mean [grid]?");
     EXPECT_EQ(error_of("nx = 4\n"), "scene.toml:1:1: nx is outside a table; expected it below a line such as [grid]");
     EXPECT_EQ(error_of("[time]\ndt = 0.1\nend = 1.05\n"),

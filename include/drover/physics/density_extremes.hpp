@@ -22,8 +22,13 @@ struct Divisors {
     bool by_bead_density = false, by_drag = false;
 };
 
-/// Throws a run Error where the equations divide by a density or a drag that is not positive, or a density leaves the
-/// table of a coefficient.  NaN is left to the health check, which locates it.
+/// The run Error of check_extremes(): what went wrong is often another field, which a caller can look for.
+struct DensityFailure : Error {
+    using Error::Error;
+};
+
+/// Throws a DensityFailure where the equations divide by a density or a drag that is not positive, or a density leaves
+/// the table of a coefficient.  NaN is left to the health check, which locates it.
 void check_extremes(const CompiledModel& model, const Extremes& extremes, const Divisors& divisors);
 
 }  // namespace drover::physics
