@@ -28,8 +28,7 @@ void for_words(const RandomKey& key, std::uint64_t first, std::size_t per_index,
     for (std::size_t i = 0; i < count; ++i) {
         double* to = out.data() + i * per_index;
         for (std::size_t j = 0; j < per_index; j += 4) {
-            const Generator::ctr_type words =
-                generator({{first + i, key.step, key.substep, j / 4}}, philox_key);
+            const Generator::ctr_type words = generator({{first + i, key.step, key.substep, j / 4}}, philox_key);
             take(words, to + j, std::min<std::size_t>(4, per_index - j));
         }
     }

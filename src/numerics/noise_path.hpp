@@ -1,9 +1,9 @@
-// numerics/noise_path.hpp: the noise of a system as one function of time, however time is divided into steps.
+// numerics/noise_path.hpp: a binary tree of noise increments over time.
 #pragma once
 #include <cstdint>
 #include <vector>
 
-#include "drover/numerics/stepper.hpp"
+#include "drover/numerics/noise_path.hpp"
 #include "mode_noise.hpp"
 
 namespace drover::numerics {

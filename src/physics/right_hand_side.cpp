@@ -9,6 +9,7 @@
 #include "drover/numerics/transform.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "linear_rows.hpp"
+#include "moving_density.hpp"
 #include "point_arrays.hpp"
 #include "term_shapes.hpp"
 
@@ -67,7 +68,6 @@ struct RightHandSide::Work {
     void note_extremes(const numerics::Strip& strip);
 
     bool is_slaved() const { return e.form.velocity == Velocity::slaved; }
-    double moving_density(double density) const;
     double inverse_moved() const { return 1.0 / (e.model.inertia.bead_mass * ref.bead_density); }
     bool needs_linear_velocity() const {
         return is_slaved() && (reads_velocity_field || !sources.empty() || remainder.subtracts() || remainder.adds());
@@ -295,12 +295,6 @@ void RightHandSide::Work::balance_velocity(const PointFields& f, const VectorStr
     }
 }
 
-/// The density whose mass moves: see set_step().
-inline double RightHandSide::Work::moving_density(double density) const {
-    const double square = density_floor / density * (density_floor / density), fourth = square * square;
-    return density * std::sqrt(std::sqrt(std::sqrt(std::sqrt(1.0 + fourth * fourth * fourth * fourth))));
-}
-
 /// d_t v += (linear force + the rest)/(m rho) - (linear force)/(m rho_ref).
 void RightHandSide::Work::divide_by_mass(const PointFields& f, const PointRates& r) const {
     const double mass = e.model.inertia.bead_mass, moved_ref = inverse_moved();
@@ -308,7 +302,7 @@ void RightHandSide::Work::divide_by_mass(const PointFields& f, const PointRates&
     const double* density = f[Input::bead_density];
     const auto rate = r.vector(Output::velocity), force = r.vector(Output::force);
     for (std::size_t i = 0; i < f.size; ++i) {
-        const double moved = has_linear ? 1.0 / (mass * moving_density(density[i])) : moved_ref;
+        const double moved = has_linear ? 1.0 / (mass * moving_density(density[i], density_floor)) : moved_ref;
         if (force_varies) {
             rate.x[i] += moved * force.x[i];
             rate.y[i] += moved * force.y[i];
@@ -495,16 +489,12 @@ void RightHandSide::set_step(double dt) {
 
 Extremes RightHandSide::extremes() const { return work_->extremes; }
 
-double RightHandSide::min_moving_density() const { return work_->moving_density(work_->extremes.min_bead); }
+double RightHandSide::min_moving_density() const {
+    return moving_density(work_->extremes.min_bead, work_->density_floor);
+}
 
 numerics::Fields RightHandSide::bead_velocity(double t, const Spectra& state, const numerics::Transform& transform) {
     return work_->bead_velocity(t, state, transform);
-}
-
-numerics::Fields slaved_velocity(const Equations& equations, const numerics::System& linear, double t,
-                                 const Spectra& state, const numerics::Transform& transform) {
-    Threads one(1);
-    return RightHandSide(equations, linear, reference(equations.model.uniform), one).bead_velocity(t, state, transform);
 }
 
 }  // namespace drover::physics

@@ -15,17 +15,17 @@ struct StepCount {
 
 /// The step of the method, and how exactly each part of it must be taken.
 struct StepControl {
-    std::string method;      ///< name of a stepper table
-    double dt = 0.0;         ///< [s]
-    double tolerance = 0.0;  ///< largest relative error of a part; 0: dt is never divided
+    std::string method;         ///< name of a stepper table
+    double dt = 0.0;            ///< [s]
+    double tolerance = 0.0;     ///< largest relative error of a part; 0: dt is never divided
     bool watches_error = true;  ///< whether the run estimates the error that its steps make: physics::StepError
 };
 
-/// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  With noise
-/// the parts are 1, 2, 4, ...: intervals of the noise path, so that a part that is rejected and halved keeps its noise,
-/// which rejecting would otherwise make smaller.  Where the embedded error estimate rejects a part, or the right-hand
-/// side throws a run Error, their number doubles; where a whole dt leaves a margin, it falls to the next smaller one.
-/// A linear system is exact and is never divided.
+/// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  With
+/// noise the parts are 1, 2, 4, ...: intervals of the noise path, so that a part that is rejected and halved keeps its
+/// noise, which rejecting would otherwise make smaller.  Where the embedded error estimate rejects a part, or the
+/// right-hand side throws a run Error, their number doubles; where a whole dt leaves a margin, it falls to the next
+/// smaller one.  A linear system is exact and is never divided.
 class AdaptiveStepper {
 public:
     AdaptiveStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads);

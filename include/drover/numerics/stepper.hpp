@@ -5,14 +5,11 @@
 
 #include "drover/base/random.hpp"
 #include "drover/base/threads.hpp"
+#include "drover/numerics/noise_path.hpp"
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/system.hpp"
 
 namespace drover::numerics {
-
-class NoisePath;
-/// The noise of a system as one function of time, shared by its steppers: nullptr without noise.
-std::shared_ptr<NoisePath> make_noise_path(const System& system, double dt, std::uint64_t seed, Threads& threads);
 
 /// A method applied to one system with one step.  The blocks of each |q| are computed at construction.
 class Stepper {
@@ -47,9 +44,6 @@ private:
 
 /// Memory of a Stepper, without its noise path [bytes].
 double stepper_bytes(const System& system, const StepperTable& table);
-
-/// Memory of a noise path for steps of dt that are halved up to `halvings` times [bytes].
-double noise_path_bytes(const System& system, double dt, int halvings);
 
 /// A sample of the stationary distribution of the linear system; modes at q = 0 that do not decay are zero.
 /// Throws a run Error where a mode with q != 0 grows or does not decay.

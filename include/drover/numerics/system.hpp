@@ -23,8 +23,8 @@ struct System {
     std::function<IsotropicBlocks(double q)> linear;
     /// N: writes all of `rate`, never `state`.  Empty: the system is linear.
     std::function<void(double t, const Spectra& state, Spectra& rate)> nonlinear;
-    /// Called by a stepper with its dt before each step: where N is stiff it may depend on dt, and must converge with it.
-    /// Empty: N does not depend on dt.
+    /// Called by a stepper with its dt before each step: where N is stiff it may depend on dt, and must converge with
+    /// it.  Empty: N does not depend on dt.
     std::function<void(double dt)> set_step = {};
     /// Q at |q|: <f_q(t) f_q'(t')^H> = Q delta(t - t') delta_qq' / area, symmetric.  Empty: no noise.
     std::function<IsotropicBlocks(double q)> noise;

@@ -28,8 +28,8 @@ public:
     /// Chooses the reference for an initial state.
     void start(const numerics::Spectra& state);
 
-    /// Advances the state from step to step + 1.  Throws a run Error that names the cause, also where a single step makes
-    /// an error as large as half of a field.
+    /// Advances the state from step to step + 1.  Throws a run Error that names the cause, also where a single step
+    /// makes an error as large as half of a field.
     void advance(std::int64_t step, numerics::Spectra& state);
 
     const Equations& equations() const { return equations_; }

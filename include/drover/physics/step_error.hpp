@@ -14,8 +14,9 @@ namespace drover::physics {
 /// noise on the same path.  Now and then the caller repeats a step in halves and adds the difference; in between, the
 /// error evolves as a small perturbation of the fields does, d_t e = L e + N(a + e) - N(a), on fewer points: it grows
 /// where they are unstable and decays where they relax.  Its part beyond those points is taken to grow as the rest, but
-/// to persist no longer than a linear mode at their cut.  Under noise the direction of a free flock diffuses without limit and changes no mean: errors of the direction
-/// of the mean order are left out.  Tests hold it to a factor of 3 on 90 % of random scenes.
+/// to persist no longer than a linear mode at their cut.  Under noise the direction of a free flock diffuses without
+/// limit and changes no mean: errors of the direction of the mean order are left out.  It is good to a factor of about
+/// 3 (tests/bench/step_error).
 class StepError {
 public:
     StepError(const Equations& equations, const numerics::Grid& grid, const Dealiasing& dealiasing, double dt);

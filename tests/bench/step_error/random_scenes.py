@@ -23,7 +23,8 @@ import numpy
 
 FIELDS = (("bead_density",), ("rod_density",), ("bead_velocity_x", "bead_velocity_y"),
           ("polar_order_x", "polar_order_y"))
-COLUMNS = ("scene", "kind", "method", "dt", "noise", "ended", "estimate", "true", "ratio", "field", "warned", "settings")
+COLUMNS = ("scene", "kind", "method", "dt", "noise", "ended", "estimate", "true", "ratio", "field", "warned",
+           "settings")
 
 
 def scene(number):
@@ -53,7 +54,8 @@ def scene(number):
         keys["noise.order"] = log(1e-4, 1e-2)
         keys["noise.rods"] = log(1e-5, 1e-3)
     start = {name: f"{draw.uniform(0.05, 0.4):.3f} * sin(2*pi*({draw.randint(0, 2)}*x + {draw.randint(0, 2)}*y)/16 + "
-                   f"{draw.uniform(0, 6):.2f}) + {draw.uniform(-0.5, 0.5):.3f}" for name in ("polar_order_x", "polar_order_y")}
+                   f"{draw.uniform(0, 6):.2f}) + {draw.uniform(-0.5, 0.5):.3f}"
+             for name in ("polar_order_x", "polar_order_y")}
     keys["initial.kind"] = draw.choice(["formula", "formula", "random"])
     if keys["initial.kind"] == "formula":
         keys |= {f"initial.{name}": text for name, text in start.items()}
@@ -146,9 +148,9 @@ def main():
     ratios = sorted(float(row["ratio"]) for row in judged)
     within = sum(1 / 3 <= ratio <= 3 for ratio in ratios)
     silent = [row["scene"] for row in judged if float(row["ratio"]) < 0.1 and str(row["warned"]) != "True"]
-    print(f"{len(rows)} scenes, {len(judged)} judged: within a factor of 3: {within} ({100 * within / len(judged):.0f} %); "
-          f"ratios {ratios[0]:.2g} to {ratios[-1]:.2g}, median {ratios[len(ratios) // 2]:.2g}; "
-          f"below a tenth without a warning: {silent or 'none'}")
+    print(f"{len(rows)} scenes, {len(judged)} judged: within a factor of 3: {within} "
+          f"({100 * within / len(judged):.0f} %); ratios {ratios[0]:.2g} to {ratios[-1]:.2g}, "
+          f"median {ratios[len(ratios) // 2]:.2g}; below a tenth without a warning: {silent or 'none'}")
 
 
 if __name__ == "__main__":
