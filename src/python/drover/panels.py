@@ -113,8 +113,8 @@ def draw_profile(axes, run, frame):
     axes.set_xlabel(with_unit("$x$", density["x"]))
     axes.set_ylabel(with_unit(f"${symbol}$", density))
     right.set_ylabel(with_unit(f"${its_symbol}$", parts[0]))
-    axes.margins(y=0.35)
-    axes.legend(handles=lines, loc="upper right", ncols=3, frameon=False)
+    axes.margins(y=0.35)  # two curves of one shape would hide each other
+    axes.legend(handles=lines, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
 
 
 def draw_arrows(axes, run, frame):
