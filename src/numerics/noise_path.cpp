@@ -97,7 +97,7 @@ void NoisePath::prepare(int level) {
     }
 }
 
-/// body<Scalars, Vectors>(row, its first mode in `values`, its kept modes, scratch) for every row.
+/// body<Scalars, Vectors>(row, number of its kept modes, scratch) for every row that keeps modes.
 template <class Body>
 void NoisePath::for_rows(Body body) {
     for_layout(system_.layout, [&]<int Scalars, int Vectors>() {

@@ -7,8 +7,10 @@
 #include <numbers>
 
 #include "drover/base/random.hpp"
+#include "drover/numerics/shells.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/physics/right_hand_side.hpp"
+#include "drover/physics/stability_rows.hpp"
 
 namespace drover::physics {
 
@@ -102,7 +104,6 @@ struct StepError::Work {
     double dt;
     std::int64_t stride = 1;
     double perturbation_growth = 0.0;  // |N(a + e) - N(a)|/|e|
-    double trend = 1.0;
     Threads one{1};
     std::vector<ModePair> shared, sampled;
     std::vector<FieldSize> fields;
@@ -130,8 +131,7 @@ StepError::Work::Work(const Equations& the_equations, const Grid& grid, const De
       dt(the_dt) {
     const Form& form = equations.form;
     const int degree = kept_degree(equations, dealiasing);
-    const Noise& noise = equations.model.noise;
-    noisy = noise.order != 0.0 || noise.rods != 0.0 || noise.beads != 0.0;
+    noisy = has_noise(equations.model.noise);
     shared = shared_modes(coarse, noisy ? 1 : degree, fine, degree);
     sampled = noisy ? sampled_modes(coarse, fine, degree) : shared;
     const auto add = [&](int first, int count, const char* name) {
@@ -197,7 +197,8 @@ double StepError::Work::size_of(const Spectra& spectra, const Grid& grid, const 
     const std::size_t width = numerics::columns(grid);
     double sum = 0.0;
     for (int c = field.first; c < field.first + field.count; ++c)
-        for (std::size_t m = 0; m < spectra.size; ++m) sum += (m % width == 0 ? 1.0 : 2.0) * std::norm(spectra[c][m]);
+        for (std::size_t m = 0; m < spectra.size; ++m)
+            sum += numerics::mode_weight(grid, m % width) * std::norm(spectra[c][m]);
     return std::sqrt(sum);
 }
 
@@ -269,8 +270,8 @@ void StepError::add_local(const Spectra& local, const Spectra& fields) {
     // Without noise the errors of the steps to come fall or rise as they have done since the last measurement, in the
     // geometric mean.
     const double now = w.local_size();
-    w.trend = !w.noisy && before > 0.0 && now > 0.0 ? std::clamp(std::sqrt(now / before), 0.3, 2.0) : 1.0;
-    copy(local, w.noisy ? 1.0 : w.trend / w.dt, w.drive);
+    const double trend = before > 0.0 && now > 0.0 ? std::clamp(std::sqrt(now / before), 0.3, 2.0) : 1.0;
+    copy(local, w.noisy ? 1.0 : trend / w.dt, w.drive);
     w.bound();
 }
 
@@ -315,11 +316,11 @@ StepError::Relative StepError::largest_local() const {
 }
 
 std::size_t StepError::saved_numbers() const {
-    return 3 + 4 * work_->fields.size() + 2 * (work_->error.values.size() + work_->drive.values.size());
+    return 2 + 4 * work_->fields.size() + 2 * (work_->error.values.size() + work_->drive.values.size());
 }
 
 std::vector<double> StepError::save() const {
-    std::vector<double> values{static_cast<double>(work_->stride), work_->perturbation_growth, work_->trend};
+    std::vector<double> values{static_cast<double>(work_->stride), work_->perturbation_growth};
     for (const FieldSize& field : work_->fields)
         for (const double value : {field.size, field.largest, field.local, field.local_low}) values.push_back(value);
     for (const Spectra* spectra : {&work_->error, &work_->drive})
@@ -335,7 +336,7 @@ void StepError::restore(std::span<const double> values) {
             values.size(), saved_numbers());
     auto next = values.begin();
     work_->stride = static_cast<std::int64_t>(*next++);
-    for (double* value : {&work_->perturbation_growth, &work_->trend}) *value = *next++;
+    work_->perturbation_growth = *next++;
     for (FieldSize& field : work_->fields)
         for (double* value : {&field.size, &field.largest, &field.local, &field.local_low}) *value = *next++;
     for (Spectra* spectra : {&work_->error, &work_->drive})

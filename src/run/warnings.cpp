@@ -10,6 +10,7 @@
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/evaluation_cost.hpp"
+#include "drover/physics/stability_rows.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "run/field_health.hpp"
 
@@ -212,14 +213,12 @@ Excess samples_below(const files::ArchiveReader& archive, const std::string& obs
     return excess;
 }
 
-bool has_noise(const physics::Noise& noise) { return noise.order > 0.0 || noise.rods > 0.0 || noise.beads > 0.0; }
-
 /// Negative densities, except where the model is linear in the density and its noise allows them, and where the model
 /// stops at them.
 void add_negative_densities(const files::ArchiveReader& archive, const io::Scene& scene,
                             std::vector<std::string>& warnings) {
     const physics::Form form = physics::form(scene.model);
-    const bool noise = has_noise(scene.model.noise);
+    const bool noise = physics::has_noise(scene.model.noise);
     const bool rods_are_linear = form.order_is_density && noise;
     const bool beads_are_linear = form.velocity == physics::Velocity::absent && noise;
     const auto add = [&](const std::string& what, int component, bool is_linear, double mean, double its_noise) {
