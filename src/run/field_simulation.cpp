@@ -190,11 +190,13 @@ double field_simulation_bytes(const io::Scene& scene) {
     const int count = numerics::components(system.layout);
     // The state, the last two healthy ones, a copy for the checkpoint and its file; fields; scratch; shells, sectors
     // and powers.
-    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 2.0;
+    const numerics::SundialsMethod* sundials = numerics::find_sundials_method(scene.time.stepper);
+    const double stepper = sundials ? numerics::sundials_stepper_bytes(system, *sundials)
+                                    : numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper));
+    const double steppers = scene.time.tolerance > 0.0 && !sundials ? 4.0 : 2.0;
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
     return numerics::noise_path_bytes(system, scene.time.dt, halvings) +
-           steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
-                       physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
+           steppers * (stepper + physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
            (5.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
 
@@ -231,7 +233,10 @@ namespace {
 /// The choices of the adaptive stepper.
 std::string describe(const physics::FieldEvolution& evolution, const io::Scene& scene) {
     std::string words;
-    if (scene.time.tolerance > 0.0)
+    if (const numerics::StepCount& count = evolution.count(); count.right_hand_sides > 0)
+        words = text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s", count.accepted,
+                     count.rejected, count.right_hand_sides, evolution.last_step());
+    else if (scene.time.tolerance > 0.0)
         words = text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", evolution.count().accepted,
                      evolution.count().rejected, scene.time.dt / evolution.division(), evolution.division());
     if (const auto changes = evolution.reference_changes(); changes > 0)
