@@ -138,12 +138,15 @@ void print(const io::Scene& scene, const Explanation& e) {
     for (const physics::CoefficientValue& one : e.coefficients)
         std::printf("  %-21s %-11s = %s %s\n", one.key.c_str(), one.symbol.c_str(), one.value.c_str(),
                     one.unit.c_str());
-    std::printf("stepper %s, order %d: %s\n", stepper.name.c_str(), stepper.order, stepper.citation.c_str());
+    std::printf("stepper %s, order %s%d: %s\n", stepper.name.c_str(), stepper.needs_tolerance ? "1 to " : "",
+                stepper.order, stepper.citation.c_str());
     print_transforms(e);
-    std::printf("  %lld steps of dt = %g s%s; dt |s|max = %.3g for the linear terms (exact for any dt)\n",
+    const char* division = stepper.needs_tolerance ? ", which does not limit the steps of the method"
+                                                   : ", each divided as time.tolerance requires";
+    std::printf("  %lld steps of dt = %g s%s; dt |s|max = %.3g for the linear terms (%s)\n",
                 static_cast<long long>(e.cost.steps), scene.time.dt,
-                scene.time.tolerance > 0.0 && e.is_nonlinear ? ", each divided as time.tolerance requires" : "",
-                scene.time.dt * e.fastest_rate);
+                scene.time.tolerance > 0.0 && (e.is_nonlinear || !stepper.is_exponential) ? division : "",
+                scene.time.dt * e.fastest_rate, stepper.is_exponential ? "exact for any dt" : "implicit");
     const char* state = e.is_nonlinear ? "the isotropic state is " : "";
     if (e.growth.rate > 0.0)
         std::printf("  %sunstable: a mode grows at %.4g /s at |q| = %.3g /mm, by a factor e^%.3g in this run%s\n",

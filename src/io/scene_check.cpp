@@ -33,7 +33,7 @@ void check_time_method(const Scene& scene, const LocationOf& at) {
             "steps by it",
             method.name);
     const physics::Noise& noise = scene.model.noise;
-    require(method.integrates_noise || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
+    require(method.is_exponential || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
             at("time.stepper"),
             "time.stepper = \"{}\" with noise; expected a model without: choose etdrk2, or set noise.order, noise.rods "
             "and noise.beads to 0",

@@ -134,6 +134,9 @@ SundialsStepper::Work::Work(const System& the_system, const SundialsMethod& the_
 }
 
 namespace {
+constexpr long max_steps = 100000;  // in one dt
+constexpr double min_step = 1e-12;  // relative to dt
+
 /// SUNDIALS' messages are kept for the Error, and not printed.
 template <class Keeper>
 void keep_message(int, const char*, const char*, char* words, void* keeper) {
@@ -157,11 +160,10 @@ void SundialsStepper::Work::make_cvode() {
                           void* work) { return static_cast<Work*>(work)->solve_shifted(gamma, right, to); };
     solver.reset(SUNLinSol_SPGMR(vector.get(), SUN_PREC_LEFT, 0, context.get()));
     void* memory = cvode.get();
-    constexpr long max_steps = 100000;  // in one dt
     if (!memory || !solver || CVodeInit(memory, rates, 0.0, vector.get()) != 0 || CVodeSetUserData(memory, this) != 0 ||
         CVodeSetErrHandlerFn(memory, keep_message<Work>, this) != 0 || CVodeWFtolerances(memory, weights) != 0 ||
-        CVodeSetMaxNumSteps(memory, max_steps) != 0 || CVodeSetLinearSolver(memory, solver.get(), nullptr) != 0 ||
-        CVodeSetPreconditioner(memory, prepare, solve) != 0)
+        CVodeSetMaxNumSteps(memory, max_steps) != 0 || CVodeSetMinStep(memory, min_step * dt) != 0 ||
+        CVodeSetLinearSolver(memory, solver.get(), nullptr) != 0 || CVodeSetPreconditioner(memory, prepare, solve) != 0)
         fail_run("CVODE cannot be prepared: {}", message);
 }
 
@@ -191,12 +193,11 @@ void SundialsStepper::Work::make_arkode() {
         SUNLinSolFreeEmpty(self);
         return 0;
     };
-    constexpr long max_steps = 100000;  // in one dt
     if (ARKStepSetUserData(memory, this) != 0 || ARKStepSetErrHandlerFn(memory, keep_message<Work>, this) != 0 ||
         ARKStepSetTableName(memory, method.implicit_table.c_str(), method.explicit_table.c_str()) != 0 ||
         ARKStepWFtolerances(memory, weights) != 0 || ARKStepSetMaxNumSteps(memory, max_steps) != 0 ||
-        ARKStepSetLinearSolver(memory, solver.get(), nullptr) != 0 || ARKStepSetLinear(memory, 0) != 0 ||
-        (tolerance == 0.0 && ARKStepSetFixedStep(memory, dt) != 0))
+        ARKStepSetMinStep(memory, min_step * dt) != 0 || ARKStepSetLinearSolver(memory, solver.get(), nullptr) != 0 ||
+        ARKStepSetLinear(memory, 0) != 0 || (tolerance == 0.0 && ARKStepSetFixedStep(memory, dt) != 0))
         fail_run("ARKODE cannot be prepared: {}", message);
 }
 

@@ -17,7 +17,7 @@ const std::vector<TimeMethod>& time_methods() {
             all.push_back({.name = table.name,
                            .order = table.order,
                            .citation = table.citation,
-                           .integrates_noise = true,
+                           .is_exponential = true,
                            .estimates_error = !table.error.empty(),
                            .stages = stages,
                            .stages_with_tolerance = std::max(stages, static_cast<int>(table.error.size()))});

@@ -9,7 +9,7 @@ struct TimeMethod {
     std::string name;
     int order = 1;  ///< without noise; the highest, where it varies
     std::string citation;
-    bool integrates_noise = false;
+    bool is_exponential = false;   ///< linear terms and noise are exact; otherwise there must be no noise
     bool estimates_error = false;  ///< a tolerance is allowed
     bool needs_tolerance = false;  ///< it has no steps of fixed length
     /// Right-hand sides per step of dt, or per part of dt with a tolerance; 0: they vary.
