@@ -94,8 +94,8 @@ TEST(Sundials, the_step_error_of_a_run_is_of_the_size_of_its_error) {
         evolution.start(state);
         for (std::int64_t step = 0; step < 8; ++step) evolution.advance(step, state);
         const double estimated = evolution.step_error().error, error = distance(state, exact);
-        // Relative, of all modes, against the largest of one: a factor of ten.  Above, errors of interpolation, which do
-        // not add up from step to step but are taken to.
+        // Relative, of all modes, against the largest of one: a factor of ten.  Above, errors of interpolation, which
+        // do not add up from step to step but are taken to.
         EXPECT_GT(estimated, 0.1 * error) << method;
         EXPECT_LT(estimated, 100.0 * error) << method;
     }
