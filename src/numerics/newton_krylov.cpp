@@ -38,6 +38,7 @@ std::span<double> numbers(N_Vector vector) {
 /// What the callbacks need.
 struct Call {
     const NonlinearEquations& equations;
+    bool has_begun = false;
     std::exception_ptr failure = nullptr;
     std::string message = {};
 
@@ -57,14 +58,23 @@ struct Call {
     }
 };
 
+/// Outside the domain of the equations the residual counts as huge, so that the line search comes back.
 int residual(N_Vector u, N_Vector f, void* call) {
     auto& c = *static_cast<Call*>(call);
-    return c.guarded([&] {
+    const int flag = c.guarded([&] {
         c.equations.residual(numbers(u), numbers(f));
         for (const double value : numbers(f))
             if (!std::isfinite(value))
                 fail_run("the residual of Newton's method is not finite; expected finite fields");
     });
+    if (flag == 1 && c.has_begun) {
+        constexpr double far = 1e10;
+        std::transform(c.equations.equation_sizes.begin(), c.equations.equation_sizes.end(), numbers(f).begin(),
+                       [](double size) { return far * size; });
+        return 0;
+    }
+    c.has_begun = true;
+    return flag;
 }
 
 int derivative(N_Vector v, N_Vector product, N_Vector u, int*, void* call) {
@@ -105,7 +115,7 @@ NewtonOutcome solve_newton_krylov(const NonlinearEquations& equations, const New
     const Owned<SUNLinearSolver, SolverDeleter> solver(
         SUNLinSol_SPGMR(unknowns.get(), SUN_PREC_RIGHT, dimensions, context.get()));
     void* memory = kinsol.get();
-    constexpr double smallest_step = 1e-15, largest_step = 1e6;
+    constexpr double smallest_step = 1e-15, largest_step = 1.0;
     if (!memory || !solver || KINSetErrHandlerFn(memory, keep_message, &call) != 0 ||
         KINInit(memory, residual, unknowns.get()) != 0 || KINSetUserData(memory, &call) != 0 ||
         KINSetFuncNormTol(memory, control.tolerance) != 0 || KINSetScaledStepTol(memory, smallest_step) != 0 ||

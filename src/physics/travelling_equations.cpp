@@ -33,12 +33,17 @@ TravellingEquations::TravellingEquations(TravellingProblem the_problem, Threads&
     rate = scratch;
 }
 
-/// Root mean squares of a field without size are those of a thousandth of the largest.
+/// The size of a field is its root mean square or, where larger, that of its change over 1/shift.
 void TravellingEquations::set_sizes(Values a) {
-    const std::vector<double> squares = modes->mean_squares(a);
+    std::vector<double> squares = modes->mean_squares(a);
+    Numbers changes(size());
+    evaluate(a, changes);
+    for (double& change : changes) change /= shift;
+    const std::vector<double> of_changes = modes->mean_squares(changes);
     const double largest = *std::max_element(squares.begin(), squares.end());
     sizes.assign(size(), 0.0);
     for (std::size_t f = 0; f < squares.size(); ++f) {
+        squares[f] = std::max(squares[f], std::min(of_changes[f], largest));
         const numerics::ModeVector::Field& field = modes->fields()[f];
         std::fill(sizes.begin() + static_cast<std::ptrdiff_t>(field.begin),
                   sizes.begin() + static_cast<std::ptrdiff_t>(field.end),
@@ -80,7 +85,8 @@ Numbers TravellingEquations::slope(Values a) const {
 /// A mean density is conserved if its rate is zero for the guess and for another state.
 void TravellingEquations::find_conserved(Values a) {
     Numbers other(a.begin(), a.end()), f(size()), g(size());
-    for (std::size_t i = 0; i < other.size(); ++i) other[i] += 0.01 * sizes[i] * std::sin(1.7 * static_cast<double>(i));
+    for (std::size_t i = 0; i < other.size(); ++i)
+        if (i % per_component < 5) other[i] += 0.01 * sizes[i] * std::sin(1.7 * static_cast<double>(i));
     evaluate(a, f);
     evaluate(other, g);
     conserved.clear();
@@ -297,7 +303,7 @@ Numbers TravellingEquations::metric() const {
 
 /// The size of d_x a.
 double TravellingEquations::variation(Values a) const {
-    const Numbers along = slope(a), weights = metric();
+    const Numbers along = slope(a.first(size())), weights = metric();
     double squares = 0.0;
     for (std::size_t i = 0; i < along.size(); ++i) squares += weights[i] * along[i] * along[i];
     return std::sqrt(squares);

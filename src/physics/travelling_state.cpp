@@ -14,6 +14,10 @@ using travelling::Numbers;
 using travelling::product;
 using travelling::Values;
 
+namespace {
+constexpr double vanished = 1e-3;  // of the variation of a state: it is uniform
+}
+
 struct TravellingSolver::Work : TravellingEquations {
     using TravellingEquations::TravellingEquations;
 };
@@ -32,8 +36,8 @@ TravellingState TravellingSolver::find(const numerics::Spectra& guess, std::opti
     w.set_parameter(w.problem.parameter);
     Numbers u(n);
     w.modes->pack(guess, u);
-    w.set_sizes(u);
     w.choose_shift();
+    w.set_sizes(u);
     w.find_conserved(u);
     w.columns.assign(1, Numbers(n));
     w.rows.assign(1, {});
@@ -55,7 +59,6 @@ TravellingState TravellingSolver::find(const numerics::Spectra& guess, std::opti
     TravellingState found = w.solve(std::move(u));
     Numbers values(n);
     w.modes->pack(found.state, values);
-    constexpr double vanished = 1e-3;
     if (w.variation(values) < vanished * variation)
         fail_run("Newton's method ended in a uniform state; expected a wave: give a guess nearer to one, or settle it");
     return found;
@@ -100,6 +103,7 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
     constexpr double first_step = 0.01, largest_step = 0.2, smallest_step = 1e-6;
     Numbers before = numbers_of(*w.modes, first), near = before;
     near[n + 1] += first_step * range;
+    const double variation = w.variation(Values(before).first(n));
     std::vector<TravellingState> points{first, w.solve_near(near, nullptr, weights)};
     double step = 0.0;
     while (static_cast<int>(points.size()) < max_points) {
@@ -113,6 +117,10 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
             step *= 0.5;
             if (error.fault() != Fault::run || step < smallest_step) break;  // the curve ends
             continue;
+        }
+        if (w.variation(numbers_of(*w.modes, points.back())) < vanished * variation) {
+            points.pop_back();  // the curve ends in a uniform state
+            break;
         }
         before = here;
         constexpr int few_iterations = 5;

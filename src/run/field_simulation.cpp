@@ -127,16 +127,19 @@ void World::transform_to_grid() {
                   velocity[axis].begin());
 }
 
-files::Recording frame_recording(const World& world) {
-    const numerics::Grid& grid = world.scene.grid;
+}  // namespace
+
+files::Recording frame_recording(const io::Scene& scene) {
+    const numerics::Grid& grid = scene.grid;
+    const physics::Form form = physics::form(scene.model);
     files::Recording recording{.group = "/",
                                .axes = {{"y", "mm", "position along y", cell_corners(grid.ny, grid.ly)},
                                         {"x", "mm", "position along x", cell_corners(grid.nx, grid.lx)}},
                                .quantities = {},
                                .rows_per_chunk = 1};
-    for (const physics::Component& component : physics::component_names(world.form))
+    for (const physics::Component& component : physics::component_names(form))
         recording.quantities.push_back({component.name, component.unit, component.meaning, {"y", "x"}});
-    if (world.form.velocity == physics::Velocity::slaved)
+    if (form.velocity == physics::Velocity::slaved)
         for (const char* axis : {"x", "y"})
             recording.quantities.push_back(
                 {text("bead_velocity_{}", axis),
@@ -145,7 +148,14 @@ files::Recording frame_recording(const World& world) {
                  {"y", "x"}});
     return recording;
 }
-}  // namespace
+
+numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
+    io::Scene start = scene;
+    start.time.stepper = io::TimeControl{}.stepper;
+    start.time.tolerance = start.time.max_error = 0.0;
+    start.output.powers = false;
+    return World(start, threads).state;
+}
 
 int choose_threads(const io::Scene& scene) {
     if (scene.run.threads > 0) return scene.run.threads;
@@ -210,7 +220,8 @@ ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
             for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
         return arrays;
     };
-    return {frame_recording(*world), io::whole_steps(scene, "output.frame_every", scene.output.frame_every), observe};
+    return {frame_recording(world->scene), io::whole_steps(scene, "output.frame_every", scene.output.frame_every),
+            observe};
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<World>& world) {

@@ -22,7 +22,8 @@ public:
     TravellingState find(const numerics::Spectra& guess, std::optional<double> speed = std::nullopt);
 
     /// The states along the curve of solutions through `first`, by pseudo-arclength: past folds, until the parameter
-    /// leaves the range from its value at `first` to `last`, or the curve ends, or there are `max_points`.
+    /// leaves the range from its value at `first` to `last`, or the curve ends (in a uniform state), or there are
+    /// `max_points`.
     std::vector<TravellingState> follow(const TravellingState& first, double last, int max_points);
 
     /// Rates of the perturbations of a state that depend on x alone, with its mean densities, fastest growth first: at

@@ -17,6 +17,12 @@ TimedScene timed_fields(const io::Scene& scene);
 /// Throws an input Error for an initial file with another grid or other fields.
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
 
+/// The fields at t = 0.  Throws as make_field_simulation().
+numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads);
+
+/// The frames of a run.
+files::Recording frame_recording(const io::Scene& scene);
+
 /// The group of an archive that holds the observables of fields.
 inline constexpr const char* field_samples_group = "/observables";
 
