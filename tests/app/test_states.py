@@ -40,8 +40,8 @@ def test_a_run_from_the_archive_of_a_state_moves_at_its_speed_without_change(tmp
     small = ["--set", "grid.nx=256", "--set", "grid.ny=8"]
     found = states(tmp_path, BAND, *small, "-o", "state.h5")
     drover(tmp_path, "run", BAND, *small, "--set", "initial.kind=file", "--set", "initial.file=state.h5", *NO_FORMULA,
-           "--set", "time.end=8", "--set", "time.stepper=etdrk4", "--set", "output.frame_every=8", "--set", "output.sample_every=1", "-o", "run.h5",
-           "--quiet")
+           "--set", "time.end=8", "--set", "time.stepper=etdrk4", "--set", "output.frame_every=8", "--set",
+           "output.sample_every=1", "-o", "run.h5", "--quiet")
     with h5py.File(tmp_path / "run.h5") as file:
         first, last, x = file["rod_density"][0, 3], file["rod_density"][-1, 3], file["x"][()]
     modes = np.fft.rfft(first) * np.exp(-2j * np.pi * np.arange(129) / 128.0 * found["speed"] * 8.0)

@@ -77,7 +77,8 @@ void expect_band(const Band& band) {
         TravellingSolver solver = solver_of(model_of(band), line.grid, threads);
         const numerics::Fields guess = line.rods(mean, 0.8, [&](double x) { return band_order(poor, x, 0.0); });
         const TravellingState found = solver.find(line.spectra(guess));
-        // GMRES and the rounding of 255 modes leave 1e-13 of the equations; the slowest perturbation decays at 0.008 /s.
+        // GMRES and the rounding of 255 modes leave 1e-13 of the equations; the slowest perturbation decays at
+        // 0.008 /s.
         EXPECT_NEAR(found.speed, band.c, 1e-10);
         EXPECT_LT(distance_up_to_position(line, found.state, line.spectra(exact), 1), 1e-10);
         const DensityProfile profile = density_profile(line.fields(found.state)[0], length);
