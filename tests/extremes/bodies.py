@@ -85,6 +85,8 @@ def judge(program, folder, keys):
     if result["warnings"]:
         return "warned", "", result["warnings"][0]
     with h5py.File(folder / "run.h5") as file:
+        if "particles" not in file:
+            return "right", "0", "no bodies"
         spheres = file["particles/spheres"]
         positions, radii, body = spheres["position/value"][-1], spheres["radius"][:], spheres["body"][:]
         velocities = spheres["velocity/value"][-1]
