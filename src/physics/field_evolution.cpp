@@ -105,6 +105,7 @@ void FieldEvolution::advance(std::int64_t step, Spectra& state) {
 /// The error of the last step, from the same step taken finer.
 void FieldEvolution::measure_error(std::int64_t step, const Spectra& state) {
     next_check_ = step + steps_to_next_check(step);
+    error_->start_local(before_);
     stepper_.repeat_finer(step, before_);
     const double factor = 1.0 / (1.0 - stepper_.finer_error());
     for (std::size_t k = 0; k < before_.values.size(); ++k)

@@ -38,13 +38,13 @@ numerics::Spectra guess_of(const io::Scene& scene, const io::Scene& line, Thread
 /// Evolves a guess: it comes nearer to a stable state.
 void settle(const io::Scene& line, double duration, Threads& threads, numerics::Spectra& state) {
     if (duration == 0.0) return;
+    const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
+    const double steps = std::ceil(duration / longest);
     physics::FieldEvolution evolution(
         line.model, line.grid, line.dealiasing,
-        {.method = line.time.stepper, .dt = line.time.dt, .tolerance = line.time.tolerance, .watches_error = false}, 0,
-        threads);
+        {.method = "etdrk4-krogstad", .dt = duration / steps, .tolerance = 1e-4, .watches_error = false}, 0, threads);
     evolution.start(state);
-    const auto steps = static_cast<std::int64_t>(std::ceil(duration / line.time.dt));
-    for (std::int64_t step = 0; step < steps; ++step) evolution.advance(step, state);
+    for (std::int64_t step = 0; step < std::llround(steps); ++step) evolution.advance(step, state);
 }
 
 /// From a guess that settles for longer until Newton's method succeeds, unless its time is given.

@@ -15,6 +15,7 @@ namespace drover::numerics {
 struct StepCount {
     std::int64_t accepted = 0, rejected = 0;
     std::int64_t right_hand_sides = 0;  ///< of the methods of SUNDIALS
+    double largest_error = 0.0;         ///< of an accepted part, relative; only with a tolerance, not of SUNDIALS
 };
 
 /// The step of the method, and how exactly each part of it must be taken.

@@ -23,6 +23,15 @@ numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads);
 /// The frames of a run.
 files::Recording frame_recording(const io::Scene& scene);
 
+/// A step is chosen for this part of time.max_error: the estimate is within a factor of 2 to 3 of the error.
+inline constexpr double choice_margin = 0.5;
+
+/// The error of a step that drover chose is above its limit: the run must be made again with a shorter one.
+class StepTooLong : public Error {
+public:
+    explicit StepTooLong(const std::string& message) : Error(Fault::run, {}, message) {}
+};
+
 /// The group of an archive that holds the observables of fields.
 inline constexpr const char* field_samples_group = "/observables";
 
