@@ -100,6 +100,23 @@ struct SundialsStepper::Work {
     void look_at_counts();
     [[noreturn]] void fail(double t);
     int evaluate(double t, N_Vector from, N_Vector to, bool with_linear, bool with_rest);
+    // What SUNDIALS calls.
+    static int all_rates(double t, N_Vector y, N_Vector to, void* work) {
+        return static_cast<Work*>(work)->evaluate(t, y, to, true, true);
+    }
+    static int explicit_rates(double t, N_Vector y, N_Vector to, void* work) {
+        return static_cast<Work*>(work)->evaluate(t, y, to, false, true);
+    }
+    static int implicit_rates(double t, N_Vector y, N_Vector to, void* work) {
+        return static_cast<Work*>(work)->evaluate(t, y, to, true, false);
+    }
+    static int error_weights(N_Vector y, N_Vector to, void* work) {
+        return static_cast<Work*>(work)->write_weights(y, to);
+    }
+    /// Messages are kept for the Error, and not printed.
+    static void keep_message(int, const char*, const char*, char* words, void* work) {
+        static_cast<Work*>(work)->message = words;
+    }
     int solve_shifted(double gamma, N_Vector from, N_Vector to);
     int write_weights(N_Vector y, N_Vector weights) const;
 };
@@ -136,22 +153,10 @@ SundialsStepper::Work::Work(const System& the_system, const SundialsMethod& the_
 namespace {
 constexpr long max_steps = 100000;  // in one dt
 constexpr double min_step = 1e-12;  // relative to dt
-
-/// SUNDIALS' messages are kept for the Error, and not printed.
-template <class Keeper>
-void keep_message(int, const char*, const char*, char* words, void* keeper) {
-    static_cast<Keeper*>(keeper)->message = words;
-}
 }  // namespace
 
 void SundialsStepper::Work::make_cvode() {
     cvode.reset(CVodeCreate(method.name == "cvode-bdf" ? CV_BDF : CV_ADAMS, context.get()));
-    const auto rates = [](double t, N_Vector y, N_Vector to, void* work) {
-        return static_cast<Work*>(work)->evaluate(t, y, to, true, true);
-    };
-    const auto weights = [](N_Vector y, N_Vector to, void* work) {
-        return static_cast<Work*>(work)->write_weights(y, to);
-    };
     const auto prepare = [](double, N_Vector, N_Vector, int, int* is_current, double, void*) {
         *is_current = SUNTRUE;  // solve_shifted follows gamma by itself
         return 0;
@@ -160,23 +165,15 @@ void SundialsStepper::Work::make_cvode() {
                           void* work) { return static_cast<Work*>(work)->solve_shifted(gamma, right, to); };
     solver.reset(SUNLinSol_SPGMR(vector.get(), SUN_PREC_LEFT, 0, context.get()));
     void* memory = cvode.get();
-    if (!memory || !solver || CVodeInit(memory, rates, 0.0, vector.get()) != 0 || CVodeSetUserData(memory, this) != 0 ||
-        CVodeSetErrHandlerFn(memory, keep_message<Work>, this) != 0 || CVodeWFtolerances(memory, weights) != 0 ||
-        CVodeSetMaxNumSteps(memory, max_steps) != 0 || CVodeSetMinStep(memory, min_step * dt) != 0 ||
-        CVodeSetLinearSolver(memory, solver.get(), nullptr) != 0 || CVodeSetPreconditioner(memory, prepare, solve) != 0)
+    if (!memory || !solver || CVodeInit(memory, all_rates, 0.0, vector.get()) != 0 ||
+        CVodeSetUserData(memory, this) != 0 || CVodeSetErrHandlerFn(memory, keep_message, this) != 0 ||
+        CVodeWFtolerances(memory, error_weights) != 0 || CVodeSetMaxNumSteps(memory, max_steps) != 0 ||
+        CVodeSetMinStep(memory, min_step * dt) != 0 || CVodeSetLinearSolver(memory, solver.get(), nullptr) != 0 ||
+        CVodeSetPreconditioner(memory, prepare, solve) != 0)
         fail_run("CVODE cannot be prepared: {}", message);
 }
 
 void SundialsStepper::Work::make_arkode() {
-    const auto explicit_rates = [](double t, N_Vector y, N_Vector to, void* work) {
-        return static_cast<Work*>(work)->evaluate(t, y, to, false, true);
-    };
-    const auto implicit_rates = [](double t, N_Vector y, N_Vector to, void* work) {
-        return static_cast<Work*>(work)->evaluate(t, y, to, true, false);
-    };
-    const auto weights = [](N_Vector y, N_Vector to, void* work) {
-        return static_cast<Work*>(work)->write_weights(y, to);
-    };
     arkode.reset(ARKStepCreate(explicit_rates, implicit_rates, 0.0, vector.get(), context.get()));
     solver.reset(SUNLinSolNewEmpty(context.get()));
     void* memory = arkode.get();
@@ -193,9 +190,9 @@ void SundialsStepper::Work::make_arkode() {
         SUNLinSolFreeEmpty(self);
         return 0;
     };
-    if (ARKStepSetUserData(memory, this) != 0 || ARKStepSetErrHandlerFn(memory, keep_message<Work>, this) != 0 ||
+    if (ARKStepSetUserData(memory, this) != 0 || ARKStepSetErrHandlerFn(memory, keep_message, this) != 0 ||
         ARKStepSetTableName(memory, method.implicit_table.c_str(), method.explicit_table.c_str()) != 0 ||
-        ARKStepWFtolerances(memory, weights) != 0 || ARKStepSetMaxNumSteps(memory, max_steps) != 0 ||
+        ARKStepWFtolerances(memory, error_weights) != 0 || ARKStepSetMaxNumSteps(memory, max_steps) != 0 ||
         ARKStepSetMinStep(memory, min_step * dt) != 0 || ARKStepSetLinearSolver(memory, solver.get(), nullptr) != 0 ||
         ARKStepSetLinear(memory, 0) != 0 || (tolerance == 0.0 && ARKStepSetFixedStep(memory, dt) != 0))
         fail_run("ARKODE cannot be prepared: {}", message);
@@ -267,12 +264,6 @@ void SundialsStepper::Work::begin(std::int64_t step) {
     const Owned<N_Vector, VectorDeleter> first(N_VClone(vector.get()));
     if (evaluate(t, vector.get(), first.get(), true, true) != 0) fail(t);
     changes = latest_changes;
-    const auto explicit_rates = [](double at, N_Vector y, N_Vector to, void* work) {
-        return static_cast<Work*>(work)->evaluate(at, y, to, false, true);
-    };
-    const auto implicit_rates = [](double at, N_Vector y, N_Vector to, void* work) {
-        return static_cast<Work*>(work)->evaluate(at, y, to, true, false);
-    };
     const int flag = cvode ? CVodeReInit(cvode.get(), t, vector.get())
                            : ARKStepReInit(arkode.get(), explicit_rates, implicit_rates, t, vector.get());
     if (flag != 0) fail(t);
