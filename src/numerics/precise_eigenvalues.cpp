@@ -144,14 +144,13 @@ std::vector<Number> triangular_vector(Matrix& t, int k, Quad smallest) {
     }
     return x;
 }
-}  // namespace
-
 bool loses_slow_modes(const SmallMatrix& m, const SmallVector& values) {
     constexpr double digits = 1e6;
     const double rounding = std::numeric_limits<double>::epsilon() * m.norm();
     return std::any_of(values.begin(), values.end(),
                        [&](const std::complex<double>& value) { return std::abs(value.real()) < digits * rounding; });
 }
+}  // namespace
 
 EigenDecomposition precise_eigen_decomposition(const SmallMatrix& m) {
     const int rows = static_cast<int>(m.rows());
@@ -178,6 +177,16 @@ EigenDecomposition precise_eigen_decomposition(const SmallMatrix& m) {
             result.vectors(i, k) = rounded((1 / root(length)) * vector[static_cast<std::size_t>(i)]);
     }
     return result;
+}
+
+EigenDecomposition reliable_eigen_decomposition(const SmallMatrix& m) {
+    EigenDecomposition result = eigen_decomposition(m);
+    return loses_slow_modes(m, result.values) ? precise_eigen_decomposition(m) : result;
+}
+
+SmallVector reliable_eigenvalues(const SmallMatrix& m) {
+    SmallVector values = eigenvalues(m);
+    return loses_slow_modes(m, values) ? precise_eigen_decomposition(m).values : values;
 }
 
 }  // namespace drover::numerics

@@ -5,20 +5,14 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
-#include "numerics/precise_eigenvalues.hpp"
-
 namespace drover::numerics {
 
 EigenDecomposition eigen_decomposition(const SmallMatrix& m) {
     const Eigen::ComplexEigenSolver<SmallMatrix> solver(m);
-    if (loses_slow_modes(m, solver.eigenvalues())) return precise_eigen_decomposition(m);
     return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
 }
 
-SmallVector eigenvalues(const SmallMatrix& m) {
-    const SmallVector values = Eigen::ComplexEigenSolver<SmallMatrix>(m, false).eigenvalues();
-    return loses_slow_modes(m, values) ? precise_eigen_decomposition(m).values : values;
-}
+SmallVector eigenvalues(const SmallMatrix& m) { return Eigen::ComplexEigenSolver<SmallMatrix>(m, false).eigenvalues(); }
 
 SmallVector eigenvalues(const SmallRealMatrix& m) {
     return Eigen::EigenSolver<SmallRealMatrix>(m, false).eigenvalues();

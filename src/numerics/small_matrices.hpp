@@ -20,7 +20,6 @@ struct EigenDecomposition {
     SmallVector values;
     SmallMatrix vectors;
 };
-/// In 113-bit arithmetic where double precision would lose the rates of slow modes; so is eigenvalues().
 EigenDecomposition eigen_decomposition(const SmallMatrix& m);
 SmallVector eigenvalues(const SmallMatrix& m);
 SmallVector eigenvalues(const SmallRealMatrix& m);

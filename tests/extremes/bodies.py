@@ -19,8 +19,8 @@ def scene(number):
             "output.sample_every": 0.002, "run.seed": number, "run.threads": 1}
     changed = []
     for _ in range(draw.choice([1, 2, 2, 3])):
-        what = draw.choice(["restitution", "friction", "both", "amplitude", "density", "step", "size", "gravity", "kick",
-                            "crowded", "gap", "law", "force", "substep", "few"])
+        what = draw.choice(["restitution", "friction", "both", "amplitude", "density", "step", "size",
+                            "gravity", "kick", "crowded", "gap", "law", "force", "substep", "few"])
         pairs = ["bead_bead", "rod_bead", "rod_rod", "bead_plate", "rod_plate"]
         some = draw.sample(pairs, draw.choice([1, 2, 5]))
         if what in ("restitution", "both"):

@@ -103,7 +103,8 @@ def judge(program, folder, keys):
                                mpmath.mpf(1e-10) * abs(keys["relaxation.rate"]) * (order > 0))
                     if size > 0 and abs(found - exact) / size > worst:
                         worst = abs(found - exact) / size
-                        named = f"{state['name']}, q = {q:.3g}, {angle:.3g} degrees: {found:.6g}, exact {float(exact):.6g}"
+                        named = (f"{state['name']}, q = {q:.3g}, {angle:.3g} degrees: {found:.6g}, exact "
+                                 f"{float(exact):.6g}")
     if worst > WRONG and result["notes"]:
         return "warned", f"{float(worst):.2g}", result["notes"][0]
     return "SILENT" if worst > WRONG else "right", f"{float(worst):.2g}", named

@@ -1,4 +1,4 @@
-"""tests/extremes/waves.py: extreme scenes of fields, each beside runs with an eighth of the step and twice the points."""
+"""tests/extremes/waves.py: extreme scenes of fields, each beside runs with shorter steps and with more points."""
 import json
 import math
 import random
@@ -47,8 +47,8 @@ def natural(draw):
 def change(draw, keys):
     """Makes one thing extreme; returns its name."""
     power = draw.choice([-12, -6, -3, -2, -1, 1, 2, 3, 6, 12])
-    what = draw.choice(["coefficient", "coefficient", "coefficient", "grid", "cell", "step", "noise", "start", "density",
-                        "zero", "method"])
+    what = draw.choice(["coefficient", "coefficient", "coefficient", "grid", "cell", "step", "noise", "start",
+                        "density", "zero", "method"])
     if what in ("coefficient", "zero"):
         names = sorted(key for key, value in keys.items() if isinstance(value, float) and value != 0.0 and
                        key.split(".")[0] not in ("grid", "time", "uniform", "noise"))
@@ -119,7 +119,8 @@ def run(program, folder, keys, name):
 def error_of(frame, exact, coarser, is_noisy):
     """The largest error of a field, relative to its root mean square, and its name.
 
-    A field that has vanished, below 1e-10 of its units, has no size of its own.  With noise errors of the direction of the mean order, which changes no mean, are left out.
+    A field that has vanished, below 1e-10 of its units, has no size of its own.  With noise errors of the direction of
+    the mean order, which changes no mean, are left out.
     """
     exact = {name: values[::coarser[0], ::coarser[1]] for name, values in exact.items()}
     wrong = {name: frame[name] - exact[name] for name in frame}
