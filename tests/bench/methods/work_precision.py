@@ -29,24 +29,21 @@ SUNDIALS = ("cvode-bdf", "cvode-adams", "arkode-ark324l2sa", "arkode-ark436l2sa"
             "arkode-ark548l2sa", "arkode-ark548l2sab")
 OWN = ("exponential-euler", "etdrk2", "etdrk4", "etdrk4-krogstad")
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
-WAVES = {"initial.kind": "formula", "initial.amplitude": 0.0,
-         "initial.polar_order_x": "0.5 + 0.2 * cos(2*pi*y/L + 0.4) + 0.1 * sin(2*pi*(x + y)/L)",
-         "initial.polar_order_y": "0.2 * sin(2*pi*x/L) + 0.1 * cos(2*pi*(2*x - y)/L)",
+FLOCK = {"noise.order": 0.0, "grid.nx": 64, "grid.ny": 64, "grid.lx": 64.0, "grid.ly": 64.0, "initial.amplitude": 0.0,
+         "initial.polar_order_x": "0.5 + 0.2 * cos(2*pi*y/64 + 0.4) + 0.1 * sin(2*pi*(x + y)/64)",
+         "initial.polar_order_y": "0.2 * sin(2*pi*x/64) + 0.1 * cos(2*pi*(2*x - y)/64)",
          "initial.bead_velocity_x": "0.5"}
 # Scene, its settings, interval of outputs, end, and method, step and tolerance of the reference.
 SCENES = {
-    "band": ("band.toml", {"grid.nx": 256, "grid.ny": 1, "initial.rod_density":
-                           "1.02 + 0.2 * (tanh((x - 32) / 6) - tanh((x - 80) / 4) - 1)", "initial.polar_order_x":
-                           "0.25 * (tanh((x - 32) / 6) - tanh((x - 80) / 4))"}, 1.0, 20.0, ("etdrk4-krogstad", 1 / 512, 0.0)),
-    "flock": ("flock.toml", {"noise.order": 0.0, "grid.nx": 64, "grid.ny": 64, "grid.lx": 64.0, "grid.ly": 64.0,
-                             **{key: value.replace("L", "64") if isinstance(value, str) else value
-                                for key, value in WAVES.items()}}, 1.0, 10.0, ("etdrk4-krogstad", 1 / 512, 0.0)),
-    "stiff beads": ("flock.toml", {"noise.order": 0.0, "grid.nx": 64, "grid.ny": 64, "grid.lx": 64.0, "grid.ly": 64.0,
-                                   "drag.coefficient": 3360.0, "driving.strength": 3360.0, "viscosity.shear": 6720.0,
-                                   "stiffness.beads": 1680.0, "stiffness.rods": 4200.0,
-                                   "initial.bead_density": "0.8 + 0.3 * cos(2*pi*(x + y)/64)",
-                                   **{key: value.replace("L", "64") if isinstance(value, str) else value
-                                      for key, value in WAVES.items()}}, 1.0, 10.0, ("cvode-bdf", 1.0, 1e-12)),
+    "band": ("band.toml", {"grid.nx": 256, "grid.ny": 1,
+                           "initial.rod_density": "1.02 + 0.2 * (tanh((x - 32) / 6) - tanh((x - 80) / 4) - 1)",
+                           "initial.polar_order_x": "0.25 * (tanh((x - 32) / 6) - tanh((x - 80) / 4))"},
+             1.0, 20.0, ("etdrk4-krogstad", 1 / 512, 0.0)),
+    "flock": ("flock.toml", FLOCK, 1.0, 10.0, ("etdrk4-krogstad", 1 / 512, 0.0)),
+    "stiff beads": ("flock.toml", {**FLOCK, "drag.coefficient": 3360.0, "driving.strength": 3360.0,
+                                   "viscosity.shear": 6720.0, "stiffness.beads": 1680.0, "stiffness.rods": 4200.0,
+                                   "initial.bead_density": "0.8 + 0.3 * cos(2*pi*(x + y)/64)"},
+                    1.0, 10.0, ("cvode-bdf", 1.0, 1e-12)),
 }
 
 
@@ -54,7 +51,8 @@ def run(program, folder, scene, method, dt, tolerance, limit=20.0):
     """The final fields, the right-hand sides and the user CPU seconds of a run; the reason if it fails."""
     name, keys, _, end, _ = SCENES[scene]
     keys = {**keys, "time.stepper": method, "time.dt": dt, "time.end": end, "time.tolerance": tolerance,
-            "time.max_error": 0.0, "output.frame_every": 0.0, "output.sample_every": 0.0, "run.threads": 1, "analysis.warm_up": 0.0}
+            "time.max_error": 0.0, "output.frame_every": 0.0, "output.sample_every": 0.0, "run.threads": 1,
+            "analysis.warm_up": 0.0}
     words = [word for key, value in keys.items() for word in ("--set", f"{key}={json.dumps(value)}")]
     archive = folder / "run.h5"
     before = os.times().children_user
@@ -101,7 +99,8 @@ def measure(program, table):
     rows = list(csv.DictReader(table.open())) if table.exists() else []
     done = {(row["scene"], row["method"], float(row["dt"]), float(row["tolerance"])) for row in rows}
     exact = {}
-    too_slow = {(row["scene"], row["method"], float(row["tolerance"]) > 0.0) for row in rows if row["error"] == "too slow"}
+    too_slow = {(row["scene"], row["method"], float(row["tolerance"]) > 0.0)
+                for row in rows if row["error"] == "too slow"}
     with tempfile.TemporaryDirectory() as name, table.open("a") as file:
         folder, writer = Path(name), csv.DictWriter(file, COLUMNS, lineterminator="\n")
         if not rows:
