@@ -12,12 +12,17 @@
 #include "drover/physics/regimes.hpp"
 #include "drover/physics/travelling_state.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "drover/run/signals.hpp"
 #include "run/number_lists.hpp"
 
 namespace drover::run {
 
 namespace {
 using physics::TravellingState;
+
+void check_signals() {
+    if (stop_signal() != 0) fail_run("stopped by signal {} before the states were found", stop_signal());
+}
 
 /// The scene on one row of points.
 io::Scene line_of(const io::Scene& scene) {
@@ -44,7 +49,10 @@ void settle(const io::Scene& line, double duration, Threads& threads, numerics::
         line.model, line.grid, line.dealiasing,
         {.method = "etdrk4-krogstad", .dt = duration / steps, .tolerance = 1e-4, .watches_error = false}, 0, threads);
     evolution.start(state);
-    for (std::int64_t step = 0; step < std::llround(steps); ++step) evolution.advance(step, state);
+    for (std::int64_t step = 0; step < std::llround(steps); ++step) {
+        check_signals();
+        evolution.advance(step, state);
+    }
 }
 
 /// From a guess that settles for longer until Newton's method succeeds, unless its time is given.
@@ -62,7 +70,7 @@ TravellingState find_state(const io::Scene& line, const numerics::Spectra& guess
             if (!problem.empty()) log_information("the state was found from a guess that settled for {} s", duration);
             return found;
         } catch (const Error& error) {
-            if (error.fault() != Fault::run) throw;
+            if (error.fault() != Fault::run || stop_signal() != 0) throw;
             if (problem.empty()) problem = error.what();
         }
     }
@@ -109,6 +117,7 @@ Family family_of(const io::Scene& line, const std::string& follow) {
     require(last != family.problem.parameter, where, "{} is {} already; expected another value to follow the state to",
             key, last);
     family.problem.model = [model, in = number.in](double parameter) {
+        check_signals();
         physics::Model changed = model;
         in(changed) = parameter;
         return changed;
@@ -272,6 +281,7 @@ Result make_states(const io::Scene& scene, const StatesOptions& options, Threads
     physics::TravellingSolver solver(family.problem, threads);
     std::vector<TravellingState> states{find_state(line, guess_of(scene, line, threads), options, solver, threads)};
     if (family.followed) states = solver.follow(states.front(), family.followed->last, options.max_points);
+    check_signals();  // the curve ends at an error
     const numerics::Transform transform(line.grid,
                                         physics::linear_system(line.model, line.grid, line.dealiasing).degree, threads);
     constexpr std::size_t max_of_curve = 800;  // beyond, the eigenvalues of each point take seconds
