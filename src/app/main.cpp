@@ -51,7 +51,7 @@ int main(int count, char** words) {
     app::Action action;
     for (const auto add :
          {app::add_run, app::add_restart, app::add_sweep, app::add_calibrate, app::add_stability, app::add_boundary,
-          app::add_check, app::add_explain, app::add_info, app::add_export, app::add_schema})
+          app::add_states, app::add_check, app::add_explain, app::add_info, app::add_export, app::add_schema})
         add(program, action);
     return run::status_of([&] {
         const int status = app::act(program, count, words, action);

@@ -8,7 +8,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/log.hpp"
 #include "drover/measure/statistics.hpp"
-#include "drover/numerics/stepper_table.hpp"
+#include "drover/numerics/time_method.hpp"
 #include "drover/physics/equations.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/stability_rows.hpp"
@@ -28,7 +28,11 @@ double max_error_of(const io::Scene& scene) {
 
 bool is_noisy(const io::Scene& scene) { return physics::has_noise(scene.model.noise); }
 
-bool has_error_estimate(const io::Scene& scene) { return !numerics::stepper_table(scene.time.stepper).error.empty(); }
+/// Of a method that records the errors of the parts of a step.
+bool has_error_estimate(const io::Scene& scene) {
+    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    return method.estimates_error && method.stages_with_tolerance > 0;
+}
 
 /// Points along an axis of a pilot, at least 32 where the run has them.
 int pilot_points(int points, int coarser) {
@@ -249,6 +253,10 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
     if (!physics::is_nonlinear(physics::Equations(scene.model))) {
         result.time.dt = io::longest_step(scene);
         result.time.chosen = "linear";
+        return result;
+    }
+    if (scene.time.tolerance > 0.0 && numerics::time_method(scene.time.stepper).stages_with_tolerance == 0) {
+        result.time.dt = io::longest_step(scene);  // the steps follow the tolerance
         return result;
     }
     if (!quiet)
