@@ -1,6 +1,10 @@
 // app/main.cpp: the program drover: its commands and exit statuses.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "command.hpp"
 #include "drover/base/version.hpp"
@@ -21,6 +25,14 @@ void reject_unknown_command(const CLI::App& program, const std::vector<std::stri
                             : text("did you mean {}?", near));
 }
 
+/// The next file to be opened would get the number of a standard stream that is closed, and the log be written into it.
+/// /dev/null takes the log; what is written to a closed standard output still fails.
+void open_standard_streams() {
+    for (const auto& [number, flags] :
+         {std::pair{STDIN_FILENO, O_RDONLY}, std::pair{STDOUT_FILENO, O_RDONLY}, std::pair{STDERR_FILENO, O_WRONLY}})
+        if (::fcntl(number, F_GETFD) < 0 && ::open("/dev/null", flags) != number) ::_exit(run::exit_run_failed);
+}
+
 int act(CLI::App& program, int count, char** words, Action& action) {
     reject_unknown_command(program, std::vector<std::string>(words + 1, words + count));
     try {
@@ -30,7 +42,6 @@ int act(CLI::App& program, int count, char** words, Action& action) {
         const auto chosen = program.get_subcommands();
         fail_input({}, "{}; see drover {}--help", error.what(), chosen.empty() ? "" : chosen.front()->get_name() + " ");
     }
-    run::catch_stop_signals();
     return action();
 }
 
@@ -39,6 +50,8 @@ int act(CLI::App& program, int count, char** words, Action& action) {
 
 int main(int count, char** words) {
     using namespace drover;
+    app::open_standard_streams();
+    run::ignore_file_size_signal();
     CLI::App program{
         "drover: hydrodynamics of flocks carried by a passive medium.\n"
         "A scene (input file, TOML) describes a run; drover schema lists its keys.\n"

@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <optional>
 
 #include "drover/base/log.hpp"
 #include "drover/files/checkpoint.hpp"
+#include "drover/files/new_file.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/report.hpp"
+#include "drover/run/signals.hpp"
 
 namespace drover::run {
 
@@ -126,6 +129,7 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
     Threads threads(kind_of(scene).threads(scene));
     Simulation simulation = kind_of(scene).make(scene, threads, {});
     const std::filesystem::path path = archive_path(scene);
+    std::optional<StopSignals> signals(std::in_place);
     files::Archive archive =
         files::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
     if (!options.quiet) log_start(scene, simulation, 0, needs_of(scene));
@@ -137,9 +141,10 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
     try {
         loop = run_loop(simulation, 0, archive, files, options.quiet);
     } catch (...) {
-        if (!has_checkpoint(path)) std::filesystem::remove(path);  // the run did not start: leave no files
+        if (!has_checkpoint(path)) std::filesystem::remove(files::behind_links(path));  // not started: leave no files
         throw;
     }
+    signals.reset();  // what follows can be repeated by a restart
     return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
 }
 
@@ -155,6 +160,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
             "the run has reached t = {} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
             checkpoint.time, scene.time.end);
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
+    std::optional<StopSignals> signals(std::in_place);
     files::Archive archive =
         files::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);
     if (!options.quiet) log_start(scene, simulation, checkpoint.step, needs_of(scene));
@@ -162,6 +168,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
                           .scene = io::resolved_text(scene),
                           .checkpoint_minutes = scene.output.checkpoint_minutes};
     const LoopOutcome loop = run_loop(simulation, checkpoint.step, archive, files, options.quiet);
+    signals.reset();
     return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
 }
 

@@ -113,6 +113,7 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
     PoolOutcome outcome;
     std::vector<Worker> running;
     Stopper stopper(options.grace_period);
+    const StopSignals signals;
     try {
         for (;;) {
             while (stop_signal() == 0 && running.size() < static_cast<std::size_t>(options.workers)) {
