@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <span>
 #include <utility>
 
 #include "command.hpp"
@@ -33,10 +34,25 @@ void open_standard_streams() {
         if (::fcntl(number, F_GETFD) < 0 && ::open("/dev/null", flags) != number) ::_exit(run::exit_run_failed);
 }
 
-int act(CLI::App& program, int count, char** words, Action& action) {
-    reject_unknown_command(program, std::vector<std::string>(words + 1, words + count));
+/// Returns the exit status of the command that the words name.
+int act(const std::vector<std::string>& words) {
+    CLI::App program{
+        "drover: hydrodynamics of flocks carried by a passive medium.\n"
+        "A scene (input file, TOML) describes a run; drover schema lists its keys.\n"
+        "drover COMMAND --help lists the options of a command.",
+        "drover"};
+    const Version built = version();
+    program.set_version_flag("--version",
+                             text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", modified" : ""));
+    program.require_subcommand(1);
+    program.footer("Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
+    Action action;
+    for (const auto add : {add_run, add_restart, add_sweep, add_calibrate, add_stability, add_boundary, add_check,
+                           add_explain, add_info, add_export, add_schema})
+        add(program, action);
+    reject_unknown_command(program, words);
     try {
-        program.parse(count, words);
+        program.parse(std::vector<std::string>(words.rbegin(), words.rend()));
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return program.exit(error);
         const auto chosen = program.get_subcommands();
@@ -52,22 +68,10 @@ int main(int count, char** words) {
     using namespace drover;
     app::open_standard_streams();
     run::ignore_file_size_signal();
-    CLI::App program{
-        "drover: hydrodynamics of flocks carried by a passive medium.\n"
-        "A scene (input file, TOML) describes a run; drover schema lists its keys.\n"
-        "drover COMMAND --help lists the options of a command."};
-    const Version built = version();
-    program.set_version_flag("--version",
-                             text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", modified" : ""));
-    program.require_subcommand(1);
-    program.footer("Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
-    app::Action action;
-    for (const auto add :
-         {app::add_run, app::add_restart, app::add_sweep, app::add_calibrate, app::add_stability, app::add_boundary,
-          app::add_check, app::add_explain, app::add_info, app::add_export, app::add_schema})
-        add(program, action);
-    return run::status_of([&] {
-        const int status = app::act(program, count, words, action);
+    const std::span<char*> after_name(words + 1, words + count);
+    // One capture: std::function then needs no memory, which may be what is missing.
+    return run::status_of([&after_name] {
+        const int status = app::act({after_name.begin(), after_name.end()});
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             fail_run("the results could not be written to standard output; check for a full disk or a closed pipe");
         return status;

@@ -90,8 +90,9 @@ struct ArchiveReader::File {
 
 namespace {
 
-/// Deflate expands one byte to at most this many (zlib, technical details).
-constexpr std::uint64_t max_inflation = 1032;
+/// An array of any size up to small_array bytes, and else at most this multiple of the file.  Series of a run compress
+/// far less together; deflate could inflate one byte to 1032, to fill the memory.
+constexpr double max_inflation = 100.0, small_array = 64e6;
 
 void require_plain_file(const std::filesystem::path& file) {
     std::error_code error;
@@ -217,7 +218,7 @@ std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t f
     }
     if (std::find(shape.begin(), shape.end(), std::size_t{0}) != shape.end()) return 0;
     const double bytes = static_cast<double>(count) * sizeof(double);
-    require(bytes <= static_cast<double>(file_bytes) * static_cast<double>(max_inflation), {errors.file},
+    require(bytes <= std::max(small_array, static_cast<double>(file_bytes) * max_inflation), {errors.file},
             "{} claims {} in a file of {}; expected no more than a file of that size can hold: it is damaged", name,
             bytes_text(bytes), bytes_text(static_cast<double>(file_bytes)));
     require(bytes <= static_cast<double>(memory) / 2, {errors.file},

@@ -2,15 +2,12 @@
 #include "files/system_calls.hpp"
 
 #include <fcntl.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
-#include <limits>
 #include <string>
 #include <thread>
 
@@ -196,20 +193,6 @@ CommitLock::CommitLock(const Descriptor& file, Side side, std::chrono::milliseco
 CommitLock::~CommitLock() {
     struct flock byte = range(F_UNLCK, commit_byte, 1);
     if (is_held_) ::fcntl(file_, F_OFD_SETLK, &byte);
-}
-
-std::uint64_t memory_available() {
-    std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
-    std::ifstream table("/proc/meminfo");
-    for (std::string name; table >> name;) {
-        std::uint64_t kilobytes = 0;
-        if (name == "MemAvailable:" && table >> kilobytes) bytes = kilobytes * 1024;
-        table.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
-    }
-    struct rlimit limit {};
-    if (::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
-        bytes = std::min(bytes, static_cast<std::uint64_t>(limit.rlim_cur));
-    return bytes;
 }
 
 Error disk_failure(const std::filesystem::path& file, const std::system_error& cause) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
+#include "drover/base/memory.hpp"
 
 namespace drover::files {
 
@@ -98,9 +99,6 @@ private:
     int file_;
     bool is_held_ = false;
 };
-
-/// Free memory [bytes] as reported by the system; a large number if unknown.
-std::uint64_t memory_available();
 
 /// The run Error for a failed read, and for any other failed call that writes nothing.
 Error disk_failure(const std::filesystem::path& file, const std::system_error& cause);

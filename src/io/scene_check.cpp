@@ -1,6 +1,7 @@
 // io/scene_check.cpp: the schema rows of the scene's structs, and consistency checks of its keys.
 #include <cmath>
 
+#include "drover/base/memory.hpp"
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/contact_law.hpp"
 #include "drover/io/scene.hpp"
@@ -25,6 +26,12 @@ namespace {
 void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
+    // Before any check that visits every mode: the least a run of any scheme needs.
+    const double arrays = 4.0 * static_cast<double>(physics::component_names(physics::form(scene.model)).size());
+    const double needed = arrays * sizeof(double) * static_cast<double>(numerics::points(scene.grid));
+    require(needed <= static_cast<double>(memory_available()), at("grid.nx"),
+            "a grid of {} by {} points needs more than {} of memory, and {} are free; choose a smaller grid",
+            scene.grid.nx, scene.grid.ny, bytes_text(needed), bytes_text(static_cast<double>(memory_available())));
     physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, at);
     require(
         scene.time.tolerance == 0.0 || !numerics::stepper_table(scene.time.stepper).error.empty(), at("time.tolerance"),

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <optional>
 
 #include "drover/base/log.hpp"
+#include "drover/base/memory.hpp"
 #include "drover/files/checkpoint.hpp"
 #include "drover/files/new_file.hpp"
 #include "drover/io/scene_text.hpp"
@@ -18,14 +18,6 @@
 namespace drover::run {
 
 namespace {
-double free_memory() {
-    std::ifstream meminfo("/proc/meminfo");
-    std::string word;
-    while (meminfo >> word)
-        if (double kilobytes = 0.0; word == "MemAvailable:" && meminfo >> kilobytes) return 1024.0 * kilobytes;
-    return 1e300;  // unknown: the allocation itself will fail
-}
-
 std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
@@ -97,7 +89,7 @@ Needs needs_of(const io::Scene& scene) {
     const std::filesystem::space_info space = std::filesystem::space(folder_of(archive_path(scene)), problem);
     return {.memory_bytes = kind_of(scene).memory_bytes(scene),
             .disk_bytes = kind_of(scene).disk_bytes(scene),
-            .memory_free = free_memory(),
+            .memory_free = static_cast<double>(memory_available()),
             .disk_free = problem ? 0.0 : static_cast<double>(space.available)};
 }
 

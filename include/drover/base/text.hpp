@@ -47,6 +47,10 @@ std::string nearest_name(std::string_view name, std::span<const std::string> kno
 /// The items joined by a separator: "a, b, c".
 std::string joined(std::span<const std::string> items, std::string_view separator = ", ");
 
+/// A text without the control characters by which a file could command the terminal: "\\x1b[2J".  Keeps line ends,
+/// tabs and UTF-8.
+std::string printable(std::string_view words);
+
 /// A number of bytes: "3.2 MB".
 std::string bytes_text(double bytes);
 
