@@ -1,9 +1,12 @@
 // app/main.cpp: the program drover: its commands and exit statuses.
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <new>
 #include <span>
 #include <utility>
 
@@ -32,6 +35,20 @@ void open_standard_streams() {
     for (const auto& [number, flags] :
          {std::pair{STDIN_FILENO, O_RDONLY}, std::pair{STDOUT_FILENO, O_RDONLY}, std::pair{STDERR_FILENO, O_WRONLY}})
         if (::fcntl(number, F_GETFD) < 0 && ::open("/dev/null", flags) != number) ::_exit(run::exit_run_failed);
+}
+
+/// A stack that cannot grow later, for want of memory, ends the process by a signal; so it grows now.
+[[gnu::noinline]] void grow_stack() {
+    std::array<volatile char, 1 << 20> pages;
+    for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 0;
+}
+
+void require_stack() {
+    void* const probe =
+        ::mmap(nullptr, std::size_t{2} << 20, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (probe == MAP_FAILED) throw std::bad_alloc();
+    ::munmap(probe, std::size_t{2} << 20);
+    grow_stack();
 }
 
 /// Returns the exit status of the command that the words name.
@@ -68,9 +85,11 @@ int main(int count, char** words) {
     using namespace drover;
     app::open_standard_streams();
     run::ignore_file_size_signal();
+    files::skip_hdf5_at_exit();
     const std::span<char*> after_name(words + 1, words + count);
     // One capture: std::function then needs no memory, which may be what is missing.
     return run::status_of([&after_name] {
+        app::require_stack();
         const int status = app::act({after_name.begin(), after_name.end()});
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             fail_run("the results could not be written to standard output; check for a full disk or a closed pipe");

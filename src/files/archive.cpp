@@ -30,7 +30,7 @@ std::filesystem::path temporary_name(const std::filesystem::path& file) { return
 }  // namespace
 
 struct Archive::File {
-    explicit File(Hdf5File opened) : hdf5(std::move(opened)), errors(hdf5.errors(Fault::run)) {}
+    File(Hdf5File opened, Fault fault) : hdf5(std::move(opened)), errors(hdf5.errors(fault)) {}
     ~File() {
         const QuietErrors quiet;  // closing flushes uncommitted rows, which are discarded
         recordings.clear();
@@ -245,14 +245,16 @@ Archive::~Archive() = default;
 Archive Archive::create(const std::filesystem::path& name, const std::vector<Recording>& recordings,
                         const std::vector<Attribute>& attributes, bool overwrite) try {
     const std::filesystem::path file = behind_links(name);
+    require_memory_for_hdf5();
     const QuietErrors quiet;
     check_all(recordings, attributes, file.string());
     const Descriptor old = lock_old(file, overwrite);
     Descriptor created = lock_new(file, overwrite);
     Cleanup cleanup{temporary_name(file)};
     const Hdf5Errors errors{file.string(), Fault::run};
-    auto archive = std::make_unique<File>(
-        Hdf5File::create(std::move(created), temporary_name(file), file.string(), file_creation(errors)));
+    auto archive = std::make_unique<File>(Hdf5File::create(std::move(created), temporary_name(file), file.string(),
+                                                           file_creation(errors)),
+                                          Fault::run);
     const QuietErrors watched(&archive->hdf5.failure());
     write_root_attributes(archive->hdf5.id(), attributes, errors);
     for (const Recording& recording : recordings) {
@@ -276,6 +278,7 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
 Archive Archive::resume(const std::filesystem::path& name, const std::vector<Recording>& recordings,
                         const std::vector<Attribute>& attributes, std::span<const std::size_t> rows) try {
     const std::filesystem::path file = behind_links(name);
+    require_memory_for_hdf5();
     const QuietErrors quiet;
     check_all(recordings, attributes, file.string());
     require(rows.size() == recordings.size(), {file.string()}, "{} row counts for {} recordings; expected one each",
@@ -286,7 +289,7 @@ Archive Archive::resume(const std::filesystem::path& name, const std::vector<Rec
     recover_file(open, file);
     check_same(file, recordings, rows);
 
-    auto archive = std::make_unique<File>(Hdf5File::open_for_writing(std::move(open), file));
+    auto archive = std::make_unique<File>(Hdf5File::open_for_writing(std::move(open), file), Fault::input);
     const QuietErrors watched(&archive->hdf5.failure());
     const Hdf5Errors errors = archive->hdf5.errors(Fault::input);
     const hid_t hdf5 = archive->hdf5.id();
@@ -313,6 +316,7 @@ std::vector<std::size_t> Archive::rows() const {
 
 void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays,
                      std::int64_t step) {
+    require_memory_for_hdf5();
     const QuietErrors quiet(&file_->hdf5.failure());
     const Hdf5Errors& errors = file_->errors;
     require(recording < file_->recordings.size(), {errors.file},
@@ -335,6 +339,7 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
 }
 
 void Archive::replace(const ResultTable& table) {
+    require_memory_for_hdf5();
     const QuietErrors quiet(&file_->hdf5.failure());
     const Hdf5Errors& errors = file_->errors;
     const GroupPlan plan = plan_of(table);
@@ -361,11 +366,15 @@ void Archive::replace(const ResultTable& table) {
 }
 
 void Archive::commit() {
+    require_memory_for_hdf5();
     const QuietErrors quiet(&file_->hdf5.failure());
     file_->hdf5.commit();
 }
 
+void skip_hdf5_at_exit() { H5dont_atexit(); }
+
 std::string archive_library() {
+    require_memory_for_hdf5();
     unsigned major = 0, minor = 0, release = 0;
     H5get_libversion(&major, &minor, &release);
     return text("HDF5 {}.{}.{}", major, minor, release);

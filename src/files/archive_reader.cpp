@@ -55,6 +55,7 @@ struct ArchiveReader::File {
     /// Opens the file again for each reading while a run writes it.
     template <class Read>
     auto steady(Read read) try {
+        require_memory_for_hdf5();
         const QuietErrors quiet;
         const auto end = Clock::now() + std::chrono::seconds(5);
         for (;;) {

@@ -90,7 +90,6 @@ Hdf5File Hdf5File::open_for_writing(Descriptor locked, const std::filesystem::pa
     auto parts = std::make_unique<Parts>(overlay_of(std::move(locked), path), path.string(), Fault::input);
     allow_writing(parts->access, parts->errors);
     parts->file = parts->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDWR, parts->access), H5Fclose, "opening the file");
-    parts->errors.fault = Fault::run;
     return Hdf5File(std::move(parts));
 }
 
@@ -110,8 +109,9 @@ void Hdf5File::require_disk() const { throw_failure(*parts_->overlay); }
 void Hdf5File::commit() {
     parts_->errors.check(H5Fflush(parts_->file, H5F_SCOPE_GLOBAL), "flushing the file");
     require_disk();
+    // In an existing file without a failure of the disk, it is the file that is damaged.
     if (parts_->failure.happened)
-        throw Error(Fault::run, {parts_->errors.file},
+        throw Error(parts_->errors.fault, {parts_->errors.file},
                     text("HDF5 failed ({}); the last changes may be incomplete and are not written: the file stays as "
                          "it was at the last commit; restart",
                          std::string(parts_->failure.message.data())));

@@ -2,6 +2,8 @@
 #include "files/hdf5_handle.hpp"
 
 #include <cstdio>
+#include <cstdlib>
+#include <new>
 
 namespace drover::files {
 namespace {
@@ -23,6 +25,17 @@ extern "C" herr_t keep_first(hid_t stack, void* failure) noexcept {
 }
 
 }  // namespace
+
+bool has_memory_for_hdf5() {
+    constexpr std::size_t reserve = std::size_t{4} << 20;  // several times what one row of a run takes in HDF5
+    void* volatile const found = std::malloc(reserve);     // volatile: a pair of calls could be optimised away
+    std::free(found);
+    return found != nullptr;
+}
+
+void require_memory_for_hdf5() {
+    if (!has_memory_for_hdf5()) throw std::bad_alloc();
+}
 
 QuietErrors::QuietErrors(Hdf5Failure* first) {
     H5Eget_auto2(H5E_DEFAULT, &print_, &data_);

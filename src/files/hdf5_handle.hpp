@@ -12,7 +12,12 @@
 
 namespace drover::files {
 
-/// An identifier and the function that closes it.
+/// Whether HDF5 can be called: HDF5 1.10 does not check all its allocations, and crashes when one fails.
+bool has_memory_for_hdf5();
+
+void require_memory_for_hdf5();  ///< throws std::bad_alloc
+
+/// An identifier and the function that closes it; without the memory for that it stays open until the process ends.
 class Handle {
 public:
     using Close = herr_t (*)(hid_t);
@@ -25,7 +30,7 @@ public:
         return *this;
     }
     ~Handle() {
-        if (id_ >= 0) close_(id_);
+        if (id_ >= 0 && has_memory_for_hdf5()) close_(id_);
     }
     operator hid_t() const { return id_; }
 

@@ -34,7 +34,7 @@ def calibration_scene(folder):
     """One assay at one point, of a few short trials."""
     text = (MODELS / "calibrate-small.toml").read_text().replace("bead_area_fractions = [0.5, 0.65]",
                                                                 "bead_area_fractions = [0.5]\nassays = [\"damping\"]")
-    text = text.replace("[calibrate.damping]\ntime = 3.0", "[calibrate.damping]\ntime = 0.1")
+    text = text.replace("[calibrate.damping]\ntime = 3.0", "[calibrate.damping]\ntime = 0.4")
     text = text.replace("max_trials = 24", "max_trials = 8").replace("lx = 13.5\nly = 13.5", "lx = 6.0\nly = 6.0")
     (folder / "calibrate.toml").write_text(text)
 
