@@ -1,6 +1,8 @@
 // files/hdf5_handle.cpp: the innermost message of HDF5's error stack.
 #include "files/hdf5_handle.hpp"
 
+#include <sys/mman.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <new>
@@ -27,10 +29,15 @@ extern "C" herr_t keep_first(hid_t stack, void* failure) noexcept {
 }  // namespace
 
 bool has_memory_for_hdf5() {
-    constexpr std::size_t reserve = std::size_t{4} << 20;  // several times what one row of a run takes in HDF5
-    void* volatile const found = std::malloc(reserve);     // volatile: a pair of calls could be optimised away
-    std::free(found);
-    return found != nullptr;
+    // Several times what one call takes.  Address space, since a limit of it (ulimit -v) is what makes malloc fail; and
+    // a small block, since malloc may fail for other reasons.
+    constexpr std::size_t reserve = std::size_t{16} << 20, small = std::size_t{1} << 16;
+    void* const space = ::mmap(nullptr, reserve, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (space == MAP_FAILED) return false;
+    ::munmap(space, reserve);
+    void* volatile const block = std::malloc(small);  // volatile: a pair of calls could be optimised away
+    std::free(block);
+    return block != nullptr;
 }
 
 void require_memory_for_hdf5() {
