@@ -11,6 +11,8 @@ template <class... Cases>
 struct Match : Cases... {
     using Cases::operator()...;
 };
+template <class... Cases>
+Match(Cases...) -> Match<Cases...>;  // clang 14 does not deduce the cases of an aggregate
 
 std::string number_text(double value) {
     if (std::isnan(value)) return "nan";

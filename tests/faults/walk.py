@@ -124,8 +124,8 @@ def faults_of(counts, call, every):
                     yield f"{call}:{number}:{error}:{how}"
 
 
-def walk(shim, every=0, only="", report=print):
-    """Returns the number of faults and of complaints."""
+def walk(shim, every=0, only="", report=print, most=None):
+    """Tries all faults, or `most` of them for each call.  Returns the number of faults and of complaints."""
     faults = failures = 0
     with tempfile.TemporaryDirectory(prefix="drover-walk-") as place:
         for name in ("run", "restart", "sweep", "calibrate"):
@@ -138,7 +138,8 @@ def walk(shim, every=0, only="", report=print):
                 if ":" in only and only.split(":")[1] != call:
                     continue
                 statuses = collections.Counter()
-                for fault in faults_of(counts, call, every):
+                tried = list(faults_of(counts, call, every))
+                for fault in tried if most is None else tried[::-(-len(tried) // most) or 1]:
                     folder = Path(place) / "fault"
                     shutil.copytree(scenario.template, folder)
                     status, wrong = complaints(scenario, folder, expected, shim, fault)
