@@ -12,7 +12,7 @@ struct Match : Cases... {
     using Cases::operator()...;
 };
 template <class... Cases>
-Match(Cases...) -> Match<Cases...>;  // clang 14 does not deduce the cases of an aggregate
+Match(Cases...) -> Match<Cases...>;  // for clang 14
 
 std::string number_text(double value) {
     if (std::isnan(value)) return "nan";
