@@ -11,6 +11,7 @@
 #include "drover/physics/right_hand_side.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/run_scene.hpp"
+#include "drover/run/step_choice.hpp"
 #include "explain_cost.hpp"
 
 namespace drover::app {
@@ -164,7 +165,7 @@ void add_explain(CLI::App& program, Action& action) {
     command->add_flag("--json", options->json, "Print as JSON");
     command->callback([options, &action] {
         action = [options] {
-            const io::Scene scene = scene_of(*options);
+            const io::Scene scene = run::with_chosen_step(scene_of(*options), options->json);
             if (scene.kind == io::SceneKind::particles) {
                 explain_particles(scene, options->json);
                 return run::exit_done;

@@ -56,7 +56,8 @@ void for_sections(AnyScene& scene, Visit visit) {
 }
 
 /// Keys of shared sections that only scenes of fields have.
-constexpr std::array keys_of_fields{"time.stepper", "time.tolerance", "time.max_error", "output.powers"};
+constexpr std::array keys_of_fields{"time.stepper", "time.tolerance", "time.max_error",
+                                    "time.chosen",  "time.pilot",     "output.powers"};
 
 bool is_of(const Scene& scene, SectionOf section) {
     return section == SectionOf::both || (section == SectionOf::particles) == (scene.kind == SceneKind::particles);

@@ -1,5 +1,7 @@
 // io/scene_check.cpp: the schema rows of the scene's structs, and consistency checks of its keys.
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "drover/base/memory.hpp"
 #include "drover/dem/bodies.hpp"
@@ -20,6 +22,25 @@ std::int64_t whole_steps(const Scene& scene, const std::string& key, double dura
             "{} = {} is not a whole number of steps of time.dt = {}; choose {} or {}", key, duration, dt,
             std::floor(duration / dt) * dt, std::ceil(duration / dt) * dt);
     return static_cast<std::int64_t>(steps);
+}
+
+double longest_step(const Scene& scene) {
+    std::vector<double> durations{scene.time.end};
+    for (const double every : {scene.output.frame_every, scene.output.sample_every})
+        if (every > 0.0) durations.push_back(every);
+    const double shortest = *std::min_element(durations.begin(), durations.end());
+    constexpr int max_parts = 1000;  // with more, any three durations have a step
+    for (int parts = 1; parts <= max_parts; ++parts) {
+        const double step = shortest / parts;
+        if (std::all_of(durations.begin(), durations.end(), [&](double duration) {
+                return std::abs(std::round(duration / step) * step - duration) <= 1e-6 * step + 1e-12 * duration;
+            }))
+            return step;
+    }
+    fail_input(location_of(scene, "time.end"),
+               "time.end = {}, output.frame_every = {} and output.sample_every = {} are not whole numbers of any step "
+               "down to {:.3g} s; choose durations with a common divisor, or give time.dt",
+               scene.time.end, scene.output.frame_every, scene.output.sample_every, shortest / max_parts);
 }
 
 namespace {
@@ -61,6 +82,9 @@ void check_calibration(const Scene& scene, const LocationOf& at) {
 
 void check_particles(const Scene& scene, const LocationOf& at) {
     dem::check(scene.particles, at);
+    require(scene.time.dt > 0.0, at("time.dt"),
+            "time.dt = 0 in a scene of particles; expected a number > 0 [s]: choose one, or leave it out for {} s",
+            dt_of_particles);
     dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, at), scene.time.dt, at);
     check_calibration(scene, at);
     // The motion of the plates within a step is a series in dt times the frequency.
@@ -78,6 +102,11 @@ void check(const Scene& scene) {
     const LocationOf at = [&](const std::string& key) { return location_of(scene, key); };
     if (scene.kind == SceneKind::fields) check_fields(scene, at);
     else check_particles(scene, at);
+    if (scene.time.dt == 0.0) {
+        Scene with_step = scene;
+        with_step.time.dt = longest_step(scene);
+        return check(with_step);
+    }
     const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
     require(steps >= 1, at("time.end"), "time.end = {} is less than one step of time.dt = {}; expected at least one",
             scene.time.end, scene.time.dt);
@@ -108,10 +137,12 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
             {.name = "dt",
              .member = &TimeControl::dt,
              .unit = "s",
-             .range = positive,
-             .doc =
-                 "time step; fields: linear terms and noise are exact for any, products of fields are not; particles: "
-                 "the default is 2e-5 s"},
+             .range = not_negative,
+             .doc = "time step; linear terms and noise of fields are exact for any, products of fields are not; 0, or "
+                    "left "
+                    "out: drover run finds the step for which the error is below time.max_error; particles: the "
+                    "default is "
+                    "2e-5 s"},
             {.name = "end",
              .member = &TimeControl::end,
              .unit = "s",
@@ -134,7 +165,17 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .range = {.min = 0.0, .max = 1.0},
              .doc =
                  "a run warns when the estimated error of its time steps (observable step_error) exceeds this part of "
-                 "a field; fields only; 0: the error is not estimated"}};
+                 "a field; fields only; 0: the error is not estimated"},
+            {.name = "chosen",
+             .member = &TimeControl::chosen,
+             .choices = {"", "fields", "means", "linear"},
+             .doc =
+                 "written by drover: dt was left out and chosen for the error of the fields, of time means (with "
+                 "noise, "
+                 "or chaotic), or for a linear model, of which every step is exact; empty: dt was given; fields only"},
+            {.name = "pilot",
+             .member = &TimeControl::pilot,
+             .doc = "written by drover: the error and the pilot runs from which dt was chosen; fields only"}};
     }();
     return rows;
 }

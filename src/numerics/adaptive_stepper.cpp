@@ -114,6 +114,7 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
         i *= 2;
     }
     taken_ = division_;
+    count_.largest_error = std::max(count_.largest_error, largest);
     constexpr double safety = 2.0;
     const double growth = static_cast<double>(division_) / coarser();
     if (division_ > 1 && safety * largest * std::pow(growth, order) < tolerance) division_ = coarser();

@@ -105,6 +105,7 @@ void FieldEvolution::advance(std::int64_t step, Spectra& state) {
 /// The error of the last step, from the same step in halves.
 void FieldEvolution::measure_error(std::int64_t step, const Spectra& state) {
     next_check_ = step + steps_to_next_check(step);
+    error_->start_local(before_);
     stepper_.repeat_in_halves(step, before_);
     // Of a method of order n, half a step makes an error 2^(n+1) times smaller, twice; with noise the strong order of
     // all but Euler's is near 1.5.

@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "drover/physics/long_waves.hpp"
+#include "numerics/precise_eigenvalues.hpp"
 #include "numerics/small_matrices.hpp"
 
 namespace drover::physics {
@@ -37,7 +38,8 @@ std::vector<int> places_of(const Form& form) {
 }
 
 Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    const numerics::EigenDecomposition solved = numerics::eigen_decomposition(compact_symbol(equations, about, q));
+    const numerics::EigenDecomposition solved =
+        numerics::reliable_eigen_decomposition(compact_symbol(equations, about, q));
     std::vector<int> order(static_cast<std::size_t>(solved.values.size()));
     std::iota(order.begin(), order.end(), 0);
     std::sort(order.begin(), order.end(), [&](int a, int b) {
@@ -50,7 +52,7 @@ Modes modes(const Equations& equations, const UniformPoint& about, const numeric
 }
 
 ModeRates mode_rates(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    return numerics::eigenvalues(compact_symbol(equations, about, q));
+    return numerics::reliable_eigenvalues(compact_symbol(equations, about, q));
 }
 
 numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, double angle) {

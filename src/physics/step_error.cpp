@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "drover/base/random.hpp"
 #include "drover/numerics/shells.hpp"
@@ -82,6 +83,38 @@ std::vector<ModePair> sampled_modes(const Grid& coarse, const Grid& fine, int fi
     return result;
 }
 
+/// A mode of the coarse grid whose phase turns within a step: errors of a constant drive would cancel, while those of
+/// its own steps turn with it and add up.
+struct FastWave {
+    std::size_t mode;
+    double kept;         ///< of its amplitude after a step, at most 1
+    bool is_unresolved;  ///< its phase turns by more than a radian even in half a step
+};
+
+/// The fast waves of a linear system on a grid.
+std::vector<FastWave> fast_waves(const numerics::System& system, const Grid& grid, int degree, double dt) {
+    constexpr double turn = 0.5;  // radians a step
+    std::vector<FastWave> result;
+    std::map<double, std::pair<double, double>> by_wavenumber;  // largest rate and frequency
+    for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
+        for (std::size_t i = 0; i < numerics::columns(grid); ++i) {
+            if (!numerics::is_kept(grid, degree, i, j)) continue;
+            const double q = std::hypot(2.0 * std::numbers::pi * static_cast<double>(i) / grid.lx,
+                                        2.0 * std::numbers::pi * numerics::mode_number_y(grid, j) / grid.ly);
+            const auto [found, is_new] = by_wavenumber.emplace(q, std::pair(-INFINITY, 0.0));
+            auto& [rate, frequency] = found->second;
+            if (is_new)
+                for (const std::complex<double> s : numerics::eigenvalues(system.linear(q).along)) {
+                    rate = std::max(rate, s.real());
+                    frequency = std::max(frequency, std::abs(s.imag()));
+                }
+            if (frequency * dt > turn)
+                result.push_back(
+                    {j * numerics::columns(grid) + i, std::min(1.0, std::exp(rate * dt)), frequency * dt > 2.0});
+        }
+    return result;
+}
+
 /// One field: a scalar, or both components of a vector.
 struct FieldSize {
     int first, count;
@@ -107,6 +140,10 @@ struct StepError::Work {
     Threads one{1};
     std::vector<ModePair> shared, sampled;
     std::vector<FieldSize> fields;
+    std::vector<FastWave> waves;                 // without noise
+    std::vector<double> wave_local, wave_error;  // as error.values: the last local error, and the sum of all so far
+    Spectra rate_before;                         // the explicit terms at the start of a step that is repeated in halves
+    std::optional<numerics::Stepper> turn;       // the linear part alone, over a part of a step
     Spectra state, error, shifted, rate, drive;  // drive: the local error, without noise per time
     std::shared_ptr<RightHandSide> remainder;
     std::map<std::int64_t, numerics::Stepper> steppers;  // by stride
@@ -116,8 +153,11 @@ struct StepError::Work {
     void set_reference(const Reference& about);
     void perturbation_rate(double t, const Spectra& perturbation, Spectra& out);
     double size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const;
+    double wave_size(const FieldSize& field) const;
     double relative_size(const Spectra& spectra) const;
     double local_size() const;
+    void sample(const Spectra& fine_fields);
+    void add_unresolved_waves(const Spectra& after);
     void add_random_errors(std::int64_t step);
     void leave_out_direction();
     void bound();
@@ -143,6 +183,8 @@ StepError::Work::Work(const Equations& the_equations, const Grid& grid, const De
     add(form.polar_order, 2, "polar_order");
     state = Spectra(coarse, numerics::components(layout(form)));
     error = shifted = rate = drive = state;
+    wave_local.resize(error.values.size());
+    wave_error.resize(error.values.size());
     set_reference(reference(equations.model.uniform));
 }
 
@@ -162,6 +204,13 @@ void StepError::Work::set_reference(const Reference& about) {
     if (coarse.nx > 1) per_length = coarse.nx / coarse.lx;
     if (coarse.ny > 1) per_length = std::min(per_length, coarse.ny / coarse.ly);
     const double cut = 2.0 * std::numbers::pi / (system.degree + 1) * per_length;
+    if (!noisy) waves = fast_waves(system, coarse, system.degree, dt);
+    turn.reset();
+    if (!waves.empty()) {
+        numerics::System linear = system;
+        linear.nonlinear = {};
+        turn.emplace(linear, numerics::stepper_table("etdrk2"), dt / 4.0, 0, one);
+    }
     const numerics::Block rates = system.linear(cut).along;
     for (int k = 0; k < rates.size; ++k) {
         const double kept = std::exp(rates(k, k) * dt * (noisy ? 2.0 : 1.0));
@@ -199,6 +248,15 @@ double StepError::Work::size_of(const Spectra& spectra, const Grid& grid, const 
     for (int c = field.first; c < field.first + field.count; ++c)
         for (std::size_t m = 0; m < spectra.size; ++m)
             sum += numerics::mode_weight(grid, m % width) * std::norm(spectra[c][m]);
+    return std::sqrt(sum);
+}
+
+double StepError::Work::wave_size(const FieldSize& field) const {
+    double sum = 0.0;
+    for (int c = field.first; c < field.first + field.count; ++c)
+        for (const FastWave& wave : waves)
+            sum += numerics::mode_weight(coarse, wave.mode % numerics::columns(coarse)) *
+                   std::pow(wave_error[static_cast<std::size_t>(c) * error.size + wave.mode], 2.0);
     return std::sqrt(sum);
 }
 
@@ -260,6 +318,8 @@ void StepError::add_local(const Spectra& local, const Spectra& fields) {
             for (const ModePair& pair : w.shared) to[c][pair.coarse] = factor * from[c][pair.fine];
     };
     copy(local, 1.0, w.shifted);
+    for (std::size_t k = 0; k < w.wave_local.size(); ++k) w.wave_local[k] = std::abs(w.shifted.values[k]);
+    w.add_unresolved_waves(fields);
     const double before = w.local_size();
     for (FieldSize& field : w.fields) {
         field.size = w.size_of(fields, w.fine, field);
@@ -275,17 +335,62 @@ void StepError::add_local(const Spectra& local, const Spectra& fields) {
     w.bound();
 }
 
+/// The fields at the points of the coarse grid.
+void StepError::Work::sample(const Spectra& fine_fields) {
+    std::fill(state.values.begin(), state.values.end(), Complex(0.0));
+    for (int c = 0; c < state.count(); ++c)
+        for (const ModePair& pair : sampled)
+            state[c][pair.coarse] += pair.conjugate ? std::conj(fine_fields[c][pair.fine]) : fine_fields[c][pair.fine];
+}
+
+void StepError::start_local(const Spectra& before) {
+    Work& w = *work_;
+    if (w.waves.empty()) return;
+    w.sample(before);
+    if (w.rate_before.size == 0) w.rate_before = w.state;
+    try {
+        (*w.remainder)(0.0, w.state, w.rate_before);
+    } catch (const Error&) {  // a density that only the fine grid resolves
+        w.rate_before = Spectra();
+    }
+}
+
+/// The explicit terms of a wave that turns within a step change as fast as it does.  Half a step does not resolve that
+/// either, so that their change over the step, and what the wave makes of it as it turns, is the local error.
+void StepError::Work::add_unresolved_waves(const Spectra& after) {
+    if (waves.empty() || rate_before.size == 0) return;
+    sample(after);
+    try {
+        (*remainder)(0.0, state, rate);
+    } catch (const Error&) {
+        return;
+    }
+    for (std::size_t k = 0; k < rate.values.size(); ++k)
+        rate.values[k] = 0.5 * dt * (rate.values[k] - rate_before.values[k]);
+    for (int part = 0; part < 4; ++part) {
+        turn->step(0.0, 0, rate);
+        for (int c = 0; c < rate.count(); ++c)
+            for (const FastWave& wave : waves) {
+                if (!wave.is_unresolved) continue;
+                double& local = wave_local[static_cast<std::size_t>(c) * rate.size + wave.mode];
+                local = std::max(local, std::abs(rate[c][wave.mode]));
+            }
+    }
+}
+
 void StepError::advance(std::int64_t step, const Spectra& fields) {
     Work& w = *work_;
+    for (int c = 0; c < w.error.count(); ++c)
+        for (const FastWave& wave : w.waves) {
+            const std::size_t k = static_cast<std::size_t>(c) * w.error.size + wave.mode;
+            w.wave_error[k] = wave.kept * w.wave_error[k] + w.wave_local[k];
+        }
     if (step % max_stride == 0) {
         w.stride = max_stride;
         while (w.stride > 1 && w.perturbation_growth * static_cast<double>(w.stride) * w.dt > 0.3) w.stride /= 2;
     }
     if (step % w.stride != 0) return;
-    std::fill(w.state.values.begin(), w.state.values.end(), Complex(0.0));
-    for (int c = 0; c < w.state.count(); ++c)
-        for (const ModePair& pair : w.sampled)
-            w.state[c][pair.coarse] += pair.conjugate ? std::conj(fields[c][pair.fine]) : fields[c][pair.fine];
+    w.sample(fields);
     w.steppers.at(w.stride).step(static_cast<double>(step) * w.dt, 0, w.error);
     w.add_random_errors(step);
     w.leave_out_direction();
@@ -301,7 +406,8 @@ StepError::Relative StepError::largest() const {
     for (const FieldSize& field : w.fields) {
         const double high = std::min(grown, w.noisy ? std::sqrt(field.memory) : field.memory) * field.local_high();
         const double error =
-            held_too_long * ratio(std::hypot(w.size_of(w.error, w.coarse, field), high), field.scale());
+            held_too_long *
+            ratio(std::hypot(w.size_of(w.error, w.coarse, field), w.wave_size(field), high), field.scale());
         if (error > result.error) result = {std::min(error, 1.0), field.name};
     }
     return result;
@@ -315,14 +421,14 @@ StepError::Relative StepError::largest_local() const {
     return result;
 }
 
-std::size_t StepError::saved_numbers() const {
-    return 2 + 4 * work_->fields.size() + 2 * (work_->error.values.size() + work_->drive.values.size());
-}
+std::size_t StepError::saved_numbers() const { return 2 + 4 * work_->fields.size() + 6 * work_->error.values.size(); }
 
 std::vector<double> StepError::save() const {
     std::vector<double> values{static_cast<double>(work_->stride), work_->perturbation_growth};
     for (const FieldSize& field : work_->fields)
         for (const double value : {field.size, field.largest, field.local, field.local_low}) values.push_back(value);
+    for (const std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
+        values.insert(values.end(), part->begin(), part->end());
     for (const Spectra* spectra : {&work_->error, &work_->drive})
         for (const Complex value : spectra->values) {
             values.push_back(value.real());
@@ -339,6 +445,8 @@ void StepError::restore(std::span<const double> values) {
     work_->perturbation_growth = *next++;
     for (FieldSize& field : work_->fields)
         for (double* value : {&field.size, &field.largest, &field.local, &field.local_low}) *value = *next++;
+    for (std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
+        for (double& value : *part) value = *next++;
     for (Spectra* spectra : {&work_->error, &work_->drive})
         for (Complex& value : spectra->values) {
             const double real = *next++;

@@ -36,8 +36,8 @@ std::string result_text(const calibrate::TrialSet& trial_set) {
     const std::string failed = trial_set.failed() > 0 ? text(", {} failed", trial_set.failed()) : "";
     if (!first.error)
         return text("{}: no error estimate after {} trials{}: {}", quantity.name, found.trials, failed, first.refusal);
-    return text("{} = {:.4g} +- {:.2g} {} from {} trials{}{}", quantity.name, first.mean, *first.error, quantity.unit,
-                found.trials, failed, found.reached ? "" : ", with a larger error than requested");
+    return text("{} = {} {} from {} trials{}{}", quantity.name, measured_text_with_error(first.mean, *first.error),
+                quantity.unit, found.trials, failed, found.reached ? "" : ", with a larger error than requested");
 }
 
 /// The trials of one process: its locked trial files and the trials still needed.

@@ -164,7 +164,8 @@ bool has_results(const calibrate::TableRow& row) {
 
 std::string cell_text(const TableEntry& entry) {
     if (entry.origin == Origin::missing) return "missing";
-    return text("{:.4g} +- {:.2g}{}", entry.value, entry.error, entry.origin == Origin::measured_short ? " !" : "");
+    return text("{}{}", measured_text_with_error(entry.value, entry.error),
+                entry.origin == Origin::measured_short ? " !" : "");
 }
 
 std::string remarks_text(const calibrate::Table& table) {

@@ -244,6 +244,19 @@ std::string describe(const physics::FieldEvolution& evolution, const io::Scene& 
 }
 }  // namespace
 
+namespace {
+/// A step chosen for the error of the fields must keep it below the limit.
+void check_chosen_step(const World& world, std::int64_t step) {
+    const io::TimeControl& time = world.scene.time;
+    const physics::StepError::Relative error = world.evolution.step_error();
+    if (time.chosen != "fields" || error.error <= choice_margin * time.max_error) return;
+    throw StepTooLong(
+        text("the chosen time.dt = {} makes an error of {:.2g} of the {} by t = {:.6g} s; expected at most "
+             "half of time.max_error = {}: run the scene again from its start, with time.dt = {}",
+             time.dt, error.error, error.field, static_cast<double>(step) * time.dt, time.max_error, 0.5 * time.dt));
+}
+}  // namespace
+
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
     const auto world = std::make_shared<World>(scene, threads);
     Simulation simulation{.dt = scene.time.dt,
@@ -253,6 +266,8 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
                           .check_health = {},
                           .save = {},
                           .restore = {},
+                          .count = [world] { return world->evolution.count(); },
+                          .step_error = [world] { return world->evolution.step_error().error; },
                           .describe = {}};
     simulation.threads = threads.count();
     simulation.recordings = {frames_of(world), samples_of(world)};
@@ -265,6 +280,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         world->time = static_cast<double>(step + 1) * world->scene.time.dt;
     };
     simulation.check_health = [world](std::int64_t step) {
+        check_chosen_step(*world, step);
         check_field_health(world->evolution, world->scene, world->transform, world->state, step, world->health);
     };
     simulation.describe = [world] { return describe(world->evolution, world->scene); };

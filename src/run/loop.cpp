@@ -88,7 +88,7 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
             save(simulation, step, archive, files);
             last_checkpoint = Clock::now();
         }
-        progress.report(step);
+        progress.report(step, simulation.step_error);
     }
     if (step != first) simulation.check_health(step);
     save(simulation, step, archive, files);

@@ -48,8 +48,8 @@ std::string threshold_text(const calibrate::Crossing& crossing) {
         text("{:.0f} % of the tables resampled within their errors have one", 100.0 * crossing.share);
     const char* below = "below the smallest bead area fraction of the table";
     if (std::isnan(crossing.bead_fraction)) return (crossing.above_all ? below : "none in the table") + ("; " + share);
-    return text("{}Phi_b = {:.3g} +- {:.2g}; {}", crossing.above_all ? text("{}, and again from ", below) : "",
-                crossing.bead_fraction, crossing.error, share);
+    return text("{}Phi_b = {}; {}", crossing.above_all ? text("{}, and again from ", below) : "",
+                measured_text_with_error(crossing.bead_fraction, crossing.error), share);
 }
 
 Entry rod_entry(double fraction, const char* dataset) {

@@ -282,6 +282,8 @@ Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, st
                           .check_health = {},
                           .save = {},
                           .restore = {},
+                          .count = {},
+                          .step_error = {},
                           .describe = {}};
     simulation.threads = threads.count();
     simulation.recordings.push_back(samples_of(shared));

@@ -15,6 +15,11 @@ std::string error_cell(const measure::Estimate& estimate) {
     return estimate.error ? text("{:>9.2g}", *estimate.error) : text("{:>9}", "n/a");
 }
 
+std::string mean_cell(const measure::Estimate& estimate) {
+    if (!std::isfinite(estimate.mean) || !estimate.error) return cell(estimate.mean);
+    return text("{:>11}", measured_text(estimate.mean, *estimate.error));
+}
+
 /// (measured - predicted) in standard errors.
 std::string deviation_cell(const measure::Estimate& estimate, double predicted) {
     if (!estimate.error || !(*estimate.error > 0.0) || !std::isfinite(predicted)) return text("{:>7}", "-");
@@ -27,7 +32,7 @@ void add_scalars(const Report& report, std::string& out) {
         if (!row.axes.empty()) continue;
         const measure::Estimate& estimate = row.estimates.front();
         const double tau = estimate.autocorrelation_time;
-        out += text("{:<28} {:>8} {} {} {:>9}\n", row.name, row.unit, cell(estimate.mean), error_cell(estimate),
+        out += text("{:<28} {:>8} {} {} {:>9}\n", row.name, row.unit, mean_cell(estimate), error_cell(estimate),
                     std::isfinite(tau) ? text("{:.3g}", tau) : "-");
     }
 }
@@ -42,7 +47,7 @@ void add_array(const Report& report, const std::string& name, const std::string&
                 "linear", "sigmas");
     for (const std::size_t i : chosen) {
         const double predicted = prediction ? prediction->values[i] : NAN;
-        out += text("{} {} {} {} {}\n", cell(axis[i]), cell(row->estimates[i].mean), error_cell(row->estimates[i]),
+        out += text("{} {} {} {} {}\n", cell(axis[i]), mean_cell(row->estimates[i]), error_cell(row->estimates[i]),
                     cell(predicted), deviation_cell(row->estimates[i], predicted));
     }
 }
@@ -64,8 +69,8 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
     for (std::size_t b = 0; b < number->estimates.size(); ++b) {
         const double side = number->axes.front().values[b];
         const double predicted = linear ? linear->values[b] : NAN;
-        out += text("{} {} {} {} {} {}", cell(side), cell(number->estimates[b].mean),
-                    cell(deviation->estimates[b].mean), error_cell(deviation->estimates[b]), cell(predicted),
+        out += text("{} {} {} {} {} {}", cell(side), mean_cell(number->estimates[b]),
+                    mean_cell(deviation->estimates[b]), error_cell(deviation->estimates[b]), cell(predicted),
                     deviation_cell(deviation->estimates[b], predicted));
         if (b + 1 < number->estimates.size())
             out += text("   {} {} {}", exponent_cell(exponent->estimates[b].mean), error_cell(exponent->estimates[b]),
@@ -111,7 +116,7 @@ void add_particle_arrays(const Report& report, std::string& out) {
         out += text("\n{} [{}]\n{:>20} {:>11} {:>9}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]", "mean",
                     "error");
         for (const std::size_t i : log_spaced(axis.values.size(), 12))
-            out += text("{:>20.5g} {} {}\n", axis.values[i], cell(row.estimates[i].mean), error_cell(row.estimates[i]));
+            out += text("{:>20.5g} {} {}\n", axis.values[i], mean_cell(row.estimates[i]), error_cell(row.estimates[i]));
     }
 }
 }  // namespace

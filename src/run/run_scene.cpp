@@ -10,10 +10,12 @@
 #include "drover/files/checkpoint.hpp"
 #include "drover/files/new_file.hpp"
 #include "drover/io/scene_text.hpp"
+#include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/report.hpp"
 #include "drover/run/signals.hpp"
+#include "drover/run/step_choice.hpp"
 
 namespace drover::run {
 
@@ -32,6 +34,9 @@ void log_start(const io::Scene& scene, const Simulation& simulation, std::int64_
     for (const std::string& advice : kind_of(scene).warnings(scene)) log_warning("{}", advice);
     log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", kind_of(scene).size(scene), simulation.steps,
                     simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
+    if (!scene.time.chosen.empty())
+        log_information("time.dt = {} s was chosen: {}", scene.time.dt,
+                        scene.time.pilot.empty() ? "the model is linear, and every step exact" : scene.time.pilot);
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
                     bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
     if (needs.disk_bytes > needs.disk_free)
@@ -84,7 +89,9 @@ std::filesystem::path archive_path(const io::Scene& scene) {
     return std::filesystem::path(scene.file).stem().concat(".h5");
 }
 
-Needs needs_of(const io::Scene& scene) {
+Needs needs_of(const io::Scene& given) {
+    io::Scene scene = given;
+    if (scene.time.dt == 0.0) scene.time.dt = io::longest_step(scene);
     std::error_code problem;
     const std::filesystem::space_info space = std::filesystem::space(folder_of(archive_path(scene)), problem);
     return {.memory_bytes = kind_of(scene).memory_bytes(scene),
@@ -116,8 +123,8 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
             path.string());
 }
 
-RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
-    check_needs(scene, options);
+namespace {
+RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
     Threads threads(kind_of(scene).threads(scene));
     Simulation simulation = kind_of(scene).make(scene, threads, {});
     const std::filesystem::path path = archive_path(scene);
@@ -138,6 +145,21 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options) {
     }
     signals.reset();  // what follows can be repeated by a restart
     return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
+}
+
+}  // namespace
+
+RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
+    check_needs(given, options);
+    io::Scene scene = with_chosen_step(given, options.quiet);
+    for (RunOptions attempt = options;; attempt.overwrite = true) {
+        try {
+            return run_from_start(scene, attempt);
+        } catch (const StepTooLong& error) {
+            if (!options.quiet) log_information("{}; doing so now", error.what());
+            scene.time.dt *= 0.5;
+        }
+    }
 }
 
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,

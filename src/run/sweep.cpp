@@ -184,7 +184,7 @@ std::string table_text(const SweepTable& table) {
         for (const std::size_t i : chosen) {
             if (i >= row.estimates.size()) out += text(" {:>26} {:>9}", "-", "-");
             else
-                out += text(" {:>26.6g} {:>9}", row.estimates[i].mean,
+                out += text(" {:>26} {:>9}", measured_text(row.estimates[i].mean, row.estimates[i].error.value_or(0.0)),
                             row.estimates[i].error ? text("{:.2g}", *row.estimates[i].error) : "-");
         }
         out += '\n';

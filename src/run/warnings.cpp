@@ -275,7 +275,9 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
     if (errors.empty() || times.size() != errors.size() || scene.time.max_error == 0.0) return;
     const auto worst = std::max_element(errors.begin(), errors.end());
-    if (*worst <= scene.time.max_error) return;
+    // A step that was chosen for means need not follow the noise path more closely than this.
+    constexpr double decoupled = 0.3;
+    if (*worst <= (scene.time.chosen == "means" ? decoupled : scene.time.max_error)) return;
     // With noise the methods have order 1.5 to 2.
     const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
     const double order = system.noise ? 1.5 : numerics::stepper_table(scene.time.stepper).order;

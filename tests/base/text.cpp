@@ -33,6 +33,19 @@ TEST(Text, sizes_and_durations_have_units) {
     EXPECT_EQ(duration_text(7500), "2 h 05 min");
 }
 
+TEST(Text, a_measured_number_has_the_digits_that_its_error_supports) {
+    EXPECT_EQ(measured_text(15.8912, 0.079), "15.891");
+    EXPECT_EQ(measured_text(-0.66272, 0.0012), "-0.6627");
+    EXPECT_EQ(measured_text(1234.4, 56.0), "1234");
+    EXPECT_EQ(measured_text(1234.4, 560.0), "1230");
+    EXPECT_EQ(measured_text(0.004, 0.23), "0.00");  // zero within its error
+    EXPECT_EQ(measured_text(1.23456e-7, 1e-10), "1.2346e-07");
+    EXPECT_EQ(measured_text(9.87654321e8, 1e5), "9.8765e+08");
+    EXPECT_EQ(measured_text(3.14159265, 1e-12), "3.14159");  // never more than six
+    EXPECT_EQ(measured_text(9216.0, 0.0), "9216");           // exact
+    EXPECT_EQ(measured_text_with_error(15.8912, 0.079), "15.891 +- 0.079");
+}
+
 TEST(Text, a_character_is_written_as_a_character) {
     EXPECT_EQ(text("\"{}\" and \"{}\"", ')', "b"[0]), "\")\" and \"b\"");
 }

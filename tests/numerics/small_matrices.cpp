@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "numerics/precise_eigenvalues.hpp"
 
 namespace drover::numerics {
 namespace {
@@ -27,6 +30,46 @@ TEST(SmallMatrices, eigenvectors_are_normalised_and_satisfy_the_eigenvalue_equat
         for (int k = 0; k < rows; ++k) EXPECT_NEAR(found.vectors.col(k).norm(), 1.0, rounding);
         EXPECT_EQ(eigenvalues(m), found.values);
     }
+}
+
+TEST(PreciseEigenvalues, agree_with_double_precision_where_that_is_accurate) {
+    for (int rows = 1; rows <= max_small_rows; ++rows) {
+        const SmallMatrix m = sample(rows);
+        const EigenDecomposition found = precise_eigen_decomposition(m);
+        EXPECT_LT((m * found.vectors - found.vectors * found.values.asDiagonal()).norm(), rounding);
+        const SmallVector values = eigenvalues(m);
+        for (const std::complex<double>& value : values)
+            EXPECT_LT((found.values.array() - value).abs().minCoeff(), rounding);
+    }
+}
+
+TEST(PreciseEigenvalues, of_a_slow_mode_beside_a_very_fast_one_have_all_digits) {
+    // det and trace are exact: the slow eigenvalue is det/trace to 1 part in 2^90.  Double precision gives 0 or 1e-4.
+    const double fast = -0x1p40, slow = -0x1p-25;
+    SmallMatrix m(2, 2);
+    m << fast, 1.0, 0.0, slow;
+    m(1, 0) = 0x1p-10;
+    const double expected = (fast * slow - m(1, 0).real()) / (fast + slow);
+    const SmallVector values = reliable_eigenvalues(m);
+    EXPECT_NEAR(std::max(values(0).real(), values(1).real()), expected, 1e-15 * std::abs(expected));
+    EXPECT_NEAR(std::min(values(0).real(), values(1).real()), fast, 1e-15 * std::abs(fast));
+}
+
+TEST(PreciseEigenvalues, of_sound_that_is_hardly_damped_has_its_damping) {
+    // s^2 + 2 d s + w^2 = 0 with d = 1e-14 w: s = -d +- i sqrt(w^2 - d^2).
+    const double damping = 0x1p-47;
+    SmallMatrix m(2, 2);
+    m << 0.0, 1.0, -1.0, -2.0 * damping;
+    for (const std::complex<double>& value : reliable_eigenvalues(m))
+        EXPECT_NEAR(value.real(), -damping, 1e-15 * damping);
+}
+
+TEST(PreciseEigenvalues, of_defective_and_zero_matrices_are_found) {
+    SmallMatrix defective = SmallMatrix::Zero(3, 3);
+    defective(0, 1) = defective(1, 2) = 1e-300;
+    for (const std::complex<double>& value : reliable_eigenvalues(defective)) EXPECT_EQ(value, 0.0);
+    for (const std::complex<double>& value : reliable_eigenvalues(SmallMatrix(SmallMatrix::Zero(6, 6))))
+        EXPECT_EQ(value, 0.0);
 }
 
 TEST(SmallMatrices, real_matrices_have_conjugate_pairs_of_eigenvalues) {

@@ -51,6 +51,13 @@ std::string joined(std::span<const std::string> items, std::string_view separato
 /// tabs and UTF-8.
 std::string printable(std::string_view words);
 
+/// A measured number to the digits that its standard error supports, two of the error: 15.8912 with 0.079 is "15.891",
+/// 1234.4 with 56 is "1234", with 560 "1230".  At most six digits; an error of 0, or no number, gives six.
+std::string measured_text(double value, double error);
+
+/// The same with its error: "15.891 +- 0.079".
+std::string measured_text_with_error(double value, double error);
+
 /// A number of bytes: "3.2 MB".
 std::string bytes_text(double bytes);
 

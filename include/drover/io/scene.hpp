@@ -17,11 +17,13 @@ namespace drover::io {
 
 /// Time stepping.
 struct TimeControl {
-    double dt = 0.01;                ///< step [s]; particles: dt_of_particles unless given
+    double dt = 0.0;                 ///< step [s]; 0: run::with_chosen_step() finds it; particles: dt_of_particles
     double end = 1.0;                ///< [s]
     std::string stepper = "etdrk2";  ///< a row of numerics::stepper_tables()
     double tolerance = 0.0;          ///< local error relative to the field; 0: fixed steps dt
     double max_error = 0.01;         ///< estimated error of the fields above which a run warns; 0: no estimate
+    std::string chosen;              ///< written by drover: what chose dt: "fields", "means", "linear"; "": given
+    std::string pilot;               ///< written by drover: the error and the pilot runs that chose dt
 };
 
 inline constexpr double dt_of_particles = 2e-5;
@@ -138,6 +140,10 @@ void check(const Scene& scene);
 
 /// A duration in steps of time.dt; throws an input Error at `key` when it is not an integer number of steps.
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration);
+
+/// The longest step of which the end and the intervals of the outputs are whole numbers.  Throws an input Error when
+/// there is none of at least a thousandth of the shortest.
+double longest_step(const Scene& scene);
 
 /// A number of the model, by its key.
 struct ModelNumber {

@@ -11,6 +11,7 @@ namespace drover::numerics {
 /// Steps taken so far.
 struct StepCount {
     std::int64_t accepted = 0, rejected = 0;
+    double largest_error = 0.0;  ///< of an accepted part, relative; only with a tolerance
 };
 
 /// The step of the method, and how exactly each part of it must be taken.

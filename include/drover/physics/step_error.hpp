@@ -26,6 +26,9 @@ public:
     /// The linear part about another reference.
     void set_reference(const Reference& about);
 
+    /// Called with the fields before a step whose local error add_local() will add.
+    void start_local(const numerics::Spectra& before);
+
     /// `local`: the error of the step that led to `state`, also that of each step up to the next call.
     void add_local(const numerics::Spectra& local, const numerics::Spectra& state);
 

@@ -18,6 +18,15 @@ TimedScene timed_fields(const io::Scene& scene);
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
 
 /// The group of an archive that holds the observables of fields.
+/// A step is chosen for this part of time.max_error: the estimate is within a factor of 2 to 3 of the error.
+inline constexpr double choice_margin = 0.5;
+
+/// The error of a step that drover chose is above its limit: the run must be made again with a shorter one.
+class StepTooLong : public Error {
+public:
+    explicit StepTooLong(const std::string& message) : Error(Fault::run, {}, message) {}
+};
+
 inline constexpr const char* field_samples_group = "/observables";
 
 }  // namespace drover::run

@@ -2,6 +2,7 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <functional>
 
 namespace drover::run {
 
@@ -13,7 +14,8 @@ public:
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    void report(std::int64_t step);
+    /// `step_error`, where it is not empty, is called for a line that is shown.
+    void report(std::int64_t step, const std::function<double()>& step_error);
 
 private:
     using Clock = std::chrono::steady_clock;

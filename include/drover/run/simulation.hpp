@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "drover/files/archive.hpp"
+#include "drover/numerics/adaptive_stepper.hpp"
 
 namespace drover::run {
 
@@ -27,6 +28,8 @@ struct Simulation {
     std::function<void(std::int64_t step)> check_health;   ///< throws a run Error that reports what is not finite
     std::function<std::vector<double>()> save;             ///< the complete state
     std::function<void(std::span<const double>)> restore;  ///< throws an input Error for a state of another world
+    std::function<numerics::StepCount()> count;            ///< of steps taken; fields only
+    std::function<double()> step_error;                    ///< relative, estimated so far; fields only
     std::function<std::string()> describe;                 ///< statistics of the run for people; may be ""
     std::int64_t health_every = 8;  ///< steps between health checks: a blow-up is found within ten steps
     int threads = 1;

@@ -1,0 +1,57 @@
+// run/pilot.cpp: the loop of a pilot, which writes no files.
+#include "run/pilot.hpp"
+
+#include <algorithm>
+
+#include "drover/base/error.hpp"
+#include "drover/run/field_simulation.hpp"
+#include "drover/run/signals.hpp"
+
+namespace drover::run {
+
+namespace {
+/// Appends a sample; returns its step_error.
+double append_sample(const ScheduledRecording& samples, Pilot& pilot) {
+    const std::vector<std::span<const double>> row = samples.observe();
+    double error = 0.0;
+    for (std::size_t q = 0, scalar = 0; q < row.size(); ++q) {
+        const files::Quantity& quantity = samples.recording.quantities[q];
+        if (!quantity.axes.empty()) continue;
+        if (quantity.name == "step_error") error = row[q][0];
+        else pilot.series[scalar++].push_back(row[q][0]);
+    }
+    return error;
+}
+}  // namespace
+
+Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error) {
+    Simulation simulation = make_field_simulation(scene, threads, {});
+    const auto samples =
+        std::find_if(simulation.recordings.begin(), simulation.recordings.end(),
+                     [](const auto& scheduled) { return scheduled.recording.group == field_samples_group; });
+    Pilot pilot;
+    for (const files::Quantity& quantity : samples->recording.quantities)
+        if (quantity.axes.empty() && quantity.name != "step_error") pilot.names.push_back(quantity.name);
+    pilot.series.resize(pilot.names.size());
+    const auto stop = [&](std::int64_t step) { pilot.stopped = static_cast<double>(step) * simulation.dt; };
+    std::int64_t step = 0;
+    try {
+        while (step < simulation.steps && !(pilot.step_error > max_step_error)) {
+            if (stop_signal() != 0)
+                fail_run("stopped by signal {} while time.dt was being chosen; no run was started", stop_signal());
+            simulation.advance(step++);
+            const bool sampled = step % samples->every == 0;
+            if (sampled || step % simulation.health_every == 0) simulation.check_health(step);
+            if (sampled) pilot.step_error = std::max(pilot.step_error, append_sample(*samples, pilot));
+        }
+    } catch (const Error& error) {
+        if (error.fault() != Fault::run || stop_signal() != 0) throw;
+        pilot.failure = error.what();
+        stop(step);
+    }
+    if (pilot.step_error > max_step_error) stop(step);
+    pilot.count = simulation.count();
+    return pilot;
+}
+
+}  // namespace drover::run

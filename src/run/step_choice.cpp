@@ -1,0 +1,259 @@
+// run/step_choice.cpp: pilots with ever shorter steps.
+#include "drover/run/step_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "drover/base/error.hpp"
+#include "drover/base/log.hpp"
+#include "drover/measure/statistics.hpp"
+#include "drover/numerics/stepper_table.hpp"
+#include "drover/physics/equations.hpp"
+#include "drover/physics/evaluation_cost.hpp"
+#include "drover/physics/stability_rows.hpp"
+#include "drover/run/field_simulation.hpp"
+#include "drover/run/warnings.hpp"
+#include "run/pilot.hpp"
+
+namespace drover::run {
+
+namespace {
+constexpr double default_max_error = 0.01;  // of a figure
+constexpr double largest_tolerance = 0.1;   // of the schema: the pilot records errors and hardly ever divides
+
+double max_error_of(const io::Scene& scene) {
+    return scene.time.max_error > 0.0 ? scene.time.max_error : default_max_error;
+}
+
+bool is_noisy(const io::Scene& scene) { return physics::has_noise(scene.model.noise); }
+
+bool has_error_estimate(const io::Scene& scene) { return !numerics::stepper_table(scene.time.stepper).error.empty(); }
+
+/// Points along an axis of a pilot, at least 32 where the run has them.
+int pilot_points(int points, int coarser) {
+    for (; coarser > 1 && points % 2 == 0 && points >= 64; coarser /= 2) points /= 2;
+    return points;
+}
+
+/// The scene of the pilots, with the longest step of the run: the interval of the outputs, or a sixteenth of the run.
+io::Scene pilot_scene(const io::Scene& scene, int coarser) {
+    io::Scene pilot = scene;
+    pilot.time.dt = io::longest_step(scene);
+    while (scene.time.end / pilot.time.dt < 16.0) pilot.time.dt *= 0.5;
+    pilot.time.max_error = max_error_of(scene);
+    if (scene.initial.kind != "file") {
+        pilot.grid.nx = pilot_points(scene.grid.nx, coarser);
+        pilot.grid.ny = pilot_points(scene.grid.ny, coarser);
+    }
+    // A pilot costs less than the run: it has fewer points, or ends earlier.  The means of a noisy run are known from a
+    // part of it.
+    const bool is_coarse = numerics::points(pilot.grid) < numerics::points(scene.grid);
+    const double share = is_noisy(scene) ? 0.25 : is_coarse ? 1.0 : 0.1, least = 64.0 * pilot.time.dt;
+    const auto down_to_steps = [&](double duration) { return pilot.time.dt * std::floor(duration / pilot.time.dt); };
+    pilot.time.end = std::min(scene.time.end, down_to_steps(std::max(least, share * scene.time.end)));
+    constexpr double samples = 256.0;
+    pilot.output.sample_every = std::max(pilot.time.dt, down_to_steps(pilot.time.end / samples));
+    pilot.output.frame_every = 0.0;
+    pilot.output.powers = false;
+    pilot.analysis.warm_up = -1.0;
+    if (!is_noisy(scene) && scene.time.tolerance == 0.0 && has_error_estimate(scene))
+        pilot.time.tolerance = largest_tolerance;
+    return pilot;
+}
+
+/// Whether the grid of the pilot resolves its fields, once those of the start have evolved.
+bool is_resolved(const Pilot& run) {
+    const auto find = [&](const std::string& name) -> const std::vector<double>* {
+        const auto found = std::find(run.names.begin(), run.names.end(), name);
+        return found == run.names.end() ? nullptr : &run.series[static_cast<std::size_t>(found - run.names.begin())];
+    };
+    for (std::size_t k = 0; k < run.names.size(); ++k) {
+        const std::string prefix = "spectral_tail_";
+        if (!run.names[k].starts_with(prefix)) continue;
+        const std::vector<double>&tails = run.series[k],
+              &variances = *find("variance_" + run.names[k].substr(prefix.size()));
+        if (tails.empty()) continue;
+        const double largest = *std::max_element(variances.begin(), variances.end());
+        for (std::size_t i = tails.size() / 4; i < tails.size(); ++i)
+            if (tails[i] > max_spectral_tail &&
+                tails[i] * variances[i] > max_spectral_tail * max_spectral_tail * largest)
+                return false;
+    }
+    return true;
+}
+
+/// The bias of a mean, relative to the mean or, where larger, to the spread of the observable.
+struct Bias {
+    std::string name;
+    double relative = 0.0, error = 0.0;
+    double bound() const { return std::abs(relative) + error; }
+};
+
+/// Whether the mean of an observable is compared: not those of components, since the direction of a flock wanders.
+bool is_compared(const std::string& name) {
+    return !name.starts_with("spectral_tail_") && !name.ends_with("_x") && !name.ends_with("_y");
+}
+
+/// The largest over the observables, of the run with the longer step.
+Bias largest_bias(const Pilot& longer, const Pilot& shorter) {
+    Bias largest;
+    for (std::size_t k = 0; k < shorter.names.size(); ++k) {
+        const std::vector<double>&a = longer.series[k], &b = shorter.series[k];
+        if (!is_compared(shorter.names[k]) || a.size() != b.size() || b.size() < 8) continue;
+        const std::size_t skip = b.size() / 4;
+        std::vector<double> differences;
+        double mean = 0.0, square = 0.0;
+        for (std::size_t i = skip; i < b.size(); ++i) {
+            differences.push_back(a[i] - b[i]);
+            mean += b[i];
+            square += b[i] * b[i];
+        }
+        const auto count = static_cast<double>(differences.size());
+        mean /= count;
+        const double spread = std::sqrt(std::max(0.0, square / count - mean * mean));
+        const double scale = std::max(std::abs(mean), spread);
+        if (scale == 0.0) continue;
+        const measure::Estimate estimate = measure::estimate_mean({.series = {differences}}, 0);
+        double square_of_differences = 0.0;
+        for (const double d : differences) square_of_differences += (d - estimate.mean) * (d - estimate.mean);
+        // Too few samples for an error: one independent value in four.
+        const double error = estimate.error.value_or(2.0 * std::sqrt(square_of_differences) / count);
+        // A method of second weak order: half of the step makes a quarter of the error.
+        const Bias bias{shorter.names[k], 4.0 / 3.0 * estimate.mean / scale, error / scale};
+        if (!(bias.bound() <= largest.bound())) largest = bias;
+    }
+    return largest;
+}
+
+/// One scene, ever shorter steps.
+class Ladder {
+public:
+    Ladder(const io::Scene& scene, int coarser)
+        : given_(scene.time),
+          target_(choice_margin * max_error_of(scene)),
+          pilot_(pilot_scene(scene, coarser)),
+          is_coarse_(numerics::points(pilot_.grid) < numerics::points(scene.grid)),
+          threads_(choose_threads(pilot_)) {}
+
+    /// dt, tolerance and the words of time.chosen; none: see failure().
+    std::optional<io::TimeControl> choose() {
+        const bool noisy = is_noisy(pilot_);
+        if (!noisy)
+            if (auto chosen = by_fields(); chosen || !is_chaotic()) return chosen;
+        return by_means();
+    }
+
+    const std::string& failure() const { return failure_; }
+
+private:
+    bool within_reach() const {
+        constexpr double max_steps = 1e7, max_work = 2e9;  // points times steps
+        const double steps = pilot_.time.end / pilot_.time.dt;
+        return steps < max_steps && steps * static_cast<double>(numerics::points(pilot_.grid)) < max_work;
+    }
+
+    std::optional<io::TimeControl> by_fields() {
+        for (int unresolved = 0; within_reach(); pilot_.time.dt *= 0.5) {
+            const Pilot run = run_pilot(pilot_, threads_, target_);
+            ++runs_;
+            const bool reached_end = std::isinf(run.stopped);
+            if (!run.failure.empty()) failure_ = run.failure;
+            else failure_ = text("its error is {:.2g} of a field at t = {:.4g} s", run.step_error, run.stopped);
+            // A step that is too long leaves short waves too, hence two steps.
+            if (is_coarse_ && run.failure.empty() && !is_resolved(run) && ++unresolved == 2) break;
+            if (reached_end && unresolved == 0 &&
+                (run.count.rejected == 0 || pilot_.time.tolerance < largest_tolerance))
+                return chosen("fields", text("step_error {:.2g}", run.step_error), run.count.largest_error);
+            stopped_.push_back(run.stopped);
+            if (is_chaotic()) break;
+        }
+        return std::nullopt;
+    }
+
+    /// The error of a chaotic run grows as an exponential: each half of the step puts off its limit by the same time.
+    bool is_chaotic() const {
+        constexpr std::size_t needed = 6;
+        if (stopped_.size() < needed) return false;
+        for (std::size_t k = stopped_.size() - needed + 2; k < stopped_.size(); ++k) {
+            const double before = stopped_[k - 1] - stopped_[k - 2], now = stopped_[k] - stopped_[k - 1];
+            if (!(before > 0.0 && now > 0.0 && now < 1.5 * before)) return false;
+        }
+        return true;
+    }
+
+    std::optional<io::TimeControl> by_means() {
+        pilot_.time.tolerance = given_.tolerance;
+        if (!stopped_.empty()) pilot_.time.dt *= std::exp2(static_cast<double>(stopped_.size()) - 1.0);
+        std::optional<Pilot> longer;
+        for (; within_reach(); pilot_.time.dt *= 0.5) {
+            Pilot run = run_pilot(pilot_, threads_, INFINITY);
+            ++runs_;
+            if (!run.failure.empty()) {
+                failure_ = run.failure;
+                longer.reset();
+                continue;
+            }
+            if (longer) {
+                const Bias bias = largest_bias(*longer, run);
+                failure_ = text("its bias of {} is {:.2g} +- {:.2g}", bias.name, bias.relative, bias.error);
+                if (bias.bound() <= target_) {
+                    pilot_.time.dt *= 2.0;
+                    return chosen("means",
+                                  text("bias of {}, the largest of the means, {:.2g} +- {:.2g}", bias.name,
+                                       bias.relative, bias.error),
+                                  0.0);
+                }
+            }
+            longer = std::move(run);
+        }
+        return std::nullopt;
+    }
+
+    io::TimeControl chosen(const char* by, const std::string& error, double largest_part_error) const {
+        io::TimeControl time = given_;
+        time.dt = pilot_.time.dt;
+        if (given_.tolerance == 0.0) time.tolerance = std::min(largest_tolerance, 2.0 * largest_part_error);
+        time.chosen = by;
+        time.pilot = text("{} in {} pilot run{} of {} by {} points to t = {:.4g} s", error, runs_,
+                          runs_ == 1 ? "" : "s", pilot_.grid.nx, pilot_.grid.ny, pilot_.time.end);
+        return time;
+    }
+
+    io::TimeControl given_;
+    double target_;
+    io::Scene pilot_;
+    bool is_coarse_;
+    Threads threads_;
+    int runs_ = 0;
+    std::vector<double> stopped_;  // by step, of by_fields()
+    std::string failure_;
+};
+}  // namespace
+
+io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
+    if (scene.time.dt > 0.0) return scene;
+    io::Scene result = scene;
+    if (!physics::is_nonlinear(physics::Equations(scene.model))) {
+        result.time.dt = io::longest_step(scene);
+        result.time.chosen = "linear";
+        return result;
+    }
+    if (!quiet)
+        log_information("time.dt is left out: choosing it by pilot runs for an error of {}", max_error_of(scene));
+    std::string failure;
+    for (const int coarser : {4, 2, 1}) {
+        Ladder ladder(scene, coarser);
+        if (const auto time = ladder.choose()) {
+            result.time = *time;
+            return result;
+        }
+        failure = ladder.failure();
+    }
+    fail_run(
+        "no time step was found that keeps the error below time.max_error = {}: at the shortest step tried {}; give "
+        "time.dt, or a larger time.max_error",
+        max_error_of(scene), failure);
+}
+
+}  // namespace drover::run

@@ -1,0 +1,113 @@
+"""tests/app/test_chosen_step.py: scenes of fields that leave time.dt out."""
+import json
+import tomllib
+
+import h5py
+import numpy as np
+import pytest
+from rejection import rejected
+from support import drover, write_scene
+
+FLOCK = {
+    "fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 1.0,
+    "uniform.bead_density": 1.0, "drag.coefficient": 4.0, "driving.strength": 3.0, "stiffness.beads": 2.0,
+    "viscosity.shear": 1.0, "relaxation.rate": 0.3, "relaxation.saturation": 1.0, "elasticity.stiffness": 0.5,
+    "weathercock.strength": 1.5, "advection.strength": 0.5, "pressure.rods": 0.3, "diffusion.rods": 0.2,
+    "diffusion.beads": 0.2, "grid.nx": 32, "grid.ny": 32, "grid.lx": 16.0, "grid.ly": 16.0,
+    "time.end": 4.0, "output.frame_every": 4.0, "output.sample_every": 1.0,
+}
+SMOOTH = {"initial.kind": "formula", "initial.polar_order_x": "0.3 + 0.2 * sin(2*pi*y/16)",
+          "initial.polar_order_y": "0.2 * cos(2*pi*(x + y)/16)"}
+
+
+def run(folder, name, base=FLOCK, **changes):
+    scene = write_scene(folder, changes, name=name + ".toml", base=base)
+    return json.loads(drover(folder, "run", scene, "--json", "--overwrite").stdout)
+
+
+def time_table(archive):
+    with h5py.File(archive) as file:
+        return tomllib.loads(file.attrs["scene"].decode())["time"]
+
+
+def error_of(archive, exact, vector):
+    """The relative error of a field in the last frame."""
+    with h5py.File(archive) as a, h5py.File(exact) as b:
+        wrong = sum(((a[name][-1] - b[name][-1]) ** 2).sum() for name in vector)
+        return np.sqrt(wrong / sum((b[name][-1] ** 2).sum() for name in vector))
+
+
+@pytest.mark.parametrize("max_error", [0.1, 0.01, 1e-4])
+def test_the_fields_of_a_run_without_a_step_have_the_error_that_is_asked_for(tmp_path, max_error):
+    result = run(tmp_path, "chosen", **SMOOTH, **{"time.max_error": max_error})
+    chosen = time_table(tmp_path / "chosen.h5")
+    assert chosen["chosen"] == "fields" and chosen["dt"] > 0.0 and "pilot run" in chosen["pilot"]
+    run(tmp_path, "fine", **SMOOTH, **{"time.dt": chosen["dt"] / 16, "time.stepper": "etdrk4-krogstad"})
+    for field in (["rod_density"], ["polar_order_x", "polar_order_y"], ["bead_velocity_x", "bead_velocity_y"]):
+        # A step is chosen for half of the error, by an estimate that is right within a factor of three.
+        assert error_of(tmp_path / "chosen.h5", tmp_path / "fine.h5", field) < 1.5 * max_error, field
+    assert not [warning for warning in result["warnings"] if "time.dt" in warning]
+
+
+def test_a_larger_error_is_given_a_longer_step(tmp_path):
+    steps = []
+    for max_error in (0.1, 1e-4):
+        run(tmp_path, "run", **SMOOTH, **{"time.max_error": max_error})
+        steps.append(time_table(tmp_path / "run.h5")["dt"])
+    assert steps[0] >= 4.0 * steps[1]  # second order: a thousandth of the error takes a thirtieth of the step
+
+
+def test_a_noisy_run_without_a_step_has_means_with_a_small_bias(tmp_path):
+    noisy = {"noise.order": 0.02, "noise.rods": 0.01, "time.end": 100.0, "output.frame_every": 0.0,
+             "output.sample_every": 0.5, "time.max_error": 0.02}
+    run(tmp_path, "chosen", **noisy)
+    chosen = time_table(tmp_path / "chosen.h5")
+    assert chosen["chosen"] == "means" and "+-" in chosen["pilot"]
+    run(tmp_path, "fine", **noisy, **{"time.dt": chosen["dt"] / 8})
+    with h5py.File(tmp_path / "chosen.h5") as a, h5py.File(tmp_path / "fine.h5") as b:
+        for name in ("polar_order", "variance_rod_density", "bead_speed"):
+            mean, exact = (np.mean(file["observables"][name][50:]) for file in (a, b))
+            # Both runs are on one noise path, so that their difference is the bias; twice the limit for its scatter.
+            assert abs(mean - exact) < 2 * 0.02 * abs(exact), name
+
+
+def test_a_linear_model_has_the_longest_step(tmp_path):
+    linear = {"uniform.rod_density": 2.0, "relaxation.rate": 0.5, "elasticity.stiffness": 2.0, "noise.order": 0.05,
+              "grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0, "time.end": 3.0,
+              "output.frame_every": 1.5, "output.sample_every": 0.6}
+    run(tmp_path, "linear", base=linear)
+    chosen = time_table(tmp_path / "linear.h5")
+    assert chosen["chosen"] == "linear" and abs(chosen["dt"] - 0.3) < 1e-12  # the common divisor of 3, 1.5 and 0.6
+
+
+def test_a_run_whose_pilot_saw_too_little_starts_again_with_a_shorter_step(tmp_path):
+    # The pilot of a grid that cannot be coarsened ends at 64 s, while the linear terms, which are exact, still decide.
+    late = {"uniform.rod_density": 1.0, "relaxation.rate": -0.1, "relaxation.saturation": 1.0,
+            "elasticity.stiffness": 0.5, "advection.strength": 0.5, "initial.kind": "random",
+            "time.stepper": "exponential-euler",
+            "initial.amplitude": 1e-4, "grid.nx": 32, "grid.ny": 32, "grid.lx": 16.0, "grid.ly": 16.0,
+            "time.end": 200.0, "output.sample_every": 1.0, "output.frame_every": 200.0}
+    scene = write_scene(tmp_path, late, name="late.toml", base={})
+    done = drover(tmp_path, "run", scene)
+    assert "doing so now" in done.stderr
+    with h5py.File(tmp_path / "late.h5") as file:
+        assert file["observables/step_error"][...].max() <= 0.01
+        assert file["time"][-1] == 200.0
+
+
+def test_a_restart_keeps_the_chosen_step(tmp_path):
+    run(tmp_path, "run", **SMOOTH)
+    before = time_table(tmp_path / "run.h5")
+    drover(tmp_path, "restart", "run.h5", "--set", "time.end=8.0")
+    assert time_table(tmp_path / "run.h5") == {**before, "end": 8.0}
+
+
+def test_check_and_explain_take_a_scene_without_a_step(tmp_path):
+    scene = write_scene(tmp_path, SMOOTH, name="scene.toml", base=FLOCK)
+    assert "valid" in drover(tmp_path, "check", scene).stdout
+    assert json.loads(drover(tmp_path, "explain", scene, "--json").stdout)["steps"] > 0
+
+
+def test_durations_without_a_common_step_are_rejected(tmp_path):
+    scene = write_scene(tmp_path, {"time.end": 3.14159265358979}, name="scene.toml", base=FLOCK)
+    rejected(tmp_path, ["run", scene], ["time.end", "3.14159", "common divisor"])

@@ -1,0 +1,150 @@
+#!/usr/bin/python3
+"""tests/defects/plant.py: plants defects in the source, one at a time, and sees which test fails.
+
+    plant.py --copy FOLDER --build FOLDER --output caught.csv [--only NAME ...]
+
+changes the source of a copy of the repository (which must have no changes of its own; it is restored after each
+defect), builds the tests of the layer and of those above it, and runs them in that order until one fails.  The table
+has the defect, its file, whether it was caught, and by which test.  Rows that exist are kept: re-run to resume.
+"""
+import argparse
+import csv
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+LAYERS = ("base", "numerics", "dem", "physics", "measure", "calibrate", "io", "run")
+SKIPPED = "-*Slow*:*Statistics*:*Fuzz*"
+
+# name, file, the code as it is, the code with the defect, the layers whose tests run
+DEFECTS = (
+    ("products are not dealiased", "src/numerics/grid.cpp", "* (degree + 1) < grid.nx", "* 2 < grid.nx",
+     ("numerics", "physics")),
+    ("phi3 has one wrong factorial", "src/numerics/block.cpp", "/ Real(n + 3) + identity", "/ Real(n + 2) + identity",
+     ("numerics",)),
+    ("a weight of ETDRK2", "src/numerics/stepper_table.cpp", "{{1, {{{1, 1}}}}, {1, {{{1, 1}, {-1, 2}}, {{1, 2}}}}}",
+     "{{1, {{{1, 1}}}}, {1, {{{1, 1}, {-0.9, 2}}, {{0.9, 2}}}}}", ("numerics",)),
+    ("a weight of ETDRK4", "src/numerics/stepper_table.cpp", "{{{1, 1}, {-3, 2}, {4, 3}}", "{{{1, 1}, {-3, 2}, {3, 3}}",
+     ("numerics",)),
+    ("transforms are not normalised", "src/numerics/transform.cpp", "1.0 / static_cast<double>(points(grid))",
+     "1.0 / static_cast<double>(points(grid) - 1)", ("numerics",)),
+    ("the second half of an interval reuses the number of the first", "src/numerics/adaptive_stepper.cpp",
+     "        i *= 2;\n", "        i *= 1;\n", ("numerics", "physics")),
+    ("slow modes are left to double precision", "src/numerics/precise_eigenvalues.cpp",
+     "constexpr double digits = 1e6;", "constexpr double digits = 0.0;", ("numerics",)),
+    ("shells forget the conjugate modes", "src/numerics/shells.cpp",
+     "means[static_cast<std::size_t>(shells.of_mode[mode])] += mode_weight(grid, i) * per_mode[mode];",
+     "means[static_cast<std::size_t>(shells.of_mode[mode])] += per_mode[mode];", ("numerics", "measure")),
+    ("noise has another key at each level", "src/numerics/noise_path.cpp", ".step = index >> level,",
+     ".step = index,", ("numerics",)),
+    ("beads are not carried by the mean flow", "src/physics/terms.cpp",
+     "m(rho, rho) -= i_unit * (q.x * about.velocity.x() + q.y * about.velocity.y());", ";", ("physics",)),
+    ("the reference is subtracted twice from the rods", "src/physics/terms.cpp",
+     "(density[i] - ref.rod_density)", "(density[i] - 2.0 * ref.rod_density)", ("physics",)),
+    ("half of the reference flux of beads", "src/physics/terms.cpp", "- ref.bead_density * f.linear_velocity.x[i]",
+     "- 0.5 * ref.bead_density * f.linear_velocity.x[i]", ("physics",)),
+    ("noise of the order is twice too strong in theory", "src/physics/fluctuations.cpp",
+     "return 0.5 * equations.model.noise.order", "return equations.model.noise.order", ("physics",)),
+    ("the angle of a correlation has the wrong sign", "src/physics/fluctuations.cpp",
+     "c * c * xx + 2.0 * c * sn * xy", "c * c * xx - 2.0 * c * sn * xy", ("physics",)),
+    ("the reference density is frozen", "src/physics/field_evolution.cpp", "    if (rung == rung_) return;\n",
+     "    if (rung == rung_ || rung != 0) return;\n", ("physics",)),
+    ("the step error has the wrong order", "src/physics/step_error.cpp", "constexpr double held_too_long = 0.7;",
+     "constexpr double held_too_long = 0.07;", ("physics",)),
+    ("waves within a step are not seen", "src/physics/step_error.cpp", "constexpr double turn = 0.5;",
+     "constexpr double turn = 1e9;", ("physics",)),
+    ("a density is clipped", "src/physics/moving_density.hpp", "    return density * std::sqrt(",
+     "    return (density < 0.5 ? 0.5 : density) * std::sqrt(", ("physics",)),
+    ("the explicit drag is forgotten", "src/physics/right_hand_side.cpp",
+     "(drag_ref * f.linear_velocity.x[i] + force.x[i])", "(force.x[i])", ("physics",)),
+    ("an exponent of number fluctuations is of the variance", "src/physics/predictions.cpp",
+     "? 0.5 * std::log(boxes.variance[b + 1]", "? std::log(boxes.variance[b + 1]", ("physics", "run")),
+    ("the jackknife error is too small", "src/measure/statistics.cpp", "std::sqrt((count - 1.0) / count * sum",
+     "std::sqrt(1.0 / count * sum", ("measure",)),
+    ("the autocorrelation time is not corrected", "src/measure/statistics.cpp",
+     "tau *= 1.0 + (2.0 * static_cast<double>(window) + 1.0) / n;", "tau *= 1.0;", ("measure",)),
+    ("a bounce with the wrong sign of e", "src/dem/sphere_impact.hpp", "-(1.0 + restitution) * opening_speed",
+     "-(1.0 - restitution) * opening_speed", ("dem",)),
+    ("friction is not limited by sticking", "src/dem/sphere_impact.hpp",
+     "std::min(friction * normal, slip / slip_response)", "friction * normal", ("dem",)),
+    ("free flight falls twice as far", "src/dem/bead_flight.cpp", "a * (0.5 * tau * tau)", "a * (tau * tau)", ("dem",)),
+    ("a turned axis loses its length", "src/dem/rotation.cpp", "2.0 * half * half * cross", "half * half * cross",
+     ("dem",)),
+    ("a coefficient of the plates' cosine", "include/drover/dem/plate_motion.hpp", "(0.5 - square * (1.0 / 24.0",
+     "(0.5 - square * (1.0 / 20.0", ("dem",)),
+    ("the work of friction counts the speed before alone", "src/dem/impact_increment.hpp",
+     "0.5 * (x * (before.x + now.x) + y * (before.y + now.y))", "(x * before.x + y * before.y)", ("dem",)),
+    ("lambda of a single rod is that of the mean", "src/physics/compiled_model.cpp",
+     '== "single-rod" ? 1.0 / single_rod_factor', '== "single-rod" ? 1.0', ("physics", "run")),
+    ("the closure of K3 is twice too large", "src/calibrate/closures.cpp", "/ (16.0 * m[relaxation])",
+     "/ (8.0 * m[relaxation])", ("calibrate",)),
+    ("a measured number is rounded away", "src/base/text.cpp", "std::log10(error * (1.0 + 1e-12)))) - 1;",
+     "std::log10(error * (1.0 + 1e-12))));", ("base",)),
+    ("a restart forgets the division of a step", "src/physics/field_evolution.cpp",
+     "    stepper_.set_division(integer(values[1], 1, numerics::AdaptiveStepper::max_division));\n",
+     "    integer(values[1], 1, numerics::AdaptiveStepper::max_division);\n", ("physics", "app")),
+)
+
+
+def ended(words, folder):
+    return subprocess.run(words, cwd=folder, capture_output=True, text=True, errors="replace", check=False)
+
+
+def catcher(copy, build, layers):
+    """The first test that fails; "": none does."""
+    for layer in layers:
+        if layer == "app":
+            built = ended(["ninja", "-j1", "drover_program"], build)
+            if built.returncode != 0:
+                return "the compiler"
+            tried = ended(["ctest", "-R", "app.test_same_bytes|app.test_step_error", "--stop-on-failure"], build)
+            if tried.returncode != 0:
+                return ", ".join(re.findall(r"\d+ - (\S+) \(Failed\)", tried.stdout)[:1]) or "app"
+            continue
+        if ended(["ninja", "-j1", f"test_{layer}"], build).returncode != 0:
+            return "the compiler"
+        tried = ended([f"tests/test_{layer}", f"--gtest_filter={SKIPPED}", "--gtest_fail_fast"], build)
+        if tried.returncode != 0:
+            failed = re.findall(r"\[  FAILED  \] (\S+?)[,\s]", tried.stdout)
+            return f"{layer}: {failed[0]}" if failed else f"{layer}: ended with {tried.returncode}"
+    return ""
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--copy", type=Path, required=True)
+    parser.add_argument("--build", type=Path, required=True)
+    parser.add_argument("--output", type=Path, required=True)
+    parser.add_argument("--only", nargs="*", default=[])
+    options = parser.parse_args()
+    known = set()
+    if options.output.exists():
+        with open(options.output, newline="") as file:
+            known = {row["defect"] for row in csv.DictReader(file)}
+    missed = []
+    with open(options.output, "a", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if not known:
+            writer.writerow(("defect", "file", "caught by"))
+        for name, path, code, defect, layers in DEFECTS:
+            if name in known or (options.only and name not in options.only):
+                continue
+            source = options.copy / path
+            text = source.read_text()
+            if text.count(code) != 1:
+                sys.exit(f"{path} contains {code!r} {text.count(code)} times; expected once: mend DEFECTS")
+            source.write_text(text.replace(code, defect))
+            try:
+                caught = catcher(options.copy, options.build, layers)
+            finally:
+                source.write_text(text)
+            missed += [] if caught else [name]
+            writer.writerow((name, path, caught or "MISSED"))
+            file.flush()
+            print(f"{name}: {caught or 'MISSED'}", flush=True)
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,80 @@
+#!/usr/bin/python3
+"""tests/extremes/atlas.py: what drover answers at the extremes of its scenes.
+
+    atlas.py fields|theory|particles --drover PROGRAM --output FOLDER [--count N] [--first N]
+
+draws scenes (number n is the same for everyone) in which one to three keys have extreme values: coefficients times
+1e-12 to 1e12, grids of 1 to 2048 points, steps times 1e-12 to 1e6, vacua, noise from 0 to huge, impacts without loss or
+without bounce.  Each scene is run, and each answer that was given without a warning is compared with one that is
+finer (fields), of 60 digits (theory), or with what must hold for any bodies (particles).  FOLDER/KIND.csv has the
+outcome of each scene:
+
+    right      no warning, and right
+    warned     done, with a warning
+    stopped    the run failed with a sentence (status 1)
+    refused    the scene was rejected with a sentence (status 2)
+    undecided  no warning, but what it would be compared with failed
+    SILENT     no warning, and wrong
+    slow       no end within a minute
+    CRASH      any other end: a signal, no sentence
+
+Rows that exist are kept: re-run to resume.  The status is 1 when an outcome is SILENT or CRASH.
+"""
+import argparse
+import collections
+import csv
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import bodies
+import plane_waves
+import waves
+
+KINDS = {"fields": waves, "theory": plane_waves, "particles": bodies}
+COLUMNS = ("scene", "outcome", "measure", "what", "message", "settings")
+
+
+def row_of(kind, program, number):
+    with tempfile.TemporaryDirectory() as folder:
+        keys, changed = KINDS[kind].scene(number)
+        outcome, measure, message = KINDS[kind].judge(program, Path(folder), keys)
+    return {"scene": number, "outcome": outcome, "measure": measure, "what": changed, "message": message[:300],
+            "settings": json.dumps(keys)}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kind", choices=KINDS)
+    parser.add_argument("--drover", default="drover")
+    parser.add_argument("--output", type=Path, required=True)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--first", type=int, default=0)
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    table = options.output / f"{options.kind}.csv"
+    known = set()
+    if table.exists():
+        with open(table, newline="") as file:
+            known = {int(row["scene"]) for row in csv.DictReader(file)}
+    outcomes = collections.Counter()
+    with open(table, "a", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        if not known:
+            writer.writeheader()
+        for number in range(options.first, options.first + options.count):
+            if number in known:
+                continue
+            row = row_of(options.kind, options.drover, number)
+            writer.writerow(row)
+            file.flush()
+            outcomes[row["outcome"]] += 1
+            if row["outcome"].isupper():
+                print(number, row["outcome"], row["measure"], row["what"], row["message"], flush=True)
+    print(dict(outcomes))
+    return 1 if outcomes["SILENT"] or outcomes["CRASH"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
