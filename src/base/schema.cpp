@@ -11,8 +11,6 @@ template <class... Cases>
 struct Match : Cases... {
     using Cases::operator()...;
 };
-template <class... Cases>
-Match(Cases...) -> Match<Cases...>;  // for clang 14
 
 std::string number_text(double value) {
     if (std::isnan(value)) return "nan";

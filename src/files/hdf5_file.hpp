@@ -42,8 +42,8 @@ public:
     void require_disk() const;
     std::uint64_t length() const;  ///< [bytes], with the uncommitted changes
 
-    /// Throws the run Error of write_failure, or a run Error when an earlier call to HDF5 or to the disk failed, so that
-    /// the changes in memory are not known to be complete; then nothing is written.
+    /// Throws the run Error of write_failure.  Throws, and writes nothing, when an earlier call to HDF5 or to the disk
+    /// failed, so that the changes in memory are not known to be complete.
     void commit();
 
 private:

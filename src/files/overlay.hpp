@@ -34,8 +34,8 @@ Overlay overlay_of(Descriptor file, const std::filesystem::path& path);
 void read_overlay(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes);
 void write_overlay(Overlay& overlay, std::uint64_t offset, Bytes bytes);
 
-/// Makes the changes durable, all or none.  Flush HDF5 first.  Throws the run Error of write_failure, or of disk_failure
-/// when an earlier read failed: what HDF5 then holds in memory is not known.
+/// Makes the changes durable, all or none.  Flush HDF5 first.  Throws the run Error of write_failure, or of
+/// disk_failure when an earlier read failed: what HDF5 then holds in memory is not known.
 void commit_overlay(Overlay& overlay);
 
 /// Registers the driver; close the result after the file.

@@ -39,8 +39,8 @@ private:
 // Unless documented otherwise, these functions throw std::system_error with the name of the failing call.
 
 /// Returns a closed descriptor, with errno set, when the file cannot be opened.  Never returns 0, 1 or 2, the standard
-/// streams, even if they are closed.  Throws an input Error when the file is not a plain file (or, with O_DIRECTORY, not
-/// a folder): a pipe would wait for its other end.
+/// streams, even if they are closed.  Throws an input Error when the file is not a plain file (or, with O_DIRECTORY,
+/// not a folder): a pipe would wait for its other end.
 Descriptor try_open(const std::filesystem::path& file, int flags);
 Descriptor open_file(const std::filesystem::path& file, int flags);
 

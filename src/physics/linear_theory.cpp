@@ -118,8 +118,8 @@ void rates_at(const numerics::System& system, double q, See see) {
         for (const numerics::Complex s : numerics::eigenvalues(*block)) see(q, s);
 }
 
-/// The kept mode whose value(q, s) is largest.  Of more than `most` wavenumbers it looks at every k-th, then at all near
-/// the best one: rates are roots of polynomials of low degree in q, far smoother than that.
+/// The kept mode whose value(q, s) is largest.  Of more than `most` wavenumbers it looks at every k-th, then at all
+/// near the best one: rates are roots of polynomials of low degree in q, far smoother than that.
 template <class Value>
 FastestGrowth largest(const numerics::System& system, Value value) {
     constexpr std::size_t most = std::size_t{1} << 17;

@@ -151,7 +151,10 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
 
 RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
     check_needs(given, options);
-    io::Scene scene = with_chosen_step(given, options.quiet);
+    io::Scene scene = [&] {
+        const StopSignals signals;
+        return with_chosen_step(given, options.quiet);
+    }();
     for (RunOptions attempt = options;; attempt.overwrite = true) {
         try {
             return run_from_start(scene, attempt);

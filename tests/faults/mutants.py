@@ -100,6 +100,8 @@ def main():
             name = list(COMMANDS)[count % len(COMMANDS)]
             changed = mutant((whole / name).read_bytes(), dice)
             count += 1
+            if count % 100 == 0:
+                print(f"{count} mutants so far, {complaints} complaints", flush=True)
             for command in COMMANDS[name]:
                 folder = Path(place) / "mutant"
                 shutil.copytree(whole, folder)

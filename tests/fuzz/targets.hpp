@@ -1,4 +1,4 @@
-// tests/fuzz/targets.hpp: what reads input of strangers, as functions of bytes; for libFuzzer and for a short test.
+// tests/fuzz/targets.hpp: what reads input of strangers, as functions of bytes.
 #pragma once
 #include <cstddef>
 #include <functional>

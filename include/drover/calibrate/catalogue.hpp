@@ -33,8 +33,6 @@ struct CatalogueRow {
     Plan Plans::*plan;
     Assay (*make)(const Plan&);
 };
-template <class Plan>
-CatalogueRow(const char*, const char*, Plan Plans::*, Assay (*)(const Plan&)) -> CatalogueRow<Plan>;  // for clang 14
 
 /// To add an assay: its header and source, one member of Plans and one row here.
 inline constexpr std::tuple catalogue{
