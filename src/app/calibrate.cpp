@@ -59,7 +59,7 @@ int print_outcome(const Options& options, const run::CalibrationOutcome& outcome
                                     {"trials_run", outcome.trials},
                                     {"trials_found", outcome.already},
                                     {"coefficients", table_json(*outcome.table)}};
-        std::puts(result.dump(2).c_str());
+        print_json(result);
     } else if (outcome.table) {
         std::fputs(run::calibration_text(*outcome.table).c_str(), stdout);
         std::printf("\n%s: all coefficients, with errors, trials and origins; as text: table.toml\n",

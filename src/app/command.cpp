@@ -39,6 +39,10 @@ nlohmann::json number_json(double value) {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
+void print_json(const nlohmann::json& value) {
+    std::puts(value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+}
+
 namespace {
 
 nlohmann::json estimate_json(const measure::Estimate& estimate) {
@@ -94,10 +98,10 @@ int print_outcome(const run::RunOutcome& outcome, bool json) {
         result["archive"] = outcome.archive.string();
         result["steps"] = outcome.loop.step;
         result["wall_seconds"] = outcome.loop.wall_seconds;
-        std::puts(result.dump(2).c_str());
+        print_json(result);
         return run::exit_done;
     }
-    std::fputs(run::report_text(report).c_str(), stdout);
+    std::fputs(printable(run::report_text(report)).c_str(), stdout);
     std::printf("\n%s: %s, %lld steps in %s\n", outcome.archive.c_str(),
                 bytes_text(1e6 * outcome.archive_megabytes).c_str(), static_cast<long long>(outcome.loop.step),
                 duration_text(outcome.loop.wall_seconds).c_str());

@@ -52,6 +52,9 @@ void explain_particles(const io::Scene& scene, bool json);
 /// A number, or null when it is not finite.
 nlohmann::json number_json(double value);
 
+/// To standard output.  Texts of a file that are not UTF-8 get replacement characters.
+void print_json(const nlohmann::json& value);
+
 nlohmann::json result_json(const run::Result& result);
 
 /// How a result is printed and stored.

@@ -182,7 +182,7 @@ void add_explain(CLI::App& program, Action& action) {
                 return run::exit_done;
             }
             const Explanation explanation = explain(scene);
-            if (options->json) std::puts(explanation_json(scene, explanation).dump(2).c_str());
+            if (options->json) print_json(explanation_json(scene, explanation));
             else print(scene, explanation);
             return run::exit_done;
         };

@@ -121,7 +121,7 @@ void print(const io::Scene& scene, const Explanation& e) {
 
 void explain_particles(const io::Scene& scene, bool json) {
     const Explanation explanation = explain(scene);
-    if (json) std::puts(explanation_json(scene, explanation).dump(2).c_str());
+    if (json) print_json(explanation_json(scene, explanation));
     else print(scene, explanation);
 }
 

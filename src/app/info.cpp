@@ -39,11 +39,15 @@ void print_trajectory(const files::ArchiveReader& archive, const io::Scene& scen
     std::printf("%-20s %s (H5MD), /bodies, %s\n", "groups", io::spheres_group, io::series_group);
 }
 
+void print_attribute(const std::string& name, const decltype(files::Attribute::second)& value) {
+    const std::string written = std::visit([](const auto& held) { return text("{}", held); }, value);
+    std::printf("%-20s %s\n", printable(name).c_str(), printable(written).c_str());
+}
+
 void print(const files::ArchiveReader& archive, const run::Report& report, bool scene) {
     for (const auto& [name, value] : archive.attributes()) {
         if (name == "scene") continue;
-        const std::string written = std::visit([](const auto& held) { return text("{}", held); }, value);
-        std::printf("%-20s %s\n", name.c_str(), written.c_str());
+        print_attribute(name, value);
     }
     if (report.scene.kind == io::SceneKind::particles && io::has_trajectory(archive)) {
         print_trajectory(archive, report.scene);
@@ -53,8 +57,8 @@ void print(const files::ArchiveReader& archive, const run::Report& report, bool 
         std::printf("%-20s %zu\n", "frames", frames.empty() ? std::size_t{0} : frames.front());
     }
     std::printf("\n");
-    if (scene) std::printf("%s\n", archive.text_attribute("scene").c_str());
-    std::fputs(run::report_text(report).c_str(), stdout);
+    if (scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
+    std::fputs(printable(run::report_text(report)).c_str(), stdout);
 }
 
 /// Provenance and contents of a table of coefficients.
@@ -62,13 +66,11 @@ void print_calibration(const files::ArchiveReader& archive, const Options& optio
     const calibrate::Table table = io::read_calibration(archive, options.archive);
     if (options.json) {
         const nlohmann::json result{{"attributes", attributes_json(archive)}, {"coefficients", table_json(table)}};
-        std::puts(result.dump(2).c_str());
+        print_json(result);
         return;
     }
     for (const auto& [name, value] : archive.attributes())
-        if (name != "scene" && name != "remarks" && name != "coefficients")
-            std::printf("%-20s %s\n", name.c_str(),
-                        std::visit([](const auto& held) { return text("{}", held); }, value).c_str());
+        if (name != "scene" && name != "remarks" && name != "coefficients") print_attribute(name, value);
     std::array<std::size_t, calibrate::origin_count> origins{};
     for (const calibrate::TableRow& row : table.rows)
         for (const calibrate::TableEntry& known : row.entries) ++origins[static_cast<std::size_t>(known.origin)];
@@ -77,8 +79,8 @@ void print_calibration(const files::ArchiveReader& archive, const Options& optio
         std::printf("%s %zu %s", i == 0 ? "" : ",", origins[i],
                     calibrate::origin_name(static_cast<calibrate::Origin>(i)));
     std::printf("\n\n");
-    if (options.scene) std::printf("%s\n", archive.text_attribute("scene").c_str());
-    std::fputs(run::calibration_text(table).c_str(), stdout);
+    if (options.scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
+    std::fputs(printable(run::calibration_text(table)).c_str(), stdout);
 }
 
 void print_xyz(const std::string& file, bool json) {
@@ -88,11 +90,11 @@ void print_xyz(const std::string& file, bool json) {
                                     {"max_particles", info.max_lines}, {"lattice", info.lattice},
                                     {"origin", info.origin},           {"pbc", info.periodic},
                                     {"properties", info.properties},   {"times", info.times}};
-        std::puts(result.dump(2).c_str());
+        print_json(result);
         return;
     }
     const auto line = [](const char* name, const std::string& value) {
-        if (!value.empty()) std::printf("%-20s %s\n", name, value.c_str());
+        if (!value.empty()) std::printf("%-20s %s\n", name, printable(value).c_str());
     };
     line("format", "extended XYZ");
     line("frames",
@@ -131,7 +133,7 @@ void add_info(CLI::App& program, Action& action) {
             }
             nlohmann::json result = report_json(report);
             result["attributes"] = attributes_json(archive);
-            std::puts(result.dump(2).c_str());
+            print_json(result);
             return run::exit_done;
         };
     });

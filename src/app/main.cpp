@@ -1,6 +1,14 @@
 // app/main.cpp: the program drover: its commands and exit statuses.
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <new>
+#include <span>
+#include <utility>
 
 #include "command.hpp"
 #include "drover/base/version.hpp"
@@ -21,16 +29,52 @@ void reject_unknown_command(const CLI::App& program, const std::vector<std::stri
                             : text("did you mean {}?", near));
 }
 
-int act(CLI::App& program, int count, char** words, Action& action) {
-    reject_unknown_command(program, std::vector<std::string>(words + 1, words + count));
+/// The next file to be opened would get the number of a standard stream that is closed, and the log be written into it.
+/// /dev/null takes the log; what is written to a closed standard output still fails.
+void open_standard_streams() {
+    for (const auto& [number, flags] :
+         {std::pair{STDIN_FILENO, O_RDONLY}, std::pair{STDOUT_FILENO, O_RDONLY}, std::pair{STDERR_FILENO, O_WRONLY}})
+        if (::fcntl(number, F_GETFD) < 0 && ::open("/dev/null", flags) != number) ::_exit(run::exit_run_failed);
+}
+
+/// A stack that cannot grow later, for want of memory, ends the process by a signal; so it grows now.
+[[gnu::noinline]] void grow_stack() {
+    std::array<volatile char, 1 << 20> pages;
+    for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 0;
+}
+
+void require_stack() {
+    void* const probe =
+        ::mmap(nullptr, std::size_t{2} << 20, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (probe == MAP_FAILED) throw std::bad_alloc();
+    ::munmap(probe, std::size_t{2} << 20);
+    grow_stack();
+}
+
+/// Returns the exit status of the command that the words name.
+int act(const std::vector<std::string>& words) {
+    CLI::App program{
+        "drover: hydrodynamics of flocks carried by a passive medium.\n"
+        "A scene (input file, TOML) describes a run; drover schema lists its keys.\n"
+        "drover COMMAND --help lists the options of a command.",
+        "drover"};
+    const Version built = version();
+    program.set_version_flag("--version",
+                             text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", modified" : ""));
+    program.require_subcommand(1);
+    program.footer("Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
+    Action action;
+    for (const auto add : {add_run, add_restart, add_sweep, add_calibrate, add_stability, add_boundary, add_check,
+                           add_explain, add_info, add_export, add_schema})
+        add(program, action);
+    reject_unknown_command(program, words);
     try {
-        program.parse(count, words);
+        program.parse(std::vector<std::string>(words.rbegin(), words.rend()));
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return program.exit(error);
         const auto chosen = program.get_subcommands();
         fail_input({}, "{}; see drover {}--help", error.what(), chosen.empty() ? "" : chosen.front()->get_name() + " ");
     }
-    run::catch_stop_signals();
     return action();
 }
 
@@ -39,22 +83,14 @@ int act(CLI::App& program, int count, char** words, Action& action) {
 
 int main(int count, char** words) {
     using namespace drover;
-    CLI::App program{
-        "drover: hydrodynamics of flocks carried by a passive medium.\n"
-        "A scene (input file, TOML) describes a run; drover schema lists its keys.\n"
-        "drover COMMAND --help lists the options of a command."};
-    const Version built = version();
-    program.set_version_flag("--version",
-                             text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", modified" : ""));
-    program.require_subcommand(1);
-    program.footer("Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
-    app::Action action;
-    for (const auto add :
-         {app::add_run, app::add_restart, app::add_sweep, app::add_calibrate, app::add_stability, app::add_boundary,
-          app::add_states, app::add_check, app::add_explain, app::add_info, app::add_export, app::add_schema})
-        add(program, action);
-    return run::status_of([&] {
-        const int status = app::act(program, count, words, action);
+    app::open_standard_streams();
+    run::ignore_file_size_signal();
+    files::skip_hdf5_at_exit();
+    const std::span<char*> after_name(words + 1, words + count);
+    // One capture: std::function then needs no memory, which may be what is missing.
+    return run::status_of([&after_name] {
+        app::require_stack();
+        const int status = app::act({after_name.begin(), after_name.end()});
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             fail_run("the results could not be written to standard output; check for a full disk or a closed pipe");
         return status;

@@ -53,7 +53,7 @@ int print_result(const run::Result& result, const ResultOutput& output, const io
         archive.commit();
     }
     if (output.json) {
-        std::puts(result_json(result).dump(2).c_str());
+        print_json(result_json(result));
         return run::exit_done;
     }
     std::fputs(run::result_text(result).c_str(), stdout);

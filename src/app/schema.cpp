@@ -92,7 +92,7 @@ void add_schema(CLI::App& program, Action& action) {
                 result.push_back({{"name", section.name}, {"doc", section.doc}, {"rows", rows}});
                 if (!section.kind.empty()) result.back()["kind"] = section.kind;
             }
-            std::puts(result.dump(2).c_str());
+            print_json(result);
             return run::exit_done;
         };
     });

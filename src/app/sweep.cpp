@@ -70,7 +70,7 @@ void add_sweep(CLI::App& program, Action& action) {
                                                      : std::filesystem::path(options->output);
             const run::SweepOutcome outcome = run::run_sweep(scene, folder, options->quiet);
             if (options->json) {
-                std::puts(table_json(outcome.table).dump(2).c_str());
+                print_json(table_json(outcome.table));
                 for (const std::string& warning : outcome.table.warnings) log_warning("{}", warning);
             } else std::fputs(run::table_text(outcome.table).c_str(), stdout);
             if (!options->json) std::printf("\n%s: all observables\n", (folder / "table.csv").c_str());

@@ -17,6 +17,6 @@ std::string with_location(const SourceLocation& where, const std::string& messag
 }  // namespace
 
 Error::Error(Fault fault, const SourceLocation& where, const std::string& message)
-    : std::runtime_error(with_location(where, message)), fault_(fault) {}
+    : std::runtime_error(printable(with_location(where, message))), fault_(fault) {}
 
 }  // namespace drover

@@ -1,6 +1,8 @@
 // base/log.cpp: logging to standard error by spdlog.
 #include "drover/base/log.hpp"
 
+#include "drover/base/text.hpp"
+
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -37,7 +39,7 @@ spdlog::level::level_enum level_of(LogLevel level) {
 void set_log_level(LogLevel level) { logger().set_level(level_of(level)); }
 
 void log_line(LogLevel level, std::string_view line) {
-    logger().log(level_of(level), "{}{}", level == LogLevel::warning ? "warning: " : "", line);
+    logger().log(level_of(level), "{}{}", level == LogLevel::warning ? "warning: " : "", printable(line));
 }
 
 }  // namespace drover

@@ -36,7 +36,9 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest_name(std::string_view name, std::span<const std::string> known) {
+    constexpr std::size_t max_length = 200;  // no name is longer; the distance takes time and memory
     std::string nearest;
+    if (name.size() > max_length) return nearest;
     std::size_t smallest = std::max<std::size_t>(1, name.size() / 3) + 1;
     for (const std::string& candidate : known) {
         const std::size_t distance = edit_distance(name, candidate);
@@ -53,6 +55,30 @@ std::string joined(std::span<const std::string> items, std::string_view separato
     for (const std::string& item : items) {
         if (!result.empty()) result += separator;
         result += item;
+    }
+    return result;
+}
+
+namespace {
+/// Bytes of the character at the start of a text; 0 when it is a control character or not UTF-8.
+std::size_t printable_bytes(std::string_view words) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(words[i]); };
+    if (byte(0) < 0x80) return byte(0) == '\n' || byte(0) == '\t' || (byte(0) >= 0x20 && byte(0) != 0x7f) ? 1 : 0;
+    const std::size_t size = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
+    if (byte(0) < 0xc2 || byte(0) > 0xf4 || words.size() < size) return 0;
+    for (std::size_t i = 1; i < size; ++i)
+        if ((byte(i) & 0xc0) != 0x80) return 0;
+    return byte(0) == 0xc2 && byte(1) < 0xa0 ? 0 : size;  // U+0080 to U+009F control terminals, too
+}
+}  // namespace
+
+std::string printable(std::string_view words) {
+    std::string result;
+    for (std::size_t at = 0; at < words.size();) {
+        const std::size_t size = printable_bytes(words.substr(at));
+        if (size == 0) result += text("\\x{:02x}", static_cast<unsigned char>(words[at]));
+        else result += words.substr(at, size);
+        at += std::max<std::size_t>(1, size);
     }
     return result;
 }

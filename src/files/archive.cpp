@@ -9,6 +9,7 @@
 #include <set>
 
 #include "drover/files/archive_reader.hpp"
+#include "drover/files/new_file.hpp"
 #include "files/archive_netcdf.hpp"
 #include "files/hdf5_file.hpp"
 
@@ -16,6 +17,7 @@ namespace drover::files {
 namespace {
 
 constexpr const char* conventions = "CF-1.8";
+constexpr hsize_t max_links = 1000;  ///< in the root group: twenty times what a run writes
 
 struct OpenRecording {
     GroupPlan plan;
@@ -28,8 +30,7 @@ std::filesystem::path temporary_name(const std::filesystem::path& file) { return
 }  // namespace
 
 struct Archive::File {
-    File(Hdf5File opened, const std::filesystem::path& name)
-        : errors{name.string(), Fault::run}, hdf5(std::move(opened)) {}
+    File(Hdf5File opened, Fault fault) : hdf5(std::move(opened)), errors(hdf5.errors(fault)) {}
     ~File() {
         const QuietErrors quiet;  // closing flushes uncommitted rows, which are discarded
         recordings.clear();
@@ -37,8 +38,8 @@ struct Archive::File {
     File(const File&) = delete;
     File& operator=(const File&) = delete;
 
-    Hdf5Errors errors;
     Hdf5File hdf5;
+    Hdf5Errors errors;
     std::vector<OpenRecording> recordings;  // their datasets are closed before the file
 };
 
@@ -82,6 +83,8 @@ std::vector<std::string> result_groups(hid_t file, const std::vector<OpenRecordi
     std::vector<std::string> found;
     H5G_info_t about;
     errors.check(H5Gget_info(file, &about), "listing the root group");
+    require(about.nlinks <= max_links, {errors.file},
+            "has {} objects in its root; expected at most {}: drover wrote fewer", about.nlinks, max_links);
     for (hsize_t i = 0; i < about.nlinks; ++i) {
         const auto name_into = [&](char* to, std::size_t size) {
             return static_cast<std::size_t>(
@@ -133,8 +136,9 @@ void write_row(hid_t dataset, std::size_t row, const std::vector<std::size_t>& s
                "another process is writing this file; wait for it, or choose another file for this run");
 }
 
-/// The input Error for a file that cannot be created or opened.
+/// The Error for a file that cannot be created or opened.
 Error opening_failure(const std::filesystem::path& file, const std::system_error& cause) {
+    if (cause.code().value() == EIO) return disk_failure(file, cause);
     return Error(Fault::input, {file.string()},
                  text("cannot be written: {}; expected a file in a writable folder", std::string(cause.what())));
 }
@@ -238,8 +242,10 @@ Archive::Archive(Archive&&) noexcept = default;
 Archive& Archive::operator=(Archive&&) noexcept = default;
 Archive::~Archive() = default;
 
-Archive Archive::create(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+Archive Archive::create(const std::filesystem::path& name, const std::vector<Recording>& recordings,
                         const std::vector<Attribute>& attributes, bool overwrite) try {
+    const std::filesystem::path file = behind_links(name);
+    require_memory_for_hdf5();
     const QuietErrors quiet;
     check_all(recordings, attributes, file.string());
     const Descriptor old = lock_old(file, overwrite);
@@ -248,7 +254,8 @@ Archive Archive::create(const std::filesystem::path& file, const std::vector<Rec
     const Hdf5Errors errors{file.string(), Fault::run};
     auto archive = std::make_unique<File>(Hdf5File::create(std::move(created), temporary_name(file), file.string(),
                                                            file_creation(errors)),
-                                          file);
+                                          Fault::run);
+    const QuietErrors watched(&archive->hdf5.failure());
     write_root_attributes(archive->hdf5.id(), attributes, errors);
     for (const Recording& recording : recordings) {
         const GroupPlan plan = plan_of(recording);
@@ -265,11 +272,13 @@ Archive Archive::create(const std::filesystem::path& file, const std::vector<Rec
     sync_folder_of(file);
     return Archive(std::move(archive));
 } catch (const std::system_error& cause) {
-    throw opening_failure(file, cause);
+    throw opening_failure(name, cause);
 }
 
-Archive Archive::resume(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+Archive Archive::resume(const std::filesystem::path& name, const std::vector<Recording>& recordings,
                         const std::vector<Attribute>& attributes, std::span<const std::size_t> rows) try {
+    const std::filesystem::path file = behind_links(name);
+    require_memory_for_hdf5();
     const QuietErrors quiet;
     check_all(recordings, attributes, file.string());
     require(rows.size() == recordings.size(), {file.string()}, "{} row counts for {} recordings; expected one each",
@@ -280,8 +289,9 @@ Archive Archive::resume(const std::filesystem::path& file, const std::vector<Rec
     recover_file(open, file);
     check_same(file, recordings, rows);
 
-    auto archive = std::make_unique<File>(Hdf5File::open_for_writing(std::move(open), file), file);
-    const Hdf5Errors errors{file.string(), Fault::input};
+    auto archive = std::make_unique<File>(Hdf5File::open_for_writing(std::move(open), file), Fault::input);
+    const QuietErrors watched(&archive->hdf5.failure());
+    const Hdf5Errors errors = archive->hdf5.errors(Fault::input);
     const hid_t hdf5 = archive->hdf5.id();
     for (std::size_t r = 0; r < recordings.size(); ++r) {
         const GroupPlan plan = plan_of(recordings[r]);
@@ -295,7 +305,7 @@ Archive Archive::resume(const std::filesystem::path& file, const std::vector<Rec
     write_root_attributes(hdf5, attributes, errors);
     return Archive(std::move(archive));
 } catch (const std::system_error& cause) {
-    throw opening_failure(file, cause);
+    throw opening_failure(name, cause);
 }
 
 std::vector<std::size_t> Archive::rows() const {
@@ -306,7 +316,8 @@ std::vector<std::size_t> Archive::rows() const {
 
 void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays,
                      std::int64_t step) {
-    const QuietErrors quiet;
+    require_memory_for_hdf5();
+    const QuietErrors quiet(&file_->hdf5.failure());
     const Hdf5Errors& errors = file_->errors;
     require(recording < file_->recordings.size(), {errors.file},
             "no recording has the number {}; expected less than {}", recording, file_->recordings.size());
@@ -328,7 +339,8 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
 }
 
 void Archive::replace(const ResultTable& table) {
-    const QuietErrors quiet;
+    require_memory_for_hdf5();
+    const QuietErrors quiet(&file_->hdf5.failure());
     const Hdf5Errors& errors = file_->errors;
     const GroupPlan plan = plan_of(table);
     check(plan, errors.file);
@@ -354,11 +366,15 @@ void Archive::replace(const ResultTable& table) {
 }
 
 void Archive::commit() {
-    const QuietErrors quiet;
+    require_memory_for_hdf5();
+    const QuietErrors quiet(&file_->hdf5.failure());
     file_->hdf5.commit();
 }
 
+void skip_hdf5_at_exit() { H5dont_atexit(); }
+
 std::string archive_library() {
+    require_memory_for_hdf5();
     unsigned major = 0, minor = 0, release = 0;
     H5get_libversion(&major, &minor, &release);
     return text("HDF5 {}.{}.{}", major, minor, release);

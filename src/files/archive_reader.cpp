@@ -1,30 +1,99 @@
 // files/archive_reader.cpp: reads archives; checks links, storage, types and sizes before it reads.
+#include "drover/files/archive_reader.hpp"
+
+#include <fcntl.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <fstream>
 #include <limits>
 
-#include "drover/files/archive_reader.hpp"
+#include "drover/files/new_file.hpp"
 #include "files/hdf5_file.hpp"
 
 namespace drover::files {
 
 bool is_hdf5(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) return false;  // the opening of a pipe would wait
     std::array<char, 8> start{};
     std::ifstream(file, std::ios::binary).read(start.data(), start.size());
     return start == std::array<char, 8>{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
 }
 
-struct ArchiveReader::File {
-    Hdf5Errors errors;
+namespace {
+using Clock = std::chrono::steady_clock;
+
+/// HDF5's view of the file as of one commit.
+struct View {
+    View(const std::filesystem::path& file, const Descriptor& guard)
+        : state(state_of(file)),
+          is_live(has_writer(guard)),
+          hdf5(Hdf5File::open_for_reading(file)),
+          errors(hdf5.errors(Fault::input)) {}
+
+    FileState state;
+    bool is_live;  ///< a run is writing the file
     Hdf5File hdf5;
+    Hdf5Errors errors;
+};
+
+/// Whether the file that is open no longer changes: it is as it was, or another one has its name.
+bool is_same(const FileState& opened, const FileState& now) { return now == opened || now.number != opened.number; }
+
+}  // namespace
+
+struct ArchiveReader::File {
+    std::filesystem::path path;
+    Descriptor guard = {};
+    std::optional<View> view = {};
+    std::chrono::milliseconds patience{2000};  ///< with the commit of a run
+
+    /// What `read` returns for a view that no commit changed meanwhile: HDF5 would combine old metadata with new data.
+    /// Opens the file again for each reading while a run writes it.
+    template <class Read>
+    auto steady(Read read) try {
+        require_memory_for_hdf5();
+        const QuietErrors quiet;
+        const auto end = Clock::now() + std::chrono::seconds(5);
+        for (;;) {
+            const bool is_replaced = view && state_of(path).number != view->state.number;
+            if (view && !is_replaced && (view->is_live || !is_same(view->state, state_of(path)))) view.reset();
+            if (!view) guard = open_file(path, O_RDONLY);
+            const CommitLock lock(guard, CommitLock::Side::reader, patience);
+            if (!lock.is_held()) patience = {};  // the run was stopped within a commit: no second wait
+            const FileState before = state_of(path);
+            const auto begin = Clock::now();
+            const auto is_sure = [&] {
+                return (lock.is_held() && Clock::now() - begin < patience_with_readers) ||
+                       is_same(before, state_of(path));
+            };
+            try {
+                if (!view) view.emplace(path, guard);
+                auto result = read(*view);
+                view->hdf5.require_disk();
+                if (is_sure()) return result;
+            } catch (const Error&) {
+                if (is_sure() || Clock::now() > end) throw;
+            }
+            if (Clock::now() > end)
+                fail_input({path.string()},
+                           "is being written faster than it can be read; try again, or wait for the end of its run");
+        }
+    } catch (const std::system_error& cause) {
+        if (cause.code().value() == EIO) throw disk_failure(path, cause);
+        fail_input({path.string()}, "cannot be read: {}; expected a readable archive of drover",
+                   std::string(cause.what()));
+    }
 };
 
 namespace {
 
-/// Deflate expands one byte to at most this many (zlib, technical details).
-constexpr std::uint64_t max_inflation = 1032;
+/// An array of any size up to small_array bytes, and else at most this multiple of the file.  Series of a run compress
+/// far less together; deflate could inflate one byte to 1032, to fill the memory.
+constexpr double max_inflation = 100.0, small_array = 64e6;
 
 void require_plain_file(const std::filesystem::path& file) {
     std::error_code error;
@@ -44,7 +113,7 @@ bool leads_to(hid_t file, const std::string& path, H5O_type_t type, const Hdf5Er
         slash = path.find('/', slash + 1);
         const std::string step = path.substr(0, slash);
         H5L_info_t link;
-        if (H5Lexists(file, step.c_str(), H5P_DEFAULT) <= 0) return false;
+        if (errors.check(H5Lexists(file, step.c_str(), H5P_DEFAULT), text("looking up {}", step)) == 0) return false;
         errors.check(H5Lget_info(file, step.c_str(), &link, H5P_DEFAULT), text("inspecting {}", step));
         require(link.type == H5L_TYPE_HARD, {errors.file},
                 "{} is a soft or external link; expected the data itself: links are not followed", step);
@@ -150,7 +219,7 @@ std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t f
     }
     if (std::find(shape.begin(), shape.end(), std::size_t{0}) != shape.end()) return 0;
     const double bytes = static_cast<double>(count) * sizeof(double);
-    require(bytes <= static_cast<double>(file_bytes) * static_cast<double>(max_inflation), {errors.file},
+    require(bytes <= std::max(small_array, static_cast<double>(file_bytes) * max_inflation), {errors.file},
             "{} claims {} in a file of {}; expected no more than a file of that size can hold: it is damaged", name,
             bytes_text(bytes), bytes_text(static_cast<double>(file_bytes)));
     require(bytes <= static_cast<double>(memory) / 2, {errors.file},
@@ -190,96 +259,101 @@ std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name
 
 }  // namespace
 
-ArchiveReader::ArchiveReader(const std::filesystem::path& file) try {
-    const QuietErrors quiet;
+ArchiveReader::ArchiveReader(const std::filesystem::path& file) {
     require_plain_file(file);
-    Hdf5File hdf5 =
-        Hdf5File::open_for_reading(file);  // before File: GCC 12 destroys members of an aggregate twice here
-    file_ = std::make_unique<File>(File{{file.string(), Fault::input}, std::move(hdf5)});
-} catch (const std::system_error& cause) {
-    fail_input({file.string()}, "cannot be read: {}; expected a readable archive of drover", std::string(cause.what()));
+    file_ = std::make_unique<File>(File{behind_links(file)});
+    file_->steady([](const View&) { return true; });
 }
 
 ArchiveReader::ArchiveReader(ArchiveReader&&) noexcept = default;
-ArchiveReader::~ArchiveReader() = default;
+ArchiveReader::~ArchiveReader() {
+    const QuietErrors quiet;
+    file_.reset();
+}
 
 std::vector<Attribute> ArchiveReader::attributes() const {
-    const QuietErrors quiet;
-    const Hdf5Errors& errors = file_->errors;
-    H5O_info_t about;
-    errors.check(H5Oget_info2(file_->hdf5.id(), &about, H5O_INFO_NUM_ATTRS), "counting attributes");
-    std::vector<Attribute> found;
-    for (hsize_t i = 0; i < about.num_attrs; ++i) {
-        const Handle attribute =
-            errors.own(H5Aopen_by_idx(file_->hdf5.id(), "/", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT),
-                       H5Aclose, text("opening attribute {}", i));
-        std::string name(static_cast<std::size_t>(
-                             errors.check(H5Aget_name(attribute, 0, nullptr), "naming an attribute")),
-                         '\0');
-        errors.check(H5Aget_name(attribute, name.size() + 1, name.data()), "naming an attribute");
-        if (auto read = read_attribute(attribute, name, file_->hdf5.length(), errors))
-            found.push_back(std::move(*read));
-    }
-    return found;
+    return file_->steady([](const View& view) {
+        const Hdf5Errors& errors = view.errors;
+        const hid_t file = view.hdf5.id();
+        H5O_info_t about;
+        errors.check(H5Oget_info2(file, &about, H5O_INFO_NUM_ATTRS), "counting attributes");
+        std::vector<Attribute> found;
+        for (hsize_t i = 0; i < about.num_attrs; ++i) {
+            const Handle attribute =
+                errors.own(H5Aopen_by_idx(file, "/", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                           text("opening attribute {}", i));
+            std::string name(static_cast<std::size_t>(
+                                 errors.check(H5Aget_name(attribute, 0, nullptr), "naming an attribute")),
+                             '\0');
+            errors.check(H5Aget_name(attribute, name.size() + 1, name.data()), "naming an attribute");
+            if (auto read = read_attribute(attribute, name, view.hdf5.length(), errors))
+                found.push_back(std::move(*read));
+        }
+        return found;
+    });
 }
 
 std::string ArchiveReader::text_attribute(const std::string& name) const {
     const std::vector<Attribute> all = attributes();
     const auto found = std::find_if(all.begin(), all.end(), [&](const Attribute& one) { return one.first == name; });
-    require(found != all.end(), {file_->errors.file}, "has no attribute {}; expected an archive of drover", name);
+    require(found != all.end(), {file_->path.string()}, "has no attribute {}; expected an archive of drover", name);
     const auto* words = std::get_if<std::string>(&found->second);
-    require(words != nullptr, {file_->errors.file}, "attribute {} is a number; expected a string", name);
+    require(words != nullptr, {file_->path.string()}, "attribute {} is a number; expected a string", name);
     return *words;
 }
 
 std::string ArchiveReader::text_attribute(const std::string& dataset, const std::string& name) const {
-    const QuietErrors quiet;
-    const Hdf5Errors& errors = file_->errors;
-    const Handle open = open_dataset(file_->hdf5.id(), dataset, errors);
-    require(H5Aexists(open, name.c_str()) > 0, {errors.file}, "{} has no attribute {}; expected an archive of drover",
-            dataset, name);
-    const Handle attribute = errors.own(H5Aopen(open, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
-    const auto read = read_attribute(attribute, name, file_->hdf5.length(), errors);
-    const auto* words = read ? std::get_if<std::string>(&read->second) : nullptr;
-    require(words != nullptr, {errors.file}, "attribute {} of {} is not a string; expected one", name, dataset);
-    return *words;
+    return file_->steady([&](const View& view) {
+        const Hdf5Errors& errors = view.errors;
+        const Handle open = open_dataset(view.hdf5.id(), dataset, errors);
+        require(H5Aexists(open, name.c_str()) > 0, {errors.file},
+                "{} has no attribute {}; expected an archive of drover", dataset, name);
+        const Handle attribute = errors.own(H5Aopen(open, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
+        const auto read = read_attribute(attribute, name, view.hdf5.length(), errors);
+        const auto* words = read ? std::get_if<std::string>(&read->second) : nullptr;
+        require(words != nullptr, {errors.file}, "attribute {} of {} is not a string; expected one", name, dataset);
+        return *words;
+    });
 }
 
 bool ArchiveReader::has(const std::string& dataset) const {
-    const QuietErrors quiet;
-    return leads_to(file_->hdf5.id(), dataset, H5O_TYPE_DATASET, file_->errors);
+    return file_->steady(
+        [&](const View& view) { return leads_to(view.hdf5.id(), dataset, H5O_TYPE_DATASET, view.errors); });
 }
 
 std::vector<std::size_t> ArchiveReader::shape(const std::string& dataset) const {
-    const QuietErrors quiet;
-    return shape_of(open_dataset(file_->hdf5.id(), dataset, file_->errors), dataset, file_->errors);
+    return file_->steady([&](const View& view) {
+        return shape_of(open_dataset(view.hdf5.id(), dataset, view.errors), dataset, view.errors);
+    });
 }
 
 Array ArchiveReader::read(const std::string& dataset) const {
-    const QuietErrors quiet;
-    const Hdf5Errors& errors = file_->errors;
-    const Handle open = open_dataset(file_->hdf5.id(), dataset, errors);
-    check_type(open, dataset, errors);
-    Array array{.shape = shape_of(open, dataset, errors), .values = {}};
-    array.values.resize(checked_count(array.shape, file_->hdf5.length(), dataset, errors));
-    const std::size_t rows = array.shape.empty() ? 1 : array.shape[0];
-    read_rows(open, dataset, {array.shape, 0, rows}, file_->hdf5.length(), array.values, errors);
-    return array;
+    return file_->steady([&](const View& view) {
+        const Hdf5Errors& errors = view.errors;
+        const Handle open = open_dataset(view.hdf5.id(), dataset, errors);
+        check_type(open, dataset, errors);
+        Array array{.shape = shape_of(open, dataset, errors), .values = {}};
+        array.values.resize(checked_count(array.shape, view.hdf5.length(), dataset, errors));
+        const std::size_t rows = array.shape.empty() ? 1 : array.shape[0];
+        read_rows(open, dataset, {array.shape, 0, rows}, view.hdf5.length(), array.values, errors);
+        return array;
+    });
 }
 
 Array ArchiveReader::read_row(const std::string& dataset, std::size_t row) const {
-    const QuietErrors quiet;
-    const Hdf5Errors& errors = file_->errors;
-    const Handle open = open_dataset(file_->hdf5.id(), dataset, errors);
-    check_type(open, dataset, errors);
-    const std::vector<std::size_t> shape = shape_of(open, dataset, errors);
-    require(!shape.empty(), {errors.file}, "{} is a single number; expected an array with rows", dataset);
-    require(row < shape[0], {errors.file}, "{} has {} rows; expected one with the number {}, counted from 0", dataset,
-            shape[0], row);
-    Array array{.shape = {shape.begin() + 1, shape.end()}, .values = {}};
-    array.values.resize(checked_count(array.shape, file_->hdf5.length(), dataset, errors));
-    read_rows(open, dataset, {shape, row, 1}, file_->hdf5.length(), array.values, errors);
-    return array;
+    return file_->steady([&](const View& view) {
+        const Hdf5Errors& errors = view.errors;
+        const Handle open = open_dataset(view.hdf5.id(), dataset, errors);
+        check_type(open, dataset, errors);
+        const std::vector<std::size_t> shape = shape_of(open, dataset, errors);
+        require(!shape.empty(), {errors.file}, "{} is a single number; expected an array with rows", dataset);
+        require(row < shape[0], {errors.file}, "{} has {} rows; expected one with the number {}, counted from 0",
+                dataset, shape[0], row);
+        Array array{.shape = {shape.begin() + 1, shape.end()}, .values = {}};
+        array.values.resize(checked_count(array.shape, view.hdf5.length(), dataset, errors));
+        read_rows(open, dataset, {shape, row, 1}, view.hdf5.length(), array.values, errors);
+        return array;
+    });
 }
 
 }  // namespace drover::files

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <optional>
 #include <tuple>
 
 #include "drover/base/log.hpp"
 #include "drover/files/bytes.hpp"
+#include "drover/files/new_file.hpp"
 #include "files/system_calls.hpp"
 
 namespace drover::files {
@@ -76,6 +78,7 @@ std::optional<Stored> read_stored(const std::filesystem::path& file) try {
     if (!bytes) return std::nullopt;
     return decoded(*bytes, file);
 } catch (const std::system_error& cause) {
+    if (cause.code().value() == EIO) throw disk_failure(file, cause);
     fail_input({file.string()}, "cannot be read: {}; expected a checkpoint", std::string(cause.what()));
 }
 
@@ -112,7 +115,8 @@ std::filesystem::path temporary_name(const std::filesystem::path& file) { return
 }  // namespace
 
 std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path& archive) {
-    return {archive.string() + ".checkpoint-a", archive.string() + ".checkpoint-b"};
+    const std::string file = behind_links(archive).string();
+    return {file + ".checkpoint-a", file + ".checkpoint-b"};
 }
 
 void write_checkpoint(const std::filesystem::path& archive, const Checkpoint& checkpoint) {
@@ -144,6 +148,7 @@ Checkpoint read_newest_checkpoint(const std::filesystem::path& archive) {
             auto stored = read_stored(file);
             if (stored && (!newest || is_newer(*stored, *newest))) newest = std::move(stored);
         } catch (const Error& damage) {
+            if (damage.fault() == Fault::run) throw;  // of the disk: the file may be valid
             damages.emplace_back(damage.what());
         }
     }

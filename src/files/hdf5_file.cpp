@@ -13,7 +13,8 @@ namespace drover::files {
 
 // Members are closed from last to first: file, access list, driver, then the pages that they use.
 struct Hdf5File::Parts {
-    Parts(Overlay opened, const std::string& name, Fault fault) : errors{name, fault}, overlay(std::move(opened)) {
+    Parts(Overlay opened, const std::string& name, Fault fault)
+        : overlay(std::make_shared<Overlay>(std::move(opened))), errors(errors_of(name, fault)) {
         driver = register_driver(errors);
         access = file_access(driver, overlay, errors);
     }
@@ -24,8 +25,13 @@ struct Hdf5File::Parts {
     Parts(const Parts&) = delete;
     Parts& operator=(const Parts&) = delete;
 
+    Hdf5Errors errors_of(const std::string& name, Fault fault) const {
+        return {name, fault, [overlay = overlay] { throw_failure(*overlay); }};
+    }
+
+    std::shared_ptr<Overlay> overlay;
     Hdf5Errors errors;
-    Overlay overlay;
+    Hdf5Failure failure;
     Handle driver, access, file;
 };
 
@@ -78,29 +84,38 @@ Hdf5File Hdf5File::create(Descriptor empty, const std::filesystem::path& path, c
     return Hdf5File(std::move(parts));
 }
 
-void Hdf5File::rename(const std::filesystem::path& path) { parts_->overlay.path = path; }
+void Hdf5File::rename(const std::filesystem::path& path) { parts_->overlay->path = path; }
 
 Hdf5File Hdf5File::open_for_writing(Descriptor locked, const std::filesystem::path& path) {
     auto parts = std::make_unique<Parts>(overlay_of(std::move(locked), path), path.string(), Fault::input);
     allow_writing(parts->access, parts->errors);
     parts->file = parts->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDWR, parts->access), H5Fclose, "opening the file");
-    parts->errors.fault = Fault::run;
     return Hdf5File(std::move(parts));
 }
 
 Hdf5File Hdf5File::open_for_reading(const std::filesystem::path& path) {
     auto parts = std::make_unique<Parts>(recovered_overlay(path), path.string(), Fault::input);
-    require(has_signature(parts->overlay), {path.string()}, "is not an HDF5 file; expected an archive of drover");
+    require(has_signature(*parts->overlay), {path.string()}, "is not an HDF5 file; expected an archive of drover");
     parts->file = parts->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDONLY, parts->access), H5Fclose, "opening the file");
     return Hdf5File(std::move(parts));
 }
 
 hid_t Hdf5File::id() const { return parts_->file; }
-std::uint64_t Hdf5File::length() const { return parts_->overlay.length; }
+std::uint64_t Hdf5File::length() const { return parts_->overlay->length; }
+Hdf5Errors Hdf5File::errors(Fault fault) const { return parts_->errors_of(parts_->errors.file, fault); }
+Hdf5Failure& Hdf5File::failure() { return parts_->failure; }
+void Hdf5File::require_disk() const { throw_failure(*parts_->overlay); }
 
 void Hdf5File::commit() {
     parts_->errors.check(H5Fflush(parts_->file, H5F_SCOPE_GLOBAL), "flushing the file");
-    commit_overlay(parts_->overlay);
+    require_disk();
+    // In an existing file without a failure of the disk, it is the file that is damaged.
+    if (parts_->failure.happened)
+        throw Error(parts_->errors.fault, {parts_->errors.file},
+                    text("HDF5 failed ({}); the last changes may be incomplete and are not written: the file stays as "
+                         "it was at the last commit; restart",
+                         std::string(parts_->failure.message.data())));
+    commit_overlay(*parts_->overlay);
 }
 
 void recover_file(const Descriptor& locked, const std::filesystem::path& file) { recover(locked, file); }

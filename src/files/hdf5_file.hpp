@@ -34,9 +34,16 @@ public:
     ~Hdf5File();
 
     hid_t id() const;
+    /// For calls on this file.  They report a failure of the disk behind one of HDF5 as such.
+    Hdf5Errors errors(Fault fault) const;
+    /// For QuietErrors: commit() throws if it has happened.
+    Hdf5Failure& failure();
+    /// Throws the failure of the disk that a call passed over in silence, if there was one.
+    void require_disk() const;
     std::uint64_t length() const;  ///< [bytes], with the uncommitted changes
 
-    /// Throws the run Error of write_failure.
+    /// Throws the run Error of write_failure.  Throws, and writes nothing, when an earlier call to HDF5 or to the disk
+    /// failed, so that the changes in memory are not known to be complete.
     void commit();
 
 private:

@@ -1,8 +1,11 @@
 // files/hdf5_handle.cpp: the innermost message of HDF5's error stack.
 #include "files/hdf5_handle.hpp"
 
-#include <array>
+#include <sys/mman.h>
+
 #include <cstdio>
+#include <cstdlib>
+#include <new>
 
 namespace drover::files {
 namespace {
@@ -16,7 +19,35 @@ extern "C" herr_t keep_innermost(unsigned number, const H5E_error2_t* entry, voi
     return 0;
 }
 
+extern "C" herr_t keep_first(hid_t stack, void* failure) noexcept {
+    auto& first = *static_cast<Hdf5Failure*>(failure);
+    if (!first.happened) H5Ewalk2(stack, H5E_WALK_UPWARD, keep_innermost, &first.message);
+    first.happened = true;
+    return 0;
+}
+
 }  // namespace
+
+bool has_memory_for_hdf5() {
+    // Several times what one call takes.  Address space, since a limit of it (ulimit -v) is what makes malloc fail; and
+    // a small block, since malloc may fail for other reasons.
+    constexpr std::size_t reserve = std::size_t{16} << 20, small = std::size_t{1} << 16;
+    void* const space = ::mmap(nullptr, reserve, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (space == MAP_FAILED) return false;
+    ::munmap(space, reserve);
+    void* volatile const block = std::malloc(small);  // volatile: a pair of calls could be optimised away
+    std::free(block);
+    return block != nullptr;
+}
+
+void require_memory_for_hdf5() {
+    if (!has_memory_for_hdf5()) throw std::bad_alloc();
+}
+
+QuietErrors::QuietErrors(Hdf5Failure* first) {
+    H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
+    H5Eset_auto2(H5E_DEFAULT, first == nullptr ? nullptr : keep_first, first);
+}
 
 std::string hdf5_message() {
     Message message{};
@@ -26,10 +57,11 @@ std::string hdf5_message() {
 
 void Hdf5Errors::fail(std::string_view doing) const {
     const std::string message = hdf5_message();
+    if (throw_cause) throw_cause();
     if (fault == Fault::input)
         fail_input({file},
-                   "{} failed (HDF5: {}); expected an archive: the file is damaged or was not written by drover", doing,
-                   message);
+                   "{} failed (HDF5: {}); expected an archive: the file is damaged or was not written by drover{}",
+                   doing, message, message.find("alloc") == message.npos ? "" : ", or too little memory is free");
     throw Error(fault, {file}, text("{} failed (HDF5: {})", doing, message));
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 #include <hdf5.h>
 
+#include <array>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,7 +12,12 @@
 
 namespace drover::files {
 
-/// An identifier and the function that closes it.
+/// Whether HDF5 can be called: HDF5 1.10 does not check all its allocations, and crashes when one fails.
+bool has_memory_for_hdf5();
+
+void require_memory_for_hdf5();  ///< throws std::bad_alloc
+
+/// An identifier and the function that closes it; without the memory for that it stays open until the process ends.
 class Handle {
 public:
     using Close = herr_t (*)(hid_t);
@@ -23,7 +30,7 @@ public:
         return *this;
     }
     ~Handle() {
-        if (id_ >= 0) close_(id_);
+        if (id_ >= 0 && has_memory_for_hdf5()) close_(id_);
     }
     operator hid_t() const { return id_; }
 
@@ -32,13 +39,17 @@ private:
     Close close_ = nullptr;
 };
 
-/// Stops HDF5 from printing its error stack while it lives; restores the previous setting.
+/// The first failure of an HDF5 call, also of one whose result nobody sees: the closing of a dataset, which writes what
+/// HDF5 has kept of it in memory.
+struct Hdf5Failure {
+    bool happened = false;
+    std::array<char, 256> message{};  ///< not a string, whose memory may be what is missing
+};
+
+/// Stops HDF5 from printing its error stack while it lives, and keeps the first failure; restores the previous setting.
 class QuietErrors {
 public:
-    QuietErrors() {
-        H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
-        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-    }
+    explicit QuietErrors(Hdf5Failure* first = nullptr);
     ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
     QuietErrors(const QuietErrors&) = delete;
     QuietErrors& operator=(const QuietErrors&) = delete;
@@ -52,6 +63,7 @@ private:
 struct Hdf5Errors {
     std::string file;
     Fault fault = Fault::run;
+    std::function<void()> throw_cause = {};  ///< throws the failure of the disk behind HDF5's, if there is one
 
     template <class Result>
     Result check(Result result, std::string_view doing) const {

@@ -7,6 +7,33 @@
 
 namespace drover::files {
 
+std::filesystem::path behind_links(std::filesystem::path name) {
+    constexpr int max_links = 40;  // as the kernel
+    std::filesystem::path file = name;
+    std::error_code problem;
+    for (int links = 0; std::filesystem::is_symlink(file, problem); ++links) {
+        require(links < max_links, {name.string()}, "leads through more than {} symbolic links; expected a file",
+                max_links);
+        const std::filesystem::path target = std::filesystem::read_symlink(file);
+        file = target.is_absolute() ? target : file.parent_path() / target;
+    }
+    return file;
+}
+
+namespace {
+
+/// A rename would replace a device or a pipe.
+std::filesystem::path plain_file(const std::filesystem::path& name) {
+    const std::filesystem::path file = behind_links(name);
+    std::error_code problem;
+    const auto status = std::filesystem::status(file, problem);
+    require(!std::filesystem::exists(status) || std::filesystem::is_regular_file(status), {name.string()},
+            "is not a plain file; expected the name of one");
+    return file;
+}
+
+}  // namespace
+
 struct NewFile::File {
     std::filesystem::path file, partial;
     Descriptor to;
@@ -28,7 +55,8 @@ struct NewFile::File {
     }
 };
 
-NewFile::NewFile(const std::filesystem::path& file) : file_(std::make_unique<File>()) {
+NewFile::NewFile(const std::filesystem::path& name) : file_(std::make_unique<File>()) {
+    const std::filesystem::path file = plain_file(name);
     file_->file = file;
     file_->partial = file.string() + ".partial";
     try {
@@ -56,8 +84,8 @@ void NewFile::finish() {
     });
 }
 
-void replace_file(const std::filesystem::path& file, const std::string& content) {
-    const std::filesystem::path beside = file.string() + ".partial";
+void replace_file(const std::filesystem::path& name, const std::string& content) {
+    const std::filesystem::path file = plain_file(name), beside = file.string() + ".partial";
     try {
         const Descriptor to = open_file(beside, O_RDWR | O_CREAT | O_TRUNC);
         write_at(to, 0, std::as_bytes(std::span(content)));
@@ -65,11 +93,14 @@ void replace_file(const std::filesystem::path& file, const std::string& content)
         rename_over(beside, file);
         sync_folder_of(file);
     } catch (const std::system_error& cause) {
+        std::error_code ignored;
+        std::filesystem::remove(beside, ignored);
         throw write_failure(file, cause, content.size(), "the file stays as it was");
     }
 }
 
-void replace_archive(const std::filesystem::path& complete, const std::filesystem::path& file) {
+void replace_archive(const std::filesystem::path& complete, const std::filesystem::path& name) {
+    const std::filesystem::path file = plain_file(name);
     try {
         remove_if_exists(complete.string() + ".journal");
         rename_over(complete, file);

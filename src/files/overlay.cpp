@@ -41,6 +41,12 @@ Changes changes_of(const Overlay& overlay) {
     return changes;
 }
 
+Changes changes_to_commit(const Overlay& overlay) try {
+    return changes_of(overlay);
+} catch (const std::system_error& cause) {
+    throw disk_failure(overlay.path, cause);
+}
+
 /// Frees the disk space of a commit that failed before its journal was complete.  Best effort.  Each step needs the one
 /// before it to be durable: a complete journal beside a truncated file would destroy the file.
 void release(const Overlay& overlay) noexcept {
@@ -101,7 +107,8 @@ void commit_overlay(Overlay& overlay) {
     if (overlay.is_stuck)
         fail_run("{}: an earlier commit is still in {}; restart the run to complete it", overlay.path.string(),
                  journal_of(overlay.path).string());
-    const Changes changes = changes_of(overlay);
+    throw_failure(overlay);
+    const Changes changes = changes_to_commit(overlay);
     const bool needs_journal = overlay.committed > 0;
     if (changes.fresh.empty() && changes.overwriting.patches.empty() && overlay.end == overlay.committed) return;
 
@@ -115,6 +122,7 @@ void commit_overlay(Overlay& overlay) {
         if (needs_journal) {
             write_journal(overlay.path, journal);
             is_journal_complete = true;
+            const CommitLock alone(overlay.file, CommitLock::Side::commit, patience_with_readers);
             apply(changes.overwriting, overlay.file);
             remove_if_exists(journal_of(overlay.path));
         }
@@ -132,28 +140,29 @@ namespace {
 /// HDF5's handle of an open file; HDF5 requires its own part to be the first member.
 struct DriverFile {
     H5FD_t base{};
-    Overlay* overlay = nullptr;
+    std::shared_ptr<Overlay> overlay;
 };
 
 Overlay& overlay_in(const H5FD_t* file) { return *reinterpret_cast<const DriverFile*>(file)->overlay; }
 
-/// Exceptions must not cross HDF5's C frames: returns HDF5's failure code instead.
+/// Exceptions must not cross HDF5's C frames: keeps the first one and returns HDF5's failure code.
 template <class Work>
-herr_t guarded(Work work) noexcept {
+herr_t guarded(Overlay& overlay, Work work) noexcept {
     try {
-        work();
+        work(overlay);
         return 0;
     } catch (...) {
+        if (!overlay.failure) overlay.failure = std::current_exception();
         return -1;
     }
 }
 
 extern "C" {
 H5FD_t* driver_open(const char*, unsigned, hid_t access, haddr_t) noexcept {
-    const auto* info = static_cast<Overlay* const*>(H5Pget_driver_info(access));
+    const auto* info = static_cast<const std::shared_ptr<Overlay>* const*>(H5Pget_driver_info(access));
     auto* file = info == nullptr ? nullptr : new (std::nothrow) DriverFile;
     if (file == nullptr) return nullptr;
-    file->overlay = *info;
+    file->overlay = **info;
     file->overlay->end = 0;
     return &file->base;
 }
@@ -185,11 +194,15 @@ herr_t driver_set_end_of_allocation(H5FD_t* file, H5FD_mem_t, haddr_t end) noexc
 haddr_t driver_length(const H5FD_t* file, H5FD_mem_t) noexcept { return overlay_in(file).length; }
 
 herr_t driver_read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t size, void* to) noexcept {
-    return guarded([&] { read_overlay(overlay_in(file), offset, {static_cast<std::byte*>(to), size}); });
+    return guarded(overlay_in(file), [&](const Overlay& overlay) {
+        read_overlay(overlay, offset, {static_cast<std::byte*>(to), size});
+    });
 }
 
 herr_t driver_write(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t size, const void* from) noexcept {
-    return guarded([&] { write_overlay(overlay_in(file), offset, {static_cast<const std::byte*>(from), size}); });
+    return guarded(overlay_in(file), [&](Overlay& overlay) {
+        write_overlay(overlay, offset, {static_cast<const std::byte*>(from), size});
+    });
 }
 
 herr_t driver_truncate(H5FD_t* file, hid_t, hbool_t) noexcept {
@@ -203,7 +216,7 @@ H5FD_class_t driver_class() {
     driver.name = "drover_overlay";
     driver.maxaddr = static_cast<haddr_t>(INT64_MAX);
     driver.fc_degree = H5F_CLOSE_WEAK;
-    driver.fapl_size = sizeof(Overlay*);
+    driver.fapl_size = sizeof(const std::shared_ptr<Overlay>*);
     driver.open = driver_open;
     driver.close = driver_close;
     driver.cmp = driver_compare;
@@ -226,11 +239,20 @@ Handle register_driver(const Hdf5Errors& errors) {
     return errors.own(H5FDregister(&driver), H5FDunregister, "registering the file driver");
 }
 
-Handle file_access(const Handle& driver, Overlay& overlay, const Hdf5Errors& errors) {
+Handle file_access(const Handle& driver, const std::shared_ptr<Overlay>& overlay, const Hdf5Errors& errors) {
     Handle access = errors.own(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "creating a file access list");
-    Overlay* const info = &overlay;
+    const std::shared_ptr<Overlay>* const info = &overlay;
     errors.check(H5Pset_driver(access, driver, &info), "choosing the file driver");
     return access;
+}
+
+void throw_failure(const Overlay& overlay) {
+    if (!overlay.failure) return;
+    try {
+        std::rethrow_exception(overlay.failure);
+    } catch (const std::system_error& cause) {
+        throw disk_failure(overlay.path, cause);
+    }
 }
 
 }  // namespace drover::files

@@ -3,8 +3,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 
 #include "files/hdf5_handle.hpp"
@@ -22,6 +24,7 @@ struct Overlay {
     std::uint64_t length = 0;     ///< length as HDF5 sees it
     std::uint64_t end = 0;        ///< end of the space that HDF5 has allocated
     bool is_stuck = false;        ///< a commit failed while it applied its journal
+    std::exception_ptr failure;   ///< the first one of a read or write for HDF5, which may pass over it in silence
     std::map<std::uint64_t, std::array<std::byte, page_bytes>> pages;
 };
 
@@ -31,13 +34,18 @@ Overlay overlay_of(Descriptor file, const std::filesystem::path& path);
 void read_overlay(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes);
 void write_overlay(Overlay& overlay, std::uint64_t offset, Bytes bytes);
 
-/// Makes the changes durable, all or none.  Flush HDF5 first.  Throws the run Error of write_failure.
+/// Makes the changes durable, all or none.  Flush HDF5 first.  Throws the run Error of write_failure, or of
+/// disk_failure when an earlier read failed: what HDF5 then holds in memory is not known.
 void commit_overlay(Overlay& overlay);
 
 /// Registers the driver; close the result after the file.
 Handle register_driver(const Hdf5Errors& errors);
 
-/// A file access list with which HDF5 opens the overlay, whose address must not change while the file is open.
-Handle file_access(const Handle& driver, Overlay& overlay, const Hdf5Errors& errors);
+/// A file access list with which HDF5 opens the overlay.  The pointer must stay where it is while the list is open.
+/// HDF5 shares the overlay: when the closing of a damaged file fails, HDF5 tries again as the process ends.
+Handle file_access(const Handle& driver, const std::shared_ptr<Overlay>& overlay, const Hdf5Errors& errors);
+
+/// Throws the failure of an overlay, if it has one.
+void throw_failure(const Overlay& overlay);
 
 }  // namespace drover::files

@@ -78,7 +78,7 @@ std::vector<std::byte> bytes_of(const Descriptor& file) {
 [[noreturn]] void fail_opening(const std::filesystem::path& file, const std::system_error& cause) {
     const int error = cause.code().value();
     if (error == ENOSPC || error == EDQUOT || error == EIO)
-        throw write_failure(file, cause, head_bytes, "no trial was started");
+        throw write_failure(file, cause, head_bytes, "nothing was started");
     if (error == EMFILE || error == ENFILE)
         fail_input({file.string()},
                    "cannot be opened: {}; every running measurement needs an open file: raise the limit (ulimit -n), "
@@ -177,8 +177,8 @@ std::string difference(const std::string& there, const std::string& here) {
 std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
 }  // namespace
 
-std::string claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
-                         const std::string& content) try {
+ClaimedFolder claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
+                           const std::string& content) try {
     const SourceLocation where{.file = folder.string()};
     const std::filesystem::path file = folder / name;
     std::error_code problem;
@@ -188,23 +188,25 @@ std::string claim_folder(const std::filesystem::path& folder, const std::string&
     // Another process may claim it at the same moment: then the folder is not empty, and holds this file.
     require(std::filesystem::is_empty(folder) || std::filesystem::exists(file), where,
             "the folder is not empty and holds no {}; choose another with --output", name);
-    const Descriptor open = open_file(file, O_RDWR | O_CREAT);
-    require(lock_or_wait(open), where, "another drover is creating this folder; expected one at a time: try again");
+    const auto lock = std::make_shared<Descriptor>(open_file(file, O_RDWR | O_CREAT));
+    const Descriptor& open = *lock;
+    require(lock_or_wait(open), where, "another drover is using this folder; expected one at a time: wait for it");
     const std::vector<std::byte> bytes = bytes_of(open);
     const std::string found(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const std::string there = found.substr(std::min(found.size(), first_line(found).size() + 1));
-    if (there == content) return first_line(found);
+    const std::size_t head = factory.empty() ? 0 : first_line(found).size() + 1;
+    const std::string there = found.substr(std::min(found.size(), head));
+    if (there == content) return {first_line(found), lock};
     // A crash cut the file short before the folder held anything else.
     const bool is_only_file =
         std::next(std::filesystem::directory_iterator(folder)) == std::filesystem::directory_iterator{};
-    require(is_only_file && (factory + "\n" + content).starts_with(found), where,
-            "the folder holds the trials of another scene (see {} there): {}; choose another folder with --output",
+    const std::string whole = (factory.empty() ? "" : factory + "\n") + content;
+    require(is_only_file && whole.starts_with(found), where,
+            "the folder holds the results of another scene (see {} there): {}; choose another folder with --output",
             name, difference(there, content));
-    const std::string whole = factory + "\n" + content;
     write_at(open, 0, std::as_bytes(std::span(whole)));
     sync(open);
     sync_folder_of(file);
-    return factory;
+    return {factory, lock};
 } catch (const std::system_error& cause) {
     fail_opening(folder, cause);
 }

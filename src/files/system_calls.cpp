@@ -2,16 +2,14 @@
 #include "files/system_calls.hpp"
 
 #include <fcntl.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
-#include <limits>
 #include <string>
+#include <thread>
 
 namespace drover::files {
 namespace {
@@ -40,8 +38,17 @@ Descriptor::~Descriptor() {
 
 Descriptor try_open(const std::filesystem::path& file, int flags) {
     constexpr mode_t everyone_as_the_umask_allows = 0666;
-    return Descriptor(
-        uninterrupted([&] { return ::open(file.c_str(), flags | O_CLOEXEC, everyone_as_the_umask_allows); }));
+    // O_NONBLOCK: the opening of a pipe must not wait; it changes nothing for a plain file.
+    Descriptor opened(uninterrupted(
+        [&] { return ::open(file.c_str(), flags | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, everyone_as_the_umask_allows); }));
+    if (opened.is_open() && opened.number() <= STDERR_FILENO)
+        opened = Descriptor(::fcntl(opened.number(), F_DUPFD_CLOEXEC, STDERR_FILENO + 1));
+    if (!opened.is_open() && errno != ENXIO) return opened;  // ENXIO: a pipe without a reader
+    struct stat status {};
+    if (opened.is_open() && ::fstat(opened.number(), &status) < 0) fail_call("stat", errno);
+    const bool is_expected = (flags & O_DIRECTORY) != 0 || S_ISREG(status.st_mode);
+    require(opened.is_open() && is_expected, {file.string()}, "is not a plain file; expected the name of one");
+    return opened;
 }
 
 Descriptor open_file(const std::filesystem::path& file, int flags) {
@@ -111,6 +118,16 @@ std::uint64_t length_of(const Descriptor& file) {
     return static_cast<std::uint64_t>(status.st_size);
 }
 
+FileState state_of(const std::filesystem::path& file) {
+    struct stat found {};
+    if (::stat(file.c_str(), &found) < 0) return {};
+    return {.device = found.st_dev,
+            .number = found.st_ino,
+            .length = static_cast<std::uint64_t>(found.st_size),
+            .seconds = found.st_mtim.tv_sec,
+            .nanoseconds = found.st_mtim.tv_nsec};
+}
+
 bool is_at(const Descriptor& open, const std::filesystem::path& file) {
     struct stat mine {
     }, there{};
@@ -132,27 +149,57 @@ std::optional<std::vector<std::byte>> read_file(const std::filesystem::path& fil
     return bytes;
 }
 
-bool lock_for_writing(const Descriptor& file) {
-    struct flock whole {};
-    whole.l_type = F_WRLCK;
-    whole.l_whence = SEEK_SET;
-    if (::fcntl(file.number(), F_OFD_SETLK, &whole) == 0) return true;
+namespace {
+
+// Bytes beyond any file: the writer's lock takes those before commit_byte, and a CommitLock takes commit_byte.
+constexpr off_t commit_byte = off_t{1} << 62;
+
+struct flock range(short type, off_t begin, off_t length) {
+    struct flock bytes {};
+    bytes.l_type = type;
+    bytes.l_whence = SEEK_SET;
+    bytes.l_start = begin;
+    bytes.l_len = length;
+    return bytes;
+}
+
+bool try_lock(int file, struct flock bytes) {
+    if (::fcntl(file, F_OFD_SETLK, &bytes) == 0) return true;
     if (errno == EAGAIN || errno == EACCES) return false;
     fail_call("lock", errno);
 }
 
-std::uint64_t memory_available() {
-    std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
-    std::ifstream table("/proc/meminfo");
-    for (std::string name; table >> name;) {
-        std::uint64_t kilobytes = 0;
-        if (name == "MemAvailable:" && table >> kilobytes) bytes = kilobytes * 1024;
-        table.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+}  // namespace
+
+bool lock_for_writing(const Descriptor& file) { return try_lock(file.number(), range(F_WRLCK, 0, commit_byte)); }
+
+bool has_writer(const Descriptor& file) {
+    struct flock found = range(F_RDLCK, 0, commit_byte);
+    return ::fcntl(file.number(), F_OFD_GETLK, &found) < 0 || found.l_type != F_UNLCK;
+}
+
+CommitLock::CommitLock(const Descriptor& file, Side side, std::chrono::milliseconds patience) : file_(file.number()) {
+    const struct flock byte = range(side == Side::reader ? F_RDLCK : F_WRLCK, commit_byte, 1);
+    const auto end = std::chrono::steady_clock::now() + patience;
+    for (;;) {
+        struct flock wanted = byte;
+        is_held_ = ::fcntl(file_, F_OFD_SETLK, &wanted) == 0;
+        const bool is_taken = !is_held_ && (errno == EAGAIN || errno == EACCES);  // else: a file system without locks
+        if (!is_taken || std::chrono::steady_clock::now() >= end) return;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    struct rlimit limit {};
-    if (::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
-        bytes = std::min(bytes, static_cast<std::uint64_t>(limit.rlim_cur));
-    return bytes;
+}
+
+CommitLock::~CommitLock() {
+    struct flock byte = range(F_UNLCK, commit_byte, 1);
+    if (is_held_) ::fcntl(file_, F_OFD_SETLK, &byte);
+}
+
+Error disk_failure(const std::filesystem::path& file, const std::system_error& cause) {
+    return Error(Fault::run, {file.string()},
+                 text("the disk reports a failure: {}; nothing was changed; check the disk, then run the same command "
+                      "again",
+                      std::string(cause.what())));
 }
 
 Error write_failure(const std::filesystem::path& file, const std::system_error& cause, std::uint64_t needed,

@@ -1,5 +1,6 @@
 // files/system_calls.hpp: the system calls that make a file durable, with every failure as an exception.
 #pragma once
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
+#include "drover/base/memory.hpp"
 
 namespace drover::files {
 
@@ -36,7 +38,9 @@ private:
 
 // Unless documented otherwise, these functions throw std::system_error with the name of the failing call.
 
-/// Returns a closed descriptor, with errno set, when the file cannot be opened.
+/// Returns a closed descriptor, with errno set, when the file cannot be opened.  Never returns 0, 1 or 2, the standard
+/// streams, even if they are closed.  Throws an input Error when the file is not a plain file (or, with O_DIRECTORY,
+/// not a folder): a pipe would wait for its other end.
 Descriptor try_open(const std::filesystem::path& file, int flags);
 Descriptor open_file(const std::filesystem::path& file, int flags);
 
@@ -54,6 +58,14 @@ void rename_over(const std::filesystem::path& from, const std::filesystem::path&
 void remove_if_exists(const std::filesystem::path& file);
 std::uint64_t length_of(const Descriptor& file);
 
+/// What changes when a file is written, replaced or removed.  File times advance in steps of some milliseconds.
+struct FileState {
+    std::uint64_t device = 0, number = 0, length = 0;
+    std::int64_t seconds = 0, nanoseconds = 0;
+    bool operator==(const FileState&) const = default;
+};
+FileState state_of(const std::filesystem::path& file);  ///< all zero if there is none
+
 /// Whether the name `file` still refers to the open file.
 bool is_at(const Descriptor& open, const std::filesystem::path& file);
 
@@ -61,12 +73,35 @@ bool is_at(const Descriptor& open, const std::filesystem::path& file);
 /// memory.
 std::optional<std::vector<std::byte>> read_file(const std::filesystem::path& file);
 
-/// Locks a file for writing until its descriptor closes; false when another writer has locked it.  Uses an fcntl lock
-/// on the open file description, not flock: HDF5 readers take a flock, and a writer must not block them.
-bool lock_for_writing(const Descriptor& file);
+// Locks are fcntl locks on the open file description, not flock: HDF5 readers take a flock, and a writer must not block
+// them.
 
-/// Free memory [bytes] as reported by the system; a large number if unknown.
-std::uint64_t memory_available();
+/// Locks a file for writing until its descriptor closes; false when another writer has locked it.
+bool lock_for_writing(const Descriptor& file);
+/// Whether another descriptor has it, or may have it on a file system without locks.
+bool has_writer(const Descriptor& file);
+
+/// The wait of a commit: a reader that was stopped must not stop the run.
+inline constexpr std::chrono::milliseconds patience_with_readers(200);
+
+/// Excludes commits by others while it lives (a reader), or readers (a commit).  Waits for the other side no longer
+/// than `patience`; is_held() is false when that was too short, and on a file system without locks.
+class CommitLock {
+public:
+    enum class Side { reader, commit };
+    CommitLock(const Descriptor& file, Side side, std::chrono::milliseconds patience);
+    ~CommitLock();
+    CommitLock(const CommitLock&) = delete;
+    CommitLock& operator=(const CommitLock&) = delete;
+    bool is_held() const { return is_held_; }
+
+private:
+    int file_;
+    bool is_held_ = false;
+};
+
+/// The run Error for a failed read, and for any other failed call that writes nothing.
+Error disk_failure(const std::filesystem::path& file, const std::system_error& cause);
 
 /// The run Error for a failed write; reports a full disk explicitly, with the bytes needed and free.
 /// consequence: the state after the failure, such as "the file stays as it was at the last commit".

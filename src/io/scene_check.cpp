@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "drover/base/memory.hpp"
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/contact_law.hpp"
 #include "drover/io/scene.hpp"
@@ -64,6 +65,12 @@ void check_time_method(const Scene& scene, const LocationOf& at) {
 void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
+    // Before any check that visits every mode: the least a run of any scheme needs.
+    const double arrays = 4.0 * static_cast<double>(physics::component_names(physics::form(scene.model)).size());
+    const double needed = arrays * sizeof(double) * static_cast<double>(numerics::points(scene.grid));
+    require(needed <= static_cast<double>(memory_available()), at("grid.nx"),
+            "a grid of {} by {} points needs more than {} of memory, and {} are free; choose a smaller grid",
+            scene.grid.nx, scene.grid.ny, bytes_text(needed), bytes_text(static_cast<double>(memory_available())));
     physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, at);
     check_time_method(scene, at);
 }

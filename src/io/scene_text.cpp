@@ -38,7 +38,37 @@ Value value_of(const toml::node& node, const std::string& key, const SourceLocat
     fail_input(where, "{} is a table or a date; expected a number, a text, true or false, or a list", key);
 }
 
+/// toml++ recurses into dotted keys without a limit.  Counts dots outside texts and comments; a number has one.
+void check_nesting(const std::string& toml, const SourceLocation& where) {
+    constexpr int max_dots = 32;
+    int dots = 0, line = 1;
+    for (std::size_t at = 0; at < toml.size(); ++at) {
+        const char letter = toml[at];
+        if (letter == '\n') ++line;
+        if (letter == '#') at = std::min(toml.find('\n', at), toml.size()) - 1;
+        if (letter == '"' || letter == '\'') {
+            const std::string three(3, letter);
+            const bool is_long = toml.compare(at, 3, three) == 0;
+            std::size_t end = at + (is_long ? 3 : 1);
+            while (end < toml.size() && (is_long ? toml.compare(end, 3, three) != 0 : toml[end] != letter)) {
+                if (letter == '"' && toml[end] == '\\') ++end;
+                if (end < toml.size() && toml[end] == '\n') ++line;
+                ++end;
+            }
+            at = end + (is_long ? 2 : 0);
+        }
+        if (letter == '.') ++dots;
+        else if (std::string_view("=,[]{}\n").find(letter) != std::string_view::npos) dots = 0;
+        require(dots <= max_dots, {.file = where.file, .line = where.line == 0 ? line : where.line},
+                "a key of more than {} parts; expected keys such as relaxation.rate", max_dots);
+    }
+}
+
 toml::table parsed(const std::string& text, const std::string& name) {
+    constexpr std::size_t max_bytes = std::size_t{4} << 20;  // of a resolved scene; a scene file has less
+    require(text.size() <= max_bytes, {.file = name}, "a scene of {}; expected at most {}",
+            bytes_text(static_cast<double>(text.size())), bytes_text(static_cast<double>(max_bytes)));
+    check_nesting(text, {.file = name});
     try {
         return toml::parse(text, name);
     } catch (const toml::parse_error& error) {
@@ -149,6 +179,7 @@ Setting read_setting(const std::string& setting) {
 void apply_setting(const Setting& setting, LocatedTables& tables) {
     const auto& [where, section, key, written] = setting;
     Value value = written;
+    check_nesting(written, where);
     try {
         const toml::table table = toml::parse("value = " + written);
         require(table.size() == 1, where, "more than one key; expected section.key=value: use one --set for each");

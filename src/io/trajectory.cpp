@@ -183,7 +183,8 @@ struct FrameReader {
     const std::string& what;
     const SourceLocation& where;
 
-    std::vector<double> row(const std::string& group, const std::string& element, std::size_t count) const {
+    std::vector<double> row(const std::string& group, const std::string& element, const char* unit,
+                            std::size_t count) const {
         const std::string path = group + "/" + element + "/value";
         require(archive.has(path), where, "{} has no {}; expected an archive of a run with the same bodies", what,
                 path);
@@ -191,6 +192,8 @@ struct FrameReader {
         require(shape.size() == 3 && shape[1] == count && shape[2] == 3, where,
                 "{} contains {} bodies in {}; expected the {} of this scene", what, shape.size() > 1 ? shape[1] : 0,
                 group, count);
+        const std::string found_unit = archive.text_attribute(path, "units");
+        require(found_unit == unit, where, "{} has {} in {}; expected {}", what, path, found_unit, unit);
         const files::Array found = archive.read_row(path, frame);
         require(std::all_of(found.values.begin(), found.values.end(),
                             [](double value) { return std::isfinite(value); }),
@@ -263,9 +266,9 @@ void read_bodies(const files::ArchiveReader& archive, std::size_t frame, Bodies&
         for (const files::FixedArray& array : recording.trajectory->fixed)
             if (array.name != "mass") reader.same(beads_group, array);  // the mass may differ
         const std::size_t count = bodies.beads.size();
-        const auto position = reader.row(beads_group, "position", count),
-                   velocity = reader.row(beads_group, "velocity", count),
-                   spin = reader.row(beads_group, "angular_velocity", count);
+        const auto position = reader.row(beads_group, "position", unit_position, count),
+                   velocity = reader.row(beads_group, "velocity", unit_velocity, count),
+                   spin = reader.row(beads_group, "angular_velocity", unit_angular_velocity, count);
         for (std::size_t i = 0; i < count; ++i) {
             bodies.beads[i].position = vector_at(position, i);
             bodies.beads[i].velocity = vector_at(velocity, i);
@@ -277,9 +280,10 @@ void read_bodies(const files::ArchiveReader& archive, std::size_t frame, Bodies&
     for (const files::FixedArray& array : recording.trajectory->fixed)
         if (array.name.starts_with("sphere_")) reader.same(rods_group, array);
     const std::size_t count = bodies.rods.size();
-    const auto position = reader.row(rods_group, "position", count),
-               velocity = reader.row(rods_group, "velocity", count), axis = reader.row(rods_group, "axis", count),
-               spin = reader.row(rods_group, "angular_velocity", count);
+    const auto position = reader.row(rods_group, "position", unit_position, count),
+               velocity = reader.row(rods_group, "velocity", unit_velocity, count),
+               axis = reader.row(rods_group, "axis", "1", count),
+               spin = reader.row(rods_group, "angular_velocity", unit_angular_velocity, count);
     for (std::size_t i = 0; i < count; ++i) {
         dem::Rod& rod = bodies.rods[i];
         const dem::Shape& shape = bodies.shapes[rod.shape];

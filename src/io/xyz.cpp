@@ -186,6 +186,8 @@ std::string value_in(const std::string& line, const std::string& key) {
 }  // namespace
 
 bool is_xyz(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) return false;  // the opening of a pipe would wait
     std::ifstream from(file, std::ios::binary);
     std::string line(24, '\0');  // a count is short: reads no more of a file of another kind
     from.read(line.data(), static_cast<std::streamsize>(line.size()));

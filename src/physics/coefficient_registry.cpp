@@ -216,14 +216,16 @@ bool has_fields(const FieldChoice& fields, unsigned needs) {
 }
 
 namespace {
+// Descriptions are made apart: GCC 12 destroys the members of a nested aggregate twice when memory runs out within it.
 ModelKey coefficient_key(const CoefficientRow& row) {
     const Model standard;
-    return {.description = {.name = row.name,
+    Description description{.name = row.name,
                             .default_value = row.value_in(standard),
                             .unit = row.unit,
                             .range = row.range,
                             .choices = {},
-                            .doc = row.symbol + ": " + row.doc},
+                            .doc = row.symbol + ": " + row.doc};
+    return {.description = std::move(description),
             .get = [row](const Model& model) -> Value { return row.value_in(model); },
             .set = [row](Model& model, const Value& value) { row.value(model) = std::get<double>(value); },
             .number = row.value};
@@ -231,12 +233,13 @@ ModelKey coefficient_key(const CoefficientRow& row) {
 
 ModelKey monomials_key(const CoefficientRow& row) {
     using Texts = std::vector<std::string>;
-    return {.description = {.name = row.name + "_terms",
+    Description description{.name = row.name + "_terms",
                             .default_value = Texts{},
                             .unit = {},
                             .range = {},
                             .choices = {},
-                            .doc = "monomials in the densities added to the coefficient, such as \"-0.5 rho sigma^2\""},
+                            .doc = "monomials in the densities added to the coefficient, such as \"-0.5 rho sigma^2\""};
+    return {.description = std::move(description),
             .get = [row](const Model& model) -> Value { return row.monomials_in(model); },
             .set = [row](Model& model, const Value& value) { row.monomials(model) = std::get<Texts>(value); }};
 }
@@ -256,24 +259,22 @@ void add_keys(Struct Model::*part, std::vector<ModelKey>& keys) {
 
 ModelKey word_key(const char* name, std::string& (*word)(Model&), std::vector<std::string> choices, const char* doc) {
     Model standard;
-    return {.description = {.name = name,
+    Description description{.name = name,
                             .default_value = word(standard),
                             .unit = {},
                             .range = {},
                             .choices = std::move(choices),
-                            .doc = doc},
+                            .doc = doc};
+    return {.description = std::move(description),
             .get = [word](const Model& model) -> Value { return word(const_cast<Model&>(model)); },
             .set = [word](Model& model, const Value& value) { word(model) = std::get<std::string>(value); }};
 }
 
 ModelKey nodes_key(const std::string& name, const std::string& unit, const Range& range, const char* doc,
                    std::function<std::vector<double>&(Model&)> nodes) {
-    return {.description = {.name = name,
-                            .default_value = std::vector<double>{},
-                            .unit = unit,
-                            .range = range,
-                            .choices = {},
-                            .doc = doc},
+    Description description{
+        .name = name, .default_value = std::vector<double>{}, .unit = unit, .range = range, .choices = {}, .doc = doc};
+    return {.description = std::move(description),
             .get = [nodes](const Model& model) -> Value {
                 Model copy{.table = model.table};  // nodes() makes a column where there is none
                 return nodes(copy);

@@ -201,7 +201,7 @@ void claim(const CalibrationLayout& layout, const CalibrationOptions& options) {
     const Version built = version();
     const std::string factory =
         text("# made by drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : "");
-    const std::string first = files::claim_folder(options.folder, manifest_name, factory, layout.manifest);
+    const std::string first = files::claim_folder(options.folder, manifest_name, factory, layout.manifest).first_line;
     if (first != factory)
         log_warning(
             "{}: its first trials were {}; this is drover {} ({}): if a change between them affects trials, "
@@ -220,8 +220,7 @@ void run_share(const io::Scene& scene, const CalibrationLayout& layout, const Ca
         log_information("{} measurements{} ({} trials already done), {} trials at a time, in {}", work.units(),
                         options.shares > 1 ? text(", share {} of {}", options.share, options.shares) : "",
                         work.already(), workers, options.folder.string());
-    const PoolOutcome pool =
-        run_jobs(work.jobs(), {.workers = workers, .die_with_parent = true, .grace_period = grace_period});
+    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .grace_period = grace_period});
     outcome.trials = work.ran();
     outcome.stopped = pool.stopped;
 }

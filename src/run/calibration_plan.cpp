@@ -112,6 +112,11 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
     layout.axes.bead_fractions = plan.bead_area_fractions;
     layout.axes.rod_fractions = plan.rod_area_fractions;
     read_varied(scene, layout.axes);
+    constexpr double max_points = 10000.0;
+    const double points = static_cast<double>(layout.axes.varied.size() * plan.bead_area_fractions.size()) *
+                          static_cast<double>(std::max<std::size_t>(1, plan.rod_area_fractions.size()));
+    require(points <= max_points, io::location_of(scene, "calibrate.bead_area_fractions"),
+            "a calibration of {:.3g} points; expected at most {:.0e}: choose fewer values", points, max_points);
     for (std::size_t varied = 0; varied < layout.axes.varied.size(); ++varied)
         for (std::size_t bead = 0; bead < plan.bead_area_fractions.size(); ++bead)
             for (std::size_t a = 0; a < layout.assays.size(); ++a) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <system_error>
 
 #include "drover/base/error.hpp"
 
@@ -17,6 +18,10 @@ int status_of(const std::function<int()>& work) {
         return error.fault() == Fault::input ? exit_bad_input : exit_run_failed;
     } catch (const std::bad_alloc&) {
         std::fprintf(stderr, "error: not enough memory; choose a smaller grid or cell, or free memory\n");
+        return exit_run_failed;
+    } catch (const std::system_error& error) {
+        std::fprintf(stderr, "error: the operating system reports: %s; check the disk and the limits of this user\n",
+                     error.what());
         return exit_run_failed;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "error: %s; this is a bug in drover: please report it with the scene\n", error.what());

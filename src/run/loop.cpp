@@ -66,6 +66,7 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
     Progress progress(first, simulation.steps, simulation.dt, quiet);
     const std::vector<std::size_t> rows = archive.rows();
     if (std::all_of(rows.begin(), rows.end(), [](std::size_t count) { return count == 0; })) {
+        simulation.check_health(0);
         append_due(simulation, 0, archive);
         save(simulation, 0, archive, files);
     }

@@ -3,28 +3,23 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
+#include <optional>
 
 #include "drover/base/log.hpp"
+#include "drover/base/memory.hpp"
 #include "drover/files/checkpoint.hpp"
+#include "drover/files/new_file.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/report.hpp"
+#include "drover/run/signals.hpp"
 #include "drover/run/step_choice.hpp"
 
 namespace drover::run {
 
 namespace {
-double free_memory() {
-    std::ifstream meminfo("/proc/meminfo");
-    std::string word;
-    while (meminfo >> word)
-        if (double kilobytes = 0.0; word == "MemAvailable:" && meminfo >> kilobytes) return 1024.0 * kilobytes;
-    return 1e300;  // unknown: the allocation itself will fail
-}
-
 std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
@@ -101,7 +96,7 @@ Needs needs_of(const io::Scene& given) {
     const std::filesystem::space_info space = std::filesystem::space(folder_of(archive_path(scene)), problem);
     return {.memory_bytes = kind_of(scene).memory_bytes(scene),
             .disk_bytes = kind_of(scene).disk_bytes(scene),
-            .memory_free = free_memory(),
+            .memory_free = static_cast<double>(memory_available()),
             .disk_free = problem ? 0.0 : static_cast<double>(space.available)};
 }
 
@@ -133,6 +128,7 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
     Threads threads(kind_of(scene).threads(scene));
     Simulation simulation = kind_of(scene).make(scene, threads, {});
     const std::filesystem::path path = archive_path(scene);
+    std::optional<StopSignals> signals(std::in_place);
     files::Archive archive =
         files::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
     if (!options.quiet) log_start(scene, simulation, 0, needs_of(scene));
@@ -144,9 +140,10 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
     try {
         loop = run_loop(simulation, 0, archive, files, options.quiet);
     } catch (...) {
-        if (!has_checkpoint(path)) std::filesystem::remove(path);  // the run did not start: leave no files
+        if (!has_checkpoint(path)) std::filesystem::remove(files::behind_links(path));  // not started: leave no files
         throw;
     }
+    signals.reset();  // what follows can be repeated by a restart
     return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
 }
 
@@ -154,7 +151,10 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
 
 RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
     check_needs(given, options);
-    io::Scene scene = with_chosen_step(given, options.quiet);
+    io::Scene scene = [&] {
+        const StopSignals signals;
+        return with_chosen_step(given, options.quiet);
+    }();
     for (RunOptions attempt = options;; attempt.overwrite = true) {
         try {
             return run_from_start(scene, attempt);
@@ -177,6 +177,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
             "the run has reached t = {} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
             checkpoint.time, scene.time.end);
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
+    std::optional<StopSignals> signals(std::in_place);
     files::Archive archive =
         files::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);
     if (!options.quiet) log_start(scene, simulation, checkpoint.step, needs_of(scene));
@@ -184,6 +185,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
                           .scene = io::resolved_text(scene),
                           .checkpoint_minutes = scene.output.checkpoint_minutes};
     const LoopOutcome loop = run_loop(simulation, checkpoint.step, archive, files, options.quiet);
+    signals.reset();
     return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
 }
 

@@ -37,7 +37,11 @@ std::vector<measure::RecordedSeries> read_series(const files::ArchiveReader& arc
                                                  const measure::Observables<Moment>& rows, std::size_t samples) {
     std::vector<measure::RecordedSeries> series;
     for (const auto& row : rows) {
-        series.push_back(measure::recorded_series(row, archive.read(group + "/" + row.name).values));
+        const std::string path = group + "/" + row.name;
+        series.push_back(measure::recorded_series(row, archive.read(path).values));
+        require(series.back().values.size() >= samples * measure::size_of(row.axes), {},
+                "{} has {} numbers; expected at least {}, for {} samples: the archive is damaged", path,
+                series.back().values.size(), samples * measure::size_of(row.axes), samples);
         series.back().values.resize(samples * measure::size_of(row.axes));
     }
     return series;

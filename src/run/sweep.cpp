@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
-#include <sstream>
 
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
+#include "drover/files/new_file.hpp"
+#include "drover/files/record_file.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/measure/trajectories.hpp"
 #include "drover/run/exit_status.hpp"
@@ -55,26 +55,6 @@ int run_chain(const io::Scene& scene, const fs::path& folder, const std::vector<
         if (outcome.loop.signal != 0) return exit_stopped;
     }
     return exit_done;
-}
-
-/// The folder keeps the scene of its sweep: to resume, the scene must be the same, or different runs would be mixed.
-void claim_folder(const fs::path& folder, const std::string& scene) {
-    const fs::path file = folder / "sweep.toml";
-    if (fs::exists(file)) {
-        std::ifstream stream(file, std::ios::binary);
-        std::ostringstream found;
-        found << stream.rdbuf();
-        require(found.str() == scene, {.file = folder.string()},
-                "the folder holds the runs of another sweep (see its sweep.toml); name another folder with --output");
-        return;
-    }
-    std::error_code problem;
-    fs::create_directories(folder, problem);
-    require(!problem && fs::is_directory(folder), {.file = folder.string()},
-            "cannot create the folder of the sweep: {}; choose another with --output", problem.message());
-    require(fs::is_empty(folder), {.file = folder.string()},
-            "the folder is not empty and holds no sweep; name another with --output");
-    std::ofstream(file, std::ios::binary) << scene;
 }
 
 /// Mean over the seeds of a point.  The runs are independent: their errors add in quadrature; from eight seeds on, the
@@ -161,7 +141,8 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
             scene_of(scene, folder, run, nullptr);  // all values are checked before anything runs
             ++outcome.runs;
         }
-    claim_folder(folder, io::resolved_text(scene));
+    // To resume, the scene must be the same, or different runs would be mixed.  Workers keep the lock.
+    const files::ClaimedFolder claimed = files::claim_folder(folder, "sweep.toml", "", io::resolved_text(scene));
     for (const auto& chain : layout.chains)
         outcome.already_done += static_cast<std::size_t>(
             std::count_if(chain.begin(), chain.end(), [&](const SweepRun& run) { return is_done(folder, run); }));
@@ -181,10 +162,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
     outcome.stopped = pool.stopped;
     outcome.failed = pool.stopped ? 0 : pool.failed;
     outcome.table = collect(layout, folder);
-    std::ofstream csv(folder / "table.csv", std::ios::binary);
-    csv << table_csv(outcome.table);
-    csv.close();
-    if (!csv) fail_run("{}: the table could not be written; check for a full disk", (folder / "table.csv").string());
+    files::replace_file(folder / "table.csv", table_csv(outcome.table));
     return outcome;
 }
 

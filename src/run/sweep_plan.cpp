@@ -103,6 +103,11 @@ SweepLayout plan_sweep(const io::Scene& scene) {
             "rods.size_tolerance = {} on a ramp, whose points have different seeds and so rods of different sizes; "
             "expected 0, or ramp = \"none\"",
             scene.particles.rods.size_tolerance);
+    constexpr double max_runs = 1e6;
+    double runs = scene.sweep.seeds;
+    for (const Varied& one : varied) runs *= static_cast<double>(one.values.size());
+    require(runs <= max_runs, where, "a sweep of {:.3g} runs; expected at most {:.0e}: choose fewer values or seeds",
+            runs, max_runs);
     layout.points = ramp ? ramp_points(varied.front(), scene.sweep.ramp == "up-down") : grid_points(varied);
     for (int seed = 0; seed < scene.sweep.seeds; ++seed) {
         std::vector<SweepRun> chain;

@@ -40,7 +40,7 @@ void write_all(int to, const std::string& bytes) {
     }
 }
 
-Worker start_worker(std::size_t job, const Jobs& jobs, bool die_with_parent) {
+Worker start_worker(std::size_t job, const Jobs& jobs) {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) < 0) fail_run("cannot create a pipe for a worker: {}", std::strerror(errno));
     std::fflush(nullptr);  // or the child would write buffered output again
@@ -51,10 +51,8 @@ Worker start_worker(std::size_t job, const Jobs& jobs, bool die_with_parent) {
         return {.job = job, .process = child, .pipe = ends[0], .result = {}};
     }
     close(ends[0]);
-    if (die_with_parent) {
-        prctl(PR_SET_PDEATHSIG, SIGKILL);
-        if (getppid() != caller) _exit(exit_run_failed);  // the parent ended before the request took effect
-    }
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != caller) _exit(exit_run_failed);  // the parent ended before the request took effect
     std::string result;
     const int status = status_of([&] { return jobs.work(job, result); });
     std::fflush(nullptr);
@@ -113,12 +111,13 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
     PoolOutcome outcome;
     std::vector<Worker> running;
     Stopper stopper(options.grace_period);
+    const StopSignals signals;
     try {
         for (;;) {
             while (stop_signal() == 0 && running.size() < static_cast<std::size_t>(options.workers)) {
                 const std::optional<std::size_t> job = jobs.next();
                 if (!job) break;
-                running.push_back(start_worker(*job, jobs, options.die_with_parent));
+                running.push_back(start_worker(*job, jobs));
             }
             if (running.empty()) break;
             stopper.check(running);
@@ -132,7 +131,7 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             jobs.ended(worker.job, status, worker.result);
         }
     } catch (...) {
-        signal_all(running, options.die_with_parent ? SIGKILL : SIGTERM);
+        signal_all(running, SIGKILL);
         for (const Worker& worker : running) wait_for(worker.process);
         throw;
     }

@@ -11,6 +11,7 @@
 
 #include <cerrno>
 
+#include "drover/files/checkpoint.hpp"
 #include "files/support.hpp"
 
 namespace {
@@ -35,8 +36,10 @@ struct Faults {
     Trial trial = Trial::none;
     long calls = 0;
     std::size_t journal_bytes = 0;
-    long at = -1;       ///< the call at which it happens
-    unsigned dice = 1;  ///< determines what a power cut loses
+    long at = -1;                          ///< the call at which it happens
+    std::vector<std::string> points = {};  ///< of Trial::count: the calls in order, repetitions left out
+    bool fails_reading = false;            ///< every pread
+    unsigned dice = 1;                     ///< determines what a power cut loses
     std::vector<Unsynced> unsynced;
     std::vector<std::string> entries_made;                             ///< in a folder that is not yet synced
     std::vector<std::pair<std::string, std::string>> entries_removed;  ///< name, and name of the copy
@@ -74,9 +77,25 @@ std::string name_of(int descriptor) {
 
 }  // namespace
 
+/// "write archive", "sync journal", "sync folder".
+void note(const std::string& call, const std::string& name) {
+    if (faults.trial != Trial::count) return;
+    const std::string point = call + (std::filesystem::is_directory(name)    ? " folder"
+                                      : name.ends_with(".journal")           ? " journal"
+                                      : name.find("checkpoint") != name.npos ? " checkpoint"
+                                                                             : " archive");
+    if (faults.points.empty() || faults.points.back() != point) faults.points.push_back(point);
+}
+
 extern "C" {
+ssize_t pread(int descriptor, void* data, size_t size, off_t offset) {
+    if (faults.fails_reading) return errno = EIO, -1;
+    return ::syscall(SYS_pread64, descriptor, data, size, offset);
+}
+
 ssize_t pwrite(int descriptor, const void* data, size_t size, off_t offset) {
     if (strikes(true, descriptor, data, size, offset)) return errno = ENOSPC, -1;
+    note("write", name_of(descriptor));
     if (faults.trial == Trial::count && name_of(descriptor).ends_with(".journal")) faults.journal_bytes += size;
     if (faults.trial == Trial::power) {
         std::string before(size, '\0');
@@ -89,6 +108,7 @@ ssize_t pwrite(int descriptor, const void* data, size_t size, off_t offset) {
 
 int fsync(int descriptor) {
     if (strikes(false)) return -1;
+    note("sync", name_of(descriptor));
     struct stat mine {};
     ::fstat(descriptor, &mine);
     if (S_ISDIR(mine.st_mode)) faults.entries_made.clear(), faults.entries_removed.clear();
@@ -102,6 +122,7 @@ int fsync(int descriptor) {
 
 int posix_fallocate(int descriptor, off_t offset, off_t length) {
     if (strikes(true)) return ENOSPC;
+    note("allocate", name_of(descriptor));
     return ::syscall(SYS_fallocate, descriptor, 0, offset, length) == 0 ? 0 : errno;
 }
 
@@ -112,11 +133,13 @@ int ftruncate(int descriptor, off_t length) noexcept {
 
 int rename(const char* from, const char* to) noexcept {
     if (strikes(false)) return -1;
+    note("rename", from);
     return static_cast<int>(::syscall(SYS_rename, from, to));
 }
 
 int unlink(const char* name) noexcept {
     if (strikes(false)) return -1;
+    note("remove", name);
     if (faults.trial != Trial::power) return static_cast<int>(::syscall(SYS_unlink, name));
     const std::string kept = std::string(name) + ".kept" + std::to_string(faults.calls);
     if (::syscall(SYS_rename, name, kept.c_str()) != 0) return -1;
@@ -180,6 +203,53 @@ long kill_at_every_call(Trial trial, unsigned dice) {
         EXPECT_EQ(checked_rows(file, crash_recordings()), rows) << "on a second opening";
         if (lived || ::testing::Test::HasFailure()) return at;
     }
+}
+
+/// The calls of `work`, in order.
+template <class Work>
+std::vector<std::string> points_of(Work work) {
+    faults = {.trial = Trial::count, .unsynced = {}, .entries_made = {}, .entries_removed = {}};
+    work();
+    const std::vector<std::string> points = faults.points;
+    faults = {};
+    return points;
+}
+
+// These are the crash points of src/files/README.md; the tests below end the process at each of them, that is, before
+// each call.
+TEST(ArchiveCrash, a_commit_makes_the_calls_of_its_protocol_in_their_order) {
+    const Folder folder;
+    const auto recordings = crash_recordings();
+    make_sample(folder / "run.h5", rows_before, recordings);
+    Archive archive = Archive::resume(folder / "run.h5", recordings, sample_attributes,
+                                      std::vector<std::size_t>{rows_before, rows_before});
+    append_samples(archive, recordings);
+    EXPECT_EQ(points_of([&] { archive.commit(); }),
+              (std::vector<std::string>{"allocate archive", "write archive", "sync archive", "write journal",
+                                        "sync journal", "sync folder", "write archive", "sync archive",
+                                        "remove journal"}));
+    EXPECT_EQ(points_of([&] { write_checkpoint(folder / "run.h5", {.scene = "", .state = {1.0}}); }),
+              (std::vector<std::string>{"allocate checkpoint", "write checkpoint", "sync checkpoint",
+                                        "rename checkpoint", "sync folder"}));
+}
+
+TEST(ArchiveCrash, a_read_that_fails_within_hdf5_is_reported_by_the_commit_and_nothing_is_written) {
+    const Folder folder;
+    const auto file = folder / "run.h5";
+    const auto recordings = crash_recordings();
+    make_sample(file, rows_before, recordings);
+    const std::string before = contents(file);
+    {
+        Archive archive =
+            Archive::resume(file, recordings, sample_attributes, std::vector<std::size_t>{rows_before, rows_before});
+        faults.fails_reading = true;
+        const std::string first = sentence_of([&] { append_samples(archive, recordings); });
+        faults = {};
+        const std::string at_commit = sentence_of([&] { archive.commit(); });
+        EXPECT_TRUE(first.empty() || first.find("Input/output error") != first.npos) << first;
+        EXPECT_THAT(at_commit, ::testing::HasSubstr("run.h5: the disk reports a failure: read: Input/output error"));
+    }
+    EXPECT_EQ(contents(file), before);
 }
 
 // Each commit writes new pages, allocates, syncs four times and removes its journal: at least 10 calls.

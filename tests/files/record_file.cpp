@@ -97,7 +97,7 @@ TEST(RecordFile, another_identity_a_foreign_file_and_a_second_writer_are_rejecte
 TEST(ClaimFolder, a_folder_is_created_then_reused_and_rejected_for_another_scene) {
     const Folder folder;
     const auto claim = [&](const std::string& name, const std::string& factory, const std::string& content) {
-        return claim_folder(folder / name, "calibrate.toml", factory, content);
+        return claim_folder(folder / name, "calibrate.toml", factory, content).first_line;
     };
     const std::string scene = "[kick]\nstrength = 0.015\n";
     EXPECT_EQ(claim("new", "# one", scene), "# one");
@@ -106,7 +106,7 @@ TEST(ClaimFolder, a_folder_is_created_then_reused_and_rejected_for_another_scene
     EXPECT_EQ(claim("new", "# two", scene), "# one");
     EXPECT_EQ(refusal_of([&] { claim("new", "# one", "[kick]\nstrength = 0.02\n"); }),
               (folder / "new").string() +
-                  ": the folder holds the trials of another scene (see calibrate.toml there): kick.strength = 0.015 "
+                  ": the folder holds the results of another scene (see calibrate.toml there): kick.strength = 0.015 "
                   "there, 0.02 here; choose another folder with --output");
     std::filesystem::create_directory(folder / "mine");
     std::ofstream(folder / "mine/thesis.tex") << "x";

@@ -35,7 +35,7 @@ TEST(WorkerPool, jobs_that_become_available_while_others_run_are_run_and_return_
                             EXPECT_EQ(result, std::string(100000 * job, static_cast<char>('a' + job)));
                             lengths[job] = result.size();
                         }};
-    const PoolOutcome outcome = run_jobs(jobs, {.workers = 3, .die_with_parent = true});
+    const PoolOutcome outcome = run_jobs(jobs, {.workers = 3});
     EXPECT_EQ(outcome.done, 6u);
     EXPECT_EQ(lengths.size(), 6u);
 }
@@ -63,7 +63,7 @@ TEST(WorkerPool, no_worker_survives_an_exception_of_the_caller) {
                             return 0;
                         },
                     .ended = [](std::size_t, int, const std::string&) { fail_run("the disk is full"); }};
-    EXPECT_THROW(run_jobs(jobs, {.workers = 3, .die_with_parent = true}), Error);
+    EXPECT_THROW(run_jobs(jobs, {.workers = 3}), Error);
     EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
     EXPECT_EQ(errno, ECHILD);
 }

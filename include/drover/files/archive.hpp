@@ -55,6 +55,11 @@ private:
     std::unique_ptr<File> file_;
 };
 
+/// Makes HDF5 do nothing when the process ends.  HDF5 1.10 would end it by a signal there if memory is short or the
+/// closing of a damaged file failed.  For a program that uses HDF5 only through this layer, which leaves nothing to be
+/// written at the end; call it before any other use.
+void skip_hdf5_at_exit();
+
 /// Name and version of the library that writes archives.
 std::string archive_library();
 

@@ -15,7 +15,8 @@ struct Checkpoint {
     std::vector<double> state;        ///< the stepper's state, in the model's layout
 };
 
-/// The two files of a run: "flock.h5" has flock.h5.checkpoint-a and flock.h5.checkpoint-b.
+/// The two files of a run: "flock.h5" has flock.h5.checkpoint-a and flock.h5.checkpoint-b; beside the file itself when
+/// the name is a symbolic link.
 std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path& archive);
 
 /// Writes a temporary file, syncs it, renames it over the older of the two and syncs the folder; never touches the

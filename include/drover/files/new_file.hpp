@@ -6,6 +6,10 @@
 
 namespace drover::files {
 
+/// The file that a name leads to through symbolic links, which need not exist; the name itself if it is no link.  What
+/// drover keeps beside a file is beside that one.
+std::filesystem::path behind_links(std::filesystem::path name);
+
 /// A file written in parts to a temporary name and renamed by finish(); removed if finish() is not reached.
 class NewFile {
 public:

@@ -37,12 +37,18 @@ private:
 /// Throws as RecordFile does.
 std::vector<std::string> read_records(const std::filesystem::path& file, std::uint64_t identity);
 
+/// A folder in use.
+struct ClaimedFolder {
+    std::string first_line;      ///< of the file that claims it
+    std::shared_ptr<void> lock;  ///< nobody else can claim the folder while this and its copies in child processes live
+};
+
 /// Creates or reuses a folder of files that depend on the same text, `content`, which is kept in the folder as `name`
-/// below a first line that names the drover that made it.  Returns that first line: `factory` for a new folder.  Throws
-/// an input Error when the folder is not empty and holds no such file or another content; it names the first
-/// difference.
-std::string claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
-                         const std::string& content);
+/// below a first line, `factory`, that names the drover that made it; "": no such line.  Waits up to two seconds for
+/// another process.  Throws an input Error when the folder is not empty and holds no such file or another content; it
+/// names the first difference.
+ClaimedFolder claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
+                           const std::string& content);
 
 /// 64-bit hash of a text.
 std::uint64_t fingerprint(const std::string& content);

@@ -14,10 +14,9 @@ struct PoolOutcome {
     bool stopped = false;    ///< by a signal, which was passed on to the workers; all of them have ended
 };
 
+/// Workers are killed when this process ends for any reason.
 struct PoolOptions {
     int workers = 1;  ///< simultaneous jobs
-    /// Whether workers are killed when this process ends for any reason; otherwise they finish their jobs.
-    bool die_with_parent = false;
     /// Time between a signal and the killing of workers that still run [s].
     double grace_period = std::numeric_limits<double>::infinity();
 };

@@ -1,0 +1,311 @@
+"""tests/app/test_faults.py: closed streams, signals, pipes, links, short memory, huge and hostile input."""
+import json
+import os
+import resource
+import signal
+import subprocess
+import time
+
+import h5py
+import numpy
+import pytest
+from support import (DROVER, assert_same_bytes, checkpoints, contents, damage, drover, end_group, environment, start,
+                     tree, wait_until, write_scene)
+
+SHORT = {"time.end": 4.0, "output.frame_every": 1.0, "output.checkpoint_minutes": 0.0}
+LONG = {"time.end": 1e6, "output.checkpoint_minutes": 60.0}
+
+
+def archive_of(folder, name="flock.toml", **changes):
+    """The archive of a short run."""
+    drover(folder, "run", write_scene(folder, {**SHORT, **changes}, name=name), "--quiet")
+    return folder / name.replace(".toml", ".h5")
+
+
+def one_sentence(ended):
+    """The one line that a failed command prints."""
+    lines = ended.stderr.splitlines()
+    assert len(lines) == 1 and lines[0].startswith("error: ") and "bug in drover" not in lines[0], ended.stderr
+    return lines[0]
+
+
+@pytest.mark.parametrize("closed", ["2>&-", "0>&- 2>&-", "0>&- 1>&- 2>&-"])
+def test_a_run_with_closed_standard_streams_writes_its_archive(closed, tmp_path):
+    whole = archive_of(tmp_path, "whole.toml")
+    write_scene(tmp_path, SHORT)
+    ended = subprocess.run(["sh", "-c", f'"{DROVER}" run flock.toml {closed}'], cwd=tmp_path, env=environment(),
+                           stdout=subprocess.DEVNULL, check=False)
+    assert ended.returncode == (1 if "1>&-" in closed else 0)  # 1: the results could not be printed
+    assert_same_bytes(whole, tmp_path / "flock.h5")
+
+
+def test_results_for_a_closed_standard_output_are_a_failure(tmp_path):
+    archive_of(tmp_path)
+    ended = subprocess.run(["sh", "-c", f'"{DROVER}" info flock.h5 1>&-'], cwd=tmp_path, env=environment(),
+                           capture_output=True, text=True, check=False)
+    assert ended.returncode == 1 and "could not be written to standard output" in one_sentence(ended)
+
+
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM, signal.SIGINT])
+def test_a_signal_stops_a_run_after_a_checkpoint(number, tmp_path):
+    process = start(tmp_path, "run", write_scene(tmp_path, LONG), "--quiet")
+    try:
+        wait_until(checkpoints(tmp_path / "flock.h5")[0].exists, "the first checkpoint", process=process)
+        process.send_signal(number)
+        assert process.wait(20) == 3
+        assert all(file.exists() for file in checkpoints(tmp_path / "flock.h5"))
+    finally:
+        end_group(process)
+
+
+def test_a_run_under_nohup_goes_on_after_a_hangup(tmp_path):
+    process = start(tmp_path, "run", write_scene(tmp_path, LONG), "--quiet",
+                    preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    try:
+        wait_until(checkpoints(tmp_path / "flock.h5")[0].exists, "the first checkpoint", process=process)
+        process.send_signal(signal.SIGHUP)
+        time.sleep(0.3)
+        assert process.poll() is None
+    finally:
+        end_group(process)
+
+
+def test_a_second_interrupt_ends_a_run_at_once(tmp_path):
+    process = start(tmp_path, "calibrate", write_long_trials(tmp_path), "--quiet")
+    try:
+        wait_until((tmp_path / "long.calibration" / "damping-bead-0.5.trials").exists, "the first trial", 60.0, process)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(3) == -signal.SIGINT
+    finally:
+        end_group(process)
+
+
+def write_long_trials(folder):
+    """A calibration whose single trial lasts minutes."""
+    (folder / "long.toml").write_text("""
+[cell]
+lx = 13.5
+ly = 13.5
+[plates]
+amplitude = 0.05
+[beads]
+area_fraction = 0.5
+[time]
+dt = 2e-5
+[calibrate]
+bead_area_fractions = [0.5]
+assays = ["damping"]
+workers = 1
+[calibrate.damping]
+time = 1000.0
+""")
+    return "long.toml"
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_a_command_that_cannot_be_resumed(number, tmp_path):
+    scene = write_scene(tmp_path, {"stability.wavenumbers": 4096, "stability.angles": 4096,
+                                   "initial.kind": "uniform"})
+    process = start(tmp_path, "stability", scene, "-o", "maps.h5")
+    try:
+        time.sleep(1.5)
+        assert process.poll() is None
+        process.send_signal(number)
+        assert process.wait(3) == -number
+    finally:
+        end_group(process)
+
+
+def test_a_killed_sweep_takes_its_workers_with_it_and_resumes_at_once(tmp_path):
+    changes = {"time.end": 100.0, "output.checkpoint_minutes": 60.0, "sweep.vary": ["relaxation.rate = 0.5, 1"],
+               "sweep.workers": 2}
+    scene = write_scene(tmp_path, changes)
+    process = start(tmp_path, "sweep", scene, "--quiet")
+    try:
+        first = tmp_path / "flock.sweep" / "point-0000-seed-7.h5"
+        wait_until(checkpoints(first)[0].exists, "the first checkpoint", process=process)
+        os.kill(process.pid, signal.SIGKILL)
+        ended = drover(tmp_path, "sweep", scene, "--quiet")
+        assert "damaged" not in ended.stderr and "failed" not in ended.stderr
+    finally:
+        end_group(process)
+
+
+def test_two_sweeps_do_not_share_a_folder(tmp_path):
+    scene = write_scene(tmp_path, {**LONG, "sweep.seeds": 2, "sweep.workers": 1})
+    process = start(tmp_path, "sweep", scene, "--quiet")
+    try:
+        wait_until(checkpoints(tmp_path / "flock.sweep" / "point-0000-seed-7.h5")[0].exists, "the first checkpoint",
+                   process=process)
+        assert "another drover is using this folder" in one_sentence(drover(tmp_path, "sweep", scene, status=2))
+    finally:
+        end_group(process)
+
+
+def test_a_sweep_whose_scene_was_cut_short_by_a_crash_starts_again(tmp_path):
+    scene = write_scene(tmp_path, {**SHORT, "sweep.seeds": 2})
+    drover(tmp_path, "sweep", scene, "--quiet")
+    written = (tmp_path / "flock.sweep" / "sweep.toml").read_bytes()
+    for length in (0, 100):
+        folder = tmp_path / f"cut-{length}"
+        folder.mkdir()
+        (folder / "sweep.toml").write_bytes(written[:length])
+        drover(tmp_path, "sweep", scene, "--quiet", "-o", folder)
+        assert (folder / "sweep.toml").read_bytes() == written
+
+
+def test_a_reader_never_calls_an_archive_damaged_that_is_being_written(tmp_path):
+    changes = {"time.end": 1e5, "output.frame_every": 0.2, "output.sample_every": 0.1, "grid.nx": 32, "grid.ny": 32}
+    process = start(tmp_path, "run", write_scene(tmp_path, changes), "--quiet")
+    try:
+        wait_until(checkpoints(tmp_path / "flock.h5")[0].exists, "the first checkpoint", process=process)
+        time.sleep(0.2)
+        for _ in range(12):
+            drover(tmp_path, "info", "flock.h5")
+        assert process.poll() is None
+    finally:
+        end_group(process)
+
+
+@pytest.mark.parametrize("words", [["info", "pipe.h5"], ["restart", "pipe.h5"], ["export", "pipe.h5", "-o", "x.xyz"],
+                                   ["run", "flock.toml", "-o", "pipe.h5", "--overwrite"],
+                                   ["run", "flock.toml", "--set", "initial.kind=file", "--set",
+                                    "initial.file=pipe.h5"]])
+def test_a_pipe_as_archive_is_rejected_and_not_waited_for(words, tmp_path):
+    os.mkfifo(tmp_path / "pipe.h5")
+    write_scene(tmp_path, SHORT)
+    one_sentence(drover(tmp_path, *words, status=2, seconds=10))
+
+
+@pytest.mark.parametrize("name", ["checkpoint-a", "journal"])
+def test_a_pipe_beside_an_archive_is_rejected_and_not_waited_for(name, tmp_path):
+    archive = archive_of(tmp_path)
+    beside = archive.with_name(f"flock.h5.{name}")
+    beside.unlink(missing_ok=True)
+    os.mkfifo(beside)
+    ended = drover(tmp_path, "restart", "flock.h5", "--set", "time.end=5", status=None, seconds=10)
+    assert "is not a plain file" in ended.stderr
+
+
+def test_an_archive_behind_a_symbolic_link_is_replaced_and_resumed_like_the_file_itself(tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link.h5").symlink_to("there/flock.h5")
+    whole = archive_of(tmp_path, "whole.toml", **{"time.end": 6.0})
+    drover(tmp_path, "run", write_scene(tmp_path, SHORT), "--quiet", "-o", "link.h5")
+    drover(tmp_path, "run", "flock.toml", "--quiet", "-o", "link.h5", "--overwrite")
+    assert (tmp_path / "link.h5").is_symlink()
+    drover(tmp_path, "restart", "link.h5", "--quiet", "--set", "time.end=6.0")
+    assert_same_bytes(whole, tmp_path / "there" / "flock.h5")
+    assert sorted(tree(tmp_path / "there")) == ["flock.h5", "flock.h5.checkpoint-a", "flock.h5.checkpoint-b"]
+
+
+@pytest.mark.parametrize("changes, words", [
+    ({"grid.nx": 65536, "grid.ny": 65536}, "choose a smaller grid"),
+    ({"sweep.vary": ["relaxation.rate = 1:2:100000", "noise.order = 1:2:100000"]}, "a sweep of 1e+10 runs")])
+def test_check_rejects_huge_scenes_at_once(changes, words, tmp_path):
+    ended = drover(tmp_path, "check", write_scene(tmp_path, changes), status=2, seconds=10,
+                   preexec_fn=limit_memory)
+    assert words in one_sentence(ended)
+
+
+def limit_memory():
+    """One gigabyte."""
+    resource.setrlimit(resource.RLIMIT_DATA, (1 << 30, 1 << 30))
+
+
+@pytest.mark.parametrize("text", [".".join(["a"] * 40000) + " = 1\n", "[" + ".".join(["a"] * 40000) + "]\n",
+                                  "[a]\nb = " + "[" * 40000, "a = { " + ".".join(["a"] * 40000) + " = 1 }\n",
+                                  "'" + ".".join(["a"] * 40000) + "' = 1\n"])
+def test_deep_toml_is_an_error_with_a_place(text, tmp_path):
+    (tmp_path / "deep.toml").write_text(text)
+    assert "deep.toml:" in one_sentence(drover(tmp_path, "check", "deep.toml", status=2, seconds=10))
+
+
+def test_dots_in_texts_and_comments_are_not_parts_of_keys(tmp_path):
+    name = write_scene(tmp_path)
+    dots = "." * 100
+    written = (tmp_path / name).read_text()
+    (tmp_path / name).write_text(f"# {dots} \" '\n" + written.replace(
+        "[output]", f"[output]\nfile = \"a{dots}b.h5\" # {dots}").replace(
+        "[initial]", f"[stability] # '''\n\n[initial]\nfile = '''{dots}'\n{dots}'''"))
+    drover(tmp_path, "check", name)
+
+
+def test_a_file_that_inflates_to_gigabytes_is_rejected(tmp_path):
+    archive = archive_of(tmp_path)
+    with h5py.File(archive, "r+") as file:
+        del file["observables/time"]
+        data = numpy.zeros(15_000_000)  # 300 times the size of the file
+        file["observables"].create_dataset("time", data=data, chunks=(1_000_000,), compression=9)
+    ended = drover(tmp_path, "info", "flock.h5", status=2, preexec_fn=limit_memory)
+    assert "expected no more than a file of that size can hold" in one_sentence(ended)
+
+
+def test_an_archive_of_many_groups_is_rejected_at_once(tmp_path):
+    archive = archive_of(tmp_path)
+    with h5py.File(archive, "r+") as file:
+        for number in range(20000):
+            file.create_group(f"extra-{number}")
+    ended = drover(tmp_path, "restart", "flock.h5", "--set", "time.end=5", status=2, seconds=10)
+    assert "objects in its root; expected at most 1000" in one_sentence(ended)
+
+
+def test_escape_sequences_of_a_file_are_not_printed(tmp_path):
+    archive = archive_of(tmp_path)
+    with h5py.File(archive, "r+") as file:
+        file.attrs["host"] = numpy.bytes_(b"\x1b]0;owned\x07\xc2\x9b2J\x9b")
+    for words in (["info", "flock.h5"], ["info", "flock.h5", "--scene"]):
+        out = subprocess.run([DROVER, *words], cwd=tmp_path, capture_output=True, env=environment(), check=True).stdout
+        assert rb"\x1b]0;owned\x07" in out and b"\x1b" not in out and b"\x9b" not in out
+    json.loads(drover(tmp_path, "info", "flock.h5", "--json").stdout)
+
+
+def test_a_start_from_a_file_with_other_units_is_rejected(tmp_path):
+    archive = archive_of(tmp_path, "first.toml")
+    with h5py.File(archive, "r+") as file:
+        file["rod_density"].attrs["units"] = numpy.bytes_("cm-2")
+    scene = write_scene(tmp_path, {"initial.kind": "file", "initial.file": "first.h5"})
+    ended = drover(tmp_path, "run", scene, status=2)
+    assert "has rod_density in cm-2; expected" in one_sentence(ended)
+
+
+def test_a_start_that_overflows_leaves_no_frame(tmp_path):
+    scene = write_scene(tmp_path, {"initial.kind": "random", "initial.amplitude": 1e308})
+    ended = drover(tmp_path, "run", scene, "--quiet", status=1)
+    assert "NaN or infinite" in one_sentence(ended) and sorted(tree(tmp_path)) == ["flock.toml"]
+
+
+@pytest.mark.parametrize("place", [0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95])
+def test_a_damaged_archive_is_resumed_or_rejected_without_a_signal(place, tmp_path):
+    archive = archive_of(tmp_path)
+    size = archive.stat().st_size
+    for shift in (0, 40, 4096):
+        copy = tmp_path / "copy.h5"
+        copy.write_bytes(archive.read_bytes())
+        for other, mine in zip(checkpoints(archive), checkpoints(copy)):
+            mine.write_bytes(other.read_bytes())
+        damage(copy, min(size - 1, int(size * place) + shift))
+        ended = drover(tmp_path, "restart", "copy.h5", "--quiet", "--set", "time.end=5.0", status=None, seconds=20)
+        assert ended.returncode in (0, 2), ended
+        if ended.returncode == 2:
+            one_sentence(ended)
+
+
+def test_a_short_memory_ends_a_run_with_a_sentence(tmp_path):
+    archive_of(tmp_path, "whole.toml")
+    write_scene(tmp_path, SHORT)
+    expected = contents(tmp_path / "whole.h5")
+    statuses = set()
+    for kilobytes in range(20000, 80000, 1500):
+        ended = subprocess.run(["sh", "-c", f'ulimit -v {kilobytes}; "{DROVER}" run flock.toml --quiet --overwrite'],
+                               cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)
+        assert ended.returncode in (0, 1, 2, 127), (kilobytes, ended)  # 127: too little for the program itself
+        if ended.returncode == 0:
+            assert contents(tmp_path / "flock.h5") == expected
+        elif ended.returncode < 127:
+            one_sentence(ended)
+        statuses.add(ended.returncode)
+    assert 0 in statuses
