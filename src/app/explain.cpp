@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
-#include "drover/numerics/stepper_table.hpp"
+#include "drover/numerics/time_method.hpp"
 #include "drover/physics/equations.hpp"
 #include "drover/physics/right_hand_side.hpp"
 #include "drover/run/field_simulation.hpp"
@@ -28,20 +28,20 @@ struct Explanation {
     double fastest_rate = 0.0;  ///< |s|max [1/s]
     Cost cost;
     physics::TransformCount transforms;  ///< per right-hand side
-    int stages = 0;                      ///< right-hand sides per step; 0 when every term is linear
-    std::string limit_of_growth;         ///< what may stop the growth of order
-    int degree = 1;                      ///< of the products
-    int kept_x = 0, kept_y = 0;          ///< the largest mode number kept on each axis
+    bool is_nonlinear = false;
+    int stages = 0;               ///< right-hand sides per step; 0 when every term is linear, or when they vary
+    std::string limit_of_growth;  ///< what may stop the growth of order
+    int degree = 1;               ///< of the products
+    int kept_x = 0, kept_y = 0;   ///< the largest mode number kept on each axis
 };
 
 /// The largest k with k (degree + 1) < points.
 int largest_kept(int points, int degree) { return (points - 1) / (degree + 1); }
 
-/// Right-hand sides of one step.
+/// Right-hand sides of one step; 0: they vary.
 int stages_of(const io::Scene& scene) {
-    const numerics::StepperTable& stepper = numerics::stepper_table(scene.time.stepper);
-    const std::size_t stages = stepper.stages.size();
-    return static_cast<int>(scene.time.tolerance > 0.0 ? std::max(stages, stepper.error.size()) : stages);
+    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    return scene.time.tolerance > 0.0 ? method.stages_with_tolerance : method.stages;
 }
 
 std::vector<std::string> terms_without_degree(const physics::Equations& equations) {
@@ -69,11 +69,17 @@ Explanation explain(const io::Scene& scene) {
             .fastest_rate = physics::fastest_rate(system),
             .cost = cost_of(scene),
             .transforms = physics::transform_count(equations),
+            .is_nonlinear = physics::is_nonlinear(equations),
             .stages = physics::is_nonlinear(equations) ? stages_of(scene) : 0,
             .limit_of_growth = limit_of_growth(equations),
             .degree = system.degree,
             .kept_x = largest_kept(scene.grid.nx, system.degree),
             .kept_y = largest_kept(scene.grid.ny, system.degree)};
+}
+
+/// Counts per step; null where they vary.
+nlohmann::json per_step(const Explanation& e, int each) {
+    return e.is_nonlinear && e.stages == 0 ? nlohmann::json() : nlohmann::json(e.stages * each);
 }
 
 nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
@@ -90,8 +96,8 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
                           {"coefficients", coefficients},
                           {"transforms_per_right_hand_side",
                            {{"inverse", e.transforms.inverse}, {"forward", e.transforms.forward}}},
-                          {"right_hand_sides_per_step", e.stages},
-                          {"transforms_per_step", e.stages * (e.transforms.inverse + e.transforms.forward)},
+                          {"right_hand_sides_per_step", per_step(e, 1)},
+                          {"transforms_per_step", per_step(e, e.transforms.inverse + e.transforms.forward)},
                           {"degree", e.degree},
                           {"largest_mode_kept", {{"x", e.kept_x}, {"y", e.kept_y}}},
                           {"fastest_rate", e.fastest_rate},
@@ -104,12 +110,14 @@ nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
 }
 
 void print_transforms(const Explanation& e) {
-    if (e.stages == 0) {
+    if (!e.is_nonlinear) {
         std::printf("  no transforms: every term is linear and acts exactly on the Fourier modes\n");
     } else {
         const int each = e.transforms.inverse + e.transforms.forward;
-        std::printf("  %d real transforms per right-hand side (%d inverse, %d forward), %d per step\n", each,
-                    e.transforms.inverse, e.transforms.forward, each * e.stages);
+        std::printf("  %d real transforms per right-hand side (%d inverse, %d forward)%s\n", each, e.transforms.inverse,
+                    e.transforms.forward,
+                    e.stages > 0 ? text(", {} per step", each * e.stages).c_str()
+                                 : "; right-hand sides per step as time.tolerance requires");
     }
     if (!e.without_degree.empty())
         std::printf("  no finite degree: %s; aliases are not removed exactly, see spectral_tail in the output\n",
@@ -119,7 +127,7 @@ void print_transforms(const Explanation& e) {
 }
 
 void print(const io::Scene& scene, const Explanation& e) {
-    const numerics::StepperTable& stepper = numerics::stepper_table(scene.time.stepper);
+    const numerics::TimeMethod& stepper = numerics::time_method(scene.time.stepper);
     std::printf("form: %s\n", e.form.c_str());
     std::printf("fields on %d by %d points, %g by %g mm\n", scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
     for (const physics::Component& field : e.fields)
@@ -131,13 +139,16 @@ void print(const io::Scene& scene, const Explanation& e) {
     for (const physics::CoefficientValue& one : e.coefficients)
         std::printf("  %-21s %-11s = %s %s\n", one.key.c_str(), one.symbol.c_str(), one.value.c_str(),
                     one.unit.c_str());
-    std::printf("stepper %s, order %d: %s\n", stepper.name.c_str(), stepper.order, stepper.citation.c_str());
+    std::printf("stepper %s, order %s%d: %s\n", stepper.name.c_str(), stepper.needs_tolerance ? "1 to " : "",
+                stepper.order, stepper.citation.c_str());
     print_transforms(e);
-    std::printf("  %lld steps of dt = %g s%s; dt |s|max = %.3g for the linear terms (exact for any dt)\n",
+    const char* division = stepper.needs_tolerance ? ", which does not limit the steps of the method"
+                                                   : ", each divided as time.tolerance requires";
+    std::printf("  %lld steps of dt = %g s%s; dt |s|max = %.3g for the linear terms (%s)\n",
                 static_cast<long long>(e.cost.steps), scene.time.dt,
-                scene.time.tolerance > 0.0 && e.stages > 0 ? ", each divided as time.tolerance requires" : "",
-                scene.time.dt * e.fastest_rate);
-    const char* state = e.stages > 0 ? "the isotropic state is " : "";
+                scene.time.tolerance > 0.0 && (e.is_nonlinear || !stepper.is_exponential) ? division : "",
+                scene.time.dt * e.fastest_rate, stepper.is_exponential ? "exact for any dt" : "implicit");
+    const char* state = e.is_nonlinear ? "the isotropic state is " : "";
     if (e.growth.rate > 0.0)
         std::printf("  %sunstable: a mode grows at %.4g /s at |q| = %.3g /mm, by a factor e^%.3g in this run%s\n",
                     state, e.growth.rate, e.growth.q, e.growth.rate * scene.time.end, e.limit_of_growth.c_str());

@@ -42,7 +42,13 @@ int print_result(const run::Result& result, const ResultOutput& output, const io
         std::vector<files::Attribute> attributes = run::provenance(scene, threads, output.what);
         const std::vector<files::Attribute> more = run::result_attributes(result);
         attributes.insert(attributes.end(), more.begin(), more.end());
-        files::Archive archive = files::Archive::create(output.file, {}, attributes, output.overwrite);
+        std::vector<files::Recording> recordings;
+        if (result.frames) recordings.push_back(result.frames->recording);
+        files::Archive archive = files::Archive::create(output.file, recordings, attributes, output.overwrite);
+        for (std::size_t i = 0; result.frames && i < result.frames->rows.size(); ++i) {
+            const std::vector<std::vector<double>>& frame = result.frames->rows[i];
+            archive.append(0, static_cast<double>(i), std::vector<std::span<const double>>(frame.begin(), frame.end()));
+        }
         for (const files::ResultTable& table : run::result_tables(result)) archive.replace(table);
         archive.commit();
     }

@@ -7,7 +7,7 @@
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/contact_law.hpp"
 #include "drover/io/scene.hpp"
-#include "drover/numerics/stepper_table.hpp"
+#include "drover/numerics/time_method.hpp"
 #include "drover/physics/equations.hpp"
 
 namespace drover::io {
@@ -44,6 +44,24 @@ double longest_step(const Scene& scene) {
 }
 
 namespace {
+void check_time_method(const Scene& scene, const LocationOf& at) {
+    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    require(
+        scene.time.tolerance == 0.0 || method.estimates_error, at("time.tolerance"),
+        "time.tolerance = {} with the stepper \"{}\", which has no embedded error estimate; choose etdrk2 or etdrk4",
+        scene.time.tolerance, method.name);
+    require(scene.time.tolerance > 0.0 || !method.needs_tolerance, at("time.stepper"),
+            "time.stepper = \"{}\" with time.tolerance = 0; expected a tolerance, such as 1e-6: the method chooses its "
+            "steps by it",
+            method.name);
+    const physics::Noise& noise = scene.model.noise;
+    require(method.is_exponential || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
+            at("time.stepper"),
+            "time.stepper = \"{}\" with noise; expected a model without: choose etdrk2, or set noise.order, noise.rods "
+            "and noise.beads to 0",
+            method.name);
+}
+
 void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
@@ -54,10 +72,7 @@ void check_fields(const Scene& scene, const LocationOf& at) {
             "a grid of {} by {} points needs more than {} of memory, and {} are free; choose a smaller grid",
             scene.grid.nx, scene.grid.ny, bytes_text(needed), bytes_text(static_cast<double>(memory_available())));
     physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, at);
-    require(
-        scene.time.tolerance == 0.0 || !numerics::stepper_table(scene.time.stepper).error.empty(), at("time.tolerance"),
-        "time.tolerance = {} with the stepper \"{}\", which has no embedded error estimate; choose etdrk2 or etdrk4",
-        scene.time.tolerance, scene.time.stepper);
+    check_time_method(scene, at);
 }
 
 void check_fractions(const std::vector<double>& fractions, const std::string& key, const LocationOf& at) {
@@ -132,7 +147,7 @@ template <>
 const std::vector<Row<TimeControl>>& schema<TimeControl>() {
     static const std::vector<Row<TimeControl>> rows = [] {
         std::vector<std::string> steppers;
-        for (const auto& table : numerics::stepper_tables()) steppers.push_back(table.name);
+        for (const numerics::TimeMethod& method : numerics::time_methods()) steppers.push_back(method.name);
         return std::vector<Row<TimeControl>>{
             {.name = "dt",
              .member = &TimeControl::dt,
@@ -151,7 +166,9 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
             {.name = "stepper",
              .member = &TimeControl::stepper,
              .choices = steppers,
-             .doc = "method for the nonlinear terms; fields only"},
+             .doc = "method for the nonlinear terms; cvode-* (steps chosen by time.tolerance) and arkode-* (L "
+                    "implicit) are "
+                    "those of SUNDIALS, without noise; fields only"},
             {.name = "tolerance",
              .member = &TimeControl::tolerance,
              .range = {.min = 0.0, .max = 0.1},

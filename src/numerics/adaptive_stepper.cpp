@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
+#include "drover/numerics/time_method.hpp"
 
 namespace drover::numerics {
 
@@ -23,6 +24,7 @@ AdaptiveStepper::AdaptiveStepper(const StepControl& control, System system, std:
       threads_(threads),
       system_(std::move(system)),
       noise_(make_noise_path(system_, control.dt, seed, threads)) {
+    make_sundials();
     if (control_.tolerance == 0.0) return;
     next_ = Spectra(system_.grid, components(system_.layout));
     error_ = next_;
@@ -32,6 +34,13 @@ void AdaptiveStepper::set_system(System system) {
     steppers_.clear();
     system_ = std::move(system);
     noise_ = make_noise_path(system_, control_.dt, seed_, threads_);
+    make_sundials();
+}
+
+void AdaptiveStepper::make_sundials() {
+    finer_sundials_.reset();
+    if (const SundialsMethod* method = find_sundials_method(control_.method))
+        sundials_.emplace(system_, *method, control_.dt, control_.tolerance);
 }
 
 Stepper& AdaptiveStepper::stepper(int division) {
@@ -121,7 +130,9 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
 }
 
 void AdaptiveStepper::advance(std::int64_t step, Spectra& state) {
-    if (control_.tolerance > 0.0 && system_.nonlinear) {
+    if (sundials_) {
+        advance_by_sundials(step, state);
+    } else if (control_.tolerance > 0.0 && system_.nonlinear) {
         advance_in_parts(step, state);
     } else {
         stepper(1).step(static_cast<double>(step) * control_.dt, static_cast<std::uint64_t>(step), state);
@@ -129,7 +140,29 @@ void AdaptiveStepper::advance(std::int64_t step, Spectra& state) {
     }
 }
 
-void AdaptiveStepper::repeat_in_halves(std::int64_t step, Spectra& state) {
+void AdaptiveStepper::advance_by_sundials(std::int64_t step, Spectra& state) {
+    const SundialsStepper::Count before = sundials_->count();
+    sundials_->advance(step, state);
+    const SundialsStepper::Count& now = sundials_->count();
+    count_.accepted += now.accepted - before.accepted;
+    count_.rejected += now.rejected - before.rejected;
+    count_.right_hand_sides += now.right_hand_sides - before.right_hand_sides;
+}
+
+namespace {
+constexpr double finer_tolerance = 0.01;
+}
+
+void AdaptiveStepper::repeat_finer(std::int64_t step, Spectra& state) {
+    if (sundials_) {
+        const bool has_fixed_step = control_.tolerance == 0.0;
+        const int parts = has_fixed_step ? 2 : 1;
+        if (!finer_sundials_)
+            finer_sundials_.emplace(system_, *find_sundials_method(control_.method), control_.dt / parts,
+                                    has_fixed_step ? 0.0 : std::max(1e-15, finer_tolerance * control_.tolerance));
+        for (int i = 0; i < parts; ++i) finer_sundials_->advance(step * parts + i, state);
+        return;
+    }
     const int parts = 2 * taken_;
     Stepper& finer = stepper(parts);
     for (int i = 0; i < parts; ++i)
@@ -137,5 +170,24 @@ void AdaptiveStepper::repeat_in_halves(std::int64_t step, Spectra& state) {
                    static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(parts) + static_cast<std::uint64_t>(i),
                    state);
 }
+
+double AdaptiveStepper::finer_error() const {
+    if (sundials_ && control_.tolerance > 0.0) return finer_tolerance;
+    // Of a method of order n, half a step makes an error 2^(n+1) times smaller, twice; with noise the strong order of
+    // all but Euler's is near 1.5.
+    return std::exp2(noise_ ? -1.5 : -static_cast<double>(time_method(control_.method).order));
+}
+
+double AdaptiveStepper::last_step() const { return sundials_ ? sundials_->last_step() : control_.dt / division_; }
+
+std::vector<double> AdaptiveStepper::save_history() const {
+    return sundials_ ? sundials_->save() : std::vector<double>{};
+}
+
+void AdaptiveStepper::restore_history(std::span<const double> saved) {
+    if (sundials_) sundials_->restore(saved);
+}
+
+std::size_t AdaptiveStepper::history_numbers() const { return sundials_ ? sundials_->saved_numbers() : 0; }
 
 }  // namespace drover::numerics

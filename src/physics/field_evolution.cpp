@@ -102,15 +102,12 @@ void FieldEvolution::advance(std::int64_t step, Spectra& state) {
     follow_beads(extremes);
 }
 
-/// The error of the last step, from the same step in halves.
+/// The error of the last step, from the same step taken finer.
 void FieldEvolution::measure_error(std::int64_t step, const Spectra& state) {
     next_check_ = step + steps_to_next_check(step);
     error_->start_local(before_);
-    stepper_.repeat_in_halves(step, before_);
-    // Of a method of order n, half a step makes an error 2^(n+1) times smaller, twice; with noise the strong order of
-    // all but Euler's is near 1.5.
-    const double order = linear_.noise ? 1.5 : numerics::stepper_table(stepper_.method()).order;
-    const double factor = 1.0 / (1.0 - std::exp2(-order));
+    stepper_.repeat_finer(step, before_);
+    const double factor = 1.0 / (1.0 - stepper_.finer_error());
     for (std::size_t k = 0; k < before_.values.size(); ++k)
         before_.values[k] = factor * (state.values[k] - before_.values[k]);
     error_->add_local(before_, state);
@@ -126,6 +123,8 @@ void FieldEvolution::measure_error(std::int64_t step, const Spectra& state) {
 std::vector<double> FieldEvolution::save() const {
     std::vector<double> values{static_cast<double>(rung_), static_cast<double>(stepper_.division()),
                                static_cast<double>(next_check_)};
+    const std::vector<double> history = stepper_.save_history();
+    values.insert(values.end(), history.begin(), history.end());
     if (!error_) return values;
     const std::vector<double> error = error_->save();
     values.insert(values.end(), error.begin(), error.end());
@@ -147,7 +146,8 @@ void FieldEvolution::restore(std::span<const double> values) {
     const int rung = integer(values[0], -200, 200);
     stepper_.set_division(integer(values[1], 1, numerics::AdaptiveStepper::max_division));
     set_reference(rung);
-    if (error_) error_->restore(values.subspan(3));
+    stepper_.restore_history(values.subspan(3, stepper_.history_numbers()));
+    if (error_) error_->restore(values.subspan(3 + stepper_.history_numbers()));
 }
 
 }  // namespace drover::physics

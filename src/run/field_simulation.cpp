@@ -132,16 +132,19 @@ void World::transform_to_grid() {
                   velocity[axis].begin());
 }
 
-files::Recording frame_recording(const World& world) {
-    const numerics::Grid& grid = world.scene.grid;
+}  // namespace
+
+files::Recording frame_recording(const io::Scene& scene) {
+    const numerics::Grid& grid = scene.grid;
+    const physics::Form form = physics::form(scene.model);
     files::Recording recording{.group = "/",
                                .axes = {{"y", "mm", "position along y", cell_corners(grid.ny, grid.ly)},
                                         {"x", "mm", "position along x", cell_corners(grid.nx, grid.lx)}},
                                .quantities = {},
                                .rows_per_chunk = 1};
-    for (const physics::Component& component : physics::component_names(world.form))
+    for (const physics::Component& component : physics::component_names(form))
         recording.quantities.push_back({component.name, component.unit, component.meaning, {"y", "x"}});
-    if (world.form.velocity == physics::Velocity::slaved)
+    if (form.velocity == physics::Velocity::slaved)
         for (const char* axis : {"x", "y"})
             recording.quantities.push_back(
                 {text("bead_velocity_{}", axis),
@@ -150,7 +153,15 @@ files::Recording frame_recording(const World& world) {
                  {"y", "x"}});
     return recording;
 }
-}  // namespace
+
+numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
+    io::Scene start = scene;
+    if (start.time.dt == 0.0) start.time.dt = io::longest_step(start);
+    start.time.stepper = io::TimeControl{}.stepper;
+    start.time.tolerance = start.time.max_error = 0.0;
+    start.output.powers = false;
+    return World(start, threads).state;
+}
 
 int choose_threads(const io::Scene& scene) {
     if (scene.run.threads > 0) return scene.run.threads;
@@ -195,11 +206,13 @@ double field_simulation_bytes(const io::Scene& scene) {
     const int count = numerics::components(system.layout);
     // The state, the last two healthy ones, a copy for the checkpoint and its file; fields; scratch; shells, sectors
     // and powers.
-    const double steppers = scene.time.tolerance > 0.0 ? 4.0 : 2.0;
+    const numerics::SundialsMethod* sundials = numerics::find_sundials_method(scene.time.stepper);
+    const double stepper = sundials ? numerics::sundials_stepper_bytes(system, *sundials)
+                                    : numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper));
+    const double steppers = scene.time.tolerance > 0.0 && !sundials ? 4.0 : 2.0;
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
     return numerics::noise_path_bytes(system, scene.time.dt, halvings) +
-           steppers * (numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper)) +
-                       physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
+           steppers * (stepper + physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
            (5.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
 
@@ -213,7 +226,8 @@ ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
             for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
         return arrays;
     };
-    return {frame_recording(*world), io::whole_steps(scene, "output.frame_every", scene.output.frame_every), observe};
+    return {frame_recording(world->scene), io::whole_steps(scene, "output.frame_every", scene.output.frame_every),
+            observe};
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
@@ -236,7 +250,10 @@ namespace {
 /// The choices of the adaptive stepper.
 std::string describe(const physics::FieldEvolution& evolution, const io::Scene& scene) {
     std::string words;
-    if (scene.time.tolerance > 0.0)
+    if (const numerics::StepCount& count = evolution.count(); count.right_hand_sides > 0)
+        words = text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s", count.accepted,
+                     count.rejected, count.right_hand_sides, evolution.last_step());
+    else if (scene.time.tolerance > 0.0)
         words = text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", evolution.count().accepted,
                      evolution.count().rejected, scene.time.dt / evolution.division(), evolution.division());
     if (const auto changes = evolution.reference_changes(); changes > 0)

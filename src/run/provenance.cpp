@@ -7,6 +7,7 @@
 #include <ctime>
 
 #include "drover/base/version.hpp"
+#include "drover/numerics/sundials_stepper.hpp"
 #include "drover/numerics/transform.hpp"
 
 namespace drover::run {
@@ -33,8 +34,8 @@ std::vector<files::Attribute> provenance(const io::Scene& scene, int threads, co
             {"drover_version", built.version},
             {"drover_commit", built.git_hash},
             {"drover_commit_dirty", std::int64_t{built.dirty ? 1 : 0}},
-            {"library_versions",
-             text("{}; {}; GCC {}", numerics::transform_library(), files::archive_library(), __VERSION__)},
+            {"library_versions", text("{}; {}; {}; GCC {}", numerics::transform_library(), files::archive_library(),
+                                      numerics::sundials_library(), __VERSION__)},
             {"scene", io::resolved_text(scene)},
             {"scene_file", std::filesystem::path(scene.file).filename().string()},
             {"seed", scene.run.seed},

@@ -8,7 +8,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/log.hpp"
 #include "drover/measure/statistics.hpp"
-#include "drover/numerics/stepper_table.hpp"
+#include "drover/numerics/time_method.hpp"
 #include "drover/physics/equations.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/stability_rows.hpp"
@@ -28,7 +28,11 @@ double max_error_of(const io::Scene& scene) {
 
 bool is_noisy(const io::Scene& scene) { return physics::has_noise(scene.model.noise); }
 
-bool has_error_estimate(const io::Scene& scene) { return !numerics::stepper_table(scene.time.stepper).error.empty(); }
+/// Of a method that records the errors of the parts of a step.
+bool has_error_estimate(const io::Scene& scene) {
+    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    return method.estimates_error && method.stages_with_tolerance > 0;
+}
 
 /// Points along an axis of a pilot, at least 32 where the run has them.
 int pilot_points(int points, int coarser) {
@@ -60,6 +64,17 @@ io::Scene pilot_scene(const io::Scene& scene, int coarser) {
     if (!is_noisy(scene) && scene.time.tolerance == 0.0 && has_error_estimate(scene))
         pilot.time.tolerance = largest_tolerance;
     return pilot;
+}
+
+/// Whether a pilot has fewer points than the run, and these hold its start as well.
+bool represents(const io::Scene& pilot, const io::Scene& scene) {
+    if (numerics::points(pilot.grid) == numerics::points(scene.grid)) return false;
+    try {
+        io::check(pilot);
+    } catch (const Error&) {  // the grid cuts the start
+        return false;
+    }
+    return field_scene_warnings(pilot).size() <= field_scene_warnings(scene).size();
 }
 
 /// Whether the grid of the pilot resolves its fields, once those of the start have evolved.
@@ -148,7 +163,7 @@ public:
 
 private:
     bool within_reach() const {
-        constexpr double max_steps = 1e7, max_work = 2e9;  // points times steps
+        constexpr double max_steps = 1e6, max_work = 5e8;  // points times steps: a minute or two
         const double steps = pilot_.time.end / pilot_.time.dt;
         return steps < max_steps && steps * static_cast<double>(numerics::points(pilot_.grid)) < max_work;
     }
@@ -161,7 +176,8 @@ private:
             if (!run.failure.empty()) failure_ = run.failure;
             else failure_ = text("its error is {:.2g} of a field at t = {:.4g} s", run.step_error, run.stopped);
             // A step that is too long leaves short waves too, hence two steps.
-            if (is_coarse_ && run.failure.empty() && !is_resolved(run) && ++unresolved == 2) break;
+            unresolved = is_coarse_ && run.failure.empty() && !is_resolved(run) ? unresolved + 1 : 0;
+            if (unresolved == 2) break;
             if (reached_end && unresolved == 0 &&
                 (run.count.rejected == 0 || pilot_.time.tolerance < largest_tolerance))
                 return chosen("fields", text("step_error {:.2g}", run.step_error), run.count.largest_error);
@@ -239,10 +255,15 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
         result.time.chosen = "linear";
         return result;
     }
+    if (scene.time.tolerance > 0.0 && numerics::time_method(scene.time.stepper).stages_with_tolerance == 0) {
+        result.time.dt = io::longest_step(scene);  // the steps follow the tolerance
+        return result;
+    }
     if (!quiet)
         log_information("time.dt is left out: choosing it by pilot runs for an error of {}", max_error_of(scene));
     std::string failure;
     for (const int coarser : {4, 2, 1}) {
+        if (coarser > 1 && !represents(pilot_scene(scene, coarser), scene)) continue;
         Ladder ladder(scene, coarser);
         if (const auto time = ladder.choose()) {
             result.time = *time;

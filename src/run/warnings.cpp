@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "drover/measure/fields.hpp"
-#include "drover/numerics/stepper_table.hpp"
+#include "drover/numerics/time_method.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/stability_rows.hpp"
@@ -278,9 +278,18 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     // A step that was chosen for means need not follow the noise path more closely than this.
     constexpr double decoupled = 0.3;
     if (*worst <= (scene.time.chosen == "means" ? decoupled : scene.time.max_error)) return;
+    if (const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+        scene.time.tolerance > 0.0 && method.stages_with_tolerance == 0) {
+        warnings.push_back(
+            text("the steps of {} are too inaccurate: their estimated error is {:.2g} of a field at t = {:.6g} s "
+                 "(step_error); expected at most time.max_error = {}: choose time.tolerance = {:.1g}",
+                 method.name, *worst, times[static_cast<std::size_t>(worst - errors.begin())], scene.time.max_error,
+                 scene.time.tolerance * scene.time.max_error / *worst));
+        return;
+    }
     // With noise the methods have order 1.5 to 2.
     const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
-    const double order = system.noise ? 1.5 : numerics::stepper_table(scene.time.stepper).order;
+    const double order = system.noise ? 1.5 : numerics::time_method(scene.time.stepper).order;
     const double halvings = std::ceil(std::log2(*worst / scene.time.max_error) / order);
     warnings.push_back(text(
         "time.dt = {} is too long: its estimated error is {:.2g} of a field at t = {:.6g} s (step_error){}; expected "

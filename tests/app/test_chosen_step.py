@@ -111,3 +111,10 @@ def test_check_and_explain_take_a_scene_without_a_step(tmp_path):
 def test_durations_without_a_common_step_are_rejected(tmp_path):
     scene = write_scene(tmp_path, {"time.end": 3.14159265358979}, name="scene.toml", base=FLOCK)
     rejected(tmp_path, ["run", scene], ["time.end", "3.14159", "common divisor"])
+
+
+def test_a_start_that_a_coarse_pilot_would_lose_has_a_pilot_on_all_points(tmp_path):
+    fine = {**SMOOTH, "grid.nx": 128, "grid.ny": 8, "initial.polar_order_x": "0.3 + 0.2*sin(2*pi*14*x/16)"}
+    run(tmp_path, "fine", **fine)
+    # The pilot of 32 points keeps 10 modes, that of 64 points 21.
+    assert "of 64 by 8 points" in time_table(tmp_path / "fine.h5")["pilot"]

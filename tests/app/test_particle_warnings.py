@@ -41,6 +41,14 @@ def test_one_body_has_no_temperature_and_no_warning_of_it(tmp_path):
     assert warnings_of(tmp_path, {"beads.area_fraction": 0.0, "beads.count": 1}) == []
 
 
+@pytest.mark.parametrize("key, value", [("simultaneity_gap", 0.1), ("inelastic_threshold", 0.5), ("substep", 1e-4)])
+def test_a_setting_of_contacts_outside_what_was_studied_is_reported(tmp_path, key, value):
+    changes = {f"contacts.{key}": value, "rods.count": 1, "beads.area_fraction": 0.1, "time.end": 0.01,
+               "output.frame_every": 0.01, "output.sample_every": 0.005}
+    [warning] = [w for w in warnings_of(tmp_path, changes) if "time-step study" in w]
+    assert warning.startswith(f"contacts.{key} = {value}") and "half the step" in warning
+
+
 @pytest.mark.parametrize("law, count", [("kinematic", 1), ("energetic", 0)])
 def test_a_law_that_creates_energy_in_impacts_is_reported(tmp_path, law, count):
     changes = {**ELASTIC, "rods.count": 2, "beads.area_fraction": 0.2, "restitution.rod_plate": 1.0,

@@ -129,6 +129,15 @@ def test_rods_and_beads_restart_to_the_same_bytes_with(evolution, end, tmp_path)
         assert lowest[0] > 0.9 and lowest.min() < 0.5 and lowest[-1] > 0.9
 
 
+@pytest.mark.parametrize("stepper", ["cvode-bdf", "arkode-ark437l2sa"])
+def test_a_method_of_sundials_restarts_to_the_same_bytes(stepper, tmp_path):
+    keys = {"time.tolerance": 1e-4, "time.stepper": stepper}
+    whole = run_beads(tmp_path, "whole", **keys)
+    parts = run_beads(tmp_path, "parts", **{**keys, "time.end": 12.3})
+    drover(tmp_path, "restart", parts, "--set", "time.end=40.0", "--threads", "2", "--quiet")
+    assert_same_bytes(whole, parts)
+
+
 def test_an_adaptive_stepper_changes_its_step(tmp_path):
     fixed, adaptive = run_beads(tmp_path, "fixed"), run_beads(tmp_path, "adaptive", **{"time.tolerance": 1e-5})
     with h5py.File(fixed) as a, h5py.File(adaptive) as b:

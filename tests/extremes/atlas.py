@@ -23,7 +23,6 @@ Rows that exist are kept: re-run to resume.  The status is 1 when an outcome is 
 import argparse
 import collections
 import csv
-import json
 import sys
 import tempfile
 from pathlib import Path
@@ -33,15 +32,15 @@ import plane_waves
 import waves
 
 KINDS = {"fields": waves, "theory": plane_waves, "particles": bodies}
-COLUMNS = ("scene", "outcome", "measure", "what", "message", "settings")
+COLUMNS = ("scene", "outcome", "measure", "what", "message")
 
 
 def row_of(kind, program, number):
     with tempfile.TemporaryDirectory() as folder:
         keys, changed = KINDS[kind].scene(number)
         outcome, measure, message = KINDS[kind].judge(program, Path(folder), keys)
-    return {"scene": number, "outcome": outcome, "measure": measure, "what": changed, "message": message[:300],
-            "settings": json.dumps(keys)}
+    return {"scene": number, "outcome": outcome, "measure": measure, "what": changed,
+            "message": " ".join(message[:160].split())}
 
 
 def main():

@@ -3,53 +3,20 @@
 
 #include <cmath>
 
+#include "band_model.hpp"
 #include "drover/numerics/transform.hpp"
 #include "solver_support.hpp"
 
 namespace drover::physics {
 namespace {
 
-// a = -mu (sigma - sigma_c): with sigma = sigma_gas + p/c and z = x - c t,
-//     K p'' + (c - B/c) p' - w p p' - b p (p - p_l/2)(p - p_l) = 0,
-// solved by p_l/(1 + exp(kappa z)) with 2 K kappa^2 - w p_l kappa - b p_l^2 = 0: one root ahead of the band, one
-// behind, both for c^2 = B + w mu/(3 b), p_l = 2 mu/(3 b c), sigma_gas = sigma_c - 2 mu/(9 b c^2).
-struct Band {
-    double mu = 0.9, sigma_c = 1.1, b = 0.8, pressure = 1.2, advection = 0.7, stiffness = 0.5, splay = 0.3;
-    double c = std::sqrt(pressure + advection * mu / (3.0 * b));
-    double order = 2.0 * mu / (3.0 * b * c);
-    double gas = sigma_c - 2.0 * mu / (9.0 * b * c * c);
-    double kappa(double sign) const {
-        const double k = stiffness + splay;
-        return order * (advection + sign * std::sqrt(advection * advection + 8.0 * k * b)) / (4.0 * k);
-    }
-};
-
-constexpr double length = 240.0, height = 4.0;
-
-Model model_of(const Band& band) {
-    return {.uniform = {.rod_density = band.gas},
-            .current = {.speed = 1.0},
-            .relaxation = {.rate = band.mu * band.sigma_c,
-                           .rate_terms = {text("{} sigma", -band.mu)},
-                           .saturation = band.b},
-            .elasticity = {.stiffness = band.stiffness, .splay = band.splay},
-            .advection = {.strength = band.advection},
-            .pressure = {.rods = band.pressure}};
-}
-
-/// Fronts at 60 and 180 mm, displaced: their overlap is exp(-120 * 0.36) = 1e-19.
 numerics::Spectra band_state(const Band& band, const numerics::Grid& grid, int degree, double shift) {
     Threads threads(1);
     numerics::Fields fields(grid, 3);
     for (int j = 0; j < grid.ny; ++j)
         for (int i = 0; i < grid.nx; ++i) {
             const auto cell = static_cast<std::size_t>(j * grid.nx + i);
-            double p = 0.0;
-            for (const double image : {-length, 0.0, length}) {
-                const double x = length / grid.nx * i - shift + image;
-                p += band.order / (1.0 + std::exp(band.kappa(1.0) * (x - 180.0))) +
-                     band.order / (1.0 + std::exp(band.kappa(-1.0) * (x - 60.0))) - band.order;
-            }
+            const double p = band_order(band, length / grid.nx * i, shift);
             fields[1][cell] = p;
             fields[0][cell] = band.gas + p / band.c;
         }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/initial_state.hpp"
@@ -111,6 +112,62 @@ TEST(AdaptiveStep, it_is_divided_for_a_fast_start_and_grows_when_the_run_is_slow
     EXPECT_GT(run.count.accepted, 120) << "the start needs steps shorter than dt";
     EXPECT_GT(run.count.rejected, 0);
     EXPECT_EQ(run.division, 1) << "the flock is uniform at the end";
+}
+
+/// <|p_q|^2> L^2/S of linear theory over the modes of a noisy run, in its standard errors from 1, by bands of q^2.
+std::vector<double> deviations_from_linear_theory(const Case& scene, numerics::StepCount& count) {
+    Threads threads(1);
+    FieldEvolution evolution(scene.model, scene.grid, {}, scene.control, 7, threads);
+    numerics::Spectra state = initial_spectra(scene.initial, scene.model, evolution.system(), 1, threads);
+    evolution.start(state);
+    const std::vector<double> bands{2.5, 8.5, 1e9};
+    std::vector<double> sums(bands.size()), variances(bands.size()), numbers(bands.size());
+    const auto steps = static_cast<std::int64_t>(std::lround(scene.end / scene.control.dt)), warm_up = steps / 20;
+    const double unit = 2.0 * std::numbers::pi / scene.grid.lx, area = scene.grid.lx * scene.grid.ly;
+    for (std::int64_t step = 0; step < steps; ++step) {
+        evolution.advance(step, state);
+        if (step < warm_up) continue;
+        for (std::size_t j = 0; j < static_cast<std::size_t>(scene.grid.ny); ++j)
+            for (std::size_t i = 1; i < numerics::columns(scene.grid); ++i) {  // column 0 has conjugate pairs
+                if (!numerics::is_kept(scene.grid, evolution.system().degree, i, j)) continue;
+                const double kx = static_cast<double>(i), ky = numerics::mode_number_y(scene.grid, j),
+                             squared = kx * kx + ky * ky;
+                const double rate =
+                    scene.model.relaxation.rate + scene.model.elasticity.stiffness * squared * unit * unit;
+                const double expected = scene.model.noise.order / (2.0 * rate);
+                const double kept = std::exp(-2.0 * rate * scene.control.dt);  // correlation of |p_q|^2 of two samples
+                const std::size_t band = squared < bands[0] ? 0 : squared < bands[1] ? 1 : 2;
+                for (int c = 0; c < 2; ++c) {
+                    sums[band] += std::norm(state[c][j * numerics::columns(scene.grid) + i]) * area / expected;
+                    variances[band] += (1.0 + kept) / (1.0 - kept);  // |p_q|^2 is exponential: variance 1
+                    numbers[band] += 1.0;
+                }
+            }
+    }
+    count = evolution.count();
+    std::vector<double> result;
+    for (std::size_t band = 0; band < bands.size(); ++band)
+        result.push_back((sums[band] - numbers[band]) / std::sqrt(variances[band]));
+    return result;
+}
+
+TEST(AdaptiveStepStatistics, keeps_the_stationary_spectrum_at_every_tolerance) {
+    // b <|p|^2>/a is 1e-4, below the errors of 1 %; a step of 1 s must still be divided for the small tolerances.
+    Case scene{.model = {.fields = {.rod_density = false},
+                         .relaxation = {.rate = 1.0, .saturation = 0.05},
+                         .elasticity = {.stiffness = 0.5},
+                         .noise = {.order = 0.02}},
+               .grid = {.nx = 16, .ny = 16, .lx = 16.0, .ly = 16.0},
+               .initial = {},
+               .control = {.method = "etdrk2", .dt = 1.0},
+               .end = 1000.0};
+    for (const double tolerance : {0.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
+        scene.control.tolerance = tolerance;
+        numerics::StepCount count;
+        for (const double deviation : deviations_from_linear_theory(scene, count))
+            EXPECT_LT(std::abs(deviation), 4.0) << "tolerance " << tolerance;
+        EXPECT_TRUE(tolerance != 1e-6 || count.accepted > 2000) << "the steps were not divided";
+    }
 }
 
 TEST(AdaptiveStep, a_diverging_run_ends_with_a_run_error) {

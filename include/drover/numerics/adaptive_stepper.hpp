@@ -2,21 +2,25 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 
 #include "drover/numerics/stepper.hpp"
+#include "drover/numerics/sundials_stepper.hpp"
 
 namespace drover::numerics {
 
 /// Steps taken so far.
 struct StepCount {
     std::int64_t accepted = 0, rejected = 0;
-    double largest_error = 0.0;  ///< of an accepted part, relative; only with a tolerance
+    std::int64_t right_hand_sides = 0;  ///< of the methods of SUNDIALS
+    double largest_error = 0.0;         ///< of an accepted part, relative; only with a tolerance, not of SUNDIALS
 };
 
 /// The step of the method, and how exactly each part of it must be taken.
 struct StepControl {
-    std::string method;         ///< name of a stepper table
+    std::string method;         ///< name of a TimeMethod
     double dt = 0.0;            ///< [s]
     double tolerance = 0.0;     ///< largest relative error of a part; 0: dt is never divided
     bool watches_error = true;  ///< whether the run estimates the error that its steps make: physics::StepError
@@ -27,6 +31,8 @@ struct StepControl {
 /// noise, which rejecting would otherwise make smaller.  Where the embedded error estimate rejects a part, or the
 /// right-hand side throws a run Error, their number doubles; where a whole dt leaves a margin, it falls to the next
 /// smaller one.  A linear system is exact and is never divided.
+///
+/// The methods of SUNDIALS choose their steps themselves: see SundialsStepper.
 class AdaptiveStepper {
 public:
     AdaptiveStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads);
@@ -37,8 +43,11 @@ public:
     /// From step to step + 1 of dt.  Throws a run Error where no part meets the tolerance.
     void advance(std::int64_t step, Spectra& state);
 
-    /// The step that advance() has just taken from `state`, in twice as many parts, without control.
-    void repeat_in_halves(std::int64_t step, Spectra& state);
+    /// The step that advance() has just taken from `state`, in twice as many parts, without control; by methods of
+    /// SUNDIALS that vary their step, with a hundredth of the tolerance.
+    void repeat_finer(std::int64_t step, Spectra& state);
+    /// The error of repeat_finer(), relative to that of advance().
+    double finer_error() const;
 
     const System& system() const { return system_; }
     const std::string& method() const { return control_.method; }
@@ -50,11 +59,20 @@ public:
     void set_division(int division) { division_ = division; }
     static constexpr int max_division = 1 << 16;
 
+    /// The history of a method of SUNDIALS, for checkpoints; restored for the present system.
+    std::vector<double> save_history() const;
+    void restore_history(std::span<const double> saved);
+    std::size_t history_numbers() const;
+    /// The length of the last step [s].
+    double last_step() const;
+
 private:
     Stepper& stepper(int division);
     int coarser() const;
     double attempt(double t, std::uint64_t part, const Spectra& state);
     void advance_in_parts(std::int64_t step, Spectra& state);
+    void advance_by_sundials(std::int64_t step, Spectra& state);
+    void make_sundials();
     double relative_error(const Spectra& before, const Spectra& after, const Spectra& error) const;
 
     StepControl control_;
@@ -63,7 +81,8 @@ private:
     System system_;
     std::shared_ptr<NoisePath> noise_;  // nullptr: none
     std::map<int, Stepper> steppers_;   // by division, for the present system
-    int division_ = 1, taken_ = 1;      // parts of the next dt, of the last one
+    std::optional<SundialsStepper> sundials_, finer_sundials_;
+    int division_ = 1, taken_ = 1;  // parts of the next dt, of the last one
     Spectra next_, error_;
     std::string failure_;  // of the right-hand side in the last attempt; else ""
     StepCount count_;

@@ -15,6 +15,9 @@ public:
     /// rate += L state, on the kept modes.
     void add(const Spectra& state, Spectra& rate) const;
 
+    /// (1 - gamma L)^-1; not finite where a mode grows at the rate 1/gamma.
+    LinearOperator shifted_inverse(double gamma) const;
+
 private:
     Grid grid_;
     Layout layout_;

@@ -37,6 +37,7 @@ public:
     const numerics::System& system() const { return linear_; }
     const numerics::StepCount& count() const { return stepper_.count(); }
     int division() const { return stepper_.division(); }  ///< current number of substeps per dt
+    double last_step() const { return stepper_.last_step(); }
     std::int64_t reference_changes() const { return changes_; }
 
     /// The estimated error of the time steps so far; none of a linear model, which is exact.
@@ -45,7 +46,9 @@ public:
     /// The values that a checkpoint stores besides the fields.
     std::vector<double> save() const;
     void restore(std::span<const double> values);
-    std::size_t saved_numbers() const { return 3 + (error_ ? error_->saved_numbers() : 0); }
+    std::size_t saved_numbers() const {
+        return 3 + stepper_.history_numbers() + (error_ ? error_->saved_numbers() : 0);
+    }
 
 private:
     /// The equations about one reference.

@@ -17,7 +17,12 @@ TimedScene timed_fields(const io::Scene& scene);
 /// Throws an input Error for an initial file with another grid or other fields.
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
 
-/// The group of an archive that holds the observables of fields.
+/// The fields at t = 0.  Throws as make_field_simulation().
+numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads);
+
+/// The frames of a run.
+files::Recording frame_recording(const io::Scene& scene);
+
 /// A step is chosen for this part of time.max_error: the estimate is within a factor of 2 to 3 of the error.
 inline constexpr double choice_margin = 0.5;
 
@@ -27,6 +32,7 @@ public:
     explicit StepTooLong(const std::string& message) : Error(Fault::run, {}, message) {}
 };
 
+/// The group of an archive that holds the observables of fields.
 inline constexpr const char* field_samples_group = "/observables";
 
 }  // namespace drover::run

@@ -67,9 +67,16 @@ struct List {
     Display shown = {};
 };
 
+/// Fields in the layout of a run.
+struct Frames {
+    files::Recording recording;
+    std::vector<std::vector<std::vector<double>>> rows;  ///< of each frame, the array of each quantity
+};
+
 struct Result {
     Record root;
     std::vector<files::Attribute> attributes = {};  ///< of the archive, beside its provenance
+    std::optional<Frames> frames = std::nullopt;    ///< of the archive alone; their times are 0, 1, 2, ...
 };
 
 /// For people.

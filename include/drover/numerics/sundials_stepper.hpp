@@ -1,0 +1,71 @@
+// numerics/sundials_stepper.hpp: systems without noise integrated by CVODE and ARKODE of SUNDIALS.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drover/base/threads.hpp"
+#include "drover/numerics/system.hpp"
+
+namespace drover::numerics {
+
+/// A method of SUNDIALS.
+struct SundialsMethod {
+    std::string name;  ///< "cvode-bdf", "arkode-ark548l2sa"
+    int order = 0;     ///< the highest, where it varies
+    int stages = 0;    ///< right-hand sides of a step of fixed length; 0: it has none
+    std::string citation;
+    std::string implicit_table, explicit_table;  ///< of ARKODE, by SUNDIALS' names; "": CVODE
+};
+std::span<const SundialsMethod> sundials_methods();
+
+/// nullptr: no method of this name.
+const SundialsMethod* find_sundials_method(const std::string& name);
+
+/// "SUNDIALS 6.4.1".
+std::string sundials_library();
+
+/// CVODE: backward differentiation or Adams formulas of variable order and step.  It may step beyond dt and
+/// interpolates its solution at multiples of dt; the equations of a step are solved by Newton's method and GMRES,
+/// preconditioned by the blocks of L.  ARKODE: additive Runge-Kutta methods; L is implicit and solved exactly by
+/// blocks, the rest explicit; steps of at most dt, or of dt without a tolerance.
+///
+/// The error of a step is the root of the sum of squares of those of the fields, each relative to the root mean square
+/// of its field or, where larger, of the change of the field over dt at its present rate.
+class SundialsStepper {
+public:
+    /// tolerance 0: steps of dt.  Throws an input Error for a system with noise, and for a method that needs a
+    /// tolerance without one.
+    SundialsStepper(const System& system, const SundialsMethod& method, double dt, double tolerance);
+    ~SundialsStepper();
+    SundialsStepper(SundialsStepper&&) noexcept;
+
+    /// From step to step + 1 of dt.  Any other state than the result of the last call, and any other step, begins
+    /// without history, as does the first dt after `steps_between_starts` of its own steps.  Throws the Error of the
+    /// right-hand side, or a run Error where no step meets the tolerance.
+    void advance(std::int64_t step, Spectra& state);
+    static constexpr std::int64_t steps_between_starts = 1000;
+
+    struct Count {
+        std::int64_t accepted = 0, rejected = 0, right_hand_sides = 0;
+    };
+    const Count& count() const;
+    double last_step() const;  ///< [s]
+
+    /// The history is not stored: these are the state and the step of the last start without one, and the step now.
+    std::vector<double> save() const;
+    /// Repeats the steps since that start: what follows is the same as without interruption.
+    void restore(std::span<const double> values);
+    std::size_t saved_numbers() const;
+
+private:
+    struct Work;
+    std::unique_ptr<Work> work_;
+};
+
+/// Memory of a SundialsStepper [bytes].
+double sundials_stepper_bytes(const System& system, const SundialsMethod& method);
+
+}  // namespace drover::numerics

@@ -1,0 +1,17 @@
+// physics/density_profile.hpp: the plateaus of a density along a line.
+#pragma once
+#include <span>
+
+namespace drover::physics {
+
+/// A density of a state between its extremes: two plateaus of coexisting phases, or a single wave.
+struct DensityProfile {
+    double low = 0.0, high = 0.0;                    ///< at the flattest points below and above the middle [1/mm^2]
+    bool low_is_flat = false, high_is_flat = false;  ///< plateaus: both are phases that coexist
+    double width = 0.0;                              ///< of the part above the middle [mm]
+};
+
+/// `density`: on the points of a line of length lx.
+DensityProfile density_profile(std::span<const double> density, double lx);
+
+}  // namespace drover::physics

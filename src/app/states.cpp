@@ -1,0 +1,62 @@
+// app/states.cpp: drover states SCENE --wave x.
+#include "drover/run/states.hpp"
+
+#include <memory>
+
+#include "command.hpp"
+#include "drover/run/field_simulation.hpp"
+
+namespace drover::app {
+
+void add_states(CLI::App& program, Action& action) {
+    struct Options : SceneOptions {
+        std::string wave;
+        double speed = 0.0, settle = 0.0;
+        run::StatesOptions states;
+        bool json = false, overwrite = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = program.add_subcommand(
+        "states", "Travelling and standing states of a scene, stable or not: profile, speed, densities, stability");
+    add_scene_options(*command, *options);
+    command->add_option("--wave", options->wave, "Axis along which the state varies and travels: x")
+        ->required()
+        ->check(CLI::IsMember({"x"}));
+    const CLI::Option* speed =
+        command->add_option("--speed", options->speed, "Guess of its velocity along x [mm/s]")->type_name("NUMBER");
+    const CLI::Option* settle =
+        command
+            ->add_option(
+                "--settle", options->settle,
+                "Let the guess evolve for this time first [s]; else 0 and, if no state is found, up to time.end")
+            ->check(CLI::Range(0.0, 1e9));
+    command
+        ->add_option("--follow", options->states.follow,
+                     "Follow the state past folds while a number of the model goes from its value to this one")
+        ->type_name("KEY=VALUE");
+    command->add_option("--points", options->states.max_points, "Largest number of states along the curve")
+        ->check(CLI::Range(2, 10000));
+    command->add_option("-o,--output", options->output, "Also write the states to this archive (HDF5)");
+    command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")
+        ->check(CLI::Range(1, 1024));
+    command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
+    command->add_flag("--json", options->json, "Print the result as JSON");
+    command->callback([options, speed, settle, &action] {
+        if (speed->count() > 0) options->states.speed = options->speed;
+        if (settle->count() > 0) options->states.settle = options->settle;
+        action = [options] {
+            const io::Scene scene = io::read_scene(options->scene, options->overrides);
+            io::require_kind(scene, io::SceneKind::fields, "states");
+            Threads threads(options->threads > 0 ? options->threads : 1);
+            return print_result(run::make_states(scene, options->states, threads),
+                                {.file = options->output,
+                                 .what = "states",
+                                 .contents = "the fields of each state as a frame",
+                                 .json = options->json,
+                                 .overwrite = options->overwrite},
+                                scene, threads.count());
+        };
+    });
+}
+
+}  // namespace drover::app

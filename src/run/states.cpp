@@ -1,0 +1,301 @@
+// run/states.cpp: drover states: guess, solution, curve and profile.
+#include "drover/run/states.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "drover/base/log.hpp"
+#include "drover/numerics/transform.hpp"
+#include "drover/physics/density_profile.hpp"
+#include "drover/physics/field_evolution.hpp"
+#include "drover/physics/regimes.hpp"
+#include "drover/physics/travelling_state.hpp"
+#include "drover/run/field_simulation.hpp"
+#include "run/number_lists.hpp"
+
+namespace drover::run {
+
+namespace {
+using physics::TravellingState;
+
+/// The scene on one row of points.
+io::Scene line_of(const io::Scene& scene) {
+    io::Scene line = scene;
+    line.grid.ny = 1;
+    line.model.noise = {};
+    return line;
+}
+
+/// The average over y of the initial fields, which may be those of an archive.
+numerics::Spectra guess_of(const io::Scene& scene, const io::Scene& line, Threads& threads) {
+    const numerics::Spectra whole = initial_fields(scene, threads);
+    numerics::Spectra guess(line.grid, whole.count());
+    for (int c = 0; c < guess.count(); ++c) std::copy_n(whole[c].begin(), guess.size, guess[c].begin());
+    return guess;
+}
+
+/// Evolves a guess: it comes nearer to a stable state.
+void settle(const io::Scene& line, double duration, Threads& threads, numerics::Spectra& state) {
+    if (duration == 0.0) return;
+    const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
+    const double steps = std::ceil(duration / longest);
+    physics::FieldEvolution evolution(
+        line.model, line.grid, line.dealiasing,
+        {.method = "etdrk4-krogstad", .dt = duration / steps, .tolerance = 1e-4, .watches_error = false}, 0, threads);
+    evolution.start(state);
+    for (std::int64_t step = 0; step < std::llround(steps); ++step) evolution.advance(step, state);
+}
+
+/// From a guess that settles for longer until Newton's method succeeds, unless its time is given.
+TravellingState find_state(const io::Scene& line, const numerics::Spectra& guess, const StatesOptions& options,
+                           physics::TravellingSolver& solver, Threads& threads) {
+    std::vector<double> durations{options.settle.value_or(0.0)};
+    if (!options.settle)
+        for (const double part : {0.001, 0.01, 0.1, 1.0}) durations.push_back(part * line.time.end);
+    std::string problem;
+    for (const double duration : durations) {
+        try {
+            numerics::Spectra settled = guess;
+            settle(line, duration, threads, settled);
+            TravellingState found = solver.find(settled, options.speed);
+            if (!problem.empty()) log_information("the state was found from a guess that settled for {} s", duration);
+            return found;
+        } catch (const Error& error) {
+            if (error.fault() != Fault::run) throw;
+            if (problem.empty()) problem = error.what();
+        }
+    }
+    fail_run("{}", problem);
+}
+
+/// What --follow names.
+struct Followed {
+    std::string key;
+    std::string unit = "1";
+    double last = 0.0;
+};
+
+struct Family {
+    physics::TravellingProblem problem;
+    std::optional<Followed> followed;
+};
+
+/// A mean density, or another number of the model.
+io::ModelNumber followed_number(const std::string& key, const SourceLocation& where, const physics::Model& model) {
+    using physics::DensityAxis;
+    const DensityAxis axis = key.starts_with("uniform.") ? physics::density_axis(key) : DensityAxis::none;
+    if (axis == DensityAxis::none) return io::model_number(key, where, model);
+    const bool is_beads = axis == DensityAxis::beads;
+    return {.unit = "1/mm^2", .range = positive, .in = [is_beads](physics::Model& m) -> double& {
+                return is_beads ? m.uniform.bead_density : m.uniform.rod_density;
+            }};
+}
+
+Family family_of(const io::Scene& line, const std::string& follow) {
+    Family family{.problem = {.model = [model = line.model](double) { return model; },
+                              .parameter = 0.0,
+                              .grid = line.grid,
+                              .dealiasing = line.dealiasing},
+                  .followed = std::nullopt};
+    if (follow.empty()) return family;
+    const std::string list = "--follow", example = "\"relaxation.rate = 1.2\"";
+    const SourceLocation where{.file = list};
+    const auto [key, value] = read_assignment(follow, list, example, where);
+    const io::ModelNumber number = followed_number(key, where, line.model);
+    const double last = read_number(value, follow, list, example, where);
+    physics::Model model = line.model;
+    family.problem.parameter = number.in(model);
+    require(last != family.problem.parameter, where, "{} is {} already; expected another value to follow the state to",
+            key, last);
+    family.problem.model = [model, in = number.in](double parameter) {
+        physics::Model changed = model;
+        in(changed) = parameter;
+        return changed;
+    };
+    family.followed = Followed{.key = key, .unit = number.unit.empty() ? "1" : number.unit, .last = last};
+    return family;
+}
+
+/// A state with what is reported of it.
+struct Point {
+    const TravellingState& at;
+    numerics::Fields fields;
+    numerics::Fields slaved_velocity;                 ///< of a slaved form
+    std::vector<std::complex<double>> perturbations;  ///< without its translation; empty: too many numbers
+};
+
+struct Density {
+    std::string name;
+    int component;
+};
+std::vector<Density> densities_of(const physics::Form& form) {
+    std::vector<Density> densities;
+    if (form.bead_density >= 0) densities.push_back({"bead", form.bead_density});
+    if (form.rod_density >= 0) densities.push_back({"rod", form.rod_density});
+    return densities;
+}
+
+Point point_of(const TravellingState& at, const physics::TravellingProblem& problem, physics::TravellingSolver& solver,
+               const numerics::Transform& transform, bool with_perturbations) {
+    Point point{.at = at,
+                .fields = numerics::Fields(problem.grid, at.state.count()),
+                .slaved_velocity = {},
+                .perturbations = {}};
+    transform.backward(at.state, point.fields);
+    if (const physics::Equations equations(problem.model(at.parameter));
+        equations.form.velocity == physics::Velocity::slaved)
+        point.slaved_velocity =
+            physics::slaved_velocity(equations,
+                                     physics::linear_system(equations, problem.grid,
+                                                            physics::reference(equations.model.uniform),
+                                                            problem.dealiasing),
+                                     0.0, at.state, transform);
+    if (!with_perturbations) return point;
+    constexpr std::size_t shown = 9;
+    std::vector<std::complex<double>>& rates = point.perturbations = solver.perturbation_rates(at, shown);
+    if (!rates.empty())
+        rates.erase(std::min_element(rates.begin(), rates.end(),
+                                     [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); }));
+    return point;
+}
+
+double growth_of(const Point& point) {
+    return point.perturbations.empty() ? std::numeric_limits<double>::quiet_NaN() : point.perturbations.front().real();
+}
+
+void add_densities(const Point& point, const physics::Form& form, double lx, std::vector<Entry>& entries) {
+    for (const Density& density : densities_of(form)) {
+        const physics::DensityProfile profile = physics::density_profile(point.fields[density.component], lx);
+        const auto add = [&](const char* what, const char* unit, const std::string& meaning, const EntryValue& value) {
+            entries.push_back({.name = text("{}_{}", density.name, what),
+                               .unit = unit,
+                               .meaning = meaning,
+                               .value = value,
+                               .digits = 10});
+        };
+        add("density", "mm-2", text("mean {} density", density.name), point.at.state[density.component][0].real());
+        add("low", "mm-2", text("{} density where it is flattest below the middle of its range", density.name),
+            profile.low);
+        add("high", "mm-2", text("{} density where it is flattest above the middle of its range", density.name),
+            profile.high);
+        add("coexistence", "1", text("1: both {} densities are plateaus, of two phases", density.name),
+            profile.low_is_flat && profile.high_is_flat);
+        add("width", "mm", text("of the part with a {} density above the middle", density.name), profile.width);
+    }
+}
+
+std::vector<Entry> state_entries(const Point& point, const physics::Form& form, double lx) {
+    std::vector<Entry> entries{{.name = "speed",
+                                .unit = "mm s-1",
+                                .meaning = "velocity of the state along x",
+                                .value = point.at.speed,
+                                .digits = 12}};
+    add_densities(point, form, lx, entries);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < point.fields.size; ++i)
+        largest =
+            std::max(largest, std::hypot(point.fields[form.polar_order][i], point.fields[form.polar_order + 1][i]));
+    entries.push_back({.name = "max_polar_order",
+                       .unit = physics::component_names(form)[static_cast<std::size_t>(form.polar_order)].unit,
+                       .meaning = "largest |p|",
+                       .value = largest,
+                       .digits = 10});
+    entries.push_back({.name = "growth_rate",
+                       .unit = "s-1",
+                       .meaning = "of the fastest perturbation that depends on x alone; > 0: the state is unstable",
+                       .value = growth_of(point)});
+    return entries;
+}
+
+List perturbation_list(const Point& point) {
+    List list{.name = "perturbations",
+              .heading = "\nslowest perturbations that depend on x alone, without a translation",
+              .row = "perturbation",
+              .meaning = "perturbations, fastest growth first",
+              .prefix = "perturbation_",
+              .group = "/state",
+              .empty = "the rates of perturbations were not computed: the grid has too many points"};
+    for (const std::complex<double>& rate : point.perturbations)
+        list.rows.push_back(
+            {.entries = {{.name = "rate", .unit = "s-1", .meaning = "growth rate", .value = rate.real()},
+                         {.name = "frequency",
+                          .unit = "s-1",
+                          .meaning = "angular frequency in the frame of the state",
+                          .value = rate.imag()}}});
+    return list;
+}
+
+List curve_list(const std::vector<Point>& points, const Followed& followed, const physics::Form& form, double lx) {
+    List list{.name = "curve",
+              .heading = text("\nstates along the curve, {} [{}]", followed.key, followed.unit),
+              .row = "point",
+              .meaning = "states along the curve",
+              .prefix = "curve_",
+              .group = "/curve"};
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto at = [&](std::size_t k) { return points[k].at.parameter; };
+        const bool turns = i > 0 && i + 1 < points.size() && (at(i) - at(i - 1)) * (at(i + 1) - at(i)) < 0.0;
+        Record row{
+            .entries = {
+                {.name = "parameter", .unit = followed.unit, .meaning = followed.key, .value = at(i), .digits = 10},
+                {.name = "fold", .unit = "1", .meaning = "1: the curve turns here", .value = turns}}};
+        std::vector<Entry> entries = state_entries(points[i], form, lx);
+        for (Entry& entry : entries) entry.digits = 7;
+        row.entries.insert(row.entries.end(), entries.begin(), entries.end());
+        list.rows.push_back(std::move(row));
+    }
+    return list;
+}
+
+/// The fields on the points of the scene, the same on every row.
+Frames frames_of(const io::Scene& scene, const std::vector<Point>& points) {
+    Frames frames{.recording = frame_recording(scene), .rows = {}};
+    const auto rows = static_cast<std::size_t>(scene.grid.ny);
+    for (const Point& point : points) {
+        std::vector<std::vector<double>>& frame = frames.rows.emplace_back();
+        for (const numerics::Fields* fields : {&point.fields, &point.slaved_velocity})
+            for (int c = 0; c < fields->count(); ++c) {
+                std::vector<double>& field = frame.emplace_back();
+                for (std::size_t row = 0; row < rows; ++row)
+                    field.insert(field.end(), (*fields)[c].begin(), (*fields)[c].end());
+            }
+    }
+    return frames;
+}
+}  // namespace
+
+Result make_states(const io::Scene& scene, const StatesOptions& options, Threads& threads) {
+    const io::Scene line = line_of(scene);
+    const physics::Form form = physics::form(line.model);
+    Family family = family_of(line, options.follow);
+    physics::TravellingSolver solver(family.problem, threads);
+    std::vector<TravellingState> states{find_state(line, guess_of(scene, line, threads), options, solver, threads)};
+    if (family.followed) states = solver.follow(states.front(), family.followed->last, options.max_points);
+    const numerics::Transform transform(line.grid,
+                                        physics::linear_system(line.model, line.grid, line.dealiasing).degree, threads);
+    constexpr std::size_t max_of_curve = 800;  // beyond, the eigenvalues of each point take seconds
+    std::vector<Point> points;
+    for (const TravellingState& state : states)
+        points.push_back(
+            point_of(state, family.problem, solver, transform, points.empty() || solver.unknowns() <= max_of_curve));
+    Record root{.heading = "travelling state along x", .group = "/state"};
+    root.entries = state_entries(points.front(), form, line.grid.lx);
+    root.entries.push_back({.name = "residual",
+                            .unit = "1",
+                            .meaning = "largest rate of a mode in the moving frame, relative to its linear terms",
+                            .value = states.front().residual});
+    root.entries.push_back({.name = "iterations",
+                            .unit = "1",
+                            .meaning = "of Newton's method",
+                            .value = std::int64_t{states.front().iterations}});
+    root.entries.push_back({.name = "right_hand_sides",
+                            .unit = "1",
+                            .meaning = "evaluated for the states, and for their perturbations",
+                            .value = solver.right_hand_sides()});
+    root.lists.push_back(perturbation_list(points.front()));
+    if (family.followed) root.lists.push_back(curve_list(points, *family.followed, form, line.grid.lx));
+    return {.root = std::move(root), .attributes = {}, .frames = frames_of(scene, points)};
+}
+
+}  // namespace drover::run

@@ -1,0 +1,87 @@
+"""tests/app/test_states.py: drover states: an exact band from a poor guess, its curve, its archive, and bad input."""
+import json
+
+import h5py
+import numpy as np
+import pytest
+from support import MODELS, drover
+
+BAND = MODELS / "band.toml"
+# Fronts 120 mm apart: their tails leave 1e-8 of the plateaus.
+LONG = ["--set", "grid.lx=240", "--set", "grid.nx=512", "--set",
+        'initial.rod_density="13/12 + 0.3 * (tanh((x - 50) / 6) - tanh((x - 170) / 3) - 1)"', "--set",
+        'initial.polar_order_x="0.35 * (tanh((x - 50) / 6) - tanh((x - 170) / 3))"', "--set",
+        "uniform.rod_density=1.08"]
+
+NO_FORMULA = ["--set", 'initial.rod_density=""', "--set", 'initial.polar_order_x=""']
+
+
+def states(folder, *words):
+    return json.loads(drover(folder, "states", *words, "--wave", "x", "--json").stdout)
+
+
+def test_band_is_found_from_a_poor_guess_with_its_speed_and_both_binodals(tmp_path):
+    found = states(tmp_path, BAND, *LONG)
+    assert found["speed"] == pytest.approx(np.sqrt(4 / 3), abs=1e-9)
+    assert found["rod_low"] == pytest.approx(5 / 6, abs=1e-6)
+    assert found["rod_high"] == pytest.approx(4 / 3, abs=1e-6)
+    assert found["rod_coexistence"] is True and found["residual"] < 1e-10
+    assert found["max_polar_order"] == pytest.approx(1 / np.sqrt(3), abs=1e-6)
+
+
+def test_binodals_follow_the_rate(tmp_path):
+    found = states(tmp_path, BAND, *LONG, "--set", "relaxation.rate=0.8333333333333334", "--set",
+                   'initial.rod_density="11/12 + 0.3 * (tanh((x - 50) / 6) - tanh((x - 170) / 3) - 1)"')
+    assert found["rod_low"] == pytest.approx(2 / 3, abs=1e-6)
+    assert found["rod_high"] == pytest.approx(7 / 6, abs=1e-6)
+
+
+def test_a_run_from_the_archive_of_a_state_moves_at_its_speed_without_change(tmp_path):
+    small = ["--set", "grid.nx=256", "--set", "grid.ny=8"]
+    found = states(tmp_path, BAND, *small, "-o", "state.h5")
+    drover(tmp_path, "run", BAND, *small, "--set", "initial.kind=file", "--set", "initial.file=state.h5", *NO_FORMULA,
+           "--set", "time.end=8", "--set", "time.stepper=etdrk4", "--set", "output.frame_every=8", "--set",
+           "output.sample_every=1", "-o", "run.h5", "--quiet")
+    with h5py.File(tmp_path / "run.h5") as file:
+        first, last, x = file["rod_density"][0, 3], file["rod_density"][-1, 3], file["x"][()]
+    modes = np.fft.rfft(first) * np.exp(-2j * np.pi * np.arange(129) / 128.0 * found["speed"] * 8.0)
+    assert len(x) == 256 and np.abs(np.fft.irfft(modes) - last).max() < 1e-7  # (rate dt)^4 of the run
+
+
+def test_the_curve_of_bands_turns_at_a_fold_where_their_stability_changes(tmp_path):
+    found = states(tmp_path, BAND, "--set", "grid.nx=192", "--set", "grid.lx=96", "--set",
+                   'initial.rod_density="1.05 + 0.25 * (tanh((x - 30) / 6) - tanh((x - 70) / 4) - 1)"', "--set",
+                   'initial.polar_order_x="0.29 * (tanh((x - 30) / 6) - tanh((x - 70) / 4))"', "--set",
+                   "uniform.rod_density=1.05", "--follow", "uniform.rod_density = 0.8", "--points", "70", "-o",
+                   "curve.h5")
+    curve = found["curve"]
+    density = np.array([point["parameter"] for point in curve])
+    growth = np.array([point["growth_rate"] for point in curve])
+    fold = density.argmin()
+    assert [point["fold"] for point in curve].count(True) == 1 and curve[fold]["fold"]
+    # Bands exist from above the binodal 5/6 (the cell is finite) and below the onset of order, 1.
+    assert 5 / 6 < density[fold] < 0.95
+    assert growth[:fold - 1].max() < 0.0 and growth[fold + 2:].min() > 0.0
+    with h5py.File(tmp_path / "curve.h5") as file:
+        assert file["rod_density"].shape == (len(curve), 32, 192)
+        assert file["curve/curve_parameter"][fold] == pytest.approx(density[fold])
+
+
+@pytest.mark.parametrize("words, expected", [
+    (["--wave", "y"], ["--wave", "x"]),
+    (["--wave", "x", "--follow", "pressure.rod = 2"], ["pressure.rod", "did you mean pressure.rods"]),
+    (["--wave", "x", "--follow", "pressure.rods"], ["--follow", "pressure.rods"]),
+    (["--wave", "x", "--follow", "pressure.rods = 1"], ["is 1 already"]),
+    (["--wave", "x", "--set", "initial.kind=uniform", *NO_FORMULA], ["does not depend on x"]),
+])
+def test_bad_input_is_rejected_with(words, expected, tmp_path):
+    result = drover(tmp_path, "states", BAND, *words, status=2)
+    for text in expected:
+        assert text in result.stderr
+
+
+def test_a_guess_that_leads_to_no_wave_ends_with_status_1(tmp_path):
+    result = drover(tmp_path, "states", BAND, "--wave", "x", "--set", "uniform.rod_density=0.5", "--set", "time.end=40",
+                    "--set", "grid.nx=128", "--set", 'initial.rod_density=""', "--set",
+                    'initial.polar_order_x="0.1 * cos(2 * pi * x / 128)"', status=1)
+    assert "expected" in result.stderr
