@@ -60,9 +60,6 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
                     archive.read("/y").values == cell_corners(scene.grid.ny, scene.grid.ly),
                 here, "initial.file = \"{}\" has another grid or cell; expected {} by {} points on {} by {} mm",
                 scene.initial.file, scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
-        const std::string unit = archive.text_attribute(dataset, "units");
-        require(unit == names[c].unit, here, "initial.file = \"{}\" has {} in {}; expected {}", scene.initial.file,
-                names[c].name, unit, names[c].unit);
         const auto frames = static_cast<int>(shape[0]);
         require(scene.initial.frame < frames && frames >= 1, io::location_of(scene, "initial.frame"),
                 "initial.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last",
@@ -75,6 +72,11 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
                 "frame",
                 scene.initial.file, names[c].name, number);
         std::copy(row.values.begin(), row.values.end(), frame[static_cast<int>(c)].begin());
+    }
+    for (const physics::Component& field : names) {
+        const std::string unit = archive.text_attribute("/" + field.name, "units");
+        require(unit == field.unit, here, "initial.file = \"{}\" has {} in {}; expected {}", scene.initial.file,
+                field.name, unit, field.unit);
     }
     return frame;
 }

@@ -95,7 +95,7 @@ def test_a_sweep_is_rejected_in_the_folder_of_another_sweep(tmp_path):
     write_scene(tmp_path, base=SHORT)
     drover(tmp_path, "sweep", "flock.toml", "--vary", "relaxation.rate = 1, 2", "--quiet")
     rejected(tmp_path, ["sweep", "flock.toml", "--vary", "relaxation.rate = 1, 3"],
-            ["flock.sweep", "another sweep", "--output"])
+            ["flock.sweep", "results of another scene", "--output"])
 
 
 # An impossible restart: the change to a finished run, words after `restart`, and what the message must contain.

@@ -299,7 +299,7 @@ def test_folders_and_trials_of_another_scene_are_rejected(tmp_path):
     scene = write_tiny(tmp_path, ONE)
     drover(tmp_path, "calibrate", scene, "--quiet")
     rejected(tmp_path, ["calibrate", scene, "--set", "restitution.bead_bead=0.9"],
-            ["trials of another scene", "restitution.bead_bead = 0.3 there, 0.9 here"])
+            ["results of another scene", "restitution.bead_bead = 0.3 there, 0.9 here"])
     folder = tmp_path / "tiny.calibration"
     shutil.copy(folder / "damping-bead-0.3.trials", folder / "damping-bead-0.4.trials")
     rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
