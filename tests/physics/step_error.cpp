@@ -111,7 +111,7 @@ TEST(StepError, sees_waves_that_turn_several_times_within_a_step_and_lose_their_
     const Ended found = run(model, "etdrk2", end / 128, true, start);
     const double error = relative_distance(form, found.state, exact, false);
     EXPECT_GT(error, 0.05);
-    EXPECT_LT(error, 1.0);                         // an estimate is at most 1
+    EXPECT_LT(error, 1.0);  // an estimate is at most 1
     EXPECT_GT(found.estimate.error, error / 3.0);
     EXPECT_LT(found.estimate.error, error * 10.0);  // it adds up amplitudes, without phases and damping
 }
