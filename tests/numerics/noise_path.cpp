@@ -230,6 +230,25 @@ TEST(AdaptiveStepperStatistics, with_noise_rejected_steps_leave_the_stationary_v
     }
 }
 
+TEST(AdaptiveStepper, a_part_that_is_rejected_in_the_middle_of_dt_is_divided_where_it_begins) {
+    // The rate jumps in the second half: its first part is accepted, its second rejected.
+    Threads threads(1);
+    System system = stiffening(0.0);
+    system.noise = {};
+    system.nonlinear = [](double t, const Spectra&, Spectra& rate) {
+        std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
+        rate[0][0] = 1.0 + 10.0 * (1.0 + std::tanh((t - 0.75) / 0.02));
+    };
+    AdaptiveStepper stepper({.method = "etdrk2", .dt = 1.0, .tolerance = 1e-4}, system, 5, threads);
+    stepper.set_division(2);
+    Spectra state(system.grid, 2), fine(system.grid, 2);
+    stepper.advance(0, state);
+    Stepper exact(system, stepper_table("etdrk4"), 1.0 / 1024, 5, threads);
+    for (int step = 0; step < 1024; ++step) exact.step(step / 1024.0, static_cast<std::uint64_t>(step), fine);
+    EXPECT_GT(stepper.count().rejected, 0);
+    EXPECT_NEAR(state[0][0].real(), fine[0][0].real(), 0.01 * fine[0][0].real());  // 1e-4 a part, of some hundred
+}
+
 TEST(AdaptiveStepper, takes_a_run_error_within_an_attempt_as_a_rejected_step) {
     Threads threads(1);
     System system = stiffening(0.0);

@@ -55,6 +55,21 @@ TEST(PreciseEigenvalues, of_a_slow_mode_beside_a_very_fast_one_have_all_digits) 
     EXPECT_NEAR(std::min(values(0).real(), values(1).real()), fast, 1e-15 * std::abs(fast));
 }
 
+TEST(PreciseEigenvalues, of_very_fast_waves_have_their_damping) {
+    // The trace is exact: both waves decay at its half.  Rounding errors of the frequency, 2e5 /s, are not far below.
+    const std::complex<double> i(0.0, 1.0);
+    SmallMatrix m(3, 3);
+    m << -0x1p-7, -i * 0x1p38, 0.0, -i * 0x1p-3, -0x1p-5, 0x1p-3, 0.0, 0.0, -0x1p-4;
+    const SmallVector values = reliable_eigenvalues(m);
+    int waves = 0;
+    for (const std::complex<double>& value : values) {
+        if (std::abs(value.imag()) < 1.0) continue;
+        ++waves;
+        EXPECT_NEAR(value.real(), -0.5 * (0x1p-7 + 0x1p-5), 1e-12);
+    }
+    EXPECT_EQ(waves, 2);
+}
+
 TEST(PreciseEigenvalues, of_sound_that_is_hardly_damped_has_its_damping) {
     // s^2 + 2 d s + w^2 = 0 with d = 1e-14 w: s = -d +- i sqrt(w^2 - d^2).
     const double damping = 0x1p-47;
