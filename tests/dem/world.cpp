@@ -151,7 +151,7 @@ std::array<double, 2> plate_impacts(double amplitude, double dt) {
     return {mean, std::sqrt((squares / 100.0 - mean * mean) / 100.0)};
 }
 
-TEST(World, the_rate_of_impacts_on_the_plates_does_not_depend_on_the_time_step) {
+TEST(WorldStatistics, rate_of_impacts_on_the_plates_does_not_depend_on_the_time_step) {
     for (const double amplitude : {0.02, 0.04}) {
         const auto [fine, fine_error] = plate_impacts(amplitude, 2e-5);
         for (const double dt : {1e-4, 2.5e-4}) {
