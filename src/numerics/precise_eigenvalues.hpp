@@ -1,4 +1,4 @@
-// numerics/precise_eigenvalues.hpp: eigenvalues to 33 digits, of matrices whose slow modes double precision loses.
+// numerics/precise_eigenvalues.hpp: eigenvalues in 113 bits, of matrices whose slow modes double precision loses.
 #pragma once
 #include "numerics/small_matrices.hpp"
 
