@@ -71,7 +71,8 @@ DEFECTS = (
     ("free flight falls twice as far", "src/dem/bead_flight.cpp", "a * (0.5 * tau * tau)", "a * (tau * tau)", ("dem",)),
     ("a turned axis loses its length", "src/dem/rotation.cpp", "2.0 * half * half * cross", "half * half * cross",
      ("dem",)),
-    ("a coefficient of the plates' cosine", "include/drover/dem/plate_motion.hpp", "1.0 - square * (0.5 - square * (1.0 / 24.0",
+    ("a coefficient of the plates' cosine", "include/drover/dem/plate_motion.hpp",
+     "1.0 - square * (0.5 - square * (1.0 / 24.0",
      "1.0 - square * (0.4 - square * (1.0 / 24.0", ("dem",)),
     ("the work of friction counts the speed before alone", "src/dem/impact_increment.hpp",
      "0.5 * (x * (before.x + now.x) + y * (before.y + now.y))", "(x * before.x + y * before.y)", ("dem",)),
@@ -83,7 +84,8 @@ DEFECTS = (
      "std::log10(error * (1.0 + 1e-12))));", ("base",)),
     ("a restart forgets the division of a step", "src/physics/field_evolution.cpp",
      "    stepper_.set_division(integer(values[1], 1, numerics::AdaptiveStepper::max_division));\n",
-     "    integer(values[1], 1, numerics::AdaptiveStepper::max_division);\n", ("physics", "app.test_step_error", "app.test_same_bytes")),
+     "    integer(values[1], 1, numerics::AdaptiveStepper::max_division);\n",
+     ("physics", "app.test_step_error", "app.test_same_bytes")),
 )
 
 
