@@ -176,11 +176,22 @@ Elimination eliminate(Matrix& rest) {
     return result;
 }
 
-Matrix factor_of(const Matrix& covariance) {
-    const Vector deviation = deviations(covariance);
+bool is_rounding(const Matrix& rest) {
+    return rest.diagonal().minCoeff() >= -1e-12L && rest.cwiseAbs().maxCoeff() <= 1e-11L;
+}
+
+/// f f^T = covariance, to rounding relative to the variances themselves or, where they are differences of much larger
+/// ones with the deviations `of_terms`, relative to those.
+Matrix factor_of(const Matrix& covariance, const Vector& of_terms) {
+    Vector deviation = deviations(covariance);
     Matrix rest = scaled(covariance, deviation, deviation);
-    const Matrix f = eliminate(rest).factor;
-    if (rest.diagonal().minCoeff() < -1e-12L || rest.cwiseAbs().maxCoeff() > 1e-11L)
+    Matrix f = eliminate(rest).factor;
+    if (!is_rounding(rest)) {
+        deviation = of_terms;
+        rest = scaled(covariance, deviation, deviation);
+        f = eliminate(rest).factor;
+    }
+    if (!is_rounding(rest))
         fail_run("a noise covariance is not positive: a direction has the relative variance {:.3g}; expected >= 0",
                  static_cast<double>(rest.diagonal().minCoeff()));
     return deviation.asDiagonal() * f;
@@ -240,7 +251,7 @@ NoiseHalves noise_halves(const Block& m, const Block& q, double dt) {
             spread.row(i).setZero();
             spread.col(i).setZero();
         }
-    return {rounded(regression), rounded(factor_of(spread)), rounded(half.propagator)};
+    return {rounded(regression), rounded(factor_of(spread, deviations(half.covariance))), rounded(half.propagator)};
 }
 
 std::vector<std::complex<double>> eigenvalues(const Block& m) {
@@ -260,6 +271,9 @@ Block stationary_covariance(const Block& m, const Block& q) {
     return rounded(covariance.real());
 }
 
-Block factor(const Block& c) { return rounded(factor_of(extended(c))); }
+Block factor(const Block& c) {
+    const Matrix covariance = extended(c);
+    return rounded(factor_of(covariance, deviations(covariance)));
+}
 
 }  // namespace drover::numerics
