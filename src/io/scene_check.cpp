@@ -9,16 +9,23 @@
 #include "drover/io/scene.hpp"
 #include "drover/numerics/time_method.hpp"
 #include "drover/physics/equations.hpp"
+#include "drover/physics/stability_rows.hpp"
 
 namespace drover::io {
+
+namespace {
+/// Times are decimals in the scene: a deviation below a millionth of a step is rounding.
+bool is_whole(double duration, double dt) {
+    return std::abs(std::round(duration / dt) * dt - duration) <= 1e-6 * dt + 1e-12 * duration;
+}
+}  // namespace
 
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration) {
     const double dt = scene.time.dt, steps = std::round(duration / dt);
     constexpr double max_steps = 1e15;
     require(steps <= max_steps, location_of(scene, key),
             "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}", key, duration, steps, dt, max_steps);
-    // Times are decimals in the scene: a deviation below a millionth of a step is rounding.
-    require(std::abs(steps * dt - duration) <= 1e-6 * dt + 1e-12 * duration, location_of(scene, key),
+    require(is_whole(duration, dt), location_of(scene, key),
             "{} = {} is not a whole number of steps of time.dt = {}; choose {} or {}", key, duration, dt,
             std::floor(duration / dt) * dt, std::ceil(duration / dt) * dt);
     return static_cast<std::int64_t>(steps);
@@ -32,9 +39,7 @@ double longest_step(const Scene& scene) {
     constexpr int max_parts = 1000;  // with more, any three durations have a step
     for (int parts = 1; parts <= max_parts; ++parts) {
         const double step = shortest / parts;
-        if (std::all_of(durations.begin(), durations.end(), [&](double duration) {
-                return std::abs(std::round(duration / step) * step - duration) <= 1e-6 * step + 1e-12 * duration;
-            }))
+        if (std::all_of(durations.begin(), durations.end(), [&](double duration) { return is_whole(duration, step); }))
             return step;
     }
     fail_input(location_of(scene, "time.end"),
@@ -54,9 +59,7 @@ void check_time_method(const Scene& scene, const LocationOf& at) {
             "time.stepper = \"{}\" with time.tolerance = 0; expected a tolerance, such as 1e-6: the method chooses its "
             "steps by it",
             method.name);
-    const physics::Noise& noise = scene.model.noise;
-    require(method.is_exponential || (noise.order == 0.0 && noise.rods == 0.0 && noise.beads == 0.0),
-            at("time.stepper"),
+    require(method.is_exponential || !physics::has_noise(scene.model.noise), at("time.stepper"),
             "time.stepper = \"{}\" with noise; expected a model without: choose etdrk2, or set noise.order, noise.rods "
             "and noise.beads to 0",
             method.name);
@@ -154,10 +157,8 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .unit = "s",
              .range = not_negative,
              .doc = "time step; linear terms and noise of fields are exact for any, products of fields are not; 0, or "
-                    "left "
-                    "out: drover run finds the step for which the error is below time.max_error; particles: the "
-                    "default is "
-                    "2e-5 s"},
+                    "left out: drover run finds the step for which the error is below time.max_error; particles: the "
+                    "default is 2e-5 s"},
             {.name = "end",
              .member = &TimeControl::end,
              .unit = "s",
@@ -167,16 +168,14 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .member = &TimeControl::stepper,
              .choices = steppers,
              .doc = "method for the nonlinear terms; cvode-* (steps chosen by time.tolerance) and arkode-* (L "
-                    "implicit) are "
-                    "those of SUNDIALS, without noise; fields only"},
+                    "implicit) are those of SUNDIALS, without noise; fields only"},
             {.name = "tolerance",
              .member = &TimeControl::tolerance,
              .range = {.min = 0.0, .max = 0.1},
              .doc =
                  "maximum local error of a step relative to the root mean square of its field, or of the change of the "
                  "field over dt: dt is then divided into as many equal steps as needed (1, 2, 3, 4, 6, 8, ...; with "
-                 "noise "
-                 "1, 2, 4, 8, ... on one noise path); fields only; 0: steps of dt"},
+                 "noise 1, 2, 4, 8, ... on one noise path); fields only; 0: steps of dt"},
             {.name = "max_error",
              .member = &TimeControl::max_error,
              .range = {.min = 0.0, .max = 1.0},
@@ -186,10 +185,9 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
             {.name = "chosen",
              .member = &TimeControl::chosen,
              .choices = {"", "fields", "means", "linear"},
-             .doc =
-                 "written by drover: dt was left out and chosen for the error of the fields, of time means (with "
-                 "noise, "
-                 "or chaotic), or for a linear model, of which every step is exact; empty: dt was given; fields only"},
+             .doc = "written by drover: dt was left out and chosen for the error of the fields, of time means (with "
+                    "noise, or chaotic), or for a linear model, of which every step is exact; empty: dt was given; "
+                    "fields only"},
             {.name = "pilot",
              .member = &TimeControl::pilot,
              .doc = "written by drover: the error and the pilot runs from which dt was chosen; fields only"}};

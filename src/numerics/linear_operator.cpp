@@ -1,12 +1,9 @@
 // numerics/linear_operator.cpp: isotropic blocks on the modes of a state.
 #include "drover/numerics/linear_operator.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-
 #include "isotropic.hpp"
 #include "mode_noise.hpp"
+#include "small_matrices.hpp"
 
 namespace drover::numerics {
 
@@ -35,29 +32,13 @@ void LinearOperator::add(const Spectra& state, Spectra& rate) const {
 }
 
 namespace {
-/// m = (1 - gamma m)^-1 by Gauss-Jordan elimination with partial pivoting, row by row.
+/// m = (1 - gamma m)^-1, row by row.
 void invert_shifted(double* m, std::size_t size, double gamma) {
-    std::array<std::array<double, 2 * max_block>, max_block> work{};
-    for (std::size_t i = 0; i < size; ++i)
-        for (std::size_t k = 0; k < size; ++k) {
-            work[i][k] = (i == k ? 1.0 : 0.0) - gamma * m[i * size + k];
-            work[i][size + k] = i == k ? 1.0 : 0.0;
-        }
-    for (std::size_t k = 0; k < size; ++k) {
-        std::size_t pivot = k;
-        for (std::size_t i = k + 1; i < size; ++i)
-            if (std::abs(work[i][k]) > std::abs(work[pivot][k])) pivot = i;
-        std::swap(work[k], work[pivot]);
-        const double scale = 1.0 / work[k][k];
-        for (double& value : work[k]) value *= scale;
-        for (std::size_t i = 0; i < size; ++i) {
-            if (i == k) continue;
-            const double factor = work[i][k];
-            for (std::size_t j = k; j < 2 * size; ++j) work[i][j] -= factor * work[k][j];
-        }
-    }
-    for (std::size_t i = 0; i < size; ++i)
-        for (std::size_t k = 0; k < size; ++k) m[i * size + k] = work[i][size + k];
+    using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+    const auto rows = static_cast<Eigen::Index>(size);
+    Rows matrix(m, rows, rows);
+    const SmallRealMatrix shifted = SmallRealMatrix::Identity(rows, rows) - gamma * matrix;
+    matrix = real_inverse(shifted);
 }
 }  // namespace
 

@@ -9,31 +9,16 @@
 #include <cmath>
 #include <exception>
 #include <memory>
-#include <type_traits>
 
 #include "drover/base/error.hpp"
+#include "sundials_handles.hpp"
 
 namespace drover::numerics {
 
 namespace {
-struct ContextDeleter {
-    void operator()(SUNContext context) const { SUNContext_Free(&context); }
-};
-struct VectorDeleter {
-    void operator()(N_Vector vector) const { N_VDestroy(vector); }
-};
-struct SolverDeleter {
-    void operator()(SUNLinearSolver solver) const { SUNLinSolFree(solver); }
-};
 struct KinsolDeleter {
     void operator()(void* memory) const { KINFree(&memory); }
 };
-template <class Handle, class Deleter>
-using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Deleter>;
-
-std::span<double> numbers(N_Vector vector) {
-    return {N_VGetArrayPointer(vector), static_cast<std::size_t>(N_VGetLength(vector))};
-}
 
 /// What the callbacks need.
 struct Call {

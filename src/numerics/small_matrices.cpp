@@ -29,5 +29,6 @@ SingularValueDecomposition singular_value_decomposition(const SmallMatrix& m) {
 }
 
 SmallMatrix inverse(const SmallMatrix& m) { return m.partialPivLu().inverse(); }
+SmallRealMatrix real_inverse(const SmallRealMatrix& m) { return m.partialPivLu().inverse(); }
 
 }  // namespace drover::numerics

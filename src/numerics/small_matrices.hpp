@@ -40,5 +40,6 @@ SingularValueDecomposition singular_value_decomposition(const SmallMatrix& m);
 
 /// By LU with partial pivoting; m must be regular.
 SmallMatrix inverse(const SmallMatrix& m);
+SmallRealMatrix real_inverse(const SmallRealMatrix& m);
 
 }  // namespace drover::numerics

@@ -11,11 +11,11 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <type_traits>
 
 #include "drover/base/error.hpp"
 #include "drover/numerics/linear_operator.hpp"
 #include "numerics/mode_vector.hpp"
+#include "sundials_handles.hpp"
 
 namespace drover::numerics {
 
@@ -34,27 +34,12 @@ const std::vector<SundialsMethod> methods{
     {"arkode-ark548l2sab", 5, 8, ark2019, "ARKODE_ARK548L2SAb_DIRK_8_4_5", "ARKODE_ARK548L2SAb_ERK_8_4_5"},
 };
 
-struct ContextDeleter {
-    void operator()(SUNContext context) const { SUNContext_Free(&context); }
-};
-struct VectorDeleter {
-    void operator()(N_Vector vector) const { N_VDestroy(vector); }
-};
-struct SolverDeleter {
-    void operator()(SUNLinearSolver solver) const { SUNLinSolFree(solver); }
-};
 struct CvodeDeleter {
     void operator()(void* memory) const { CVodeFree(&memory); }
 };
 struct ArkodeDeleter {
     void operator()(void* memory) const { ARKStepFree(&memory); }
 };
-template <class Handle, class Deleter>
-using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Deleter>;
-
-std::span<double> numbers(N_Vector vector) {
-    return {N_VGetArrayPointer(vector), static_cast<std::size_t>(N_VGetLength(vector))};
-}
 }  // namespace
 
 std::span<const SundialsMethod> sundials_methods() { return methods; }

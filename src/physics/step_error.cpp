@@ -10,6 +10,7 @@
 #include "drover/base/random.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/stepper.hpp"
+#include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/right_hand_side.hpp"
 #include "drover/physics/stability_rows.hpp"
 
@@ -94,24 +95,20 @@ struct FastWave {
 /// The fast waves of a linear system on a grid.
 std::vector<FastWave> fast_waves(const numerics::System& system, const Grid& grid, int degree, double dt) {
     constexpr double turn = 0.5;  // radians a step
-    std::vector<FastWave> result;
-    std::map<double, std::pair<double, double>> by_wavenumber;  // largest rate and frequency
-    for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
-        for (std::size_t i = 0; i < numerics::columns(grid); ++i) {
-            if (!numerics::is_kept(grid, degree, i, j)) continue;
-            const double q = std::hypot(2.0 * std::numbers::pi * static_cast<double>(i) / grid.lx,
-                                        2.0 * std::numbers::pi * numerics::mode_number_y(grid, j) / grid.ly);
-            const auto [found, is_new] = by_wavenumber.emplace(q, std::pair(-INFINITY, 0.0));
-            auto& [rate, frequency] = found->second;
-            if (is_new)
-                for (const std::complex<double> s : numerics::eigenvalues(system.linear(q).along)) {
-                    rate = std::max(rate, s.real());
-                    frequency = std::max(frequency, std::abs(s.imag()));
-                }
-            if (frequency * dt > turn)
-                result.push_back(
-                    {j * numerics::columns(grid) + i, std::min(1.0, std::exp(rate * dt)), frequency * dt > 2.0});
+    const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(grid, degree);
+    std::vector<double> rate(wavenumbers.q.size(), -INFINITY), frequency(wavenumbers.q.size());
+    for (std::size_t n = 0; n < wavenumbers.q.size(); ++n)
+        for (const std::complex<double> s : numerics::eigenvalues(system.linear(wavenumbers.q[n]).along)) {
+            rate[n] = std::max(rate[n], s.real());
+            frequency[n] = std::max(frequency[n], std::abs(s.imag()));
         }
+    std::vector<FastWave> result;
+    for (std::size_t mode = 0; mode < wavenumbers.of_mode.size(); ++mode) {
+        if (wavenumbers.of_mode[mode] < 0) continue;
+        const auto n = static_cast<std::size_t>(wavenumbers.of_mode[mode]);
+        if (frequency[n] * dt > turn)
+            result.push_back({mode, std::min(1.0, std::exp(rate[n] * dt)), frequency[n] * dt > 2.0});
+    }
     return result;
 }
 

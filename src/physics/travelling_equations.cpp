@@ -223,8 +223,7 @@ void TravellingEquations::precondition(std::span<double> v) const {
     numerics::SmallRealVector right(static_cast<Eigen::Index>(extra.size()));
     for (std::size_t i = 0; i < extra.size(); ++i)
         right(static_cast<Eigen::Index>(i)) = extra[i] - product(Values(rows[i]).first(size()), a);
-    const numerics::SmallMatrix inverse = numerics::inverse(schur.cast<Complex>());
-    const numerics::SmallRealVector found = (inverse.real() * right).eval();
+    const numerics::SmallRealVector found = numerics::real_inverse(schur) * right;
     for (std::size_t k = 0; k < extra.size(); ++k) {
         extra[k] = found(static_cast<Eigen::Index>(k));
         for (std::size_t i = 0; i < size(); ++i) a[i] -= extra[k] * preconditioned_columns[k][i];

@@ -155,10 +155,18 @@ RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
         const StopSignals signals;
         return with_chosen_step(given, options.quiet);
     }();
-    for (RunOptions attempt = options;; attempt.overwrite = true) {
+    RunOptions attempt = options;
+    for (int halvings = 0;; ++halvings, attempt.overwrite = true) {
         try {
             return run_from_start(scene, attempt);
         } catch (const StepTooLong& error) {
+            // The error of a chaotic run exceeds any limit, however short the step.
+            constexpr int max_halvings = 6;
+            if (halvings == max_halvings)
+                fail_run(
+                    "{}; {} halvings of the step did not suffice: the fields may be chaotic: give time.dt, and "
+                    "compare means with those of half of it",
+                    error.what(), halvings);
             if (!options.quiet) log_information("{}; doing so now", error.what());
             scene.time.dt *= 0.5;
         }

@@ -144,10 +144,10 @@ Bias largest_bias(const Pilot& longer, const Pilot& shorter) {
 /// One scene, ever shorter steps.
 class Ladder {
 public:
-    Ladder(const io::Scene& scene, int coarser)
+    Ladder(const io::Scene& scene, const io::Scene& pilot)
         : given_(scene.time),
           target_(choice_margin * max_error_of(scene)),
-          pilot_(pilot_scene(scene, coarser)),
+          pilot_(pilot),
           is_coarse_(numerics::points(pilot_.grid) < numerics::points(scene.grid)),
           threads_(choose_threads(pilot_)) {}
 
@@ -263,8 +263,9 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
         log_information("time.dt is left out: choosing it by pilot runs for an error of {}", max_error_of(scene));
     std::string failure;
     for (const int coarser : {4, 2, 1}) {
-        if (coarser > 1 && !represents(pilot_scene(scene, coarser), scene)) continue;
-        Ladder ladder(scene, coarser);
+        const io::Scene pilot = pilot_scene(scene, coarser);
+        if (coarser > 1 && !represents(pilot, scene)) continue;
+        Ladder ladder(scene, pilot);
         if (const auto time = ladder.choose()) {
             result.time = *time;
             return result;

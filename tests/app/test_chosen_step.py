@@ -19,6 +19,12 @@ FLOCK = {
 SMOOTH = {"initial.kind": "formula", "initial.polar_order_x": "0.3 + 0.2 * sin(2*pi*y/16)",
           "initial.polar_order_y": "0.2 * cos(2*pi*(x + y)/16)"}
 
+LATE = {"uniform.rod_density": 1.0, "relaxation.rate": -0.1, "relaxation.saturation": 1.0,
+        "elasticity.stiffness": 0.5, "advection.strength": 0.5, "initial.kind": "random",
+        "time.stepper": "exponential-euler",
+        "initial.amplitude": 1e-4, "grid.nx": 32, "grid.ny": 32, "grid.lx": 16.0, "grid.ly": 16.0,
+        "time.end": 200.0, "output.sample_every": 1.0, "output.frame_every": 200.0}
+
 
 def run(folder, name, base=FLOCK, **changes):
     scene = write_scene(folder, changes, name=name + ".toml", base=base)
@@ -82,12 +88,7 @@ def test_a_linear_model_has_the_longest_step(tmp_path):
 
 def test_a_run_whose_pilot_saw_too_little_starts_again_with_a_shorter_step(tmp_path):
     # The pilot of a grid that cannot be coarsened ends at 64 s, while the linear terms, which are exact, still decide.
-    late = {"uniform.rod_density": 1.0, "relaxation.rate": -0.1, "relaxation.saturation": 1.0,
-            "elasticity.stiffness": 0.5, "advection.strength": 0.5, "initial.kind": "random",
-            "time.stepper": "exponential-euler",
-            "initial.amplitude": 1e-4, "grid.nx": 32, "grid.ny": 32, "grid.lx": 16.0, "grid.ly": 16.0,
-            "time.end": 200.0, "output.sample_every": 1.0, "output.frame_every": 200.0}
-    scene = write_scene(tmp_path, late, name="late.toml", base={})
+    scene = write_scene(tmp_path, LATE, name="late.toml", base={})
     done = drover(tmp_path, "run", scene)
     assert "doing so now" in done.stderr
     with h5py.File(tmp_path / "late.h5") as file:
@@ -118,3 +119,10 @@ def test_a_start_that_a_coarse_pilot_would_lose_has_a_pilot_on_all_points(tmp_pa
     run(tmp_path, "fine", **fine)
     # The pilot of 32 points keeps 10 modes, that of 64 points 21.
     assert "of 64 by 8 points" in time_table(tmp_path / "fine.h5")["pilot"]
+
+
+def test_a_run_that_no_chosen_step_brings_to_the_limit_ends_with_a_remedy(tmp_path):
+    # A pilot to 64 s sees linear terms alone; the method, of first order, would then need steps of 1e-5 s.
+    scene = write_scene(tmp_path, {**LATE, "time.max_error": 1e-5}, name="late.toml", base={})
+    failed = drover(tmp_path, "run", scene, status=1)
+    assert "6 halvings of the step did not suffice" in failed.stderr and "give time.dt" in failed.stderr

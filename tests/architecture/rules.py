@@ -26,7 +26,7 @@ BELOW = {
 # files.
 HOMES = [
     ("FFTW", ("fftw3*",), "src/numerics/*.cpp", 1),
-    ("SUNDIALS", ("sundials/*", "nvector/*", "arkode/*", "cvode/*", "kinsol/*", "sun*/*"), "src/numerics/*.cpp", 2),
+    ("SUNDIALS", ("sundials/*", "nvector/*", "arkode/*", "cvode/*", "kinsol/*", "sun*/*"), "src/numerics/*", 3),
     ("HDF5", ("hdf5*", "H5*"), "src/files/*", None),
     ("toml++", ("toml++/*", "toml.hpp"), "src/io/scene*.cpp", 1),
     ("CLI11", ("CLI/*", "CLI11.hpp"), "src/app/*", None),
