@@ -1,4 +1,4 @@
-"""tests/app/test_digits_slow.py: tables print no digit that their error bar or the rounding of doubles does not support.
+"""tests/app/test_digits_slow.py: tables print no digit that their error bar or the rounding of doubles cannot support.
 
 Each command runs under the four rounding modes of IEEE 754.  A number may differ between them by one unit of its last
 digit, since that digit is rounded.
