@@ -1,8 +1,9 @@
 // run/trade_front.cpp: errors and costs of all combinations of levels; those that no other beats.
+#include "run/trade_front.hpp"
+
 #include <algorithm>
 
 #include "drover/base/error.hpp"
-#include "run/trade_study.hpp"
 
 namespace drover::run {
 
