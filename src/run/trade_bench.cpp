@@ -112,6 +112,14 @@ Bias TradeBench::mean_of(const WantedNumber& number) const {
     return mean;
 }
 
+double TradeBench::least_duration(const WantedNumber& number) const {
+    const std::span<const double> series(number.series);
+    const double tau = measure::autocorrelation_time(series.subspan(std::min(skip(), series.size())));
+    constexpr double margin = 1.2;  // tau itself is uncertain
+    return margin * measure::autocorrelation_times_per_block * static_cast<double>(measure::min_blocks) * tau *
+           scene.output.sample_every;
+}
+
 Bias TradeBench::difference(const WantedNumber& a, const WantedNumber& b) const {
     const Bias mean_a = mean_of(a), mean_b = mean_of(b);
     const Bias apart{mean_a.value - mean_b.value, std::hypot(mean_a.error, mean_b.error)};

@@ -53,6 +53,9 @@ public:
     /// Mean of a wanted number; its error is 0 where the run is a definite one.
     Bias mean_of(const WantedNumber& number) const;
 
+    /// Time over which a run tells the error of its own mean [s].
+    double least_duration(const WantedNumber& number) const;
+
     /// a - b.  Runs of fields share their noise; those of particles share nothing.
     Bias difference(const WantedNumber& a, const WantedNumber& b) const;
     std::vector<Bias> differences(const Measured& a, const Measured& b) const;

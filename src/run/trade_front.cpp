@@ -57,7 +57,9 @@ std::vector<double> durations(const Findings& found, const io::Scene& scene) {
     constexpr int shorter = 4, longer = 24;
     for (int k = -shorter; k <= longer; ++k) {
         const double duration = unit * std::ceil(found.duration * std::exp2(0.5 * k) / unit - 1e-9);
-        if (duration > 2.0 * found.warm_up && (result.empty() || duration > result.back())) result.push_back(duration);
+        if (duration >= found.warm_up + std::max(found.warm_up, found.least_duration) &&
+            (result.empty() || duration > result.back()))
+            result.push_back(duration);
     }
     return result;
 }

@@ -66,6 +66,7 @@ struct Findings {
     double pilot_start = 1.0, pilot_step = 1.0;  ///< its relative costs
     std::optional<std::vector<Bias>> linear_theory;
     double duration = 0.0, warm_up = 0.0;  ///< of the trials [s]
+    double least_duration = 0.0;           ///< beyond the warm-up, for a run that tells its own error [s]
     bool statistical = false;              ///< noisy, chaotic or particles: the duration is free
     double pairing = 1.0;                  ///< variance of unpaired differences over that of paired ones
     double seconds = 0.0;                  ///< of a core, of all trials
