@@ -20,6 +20,7 @@ BELOW = {
     "io": ("base", "files", "numerics", "dem", "physics", "measure", "calibrate"),
     "run": ("io",),
     "app": ("run",),
+    "python": ("run",),
 }
 
 # Third-party headers that are confined: library, include patterns, files that may include them, maximum number of
