@@ -39,7 +39,13 @@ def calibrate(scene, folder=None, *, workers=0, share=(1, 1), collect=False, qui
 
 
 def slurm_script(scene, shares, folder=None):
-    """A shell script that runs a calibration as `shares` array tasks of Slurm, as `drover calibrate --slurm`."""
+    """A shell script that runs a calibration as `shares` array tasks of Slurm, as `drover calibrate --slurm`.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"cell": {"lx": 9.0, "ly": 9.0}, "calibrate.bead_area_fractions": [0.2]})
+    >>> slurm_script(scene, 8).splitlines()[0]
+    '#!/bin/sh'
+    """
     return _drover.slurm_script(scene.name, list(scene.settings), folder_of(scene, folder), shares)
 
 

@@ -11,6 +11,13 @@ def restart(archive, *, end=None, checkpoint_minutes=None, threads=0, quiet=True
     """Resumes a run from its latest valid checkpoint, as `drover restart`; returns the open archive.
 
     `end` [s] is a later time.end.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
+    >>> scene.run("longer.h5").close()
+    >>> with restart("longer.h5", end=2.0) as run:
+    ...     float(run.frames.time[-1])
+    2.0
     """
     from drover.archive import open_run
     from drover.toml import value_text
@@ -25,6 +32,11 @@ def info(file):
     """What an archive, a table of coefficients or an XYZ file holds, as `drover info --json`: a dict.
 
     `attributes` is the provenance, with the scene; `results` the means with errors and linear theory.
+
+    >>> from drover import Scene
+    >>> Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}}).run("means.h5").close()
+    >>> info("means.h5")["results"]["polar_order"]["unit"]
+    '1'
     """
     with hdf5():
         return json.loads(_drover.info(os.fspath(file)))
@@ -33,8 +45,8 @@ def info(file):
 def schema(kind=""):
     """All sections of scenes with their keys, units, ranges, defaults and meaning; of one kind if it is given.
 
-    >>> [row["unit"] for part in schema("fields") if part["name"] == "grid" for row in part["rows"]][-1]
-    'mm'
+    >>> [row["unit"] for part in schema("fields") if part["name"] == "grid" for row in part["rows"] if "unit" in row]
+    ['mm', 'mm']
     """
     if kind not in ("", "fields", "particles"):
         raise Error(f'kind = "{kind}"; expected "fields", "particles" or "" for both')

@@ -1,5 +1,4 @@
 """drover/scene.py: a scene (input file) as an immutable object; what the commands of drover do with one."""
-import contextlib
 import json
 import os
 import tomllib
@@ -47,14 +46,21 @@ class Scene:
         return cls.parse(scene_text(sections), name)
 
     def set(self, key, value=None):
-        """A scene with other values: set("driving.strength", 12), or set({"grid.nx": 64, "grid.ny": 64})."""
+        """A scene with other values: set("driving.strength", 12), or set({"grid.nx": 64, "grid.ny": 64}).
+
+        >>> Scene.from_dict({}).set({"grid.nx": 64, "grid.lx": 32.0})
+        <drover.Scene scene.toml: fields, grid.nx=64, grid.lx=32.0>
+        """
         changes = key if isinstance(key, dict) else {key: value}
         settings = [*self._settings, *(f"{name}={value_text(value)}" for name, value in changes.items())]
         with hdf5():
             return Scene(_drover.Scene.parse(self._text, self._name, settings), self._text, self._name, settings)
 
     def term(self, of, value=None, *, flux=None, **parameters):
-        """A scene with one more term as text: term("order", ["-W order_x", "-W order_y"], W=0.7).
+        """A scene with one more term as text, and its parameters as keys terms.W.
+
+        >>> Scene.from_dict({}).term("order", ["-W order_x", "-W order_y"], W=0.7)["terms.W"]
+        0.7
 
         `of` is the equation (bead_density, rod_density, bead_velocity or order); a density takes a text or a flux.
         """
@@ -89,11 +95,14 @@ class Scene:
 
     def __getitem__(self, key):
         section, _, name = key.rpartition(".")
-        table = self.values
-        with contextlib.suppress(KeyError, TypeError):
-            for part in section.split("."):
-                table = table[part]
-            return table[name]
+        tables = [self.values]
+        for part in section.split("."):
+            tables = [table[part] for table in tables if part in table]
+            tables = tables[0] if tables and isinstance(tables[0], list) else tables  # [[terms]]
+        for table in tables:
+            for values in (table, table.get("parameters", {})):
+                if name in values:
+                    return values[name]
         raise KeyError(f"{key}; expected one of the keys of scene.keys()")
 
     def keys(self):
@@ -138,7 +147,7 @@ class Scene:
         """Fields and terms, or particles, and costs: memory and disk [bytes], wall time [s]; a dict.
 
         >>> Scene.from_dict({"time.dt": 0.1}).explain()["form"]
-        'rods alone'
+        'rods only'
         """
         with hdf5():
             return json.loads(_drover.explain(self._native))
@@ -153,6 +162,11 @@ class Scene:
 
         `output` is the archive; default: the name of the scene with .h5, in the working folder.  After Ctrl-C, which
         raises KeyboardInterrupt, drover.restart(archive) resumes.
+
+        >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 2.0}})
+        >>> with scene.run("short.h5") as run:
+        ...     run.frames.rod_density.dims
+        ('time', 'y', 'x')
         """
         scene = self.with_output(output, threads)
         import h5py  # noqa: F401  # pylint: disable=unused-import  # before the run: see locks.py
@@ -162,6 +176,7 @@ class Scene:
         return open_run(done["archive"])
 
     def with_output(self, output=None, threads=0):
+        """A scene with another archive or number of threads, as --output and --threads of the commands."""
         changes = {} if output is None else {"output.file": os.fspath(output)}
         if threads:
             changes["run.threads"] = threads
@@ -172,6 +187,11 @@ class Scene:
 
         stability().growth_rate is that of the most ordered state, over angle [degree], wavenumber [1/mm] and branch.
         With `output` it is also written to an archive.
+
+        >>> scene = Scene.from_dict({"relaxation.rate": 0.5, "grid": {"nx": 16, "ny": 16}})
+        >>> theory = scene.stability()
+        >>> theory.growth_rate.dims, theory.growth_rate.units, bool(theory.growth_rate.max() < 0.1)
+        (('angle', 'wavenumber', 'branch'), 's-1', True)
         """
         return computed(_drover.stability, self, output, overwrite, threads=threads)
 
@@ -179,6 +199,11 @@ class Scene:
         """Phase boundaries in a plane of two numbers, as `drover boundary`: a Theory.
 
         x and y are axes: ("driving.strength", 5, 60), or "driving.strength = 5:60"; default: those of the scene.
+
+        >>> scene = Scene.from_dict({"relaxation.saturation": 1.0, "boundary.map": 0})
+        >>> line = scene.boundary(("relaxation.rate", -1, 1), ("elasticity.stiffness", 0.5, 1))
+        >>> float(abs(line.x[line.limit == 0]).max())   # onset: the relaxation rate is 0
+        0.0
         """
         changes = {f"boundary.{name}": range_text(axis) for name, axis in (("x", x), ("y", y)) if axis is not None}
         if conventions:

@@ -48,6 +48,11 @@ def sweep(scene, vary, *, seeds=1, ramp="none", workers=0, folder=None, quiet=Tr
     `vary` is {"relaxation.rate": [0.5, 1, 2]} or {"relaxation.rate": "0.5:2:11"} (first:last:count); several keys make
     a grid.  `folder` keeps an archive of each run, and the same call resumes; by default nothing is kept.  `ramp`
     ("up", "up-down") starts each point from the end of the one before.  `workers` is the number of simultaneous runs.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
+    >>> sweep(scene, {"relaxation.rate": [0.5, 1.0]}).polar_order.dims
+    ('relaxation.rate',)
     """
     varied = [f"{key} = {values if isinstance(values, str) else value_text(list(values))[1:-1]}"
               for key, values in vary.items()]

@@ -18,8 +18,7 @@ def call(command, scene, **options):
     Ctrl-C stops it after checkpoints; the same call resumes.
     """
     request = {"command": command, "scene": scene.__reduce__()[1], "options": options}
-    package = str(Path(__file__).resolve().parents[1]) if not Path(__file__).is_symlink() else str(
-        Path(os.path.abspath(__file__)).parents[1])
+    package = str(Path(os.path.abspath(__file__)).parents[1])
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))}
     # A session of its own: signals of the terminal reach it through this process alone, once.
     with subprocess.Popen([sys.executable, "-m", "drover.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
