@@ -103,8 +103,9 @@ def test_the_stubs_are_those_of_the_package():
 def test_the_stubs_pass_mypy(tmp_path):
     if shutil.which("mypy") is None:
         pytest.skip("mypy is not installed")
-    found = subprocess.run(["mypy", "--strict", "--follow-imports=skip", "--cache-dir", tmp_path / "cache",
-                            PACKAGE / "__init__.pyi"], capture_output=True, text=True, check=False)
+    words = ["mypy", "--strict", "--follow-imports=skip", "--cache-dir", tmp_path / "cache"]
+    found = subprocess.run([*words, PACKAGE / "__init__.pyi", PACKAGE / "plot.pyi"], capture_output=True, text=True,
+                           check=False)
     assert found.returncode == 0, found.stdout
 
 
@@ -119,7 +120,8 @@ def test_every_public_name_has_a_docstring(name):
             assert inspect.getdoc(getattr(value, part)) or part == "close", (name, part)
 
 
-@pytest.mark.parametrize("module", ["calibration", "commands", "error", "scene", "simulation", "sweeping", "toml"])
+@pytest.mark.parametrize("module", ["calibration", "commands", "error", "plot", "scene", "simulation", "sweeping",
+                                    "toml"])
 def test_the_examples_of_the_docstrings_run(module, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = doctest.testmod(importlib.import_module(f"drover.{module}"), optionflags=doctest.ELLIPSIS)

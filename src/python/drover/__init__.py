@@ -17,7 +17,11 @@
     with drover.open_theory("flock.h5") as theory:       # archive of drover stability or drover boundary
         theory.groups["ordered"].growth_rate.max("branch").plot(xscale="log")
 
+    drover.plot.figure(run).savefig("flock.pdf")         # its panels alone: drover.plot.map(run, axes), ...
+    drover.film(run, "flock.mp4")                        # of a run in memory, or an archive
+
 `python3 -m drover.figure isotropic.h5` draws a figure of any archive.
+`python3 -m drover.film flock.h5` makes a film of a run.
 `python3 -m drover.compare fields.h5 particles.h5` compares a calibrated field run with a particle run.
 Nothing writes files unless it is asked to.
 """
@@ -28,6 +32,7 @@ HOMES = {
     "Calibration": "calibration", "DroverError": "error", "Error": "error", "Frame": "simulation",
     "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
     "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "export": "commands",
+    "film": "film",
     "info": "commands", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",
     "schema": "commands", "slurm_script": "calibration", "sweep": "sweeping",
 }
@@ -37,6 +42,8 @@ __all__ = sorted(HOMES)
 def __getattr__(name):
     if name == "__version__":
         return import_module("drover._drover").version()[0]
+    if name == "plot":
+        return import_module("drover.plot")
     if name not in HOMES:
         raise AttributeError(f"module drover has no attribute {name}")
     value = getattr(import_module(f"drover.{HOMES[name]}"), name)

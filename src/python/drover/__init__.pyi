@@ -8,6 +8,8 @@ import numpy as np
 import xarray
 from numpy.typing import NDArray
 
+from drover import plot as plot
+
 __version__: str
 
 Axes = Any  # of matplotlib, which has no types in Debian 12
@@ -65,6 +67,7 @@ class Frame:
     time: float
     arrays: dict[str, NDArray[np.float64]]
     spheres: Frame | None
+    box: NDArray[np.float64] | None
     def __getattr__(self, name: str) -> NDArray[np.float64]: ...
     def __getitem__(self, name: str) -> NDArray[np.float64]: ...
     def to_xarray(self) -> xarray.Dataset: ...
@@ -145,6 +148,8 @@ class Calibration:
     text: str
     def onset(self, varied: float | None = ...) -> Theory: ...
 
+def film(run: File | Run | ParticleRun | Simulation, output: File, *, every: float | None = ..., rate: int = ...,
+         progress: bool | None = ...) -> Path: ...
 def open_run(path: File) -> Run | ParticleRun: ...
 def open_theory(path: File) -> Theory: ...
 def restart(archive: File, *, end: float | None = ..., checkpoint_minutes: float | None = ..., threads: int = ...,

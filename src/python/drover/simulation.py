@@ -19,9 +19,9 @@ class Frame:
     frame that was taken.  Keep a state by to_xarray(), or by .copy() of an array.  Units: mm, s, mg.
     """
 
-    def __init__(self, step, time, arrays, spheres, about):
+    def __init__(self, step, time, arrays, spheres, box, about):
         self.step, self.time = step, time
-        self.arrays, self.spheres, self._about = arrays, spheres, about
+        self.arrays, self.spheres, self.box, self._about = arrays, spheres, box, about
 
     def __getattr__(self, name):
         arrays = self.__dict__.get("arrays", {})
@@ -164,12 +164,14 @@ class Simulation:
                 named = tuple(dims) if is_field else (axis, "component")
                 if not is_spheres:
                     variables[start + name] = named, {"units": unit, "long_name": meaning}
-            for name, (_, _, values) in group["fixed"].items():
+            for name, (unit, meaning, values) in group["fixed"].items():
                 into[start + name] = values
-        if spheres:
-            spheres.pop("box/edges", None)
-        all_spheres = Frame(self.step, self.time, spheres, None, ({}, {})) if spheres else None
-        return Frame(self.step, self.time, arrays, all_spheres, (variables, axes))
+                if not is_spheres:
+                    variables[start + name] = ((axis, f"{axis}_sphere")[:values.ndim],
+                                               {"units": unit, "long_name": meaning})
+        box = spheres.pop("box/edges", None)
+        all_spheres = Frame(self.step, self.time, spheres, None, box, ({}, {})) if spheres else None
+        return Frame(self.step, self.time, arrays, all_spheres, box, (variables, axes))
 
     @contextmanager
     def edit(self):
