@@ -28,6 +28,7 @@ void add_calibrate(CLI::App& program, Action& action);
 void add_stability(CLI::App& program, Action& action);
 void add_boundary(CLI::App& program, Action& action);
 void add_states(CLI::App& program, Action& action);
+void add_tradeoff(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
 void add_export(CLI::App& program, Action& action);
 void add_schema(CLI::App& program, Action& action);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 #include "drover/base/log.hpp"
 #include "drover/files/checkpoint.hpp"
@@ -13,6 +14,9 @@ namespace drover::run {
 
 namespace {
 using Clock = std::chrono::steady_clock;
+
+/// Of all threads of this process.
+double core_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -57,6 +61,7 @@ void append_last(const Simulation& simulation, std::int64_t step, files::Archive
 LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive& archive, const LoopFiles& files,
                      bool quiet) {
     const Clock::time_point start = Clock::now();
+    const double core_start = core_seconds();
     Clock::time_point last_commit = start, last_checkpoint = start;
     constexpr double seconds_between_commits = 30.0;
     Progress progress(first, simulation.steps, simulation.dt, quiet);
@@ -91,7 +96,10 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
     if (step == simulation.steps) append_last(simulation, step, archive);
     if (const std::string words = simulation.describe ? simulation.describe() : ""; !quiet && !words.empty())
         log_information("{}", words);
-    return {.step = step, .signal = step < simulation.steps ? stop_signal() : 0, .wall_seconds = seconds_since(start)};
+    return {.step = step,
+            .signal = step < simulation.steps ? stop_signal() : 0,
+            .wall_seconds = seconds_since(start),
+            .core_seconds = core_seconds() - core_start};
 }
 
 }  // namespace drover::run

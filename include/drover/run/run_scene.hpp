@@ -12,6 +12,7 @@ namespace drover::run {
 struct RunOptions {
     bool overwrite = false;  ///< replace an existing archive
     bool quiet = false;      ///< no log, no progress
+    bool rounds_up = false;  ///< all steps round up, not to the nearest, to see what rounding does; one thread
 };
 
 struct RunOutcome {
