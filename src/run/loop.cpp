@@ -24,10 +24,6 @@ void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, 
     archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe(), step);
 }
 
-bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {
-    return scheduled.every == 0 ? step == 0 : step % scheduled.every == 0;
-}
-
 /// Appends the rows due at a step; true when one of them is a frame, which is committed at once so that at most one can
 /// be lost.
 bool append_due(const Simulation& simulation, std::int64_t step, files::Archive& archive) {

@@ -1,6 +1,9 @@
 // run/onset.cpp: the flocking thresholds of a table, described.
 #include "drover/run/onset.hpp"
 
+#include "drover/io/calibration.hpp"
+#include "drover/io/scene_text.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -121,6 +124,17 @@ Result onset_result(const calibrate::Onset& onset, const calibrate::Table& table
     return {.root = {.header = {"flocks form where the gain g = 2 (alpha/Gamma)/(a/lambda) exceeds its threshold; drag "
                                 "= alpha/Gamma: bead speed at P = 1, threshold = a/lambda"},
                      .lists = {std::move(curves), std::move(line)}}};
+}
+
+TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied) {
+    const files::ArchiveReader archive(file);
+    const calibrate::Table table = io::read_calibration(archive, file.string());
+    const calibrate::Onset onset =
+        calibrate::find_onset(table, calibrate::varied_index(table, varied, "--varied", {.file = file.string()}));
+    TableOnset made{.scene = io::parse_scene(archive.text_attribute("scene"), file.string() + " (its scene)"),
+                    .result = onset_result(onset, table)};
+    made.result.attributes.emplace_back("table", file.string());
+    return made;
 }
 
 }  // namespace drover::run

@@ -115,13 +115,17 @@ Needs needs_of(const io::Scene& given) {
             .disk_free = problem ? 0.0 : static_cast<double>(space.available)};
 }
 
-void check_needs(const io::Scene& scene, const RunOptions& options) {
+void check_memory(const io::Scene& scene) {
     const Needs needs = needs_of(scene);
     const Kind& kind = kind_of(scene);
     require(needs.memory_bytes <= needs.memory_free, io::location_of(scene, kind.size_key),
             "{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
             bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
             scene.kind == io::SceneKind::fields ? "grid" : "cell");
+}
+
+void check_needs(const io::Scene& scene, const RunOptions& options) {
+    check_memory(scene);
     const std::filesystem::path path = archive_path(scene), folder = folder_of(path);
     const SourceLocation where = io::location_of(scene, "output.file");
     std::error_code problem;

@@ -36,7 +36,10 @@ struct Needs {
 };
 Needs needs_of(const io::Scene& scene);
 
-/// Throws an input Error when memory is insufficient, or the archive exists or cannot be written.
+/// Throws an input Error when memory is insufficient.
+void check_memory(const io::Scene& scene);
+
+/// The same, and when the archive exists or cannot be written.
 void check_needs(const io::Scene& scene, const RunOptions& options);
 
 /// Runs a scene from t = 0.  Leaves no files when it cannot start.
