@@ -23,7 +23,7 @@ struct Tradeoff {
 };
 
 /// Trials of the scene with other steps, methods, grids, models and durations, in `folder`, which keeps every one: call
-/// it again to resume, or with other wishes.  Throws an input Error when the folder holds the trials of another scene,
+/// it again to resume, or with other wishes.  Writes tradeoff.json there, and recommended.toml.  Throws an input Error when the folder holds the trials of another scene,
 /// and for a wish that the run does not answer; a run Error when the scene as given cannot be run within the budget.
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
 
