@@ -18,7 +18,8 @@ PACKAGE = Path(drover.__file__).parent
 # Python does it, which begins with a capital letter.
 EVERYWHERE = {"scene": "Scene.load", "--set": "Scene.set", "--help": "Docstrings", "--json": "The value returned"}
 COMMANDS = {
-    "run": (drover.Scene.run, {"--accuracy": "accuracy", "--output": "output", "--threads": "threads", "--overwrite": "overwrite",
+    "run": (drover.Scene.run, {"--accuracy": "accuracy", "--output": "output", "--threads": "threads",
+                               "--overwrite": "overwrite",
                                "--quiet": "quiet"}),
     "restart": (drover.restart, {"archive": "archive", "--set": "end", "--threads": "threads", "--quiet": "quiet"}),
     "sweep": (drover.sweep, {"--output": "folder", "--vary": "vary", "--seeds": "seeds", "--ramp": "ramp",

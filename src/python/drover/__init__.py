@@ -30,7 +30,8 @@ from importlib import import_module
 # Imported when they are used: the package itself loads in milliseconds.
 HOMES = {
     "Calibration": "calibration", "DroverError": "error", "Error": "error", "Frame": "simulation",
-    "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping", "Tradeoff": "trading",
+    "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
+    "Tradeoff": "trading",
     "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "export": "commands",
     "film": "film",
     "info": "commands", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",

@@ -9,9 +9,9 @@ from drover.worker import call
 class Tradeoff:
     """What drover tradeoff found.
 
-    `front`: the cheapest settings for their error, a list of dicts; `by_model`: those of each model; `levels`: what each
-    step, grid and model does alone; `wishes`: the wanted numbers.  `recommended`: a Scene, or None, and then `refusal`
-    says why; `reasons`: of the recommendation.
+    `front`: the cheapest settings for their error, a list of dicts; `by_model`: those of each model; `levels`: what
+    each step, grid and model does alone; `wishes`: the wanted numbers.  `recommended`: a Scene, or None, and then
+    `refusal` says why; `reasons`: of the recommendation.
     """
 
     def __init__(self, result, scene):
