@@ -1,8 +1,10 @@
 """drover/trade_panel.py: error against work, one colour a model."""
 import json
+from pathlib import Path
 
 import matplotlib
 
+from drover.error import DroverError
 from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -36,15 +38,19 @@ def draw_trade(found, axes=None):
 @matplotlib.rc_context(STYLE)
 def draw(path):
     """Draws tradeoff.json of a folder of drover tradeoff as a matplotlib Figure."""
-    with open(path, encoding="utf-8") as file:
-        found = json.load(file)
+    try:
+        found = json.loads(Path(path).read_text(encoding="utf-8"))
+        found["by_model"], found["front"], found["wishes"]  # pylint: disable=pointless-statement
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DroverError(f"{path}: cannot be read as the result of a study; expected tradeoff.json of the folder of "
+                          "drover tradeoff: run that again") from error
     figure = new_figure()
     draw_trade(found, add_axes(figure, PLANE))
     wanted = "; ".join(f"{row['observable']} within {row['allowed']:.2g}" for row in found["wishes"])
     left_out = len({row["model"] for row in found["by_model"]}) - MOST_MODELS
     write_title_and_caption(
         figure, "speed for accuracy: error against work",
-        f"Wanted: {wanted}. Error: the largest of a wish, with a probability of 95 %, over what it allows. Each point is "
-        "a setting of step, grid and duration that no other of its model beats."
+        f"Wanted: {wanted}. Error: the largest of a wish, with a probability of 95 %, over what it allows. Each point "
+        "is a setting of step, grid and duration that no other of its model beats."
         + (f" {left_out} models with larger errors are not drawn." if left_out > 0 else ""))
     return figure
