@@ -19,7 +19,7 @@ PACKAGE = Path(drover.__file__).parent
 EVERYWHERE = {"scene": "Scene.load", "--set": "Scene.set", "--help": "Docstrings", "--json": "The value returned"}
 COMMANDS = {
     "run": (drover.Scene.run, {"--output": "output", "--threads": "threads", "--overwrite": "overwrite",
-                               "--quiet": "quiet"}),
+                               "--quiet": "quiet", "--accuracy": "Not yet"}),
     "restart": (drover.restart, {"archive": "archive", "--set": "end", "--threads": "threads", "--quiet": "quiet"}),
     "sweep": (drover.sweep, {"--output": "folder", "--vary": "vary", "--seeds": "seeds", "--ramp": "ramp",
                              "--workers": "workers", "--quiet": "quiet"}),
@@ -40,7 +40,7 @@ COMMANDS = {
                                "--bodies": "bodies", "--overwrite": "overwrite"}),
     "schema": (drover.schema, {"--kind": "kind", "--coefficients": "Drover.coefficients"}),
 }
-WITHOUT_COUNTERPART = set()  # commands that are newer than the module
+WITHOUT_COUNTERPART = {"tradeoff"}  # newer than the module, as run --accuracy
 
 
 def options_of(command, folder):
