@@ -1,8 +1,9 @@
 // run/trade_front.cpp: errors and costs of all combinations of levels; those that no other beats.
+#include "run/trade_front.hpp"
+
 #include <algorithm>
 
 #include "drover/base/error.hpp"
-#include "run/trade_study.hpp"
 
 namespace drover::run {
 
@@ -56,7 +57,9 @@ std::vector<double> durations(const Findings& found, const io::Scene& scene) {
     constexpr int shorter = 4, longer = 24;
     for (int k = -shorter; k <= longer; ++k) {
         const double duration = unit * std::ceil(found.duration * std::exp2(0.5 * k) / unit - 1e-9);
-        if (duration > 2.0 * found.warm_up && (result.empty() || duration > result.back())) result.push_back(duration);
+        if (duration >= found.warm_up + std::max(found.warm_up, found.least_duration) &&
+            (result.empty() || duration > result.back()))
+            result.push_back(duration);
     }
     return result;
 }

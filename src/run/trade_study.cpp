@@ -2,62 +2,51 @@
 #include "run/trade_study.hpp"
 
 #include <algorithm>
-#include <map>
 
 #include "drover/base/error.hpp"
-#include "drover/base/log.hpp"
-#include "drover/base/threads.hpp"
-#include "drover/files/archive_reader.hpp"
-#include "drover/io/scene_text.hpp"
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/cost.hpp"
-#include "drover/run/kind.hpp"
 #include "drover/run/step_choice.hpp"
 
 namespace drover::run {
 
 namespace {
-/// A trial and its wanted numbers.
-struct Measured {
-    std::string failure;
-    double start_seconds = 0.0, step_seconds = 0.0;  ///< step: per second of the scene
-    std::vector<WantedNumber> numbers;
-};
-
-/// Points of a grid; of particles the area of the cell.
-double size_of(const io::Scene& scene) {
-    return scene.kind == io::SceneKind::fields ? static_cast<double>(numerics::points(scene.grid))
-                                               : scene.particles.cell.lx * scene.particles.cell.ly;
-}
+bool is_field(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
 
 class Study {
 public:
     Study(const io::Scene& scene, const TradeoffOptions& options)
-        : scene_(trial_scene(scene)),
-          options_(options),
-          trials_(options.folder, options.workers > 0 ? options.workers : usable_cores()) {
+        : bench_(trial_scene(scene), options), options_(options) {
         found_.wishes = options.wishes;
-        found_.statistical = !is_field() || physics::has_noise(scene.model.noise);
-        if (!found_.statistical) fit_into_budget();
+        bench_.statistical = !is_field(bench_.scene) || physics::has_noise(scene.model.noise);
+        if (!bench_.statistical) fit_into_budget();
     }
 
     Findings find() {
-        found_.duration = found_.statistical ? first_duration() : scene_.time.end;
+        bench_.duration = bench_.statistical ? first_duration() : bench_.scene.time.end;
         for (int round = 0;; ++round) {
             if (!measure_axes()) {
                 found_.stopped = true;
                 break;
             }
-            if (!found_.statistical || !wants_longer()) break;
-            found_.duration *= 2.0;
+            if (!bench_.statistical || !wants_longer()) break;
+            bench_.duration *= 2.0;
         }
         if (!found_.stopped) found_.stopped = !check_recommended();
-        found_.seconds = spent_;
-        found_.is_short = is_short_;
-        return found_;
+        return findings();
     }
 
 private:
+    const Findings& findings() {
+        found_.statistical = bench_.statistical;
+        found_.duration = bench_.duration;
+        found_.warm_up = bench_.warm_up;
+        found_.allowed = bench_.allowed;
+        found_.seconds = bench_.spent;
+        found_.is_short = bench_.is_short;
+        return found_;
+    }
+
     /// Scalars and spectra are what is compared: few frames, no limit on the estimate of the error.
     static io::Scene trial_scene(const io::Scene& scene) {
         require(scene.output.sample_every > 0.0, io::location_of(scene, "output.sample_every"),
@@ -69,145 +58,58 @@ private:
         return result;
     }
 
-    /// Without noise a trial lasts as long as the run.  Where the budget is too small for that, the trials are made on a
-    /// coarser grid, whose errors stand for those of the given one.
+    /// Without noise a trial lasts as long as the run.  Where the budget is too small for that, the trials are made on
+    /// a coarser grid, whose errors stand for those of the given one.
     void fit_into_budget() {
         constexpr double part = 0.2;  // of the budget, for the first trial
         const auto affordable = [&](const io::Scene& scene) {
             const std::optional<ExpectedTime> expected = expected_time(scene);
-            return !expected || expected->total <= part * options_.budget;
+            return !expected || expected->total <= part * bench_.budget;
         };
-        if (affordable(scene_)) return;
-        const std::vector<Level> levels = grid_levels(scene_, false);
+        if (affordable(bench_.scene)) return;
+        const std::vector<Level> levels = grid_levels(bench_.scene, false);
         for (std::size_t k = levels.size(); k-- > 0;) {
             if (is_given(levels[k])) continue;
-            const io::Scene coarser = changed(scene_, levels[k].overrides);
-            if (size_of(coarser) > size_of(scene_) || !affordable(coarser)) continue;
-            given_grid_ = text("{} by {}", scene_.grid.nx, scene_.grid.ny);
-            refinement_ = size_of(scene_) / size_of(coarser);
-            scene_ = coarser;
+            const io::Scene coarser = changed(bench_.scene, levels[k].overrides);
+            if (size_of(coarser) > size_of(bench_.scene) || !affordable(coarser)) continue;
+            given_grid_ = text("{} by {}", bench_.scene.grid.nx, bench_.scene.grid.ny);
+            refinement_ = size_of(bench_.scene) / size_of(coarser);
+            bench_.scene = coarser;
             return;
         }
         fail_run(
             "a run of the scene takes {} of a core, and its trials as long each; the budget of {} is too small: give a "
             "larger --budget",
-            duration_text(expected_time(scene_)->total), duration_text(options_.budget));
+            duration_text(expected_time(bench_.scene)->total), duration_text(bench_.budget));
     }
 
     double unit_of_time() const {
-        return scene_.kind == io::SceneKind::particles && scene_.output.frame_every > 0.0 ? scene_.output.frame_every
-                                                                                          : scene_.output.sample_every;
+        return bench_.scene.kind == io::SceneKind::particles && bench_.scene.output.frame_every > 0.0
+                   ? bench_.scene.output.frame_every
+                   : bench_.scene.output.sample_every;
     }
 
     /// A run of a fortieth of the budget, and of 64 samples at least.
     double first_duration() {
         constexpr double part = 1.0 / 40.0, least_samples = 64.0;
-        const std::optional<ExpectedTime> expected = expected_time(scene_);
-        const double affordable =
-            expected ? part * options_.budget * scene_.time.end / std::max(expected->total, 1e-9) : scene_.time.end;
-        double duration = unit_of_time() * std::ceil(least_samples * scene_.output.sample_every / unit_of_time());
-        while (2.0 * duration <= std::min(affordable, scene_.time.end)) duration *= 2.0;
+        const std::optional<ExpectedTime> expected = expected_time(bench_.scene);
+        const double affordable = expected
+                                      ? part * bench_.budget * bench_.scene.time.end / std::max(expected->total, 1e-9)
+                                      : bench_.scene.time.end;
+        double duration = unit_of_time() * std::ceil(least_samples * bench_.scene.output.sample_every / unit_of_time());
+        while (2.0 * duration <= std::min(affordable, bench_.scene.time.end)) duration *= 2.0;
         return duration;
     }
 
-    Trial trial_of(const std::vector<std::string>& overrides, bool rounds_up = false) const {
-        io::Scene scene = scene_;
-        scene.time.end = found_.duration;
-        return {changed(scene, overrides), rounds_up};
-    }
-
-    /// Core seconds of a trial, from the first one that was run: steps times points.
-    double expected_seconds(const Trial& trial) const {
-        if (rate_ == 0.0) return 0.0;
-        return rate_ * size_of(trial.scene) * trial.scene.time.end / trial.scene.time.dt;
-    }
-
-    /// Runs the trials that the budget allows, the cheapest first.  False when a signal came.
-    bool run(std::vector<Trial> trials) {
-        std::stable_sort(trials.begin(), trials.end(),
-                         [&](const Trial& a, const Trial& b) { return expected_seconds(a) < expected_seconds(b); });
-        std::vector<Trial> affordable;
-        double cost = spent_;
-        for (const Trial& trial : trials) {
-            if (trials_.find(trial) == nullptr) cost += expected_seconds(trial);
-            if (cost <= options_.budget) affordable.push_back(trial);
-        }
-        if (affordable.size() < trials.size()) is_short_ = true;
-        const bool completed = trials_.run(affordable);
-        for (const Trial& trial : affordable) count(trial);
-        return completed;
-    }
-
-    /// Adds the cost of a trial to what was spent, once.
-    void count(const Trial& trial) {
-        const TrialResult* result = trials_.find(trial);
-        if (result == nullptr) return;
-        double& counted = counted_[result->archive.string()];
-        spent_ += result->seconds() - counted;
-        counted = result->seconds();
-    }
-
-    Measured measured(const std::vector<std::string>& overrides, bool rounds_up = false) {
-        const Trial trial = trial_of(overrides, rounds_up);
-        const TrialResult* result = trials_.find(trial);
-        if (result == nullptr) return {.failure = "not run: the budget is spent"};
-        if (!result->failure.empty()) return {.failure = result->failure};
-        const auto key = std::pair(result->archive.string(), result->end);
-        if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
-        const files::ArchiveReader archive(result->archive);
-        const Report report = make_report(archive);
-        Measured measured{.start_seconds = result->start_seconds, .step_seconds = result->step_seconds / result->end};
-        for (const Wish& wish : found_.wishes) {
-            try {
-                measured.numbers.push_back(wanted_number(wish, report, archive));
-            } catch (const Error& error) {
-                if (overrides.empty()) throw;  // a simpler model may lack what is wanted
-                return measured_[key] = {.failure = text("it has no {}", wish.text), .numbers = {}};
-            }
-        }
-        if (found_.warm_up == 0.0 && overrides.empty())
-            found_.warm_up = static_cast<double>(report.summary.warm_up) * scene_.output.sample_every;
-        return measured_[key] = measured;
-    }
-
-    std::size_t skip() const {
-        return static_cast<std::size_t>(std::ceil(found_.warm_up / scene_.output.sample_every - 1e-9));
-    }
-
-    /// Mean of a wanted number; its error is 0 where the run is a definite one.
-    Bias mean_of(const WantedNumber& number) const {
-        Bias mean = number.series.empty() ? Bias{number.mean, number.error.value_or(0.0)}
-                                          : measure::rough_mean(number.series, skip());
-        if (!found_.statistical) mean.error = 0.0;
-        return mean;
-    }
-
-    /// a - b.  Runs of fields share their noise; those of particles share nothing.
-    Bias difference(const WantedNumber& a, const WantedNumber& b) const {
-        const Bias mean_a = mean_of(a), mean_b = mean_of(b);
-        const Bias apart{mean_a.value - mean_b.value, std::hypot(mean_a.error, mean_b.error)};
-        if (scene_.kind == io::SceneKind::particles || a.series.empty() || b.series.empty()) return apart;
-        Bias paired = measure::paired_difference(a.series, b.series, skip());
-        if (!found_.statistical) paired.error = 0.0;
-        return paired.error < apart.error ? paired : apart;
-    }
-
-    std::vector<Bias> differences(const Measured& a, const Measured& b) const {
-        std::vector<Bias> result;
-        for (std::size_t w = 0; w < found_.wishes.size(); ++w) result.push_back(difference(a.numbers[w], b.numbers[w]));
-        return result;
-    }
-
     bool measure_axes() {
-        if (!run({trial_of({})})) return false;
-        const Measured base = measured({});
+        if (!bench_.run({bench_.trial_of({})})) return false;
+        const Measured base = bench_.measured({});
         if (!base.failure.empty())
             fail_run(
                 "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or a "
                 "larger --budget",
                 base.failure);
-        rate_ = (base.step_seconds * found_.duration + base.start_seconds) /
-                (size_of(scene_) * found_.duration / scene_.time.dt);
+        bench_.set_rate(base);
         set_references(base);
         return measure_grids(base) && measure_steps() && measure_models() && measure_rounding_and_cell();
     }
@@ -215,61 +117,54 @@ private:
     void set_references(const Measured& base) {
         found_.units.clear();
         found_.references.clear();
-        found_.allowed.clear();
+        found_.least_duration = 0.0;
+        bench_.allowed.clear();
         for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
             found_.units.push_back(base.numbers[w].unit);
-            found_.references.push_back(mean_of(base.numbers[w]));
+            found_.references.push_back(bench_.mean_of(base.numbers[w]));
+            if (bench_.statistical)
+                found_.least_duration = std::max(found_.least_duration, bench_.least_duration(base.numbers[w]));
             const Wish& wish = found_.wishes[w];
             require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
                     "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",
                     wish.text);
-            found_.allowed.push_back(wish.error * (wish.is_relative ? std::abs(found_.references[w].value) : 1.0));
+            bench_.allowed.push_back(wish.error * (wish.is_relative ? std::abs(found_.references[w].value) : 1.0));
         }
     }
 
-    /// The largest ratio of a set of biases to what is allowed.
-    double ratio(const std::vector<Bias>& biases) const {
-        double largest = 0.0;
-        for (std::size_t w = 0; w < biases.size(); ++w)
-            largest = std::max(largest, std::abs(biases[w].value) / found_.allowed[w]);
-        return largest;
-    }
-
-    static std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
-        for (Bias& bias : biases) bias = {factor * bias.value, std::abs(factor) * bias.error};
-        return biases;
-    }
-
     bool measure_grids(const Measured& base) {
-        std::vector<Level> levels = grid_levels(scene_);
+        std::vector<Level> levels = grid_levels(bench_.scene);
         if (refinement_ > 1.0 && levels.size() > 1) levels.pop_back();
         std::vector<Trial> trials;
         constexpr double small = 0.25;  // of what is allowed: the given grid is fine enough to be the reference
         for (const Level& level : levels) {
-            const bool finer = !is_given(level) && trial_of(level.overrides).scene.grid.nx > scene_.grid.nx;
-            if (!finer) trials.push_back(trial_of(level.overrides));
+            const bool finer =
+                !is_given(level) && bench_.trial_of(level.overrides).scene.grid.nx > bench_.scene.grid.nx;
+            if (!finer) trials.push_back(bench_.trial_of(level.overrides));
         }
-        if (!run(trials)) return false;
-        if (levels.size() > 1 && is_field() && trials.size() < levels.size()) {
+        if (!bench_.run(trials)) return false;
+        if (levels.size() > 1 && is_field(bench_.scene) && trials.size() < levels.size()) {
             const auto given = static_cast<std::size_t>(
                 std::find_if(levels.begin(), levels.end(), [](const Level& one) { return is_given(one); }) -
                 levels.begin());
-            const Measured coarser = given > 0 ? measured(levels[given - 1].overrides) : Measured{.failure = "none"};
-            const bool converged = coarser.failure.empty() && ratio(differences(coarser, base)) < small;
-            if (!converged && !run({trial_of(levels.back().overrides)})) return false;
+            const Measured coarser =
+                given > 0 ? bench_.measured(levels[given - 1].overrides) : Measured{.failure = "none"};
+            const bool converged = coarser.failure.empty() && bench_.ratio(bench_.differences(coarser, base)) < small;
+            if (!converged && !bench_.run({bench_.trial_of(levels.back().overrides)})) return false;
         }
-        const auto on_level = [&](const Level& level) { return measured(level.overrides); };
+        const auto on_level = [&](const Level& level) { return bench_.measured(level.overrides); };
         collect(levels, on_level, found_.grids);
         found_.notes.clear();
-        if (is_field() && levels.size() == 1)
+        if (is_field(bench_.scene) && levels.size() == 1)
             found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
         if (!converges(found_.grids)) {
             // Noise reaches the shortest waves: the grid is part of the model, as given.
             collect({levels.begin(), levels.end() - 1}, on_level, found_.grids);
             found_.grids.back().biases.assign(found_.wishes.size(), {});
             found_.notes.push_back(
-                "the wanted numbers do not converge with the grid, since noise acts on its shortest waves: the given "
-                "grid is taken as part of the model");
+                "the wanted numbers are not seen to converge with the grid, since noise acts on its shortest waves: "
+                "the "
+                "given grid is taken as part of the model");
         }
         // The coarsest grid that is right serves for the other axes.
         std::size_t given = 0;
@@ -277,7 +172,7 @@ private:
             if (is_given(found_.grids[g].level)) given = g;
         found_.pilot_grid = given;
         for (std::size_t g = given; g-- > 0;)
-            if (found_.grids[g].is_measured() && ratio(found_.grids[g].biases) < 1.0) found_.pilot_grid = g;
+            if (found_.grids[g].is_measured() && bench_.ratio(found_.grids[g].biases) < 1.0) found_.pilot_grid = g;
         found_.pilot_start = found_.grids[found_.pilot_grid].start_seconds;
         found_.pilot_step = found_.grids[found_.pilot_grid].step_seconds;
         if (refinement_ > 1.0) {
@@ -290,20 +185,19 @@ private:
         return true;
     }
 
-    /// Whether the last difference between noisy grids is at most two thirds of the one before.
+    /// Whether the last difference between noisy grids is small, or at most two thirds of the one before.
     bool converges(const std::vector<LevelFound>& grids) const {
         const std::size_t n = grids.size();
-        if (!found_.statistical || n < 3 || !grids[n - 1].is_measured() || !grids[n - 3].is_measured()) return true;
+        if (!bench_.statistical || n < 2 || is_given(grids[n - 1].level) || !grids[n - 1].is_measured()) return true;
         for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
-            const double last = grids[n - 2].biases[w].value, before = grids[n - 3].biases[w].value - last;
-            if (std::abs(last) > 2.0 / 3.0 * std::abs(before) && std::abs(last) > 4.0 * grids[n - 2].biases[w].error &&
-                std::abs(last) > 0.25 * found_.allowed[w])
-                return false;
+            const Bias last = grids[n - 2].biases[w];
+            const bool small = std::abs(last.value) < std::max(0.25 * bench_.allowed[w], 4.0 * last.error);
+            const bool shrinks = n > 2 && grids[n - 3].is_measured() &&
+                                 std::abs(last.value) < 2.0 / 3.0 * std::abs(grids[n - 3].biases[w].value - last.value);
+            if (!small && !shrinks) return false;
         }
         return true;
     }
-
-    bool is_field() const { return scene_.kind == io::SceneKind::fields; }
 
     /// Biases against the last level that was run, whose own error is a third of the last difference; costs relative to
     /// the given level.
@@ -322,8 +216,8 @@ private:
         for (std::size_t k = 0; k < levels.size(); ++k) {
             LevelFound found{.level = levels[k], .failure = runs[k].failure, .biases = {}};
             if (found.is_measured()) {
-                if (k != *last) found.biases = differences(runs[k], runs[*last]);
-                else if (before) found.biases = scaled(differences(runs[*before], runs[*last]), 1.0 / 3.0);
+                if (k != *last) found.biases = bench_.differences(runs[k], runs[*last]);
+                else if (before) found.biases = scaled(bench_.differences(runs[*before], runs[*last]), 1.0 / 3.0);
                 else found.biases.assign(found_.wishes.size(), {});
                 found.start_seconds = given ? runs[k].start_seconds / std::max(runs[*given].start_seconds, 1e-3) : 1.0;
                 found.step_seconds = given ? runs[k].step_seconds / std::max(runs[*given].step_seconds, 1e-9) : 1.0;
@@ -338,16 +232,17 @@ private:
         return all;
     }
 
-    io::Scene pilot() const { return changed(scene_, on_pilot_grid({})); }
+    io::Scene pilot() const { return changed(bench_.scene, on_pilot_grid({})); }
 
     bool measure_steps() {
-        if (ladders_.empty()) ladders_ = step_ladders(scene_);
+        if (ladders_.empty()) ladders_ = step_ladders(bench_.scene);
         constexpr int most_extensions = 4;
         for (int extension = 0;; ++extension) {
             std::vector<Trial> trials;
             for (const StepLadder& ladder : ladders_)
-                for (const Level& level : ladder.levels) trials.push_back(trial_of(on_pilot_grid(level.overrides)));
-            if (!run(trials)) return false;
+                for (const Level& level : ladder.levels)
+                    trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+            if (!bench_.run(trials)) return false;
             collect_steps();
             if (extension == most_extensions || !extend_ladders()) return true;
         }
@@ -357,23 +252,24 @@ private:
     bool extend_ladders() {
         constexpr double small = 0.05;  // of what is allowed
         bool any = false;
+        const bool is_known = resolved(reference_bias_, 2.0 * small);
         for (std::size_t l = 0; l < ladders_.size(); ++l) {
             const std::vector<LevelFound>& levels = found_.ladders[l].levels;
             if (!levels.back().is_measured() && levels.back().failure.starts_with("not run")) continue;
             const bool converged =
-                levels.size() > 1 && levels.back().is_measured() && resolved(levels.back().biases, small);
+                is_known && levels.size() > 1 && levels.back().is_measured() && resolved(levels.back().biases, small);
             if (converged) continue;
             const std::size_t before = ladders_[l].levels.size();
-            add_shorter(scene_, ladders_[l], 2);
+            add_shorter(bench_.scene, ladders_[l], 2);
             any = any || ladders_[l].levels.size() > before;
         }
         return any;
     }
 
-    /// Whether biases are small, or not known well enough for a shorter step to tell.
+    /// Whether biases are small, or too uncertain for a shorter step to tell.
     bool resolved(const std::vector<Bias>& biases, double part) const {
         for (std::size_t w = 0; w < biases.size(); ++w)
-            if (std::abs(biases[w].value) > std::max(part * found_.allowed[w], 2.0 * biases[w].error)) return false;
+            if (std::abs(biases[w].value) > std::max(part * bench_.allowed[w], 2.0 * biases[w].error)) return false;
         return true;
     }
 
@@ -407,16 +303,16 @@ private:
             std::vector<Bias> own(found_.wishes.size());
             for (const Finest& other : finest) {
                 if (other.ladder == one.ladder) continue;
-                const std::vector<Bias> apart = differences(one.run, other.run);
-                distance += std::min(ratio(apart), 1e6);
-                if (ratio(apart) < nearest) own = apart;
-                nearest = std::min(nearest, ratio(apart));
+                const std::vector<Bias> apart = bench_.differences(one.run, other.run);
+                distance += std::min(bench_.ratio(apart), 1e6);
+                if (bench_.ratio(apart) < nearest) own = apart;
+                nearest = std::min(nearest, bench_.ratio(apart));
             }
             if (distance >= least) continue;
             least = distance;
             const StepLadder& ladder = ladders_[one.ladder];
             if (finest.size() == 1 && one.level > 0 && runs[one.ladder][one.level - 1].failure.empty())
-                own = scaled(differences(runs[one.ladder][one.level - 1], one.run),
+                own = scaled(bench_.differences(runs[one.ladder][one.level - 1], one.run),
                              1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0));
             reference_ = on_pilot_grid(ladder.levels[one.level].overrides);
             reference_bias_ = own;
@@ -428,12 +324,13 @@ private:
         std::vector<std::vector<Measured>> runs;
         for (const StepLadder& ladder : ladders_) {
             runs.emplace_back();
-            for (const Level& level : ladder.levels) runs.back().push_back(measured(on_pilot_grid(level.overrides)));
+            for (const Level& level : ladder.levels)
+                runs.back().push_back(bench_.measured(on_pilot_grid(level.overrides)));
         }
         find_reference(runs);
-        const Measured reference = measured(reference_);
-        if (!found_.statistical && is_chaotic(runs, reference)) {
-            found_.statistical = true;
+        const Measured reference = bench_.measured(reference_);
+        if (!bench_.statistical && is_chaotic(runs, reference)) {
+            bench_.statistical = true;
             find_reference(runs);
         }
         for (std::size_t l = 0; l < ladders_.size(); ++l) {
@@ -442,7 +339,7 @@ private:
                 const Measured& run = runs[l][k];
                 LevelFound level{.level = ladders_[l].levels[k], .failure = run.failure, .biases = {}};
                 if (level.is_measured()) {
-                    level.biases = differences(run, reference);
+                    level.biases = bench_.differences(run, reference);
                     // The reference has an error too: known in size, added in quadrature.
                     for (std::size_t w = 0; w < found_.wishes.size(); ++w)
                         level.biases[w].error = std::hypot(level.biases[w].error, reference_bias_[w].value);
@@ -454,7 +351,7 @@ private:
             found_.ladders.push_back(std::move(found));
         }
         for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
-            const Bias grid = found_.grids[found_.pilot_grid].biases[w], mean = mean_of(reference.numbers[w]);
+            const Bias grid = found_.grids[found_.pilot_grid].biases[w], mean = bench_.mean_of(reference.numbers[w]);
             found_.references[w] = {mean.value - grid.value, std::hypot(mean.error, grid.error)};
         }
         find_pairing();
@@ -462,42 +359,25 @@ private:
 
     /// Whether two fine runs without noise have become independent, although each fluctuates.
     bool is_chaotic(const std::vector<std::vector<Measured>>& runs, const Measured& reference) const {
-        if (!is_field()) return false;
-        const auto deviation = [](const std::vector<double>& values, const std::vector<double>* less) {
-            const std::size_t from = values.size() - values.size() / 4;
-            double mean = 0.0, squares = 0.0;
-            for (int pass = 0; pass < 2; ++pass)
-                for (std::size_t i = from; i < values.size(); ++i) {
-                    const double value = less != nullptr && i < less->size() ? values[i] - (*less)[i] : values[i];
-                    if (pass == 0) mean += value / static_cast<double>(values.size() - from);
-                    else squares += (value - mean) * (value - mean);
-                }
-            return std::sqrt(squares);
-        };
+        if (!is_field(bench_.scene)) return false;
         for (const Finest& one : finest_runs(runs))
-            for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
-                const std::vector<double>&a = one.run.numbers[w].series, &b = reference.numbers[w].series;
-                if (a.size() < 32 || b.size() < 32) continue;
-                constexpr double independent = 0.5;
-                if (deviation(a, &b) > independent * deviation(b, nullptr) && deviation(a, &b) > 0.0 &&
-                    ratio(differences(one.run, reference)) > 1.0)
-                    return true;
-            }
+            if (bench_.are_independent(one.run, reference)) return true;
         return false;
     }
 
-    /// What pairing gains: the variance of the difference of two independent runs over that of paired ones, of the first
-    /// wish and the given step.
+    /// What pairing gains: the variance of the difference of two independent runs over that of paired ones, of the
+    /// first wish and the given step.
     void find_pairing() {
-        if (!found_.statistical || !is_field()) return;
-        const Measured base = measured(on_pilot_grid({}));
+        if (!bench_.statistical || !is_field(bench_.scene)) return;
+        const Measured base = bench_.measured(on_pilot_grid({}));
         for (const LadderFound& ladder : found_.ladders)
             for (const LevelFound& level : ladder.levels) {
                 if (!level.is_measured() || !base.failure.empty()) continue;
-                const Measured other = measured(on_pilot_grid(level.level.overrides));
-                const Bias paired = difference(other.numbers[0], base.numbers[0]);
+                const Measured other = bench_.measured(on_pilot_grid(level.level.overrides));
+                const Bias paired = bench_.difference(other.numbers[0], base.numbers[0]);
                 if (!(paired.error > 0.0)) continue;
-                const double apart = std::hypot(mean_of(other.numbers[0]).error, mean_of(base.numbers[0]).error);
+                const double apart =
+                    std::hypot(bench_.mean_of(other.numbers[0]).error, bench_.mean_of(base.numbers[0]).error);
                 found_.pairing = std::pow(apart / paired.error, 2);
                 return;
             }
@@ -508,17 +388,18 @@ private:
         std::vector<Level> levels = model_levels(on_pilot);
         std::vector<Trial> trials;
         for (const Level& level : levels)
-            if (level.reason.empty()) trials.push_back(trial_of(on_pilot_grid(level.overrides)));
-        if (!run(trials)) return false;
-        const Measured full = measured(on_pilot_grid({}));
+            if (level.reason.empty()) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+        if (!bench_.run(trials)) return false;
+        const Measured full = bench_.measured(on_pilot_grid({}));
         if (!full.failure.empty()) fail_run("the full model was not run: {}; give a larger --budget", full.failure);
         found_.models.clear();
         for (const Level& level : levels) {
-            const Measured run = level.reason.empty() ? measured(on_pilot_grid(level.overrides))
+            const Measured run = level.reason.empty() ? bench_.measured(on_pilot_grid(level.overrides))
                                                       : Measured{.failure = "not possible: " + level.reason};
             LevelFound found{.level = level, .failure = run.failure, .biases = {}};
             if (found.is_measured()) {
-                found.biases = is_given(level) ? std::vector<Bias>(found_.wishes.size()) : differences(run, full);
+                found.biases =
+                    is_given(level) ? std::vector<Bias>(found_.wishes.size()) : bench_.differences(run, full);
                 found.start_seconds = run.start_seconds / std::max(full.start_seconds, 1e-3);
                 found.step_seconds = run.step_seconds / std::max(full.step_seconds, 1e-9);
             }
@@ -535,21 +416,21 @@ private:
 
     bool measure_rounding_and_cell() {
         const std::vector<Level> cells = cell_levels(pilot());
-        std::vector<Trial> trials{trial_of(on_pilot_grid({}), true)};
+        std::vector<Trial> trials{bench_.trial_of(on_pilot_grid({}), true)};
         for (const Level& level : cells)
-            if (reason_free(level)) trials.push_back(trial_of(on_pilot_grid(level.overrides)));
-        if (!run(trials)) return false;
-        const Measured full = measured(on_pilot_grid({}));
+            if (reason_free(level)) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+        if (!bench_.run(trials)) return false;
+        const Measured full = bench_.measured(on_pilot_grid({}));
         const auto against_full = [&](const Measured& run) {
-            return run.failure.empty() ? differences(run, full) : std::vector<Bias>{};
+            return run.failure.empty() ? bench_.differences(run, full) : std::vector<Bias>{};
         };
-        found_.rounding = against_full(measured(on_pilot_grid({}), true));
+        found_.rounding = against_full(bench_.measured(on_pilot_grid({}), true));
         found_.cell.clear();
-        if (found_.statistical && !cells.empty() && reason_free(cells.front())) {
-            const Measured large = measured(on_pilot_grid(cells.front().overrides));
+        if (bench_.statistical && !cells.empty() && reason_free(cells.front())) {
+            const Measured large = bench_.measured(on_pilot_grid(cells.front().overrides));
             if (large.failure.empty())
                 for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
-                    const Bias a = mean_of(full.numbers[w]), b = mean_of(large.numbers[w]);
+                    const Bias a = bench_.mean_of(full.numbers[w]), b = bench_.mean_of(large.numbers[w]);
                     found_.cell.push_back({a.value - b.value, std::hypot(a.error, b.error)});
                 }
         }
@@ -557,9 +438,9 @@ private:
     }
 
     bool reason_free(const Level& level) const {
-        if (!found_.statistical) return false;
+        if (!bench_.statistical) return false;
         try {
-            trial_of(on_pilot_grid(level.overrides));
+            bench_.trial_of(on_pilot_grid(level.overrides));
             return true;
         } catch (const Error&) {
             return false;
@@ -568,12 +449,12 @@ private:
 
     /// Trials of twice the duration: when no combination meets the wishes yet, or they cost a small part of the run.
     bool wants_longer() {
-        if (is_short_ || 3.0 * spent_ > options_.budget) return false;
-        const std::vector<Candidate> front = front_of(found_, scene_);
+        if (bench_.is_short || 3.0 * bench_.spent > bench_.budget) return false;
+        const std::vector<Candidate> front = front_of(findings(), bench_.scene);
         const auto good =
             std::find_if(front.begin(), front.end(), [](const Candidate& one) { return one.ratio <= 1.0; });
         constexpr double part = 0.1;  // of the recommended run, for the trials
-        return good == front.end() || 2.0 * spent_ < part * good->seconds;
+        return good == front.end() || 2.0 * bench_.spent < part * good->seconds;
     }
 
     /// Axes may not be independent: the recommended combination is run for the duration of the trials, and replaced by
@@ -581,16 +462,16 @@ private:
     bool check_recommended() {
         constexpr int most_checks = 6;
         for (int n = 0; n < most_checks; ++n) {
-            const std::vector<Candidate> front = front_of(found_, scene_);
+            const std::vector<Candidate> front = front_of(findings(), bench_.scene);
             const Candidate* best = recommended(front, options_.run_budget);
             if (best == nullptr || best->parts.front().whole) return true;
             const std::vector<std::string> overrides = overrides_of(*best);
-            if (!run({trial_of(overrides)})) return false;
-            const Measured run = measured(overrides), reference = measured(reference_);
+            if (!bench_.run({bench_.trial_of(overrides)})) return false;
+            const Measured run = bench_.measured(overrides), reference = bench_.measured(reference_);
             if (run.failure.starts_with("not run")) return true;
             Checked checked{.overrides = overrides, .failure = run.failure, .biases = {}};
             if (checked.failure.empty()) {
-                checked.biases = differences(run, reference);
+                checked.biases = bench_.differences(run, reference);
                 for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
                     const Bias grid = found_.grids[found_.pilot_grid].biases[w];
                     checked.biases[w] = {checked.biases[w].value + grid.value,
@@ -602,19 +483,14 @@ private:
         return true;
     }
 
-    io::Scene scene_;
+    TradeBench bench_;
     TradeoffOptions options_;
-    Trials trials_;
     Findings found_;
     std::vector<StepLadder> ladders_;
-    std::map<std::pair<std::string, double>, Measured> measured_;
-    std::map<std::string, double> counted_;
     std::vector<std::string> reference_;  ///< changes of the reference of the steps
     std::vector<Bias> reference_bias_;    ///< of that reference, estimated
-    double rate_ = 0.0, spent_ = 0.0;
-    double refinement_ = 1.0;  ///< points of the scene's grid over those of the trials'
-    std::string given_grid_;   ///< name of the scene's grid, where it is finer
-    bool is_short_ = false;    ///< of budget
+    double refinement_ = 1.0;             ///< points of the scene's grid over those of the trials'
+    std::string given_grid_;              ///< name of the scene's grid, where it is finer
 };
 }  // namespace
 

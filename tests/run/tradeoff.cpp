@@ -5,7 +5,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
-#include "run/trade_study.hpp"
+#include "run/trade_front.hpp"
 
 namespace drover::run {
 

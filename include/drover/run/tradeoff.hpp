@@ -7,18 +7,9 @@
 
 #include "drover/io/scene.hpp"
 #include "drover/run/result.hpp"
-#include "drover/run/wish.hpp"
+#include "drover/run/tradeoff_options.hpp"
 
 namespace drover::run {
-
-struct TradeoffOptions {
-    std::vector<Wish> wishes;
-    double budget = 0.0;           ///< core seconds of all trials
-    double run_budget = 0.0;       ///< core seconds of the recommended run
-    std::filesystem::path folder;  ///< of the trials, which are kept
-    int workers = 0;               ///< simultaneous trials; 0: the cores that the process may use
-    bool quiet = false;
-};
 
 struct Tradeoff {
     Result result;                         ///< the front, the recommended run, what every axis does
