@@ -2,12 +2,9 @@
 #include "drover/run/tradeoff.hpp"
 
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "command.hpp"
 #include "drover/base/log.hpp"
-#include "drover/files/new_file.hpp"
-#include "run/json.hpp"
 
 namespace drover::app {
 
@@ -53,12 +50,9 @@ void add_tradeoff(CLI::App& program, Action& action) {
                 log_information("stopped by a signal; every trial is kept: re-run the same command to resume");
                 return int{run::exit_stopped};
             }
-            files::replace_file(study.folder / "tradeoff.json", run::result_json(found.result).dump(1) + "\n");
             print_result(found.result, {.json = options->json}, scene, 1);
             if (!found.recommended) return int{run::exit_run_failed};
-            const std::filesystem::path file = study.folder / "recommended.toml";
-            files::replace_file(file, found.recommended_text);
-            if (!options->json) std::printf("%s: the recommended scene\n", file.c_str());
+            if (!options->json) std::printf("%s: the recommended scene\n", (study.folder / "recommended.toml").c_str());
             return int{run::exit_done};
         };
     });

@@ -26,6 +26,7 @@
 #include "drover/run/states.hpp"
 #include "drover/run/step_choice.hpp"
 #include "drover/run/sweep.hpp"
+#include "drover/run/tradeoff.hpp"
 #include "drover/run/write_result.hpp"
 #include "run/json.hpp"
 
@@ -268,6 +269,33 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
     return result.dump();
 }
 
+/// Wished errors, as texts.
+std::vector<run::Wish> wishes_of(const std::vector<std::string>& texts) {
+    std::vector<run::Wish> wishes;
+    for (const std::string& one : texts) wishes.push_back(run::parse_wish(one));
+    return wishes;
+}
+
+std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
+                     const std::filesystem::path& folder, int workers, bool quiet) {
+    run::TradeoffOptions options{.wishes = wishes_of(want), .folder = folder, .workers = workers, .quiet = quiet};
+    options.budget = options.run_budget = run::seconds_of(budget);
+    const run::Tradeoff found = run::study_tradeoff(scene, options);
+    if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
+    const nlohmann::json result{{"found", run::result_json(found.result)},
+                                {"text", run::result_text(found.result)},
+                                {"reasons", found.reasons},
+                                {"refusal", found.refusal},
+                                {"recommended", found.recommended_text},
+                                {"seconds", found.expected_seconds}};
+    return result.dump();
+}
+
+/// The recommended scene, as TOML.
+std::string with_accuracy(const io::Scene& scene, const std::vector<std::string>& want, bool quiet) {
+    return nlohmann::json{{"scene", io::resolved_text(run::with_accuracy(scene, wishes_of(want), quiet))}}.dump();
+}
+
 std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, bool quiet) {
     const run::SweepOutcome outcome = run::run_sweep(scene, folder, quiet);
     const nlohmann::json result{{"keys", outcome.table.keys},
@@ -294,7 +322,10 @@ void bind_runs(py::module_& module) {
                 [&] { return run::restart_run(archive, settings, {.overwrite = false, .quiet = quiet}); }));
         },
         py::arg("archive"), py::arg("settings"), py::arg("quiet"));
-    // These two start processes: drover/worker.py calls them in a process without threads.
+    // These start processes: drover/worker.py calls them in a process without threads.
+    module.def("tradeoff", &tradeoff, py::arg("scene"), py::arg("want"), py::arg("budget"), py::arg("folder"),
+               py::arg("workers"), py::arg("quiet"));
+    module.def("with_accuracy", &with_accuracy, py::arg("scene"), py::arg("want"), py::arg("quiet"));
     module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("quiet"));
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("quiet"));

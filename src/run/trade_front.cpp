@@ -86,15 +86,16 @@ double Parts::bound() const {
     return std::abs(all.value) + 2.0 * std::hypot(all.error, statistics);
 }
 
-std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene) {
+std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, const LevelFound* only) {
     std::vector<Candidate> all;
-    if (found.linear_theory) all.push_back(linear_theory(found));
+    if (found.linear_theory && only == nullptr) all.push_back(linear_theory(found));
     const std::vector<double> ends = durations(found, scene);
     for (const LadderFound& ladder : found.ladders)
         for (const LevelFound& step : ladder.levels)
             for (const LevelFound& grid : found.grids)
                 for (const LevelFound& model : found.models) {
                     if (!step.is_measured() || !grid.is_measured() || !is_cheaper(model)) continue;
+                    if (only != nullptr && only != &model) continue;
                     for (const double end : ends) {
                         Candidate one{.step = &step, .grid = &grid, .model = &model, .end = end, .parts = {}};
                         if (weigh(found, one)) all.push_back(std::move(one));

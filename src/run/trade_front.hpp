@@ -77,7 +77,8 @@ struct Findings {
 };
 
 /// All combinations that follow, cheapest first for their error: none is both cheaper and better than another.
-std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene);
+/// `only`: those of one model.
+std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, const LevelFound* only = nullptr);
 
 /// The changes of a candidate, without its end.
 std::vector<std::string> overrides_of(const Candidate& candidate);

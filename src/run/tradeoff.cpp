@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <charconv>
+#include <nlohmann/json.hpp>
 
 #include "drover/base/error.hpp"
 #include "drover/base/log.hpp"
+#include "drover/files/new_file.hpp"
 #include "drover/files/record_file.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/cost.hpp"
 #include "drover/run/step_choice.hpp"
+#include "run/json.hpp"
 #include "run/trade_study.hpp"
 
 namespace drover::run {
@@ -45,10 +48,14 @@ std::string largest_part(const Findings& found, const Candidate& one) {
         ->name;
 }
 
+std::string unit_text(const Findings& found, std::size_t wish) {
+    return found.units[wish] == "1" ? "" : " " + found.units[wish];
+}
+
 /// A fraction of the number, or where the wish is absolute the number of its unit.
 std::string error_text(const Findings& found, std::size_t wish, double error) {
     if (found.wishes[wish].is_relative) return text("{:.2g} %", 100.0 * error / std::abs(found.references[wish].value));
-    return text("{:.2g} {}", error, found.units[wish]);
+    return text("{:.2g}{}", error, unit_text(found, wish));
 }
 
 std::string advice_on(const Findings& found, const Candidate& one) {
@@ -93,6 +100,18 @@ Record candidate_record(const Findings& found, const Candidate& one) {
                            .meaning = "1: the biases are those of a trial of this combination",
                            .value = parts.whole.has_value()});
     return row;
+}
+
+/// The front of each model that saves time.
+List model_fronts(const Findings& found, const io::Scene& scene) {
+    List list{.name = "by_model",
+              .heading = "the front of each model",
+              .row = "model_setting",
+              .meaning = "settings of each model, cheapest first",
+              .shown = {.text = false}};
+    for (const LevelFound& model : found.models)
+        for (const Candidate& one : front_of(found, scene, &model)) list.rows.push_back(candidate_record(found, one));
+    return list;
 }
 
 List front_list(const Findings& found, const std::vector<Candidate>& front) {
@@ -213,8 +232,8 @@ std::string refusal(const Findings& found, const std::vector<Candidate>& front, 
 std::vector<std::string> reasons(const Findings& found, const std::vector<Candidate>& front, const Candidate& best) {
     std::vector<std::string> words;
     for (std::size_t w = 0; w < found.wishes.size(); ++w)
-        words.push_back(text("{}: {} {}; error {} of {} allowed, with a probability of 95 %", found.wishes[w].text,
-                             measured_text(found.references[w].value, found.references[w].error), found.units[w],
+        words.push_back(text("{}: {}{}; error {} of {} allowed, with a probability of 95 %", found.wishes[w].text,
+                             measured_text(found.references[w].value, found.references[w].error), unit_text(found, w),
                              error_text(found, w, best.parts[w].bound()), error_text(found, w, found.allowed[w])));
     words.insert(words.end(), found.notes.begin(), found.notes.end());
     const std::size_t w = hardest_wish(found, best);
@@ -240,33 +259,13 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
                                found.statistical ? text(", {:.6g} s", ten->end) : ""));
     return words;
 }
-}  // namespace
-
-double seconds_of(const std::string& duration) {
-    double value = 0.0;
-    const char* const last = duration.data() + duration.size();
-    const auto [end, problem] = std::from_chars(duration.data(), last, value);
-    std::string unit(end, last);
-    std::erase(unit, ' ');
-    const double seconds = unit == "s" || unit.empty() ? 1.0 : unit == "min" ? 60.0 : unit == "h" ? 3600.0 : 0.0;
-    require(problem == std::errc() && seconds > 0.0 && std::isfinite(value) && value > 0.0, {.file = "--budget"},
-            "\"{}\" is not a duration; expected a number above 0 with s, min or h, such as 20min", duration);
-    return value * seconds;
-}
-
-Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
-    require(!options.wishes.empty(), {.file = "--want"},
-            "no number is wanted; give at least one, such as polar_order=1%");
-    const files::ClaimedFolder claimed =
-        files::claim_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
-    const Findings found = find_tradeoff(scene, options);
-    if (found.stopped) return {.result = {}, .seconds = found.seconds, .stopped = true};
+Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const TradeoffOptions& options) {
     const std::vector<Candidate> front = front_of(found, scene);
     const Candidate* best = recommended(front, options.run_budget);
     Tradeoff outcome{.result = {}, .recommended = std::nullopt, .recommended_text = "", .seconds = found.seconds};
     Record& root = outcome.result.root;
     root.heading = text("trade of speed for accuracy of {}", scene.file);
-    root.lists = {level_list(found), front_list(found, front), wish_list(found, best)};
+    root.lists = {level_list(found), front_list(found, front), model_fronts(found, scene), wish_list(found, best)};
     root.footer.push_back("");
     if (found.pairing > 1.0)
         root.footer.push_back(
@@ -291,6 +290,35 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) 
     outcome.recommended_text = comments + "\n" + io::resolved_text(chosen);
     outcome.recommended = std::move(chosen);
     outcome.expected_seconds = best->seconds;
+    return outcome;
+}
+
+}  // namespace
+
+double seconds_of(const std::string& duration) {
+    double value = 0.0;
+    const char* const last = duration.data() + duration.size();
+    const auto [end, problem] = std::from_chars(duration.data(), last, value);
+    std::string unit(end, last);
+    std::erase(unit, ' ');
+    const double seconds = unit == "s" || unit.empty() ? 1.0 : unit == "min" ? 60.0 : unit == "h" ? 3600.0 : 0.0;
+    require(problem == std::errc() && seconds > 0.0 && std::isfinite(value) && value > 0.0, {.file = "--budget"},
+            "\"{}\" is not a duration; expected a number above 0 with s, min or h, such as 20min", duration);
+    return value * seconds;
+}
+
+Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
+    require(!options.wishes.empty(), {.file = "--want"},
+            "no number is wanted; give at least one, such as polar_order=1%");
+    const files::ClaimedFolder claimed =
+        files::claim_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
+    const Findings found = find_tradeoff(scene, options);
+    if (found.stopped) return {.result = {}, .seconds = found.seconds, .stopped = true};
+    const Tradeoff outcome = outcome_of(found, scene, options);
+    files::replace_file(options.folder / "tradeoff.json", result_json(outcome.result).dump(1) + "\n");
+    const fs::path recommended = options.folder / "recommended.toml";
+    if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
+    else fs::remove(recommended);  // of other wishes
     return outcome;
 }
 

@@ -18,11 +18,14 @@ PACKAGE = Path(drover.__file__).parent
 # Python does it, which begins with a capital letter.
 EVERYWHERE = {"scene": "Scene.load", "--set": "Scene.set", "--help": "Docstrings", "--json": "The value returned"}
 COMMANDS = {
-    "run": (drover.Scene.run, {"--output": "output", "--threads": "threads", "--overwrite": "overwrite",
-                               "--quiet": "quiet", "--accuracy": "Not yet"}),
+    "run": (drover.Scene.run, {"--accuracy": "accuracy", "--output": "output", "--threads": "threads",
+                               "--overwrite": "overwrite",
+                               "--quiet": "quiet"}),
     "restart": (drover.restart, {"archive": "archive", "--set": "end", "--threads": "threads", "--quiet": "quiet"}),
     "sweep": (drover.sweep, {"--output": "folder", "--vary": "vary", "--seeds": "seeds", "--ramp": "ramp",
                              "--workers": "workers", "--quiet": "quiet"}),
+    "tradeoff": (drover.tradeoff, {"--want": "want", "--budget": "budget", "--output": "folder", "--workers": "workers",
+                                   "--quiet": "quiet"}),
     "calibrate": (drover.calibrate, {"--output": "folder", "--workers": "workers", "--share": "share",
                                      "--collect": "collect", "--slurm": "Drover.slurm_script", "--quiet": "quiet"}),
     "stability": (drover.Scene.stability, {"--output": "output", "--threads": "threads", "--overwrite": "overwrite"}),
@@ -40,7 +43,7 @@ COMMANDS = {
                                "--bodies": "bodies", "--overwrite": "overwrite"}),
     "schema": (drover.schema, {"--kind": "kind", "--coefficients": "Drover.coefficients"}),
 }
-WITHOUT_COUNTERPART = {"tradeoff"}  # newer than the module, as run --accuracy
+WITHOUT_COUNTERPART = set()  # commands that are newer than the module
 
 
 def options_of(command, folder):

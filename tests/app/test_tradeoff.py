@@ -105,7 +105,7 @@ def level(found, name):
 
 @pytest.mark.parametrize("per_cent", [3, 0.01])
 def test_recommended_run_agrees_with_one_ten_times_finer(tmp_path, per_cent):
-    """The step is a tenth, the method of fourth order and the grid twice as fine: its error is nothing beside 0.01 %."""
+    """A tenth of the step, a method of fourth order and twice the points: its error is nothing beside 0.01 %."""
     tradeoff(tmp_path, scene(tmp_path, WAVES), "--want", f"polar_order={per_cent}%", "--budget", "2min")
     recommended = tmp_path / "s.tradeoff" / "recommended.toml"
     fine = mean(tmp_path, "s.toml", "polar_order", "--set", "time.stepper=etdrk4-krogstad", "--set", "time.dt=0.05",
@@ -116,8 +116,7 @@ def test_recommended_run_agrees_with_one_ten_times_finer(tmp_path, per_cent):
 
 
 def test_recommended_noisy_run_is_as_long_as_the_wish_needs(tmp_path):
-    """95 % of runs are within the wish; of the difference to a run of five times the recommended duration with a quarter
-    of the step one in twenty may be beyond: seed 1 is not."""
+    """95 % of runs are within the wish: one in twenty seeds may be beyond, the one here is not."""
     tradeoff(tmp_path, scene(tmp_path, NOISY), "--want", "polar_order=3%", "--budget", "1min")
     recommended = tmp_path / "s.tradeoff" / "recommended.toml"
     short = mean(tmp_path, recommended, "polar_order", "-o", "r.h5", "--set", "run.seed=7")
@@ -131,7 +130,7 @@ def test_recommended_noisy_run_is_as_long_as_the_wish_needs(tmp_path):
 def test_rungs_of_models_are_exact_in_their_limits_and_tell_their_bias_elsewhere(tmp_path):
     # Along x alone the one-dimensional model is the full one; rounding differs between transforms.
     along = WAVES.replace(" + 0.2 * cos(2 * pi * y / 32)", "")
-    found = tradeoff(tmp_path, scene(tmp_path, along), "--want", "polar_order=1%", "--budget", "2min", "-o", "along")
+    found = tradeoff(tmp_path, scene(tmp_path, along), "--want", "polar_order=1%", "--budget", "2min", "-o", "one")
     rung = level(found, "one-dimensional")
     assert abs(rung["bias"]) < 1e-12
     # A wave along y does not fit into it; and a model that is wrong tells the difference of two runs.
@@ -146,7 +145,7 @@ def test_rungs_of_models_are_exact_in_their_limits_and_tell_their_bias_elsewhere
 
 
 def test_bias_of_a_slaved_velocity_is_proportional_to_the_mass_of_beads(tmp_path):
-    """The slaved velocity is the limit m -> 0, approached to first order in m; at m Gamma^-1 of 0.02 and 0.01 s the next
+    """The slaved velocity is the limit m -> 0, approached to first order in m; at m/Gamma of 0.02 and 0.01 s the next
     order is a few per cent of the first."""
     biases = []
     for n, mass in enumerate((0.02, 0.01)):
@@ -157,8 +156,8 @@ def test_bias_of_a_slaved_velocity_is_proportional_to_the_mass_of_beads(tmp_path
 
 
 def test_without_a_setting_in_the_budget_it_says_what_is_needed_and_the_best_there_is(tmp_path):
-    done = drover(tmp_path, "tradeoff", scene(tmp_path, NOISY), "--want", "polar_order=0.001%", "--budget", "3s", "--quiet",
-                  status=1)
+    done = drover(tmp_path, "tradeoff", scene(tmp_path, NOISY), "--want", "polar_order=0.001%", "--budget", "3s",
+                  "--quiet", status=1)
     assert "no setting meets the wishes within 3 s" in done.stdout
     assert "statistics limit it" in done.stdout and "give a larger --budget" in done.stdout
     assert not (tmp_path / "s.tradeoff" / "recommended.toml").exists()
@@ -192,8 +191,8 @@ def test_texts_that_are_no_wish_are_refused(tmp_path, want):
                                         ("bead_speed=1%", "no observable"), ("polar_order=1", None)])
 def test_wishes_that_the_run_does_not_answer_are_refused(tmp_path, want, said):
     status = 0 if said is None else 2
-    done = drover(tmp_path, "tradeoff", scene(tmp_path, NOISY), "--set", "time.end=100.0", "--want", want, "--budget", "2s",
-                  "--quiet", status=status)
+    done = drover(tmp_path, "tradeoff", scene(tmp_path, NOISY), "--set", "time.end=100.0", "--want", want, "--budget",
+                  "2s", "--quiet", status=status)
     if said is not None:
         assert said in done.stderr and "expected" in done.stderr
 

@@ -23,8 +23,9 @@ struct Tradeoff {
 };
 
 /// Trials of the scene with other steps, methods, grids, models and durations, in `folder`, which keeps every one: call
-/// it again to resume, or with other wishes.  Throws an input Error when the folder holds the trials of another scene,
-/// and for a wish that the run does not answer; a run Error when the scene as given cannot be run within the budget.
+/// it again to resume, or with other wishes.  Writes tradeoff.json there, and recommended.toml.  Throws an input Error
+/// when the folder holds the trials of another scene, and for a wish that the run does not answer; a run Error when the
+/// scene as given cannot be run within the budget.
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
 
 /// The run that is as accurate as wished, found by trials that take a tenth of the time that the scene as given takes,

@@ -31,10 +31,11 @@ from importlib import import_module
 HOMES = {
     "Calibration": "calibration", "DroverError": "error", "Error": "error", "Frame": "simulation",
     "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
+    "Tradeoff": "trading",
     "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "export": "commands",
     "film": "film",
     "info": "commands", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",
-    "schema": "commands", "slurm_script": "calibration", "sweep": "sweeping",
+    "schema": "commands", "slurm_script": "calibration", "sweep": "sweeping", "tradeoff": "trading",
 }
 __all__ = sorted(HOMES)
 

@@ -157,8 +157,11 @@ class Scene:
         from drover.simulation import Simulation
         return Simulation(self)
 
-    def run(self, output=None, *, threads=0, overwrite=False, quiet=True):
+    def run(self, output=None, *, accuracy=(), threads=0, overwrite=False, quiet=True):
         """Runs to time.end and writes an archive, as `drover run`; returns the open archive.
+
+        `accuracy`: first finds the cheapest run with these errors, "polar_order=1%" or a list, by trials of at most a
+        tenth of the run, which are kept in the folder <scene>.tradeoff.
 
         `output` is the archive; default: the name of the scene with .h5, in the working folder.  After Ctrl-C, which
         raises KeyboardInterrupt, drover.restart(archive) resumes.
@@ -169,6 +172,9 @@ class Scene:
         ('time', 'y', 'x')
         """
         scene = self.with_output(output, threads)
+        if accuracy:
+            from drover.trading import with_accuracy
+            scene = with_accuracy(scene, accuracy, quiet)
         import h5py  # noqa: F401  # pylint: disable=unused-import  # before the run: see locks.py
         from drover.archive import open_run
         with hdf5():
