@@ -11,6 +11,7 @@
 #include "bindings.hpp"
 #include "drover/base/log.hpp"
 #include "drover/base/version.hpp"
+#include "drover/io/field_export.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/xyz.hpp"
 #include "drover/run/boundary.hpp"
@@ -338,6 +339,14 @@ void bind_runs(py::module_& module) {
         py::arg("scene"), py::arg("settings"), py::arg("folder"), py::arg("shares"));
     module.def(
         "info", [](const std::filesystem::path& file) { return run::info_json(file).dump(); }, py::arg("file"));
+    module.def(
+        "export_fields",
+        [](const std::filesystem::path& archive, const std::filesystem::path& output, std::int64_t frame,
+           std::int64_t every, bool overwrite) {
+            return io::write_fields(files::ArchiveReader(archive), archive.string(), {.frame = frame, .every = every},
+                                    output, overwrite);
+        },
+        py::arg("archive"), py::arg("output"), py::arg("frame"), py::arg("every"), py::arg("overwrite"));
     module.def(
         "export_xyz",
         [](const std::filesystem::path& archive, const std::filesystem::path& output, std::int64_t frame,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import MODELS, SMALL, environment
+from support import MODELS, SMALL, environment, wait_until
 
 import drover
 
@@ -173,11 +173,12 @@ def test_changed_fields_are_those_of_a_run_that_starts_from_them(tmp_path, monke
                                    lambda fields: 1 / 0])
 def test_an_edit_that_fails_changes_nothing(spoil):
     run, other = scene_of().start(), scene_of().start()
+    frame = run.frame
     with pytest.raises((drover.Error, ZeroDivisionError)):
         with run.edit() as fields:
             fields.polar_order_x[...] += 1.0
             spoil(fields)
-    assert not run.was_changed
+    assert not run.was_changed and frame.polar_order_x.tobytes() == other.frame.polar_order_x.tobytes()
     assert run.advance(1.0).rod_density.tobytes() == other.advance(1.0).rod_density.tobytes()
 
 
@@ -229,6 +230,22 @@ def test_ctrl_c_stops_a_sweep_with_its_workers(tmp_path):
     sizes = [(tmp_path / "stopped" / name).stat().st_mtime_ns for name in kept]
     time.sleep(0.3)
     assert sizes == [(tmp_path / "stopped" / name).stat().st_mtime_ns for name in kept]  # nobody writes any more
+
+
+def test_a_sweep_ends_when_its_process_is_killed(tmp_path):
+    scene = scene_of(**{"time.end": 1e6, "output.frame_every": 0.0, "output.sample_every": 100.0})
+    code = (f"import drover\nscene = drover.Scene.parse({scene.to_toml()!r})\n"
+            "drover.sweep(scene, {'relaxation.rate': [0.4, 0.5]}, folder='killed', workers=2)")
+    with subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path, env=environment()) as process:
+        folder = tmp_path / "killed"
+        wait_until(lambda: len(list(folder.glob("*.checkpoint-a"))) == 2, "the runs of the sweep", process=process)
+        process.kill()
+
+    def is_alive():
+        return [path for path in Path("/proc").glob("[0-9]*/cwd")
+                if os.path.realpath(path) == str(tmp_path) and path.parent.joinpath("status").exists()]
+
+    wait_until(lambda: not is_alive(), "the end of the workers", seconds=20.0)
 
 
 def test_two_runs_at_once_in_one_process_have_the_bytes_of_each_alone():

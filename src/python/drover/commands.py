@@ -1,6 +1,7 @@
 """drover/commands.py: the commands that start from a file, and the schema."""
 import json
 import os
+from pathlib import Path
 
 from drover import _drover
 from drover.error import Error
@@ -69,7 +70,22 @@ def onset(table, *, varied=None, output=None, overwrite=False):
 
 
 def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=False):
-    """Writes frames of a run of particles as extended XYZ, as `drover export`; returns their number."""
+    """Writes frames for viewers, as `drover export`; returns the files.
+
+    Particles as extended XYZ (`output` ends in .xyz; `bodies`: one line per body), fields as VTK images (.vtk, a
+    numbered file for each frame unless one `frame` is chosen) or as one table (.csv).
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
+    >>> scene.run("flock.h5").close()
+    >>> [path.name for path in export("flock.h5", "flock.vtk")]
+    ['flock-0000.vtk', 'flock-0001.vtk']
+    """
+    names, chosen = (os.fspath(archive), os.fspath(output)), -1 if frame is None else frame
     with hdf5():
-        return _drover.export_xyz(os.fspath(archive), os.fspath(output), -1 if frame is None else frame, every, bodies,
-                                  overwrite)
+        if not names[1].endswith((".vtk", ".csv")):
+            _drover.export_xyz(*names, chosen, every, bodies, overwrite)
+            return [Path(output)]
+        if bodies:
+            raise Error("bodies is for particles, and a file .vtk or .csv for fields; expected the call without it")
+        return list(_drover.export_fields(*names, chosen, every, overwrite))

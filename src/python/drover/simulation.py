@@ -181,13 +181,11 @@ class Simulation:
         from them: it is a new run then (was_changed).  After an exception in the block the fields are as before.
         """
         frame = self._frame(True)
-        kept = {name: array.copy() for name, array in frame.arrays.items() if array.flags.writeable}
         try:
             yield frame
             self._session.accept()
         except BaseException:
-            for name, array in kept.items():
-                frame.arrays[name][...] = array
+            self._session.frames()  # computes the arrays from the state again, which has not changed
             raise
         finally:
             for array in frame.arrays.values():

@@ -2,6 +2,7 @@
 
 They start processes by fork(), which is not safe in an interpreter with threads, such as that of a notebook.
 """
+import ctypes
 import json
 import os
 import signal
@@ -10,6 +11,8 @@ import sys
 from pathlib import Path
 
 from drover.error import Error
+
+PR_SET_PDEATHSIG = 1  # of Linux
 
 
 def call(command, scene, **options):
@@ -43,6 +46,7 @@ def call(command, scene, **options):
 
 def main():
     from drover import _drover
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)  # stops, after checkpoints, when its parent is killed
     request = json.loads(sys.stdin.read())
     text, name, settings = request["scene"]
     _drover.leave_signals_to_python(False)
