@@ -18,6 +18,18 @@ std::string convention_text(Convention convention) {
     return convention == Convention::mean ? "lambda = lambda_s/2, g = 2" : "lambda_s in place of lambda, g = 1";
 }
 
+/// Beyond the table: NaN, as a threshold that does not exist.
+Entry quantile(const char* name, const char* percent, double value) {
+    return {.name = name,
+            .unit = "1",
+            .meaning =
+                text("{} % of the resampled tables have a threshold at or below; none in the table: not a number",
+                     percent),
+            .value = std::isfinite(value) ? value : std::nan(""),
+            .digits = 3,
+            .shown = {.text = false}};
+}
+
 Record crossing_record(const calibrate::Crossing& crossing, Convention convention) {
     const std::string words = ", " + convention_text(convention);
     return {.entries = {{.name = "bead_area_fraction",
@@ -31,6 +43,9 @@ Record crossing_record(const calibrate::Crossing& crossing, Convention conventio
                          .meaning = "standard error of the flocking threshold" + words,
                          .value = crossing.error,
                          .digits = 2},
+                        quantile("quantile_16", "16", crossing.quantiles[0]),
+                        quantile("quantile_50", "50", crossing.quantiles[1]),
+                        quantile("quantile_84", "84", crossing.quantiles[2]),
                         {.name = "share",
                          .unit = "1",
                          .meaning = "fraction of the resampled tables that have a threshold" + words,
@@ -43,9 +58,15 @@ Record crossing_record(const calibrate::Crossing& crossing, Convention conventio
                          .dataset = "above"}}};
 }
 
+std::string quantile_text(double value) {
+    return std::isfinite(value) ? text("{:.3g}", value) : value > 0.0 ? "above the table" : "below the table";
+}
+
 std::string threshold_text(const calibrate::Crossing& crossing) {
     const std::string share =
-        text("{:.0f} % of the tables resampled within their errors have one", 100.0 * crossing.share);
+        text("{:.0f} % of the tables resampled within their errors have one (16, 50, 84 %: {}, {}, {})",
+             100.0 * crossing.share, quantile_text(crossing.quantiles[0]), quantile_text(crossing.quantiles[1]),
+             quantile_text(crossing.quantiles[2]));
     const char* below = "below the smallest bead area fraction of the table";
     if (std::isnan(crossing.bead_fraction)) return (crossing.above_all ? below : "none in the table") + ("; " + share);
     return text("{}Phi_b = {}; {}", crossing.above_all ? text("{}, and again from ", below) : "",
@@ -75,12 +96,12 @@ Record curve_point(const calibrate::OnsetCurve& curve, std::size_t i, double bea
                          .dataset = "bead_fraction"},
                         speed("drag", "alpha/Gamma", curve.drag[i].value, 4),
                         speed("drag_error", "standard error of alpha/Gamma", curve.drag[i].error, 2),
-                        speed("threshold", "a/lambda", curve.threshold[i].value, 4),
-                        speed("threshold_error", "standard error of a/lambda", curve.threshold[i].error, 2),
+                        speed("threshold", "(a - c sigma)/lambda", curve.threshold[i].value, 4),
+                        speed("threshold_error", "standard error of (a - c sigma)/lambda", curve.threshold[i].error, 2),
                         {.name = "gain",
                          .unit = "1",
-                         .meaning = "g = 2 (alpha/Gamma)/(a/lambda)",
-                         .value = 2.0 * curve.drag[i].value / curve.threshold[i].value,
+                         .meaning = "g = 2 (lambda alpha/Gamma + c sigma)/a",
+                         .value = curve.alignment[i],
                          .digits = 3}},
             .shown = {.text = is_node}};
 }
@@ -118,9 +139,10 @@ Result onset_result(const calibrate::Onset& onset, const calibrate::Table& table
         add_crossings(point, true, record);
         line.rows.push_back(std::move(record));
     }
-    return {.root = {.header = {"flocks form where the gain g = 2 (alpha/Gamma)/(a/lambda) exceeds its threshold; drag "
-                                "= alpha/Gamma: bead speed at P = 1, threshold = a/lambda"},
-                     .lists = {std::move(curves), std::move(line)}}};
+    return {
+        .root = {.header = {"flocks form where the gain g = 2 (lambda alpha/Gamma + c sigma)/a exceeds 2: where drag "
+                            "= alpha/Gamma, the bead speed at P = 1, exceeds threshold = (a - c sigma)/lambda"},
+                 .lists = {std::move(curves), std::move(line)}}};
 }
 
 }  // namespace drover::run
