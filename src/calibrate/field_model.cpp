@@ -146,4 +146,21 @@ MeanField mean_field(const Table& table, const StatePoint& point) {
             .response_time = of([](M m) { return m[response]; })};
 }
 
+CellPrediction predict_cell(const Table& table, const StatePoint& point, double cell_area) {
+    const double area =
+        SmoothCoefficient(table, row_name(rod_area), point.varied, point.outside).at(point.bead_fraction, 0.0).value;
+    const int rods = static_cast<int>(std::lround(point.rod_fraction * cell_area / area));
+    require(rods >= 2, {}, "a cell of {} mm^2 holds {} rods at the rod area fraction {}; expected at least 2",
+            cell_area, rods, point.rod_fraction);
+    const Uncertain g = mean_field(table, point).alignment;
+    const RodsOrder order = order_of_rods(rods, g.value);
+    return {.rods = rods,
+            .alignment = g,
+            .order = order.mean,
+            .low = order_of_rods(rods, g.value - g.error).mean,
+            .high = order_of_rods(rods, g.value + g.error).mean,
+            .deviation = order.deviation,
+            .line = order_of_rods(rods, 2.0).mean};
+}
+
 }  // namespace drover::calibrate

@@ -145,4 +145,30 @@ Result onset_result(const calibrate::Onset& onset, const calibrate::Table& table
                  .lists = {std::move(curves), std::move(line)}}};
 }
 
+void add_cells(const std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>>& cells, Result& result) {
+    List list{.name = "cells",
+              .heading =
+                  "\norder P of the rods of one cell, as of few rods in mean field: mean, mean at g -+ one error, and "
+                  "deviation in time",
+              .row = "cell",
+              .meaning = "point",
+              .group = "/cells"};
+    const auto number = [](const char* name, const char* meaning, double value, int digits) {
+        return Entry{.name = name, .unit = "1", .meaning = meaning, .value = value, .digits = digits};
+    };
+    for (const auto& [point, cell] : cells)
+        list.rows.push_back(
+            {.entries = {number("bead_area_fraction", "Phi_b", point.bead_fraction, 4),
+                         number("rod_area_fraction", "Phi_r", point.rod_fraction, 4),
+                         number("rods", "number of rods of the cell", cell.rods, 6),
+                         number("alignment", "g; above 2 a flock", cell.alignment.value, 3),
+                         number("alignment_error", "standard error of g", cell.alignment.error, 2),
+                         number("order", "mean of P, the mean orientation of these rods", cell.order, 3),
+                         number("order_low", "the same at one standard error of g below", cell.low, 3),
+                         number("order_high", "the same at one standard error of g above", cell.high, 3),
+                         number("order_deviation", "standard deviation of P in time", cell.deviation, 2),
+                         number("order_line", "mean of P at g = 2", cell.line, 2)}});
+    result.root.lists.push_back(std::move(list));
+}
+
 }  // namespace drover::run

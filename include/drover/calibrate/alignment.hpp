@@ -1,4 +1,4 @@
-// calibrate/alignment.hpp: mean-field theory of rods that align with their mean orientation, infinitely or finitely many.
+// calibrate/alignment.hpp: mean-field theory of rods that align with their mean orientation, few or many.
 #pragma once
 
 namespace drover::calibrate {
@@ -26,7 +26,7 @@ struct RodsOrder {
 /// it, which is the mean field above for N -> infinity.  Without alignment <|P|> is about sqrt(pi/N)/2.  The density of
 /// the mean of N unit vectors is that of a saddle point, normalised (0.4 % of <|P|> at N = 25).  h is in the units of
 /// kappa: torque times mobility over D_r.
-/// Source: the stationary distribution of D_r grad theta of that weight; H. E. Daniels, Ann. Math. Stat. 25, 631 (1954).
+/// Source: the stationary distribution of that weight; H. E. Daniels, Ann. Math. Stat. 25, 631 (1954).
 RodsOrder order_of_rods(int rods, double alignment, double field = 0.0);
 
 }  // namespace drover::calibrate

@@ -46,10 +46,11 @@ struct FieldNumber {
 /// assay, are not quite).  Throws an input Error for missing entries and for points outside the table.
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
 
-/// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.  The error of alpha/Gamma is assigned to
-/// alpha; Gamma and b have no error here.  Rows that depend on beads alone are repeated at every rod density, and a
-/// boundary treats errors of nodes as independent: halfway between two rod densities the contribution of a and lambda
-/// to its error band is too narrow by sqrt(2).  find_onset() does not have this limitation.
+/// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.  The
+/// error of alpha/Gamma is assigned to alpha; Gamma and b have no error here.  Rows that depend on beads alone are
+/// repeated at every rod density, and a boundary treats errors of nodes as independent: halfway between two rod
+/// densities the contribution of a and lambda to its error band is too narrow by sqrt(2).  find_onset() does not have this
+/// limitation.
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind);
 
 /// Mean-field prediction for a uniform system with these coefficients.
@@ -61,5 +62,17 @@ struct MeanField {
     Uncertain response_time;  ///< tau of the flow [s], at least its error
 };
 MeanField mean_field(const Table& table, const StatePoint& point);
+
+/// Mean-field prediction for the rods of one cell, of which there are few; see order_of_rods().
+struct CellPrediction {
+    int rods = 0;
+    Uncertain alignment;     ///< g; a flock of infinitely many rods for g > 2
+    double order = 0.0;      ///< <|P|> of these rods
+    double low = 0.0;        ///< <|P|> one error of g below
+    double high = 0.0;       ///< <|P|> one error of g above
+    double deviation = 0.0;  ///< standard deviation of |P| in time
+    double line = 0.0;       ///< <|P|> of these rods at g = 2
+};
+CellPrediction predict_cell(const Table& table, const StatePoint& point, double cell_area);
 
 }  // namespace drover::calibrate
