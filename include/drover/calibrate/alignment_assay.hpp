@@ -23,8 +23,8 @@ inline constexpr double reference_rate = 0.1;
 /// with the torque mu T and, by contacts, 2 c sigma P towards the mean orientation P of all, obey
 ///     d_t <P_x> = -a <P_x> + (mu T/2) <1 - C2> + c sigma <P_x (1 - C2) - P_y S2>,
 /// C2 and S2 being the means of cos and sin of twice the angle.  It is exact for any number of rods, any distribution
-/// and any history, and linear in a, mu and c sigma: least squares over the windows of all fields.  The fit of all three
-/// gives the rate a among rods; with a of the relaxation assay, c sigma = contact_steady + a contact_slope.  (The
+/// and any history, and linear in a, mu and c sigma: least squares over the windows of all fields.  The fit of all
+/// three gives the rate a among rods; with a of the relaxation assay, c sigma = contact_steady + a contact_slope.  (The
 /// saturation b follows from a and c, as from any alignment.)
 /// Quantities: contact_reference, c sigma at a = 0.1/s, whose error also tells the covariance of contact_steady [1/s]
 /// and contact_slope [1]; relaxation_among_rods a [1/s]; orienting_mobility mu [s/(mg mm^2)], at a = 0.1/s;

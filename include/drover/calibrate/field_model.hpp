@@ -49,8 +49,8 @@ FieldNumber field_number(const Table& table, const std::string& key, const State
 /// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.  The
 /// error of alpha/Gamma is assigned to alpha; Gamma and b have no error here.  Rows that depend on beads alone are
 /// repeated at every rod density, and a boundary treats errors of nodes as independent: halfway between two rod
-/// densities the contribution of a and lambda to its error band is too narrow by sqrt(2).  find_onset() does not have this
-/// limitation.
+/// densities the contribution of a and lambda to its error band is too narrow by sqrt(2).  find_onset() does not have
+/// this limitation.
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind);
 
 /// Mean-field prediction for a uniform system with these coefficients.
