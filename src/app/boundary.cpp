@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "command.hpp"
-#include "drover/io/calibration.hpp"
 #include "drover/run/onset.hpp"
 
 namespace drover::app {
@@ -79,15 +78,10 @@ int print_table_boundary(const Options& options) {
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected the command without them");
-    const files::ArchiveReader archive(options.scene);
-    const calibrate::Table table = io::read_calibration(archive, options.scene);
-    const std::size_t varied = calibrate::varied_index(table, options.varied, "--varied", file);
-    const calibrate::Onset onset = calibrate::find_onset(table, varied);
-    const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), options.scene + " (its scene)");
-    run::Result result = run::onset_result(onset, table);
-    add_cells(options, table, varied, result);
-    result.attributes.emplace_back("table", options.scene);
-    return print_result(result, output_of(options, "onset", "curves and thresholds, with standard errors"), scene, 1);
+    run::TableOnset onset = run::make_onset(options.scene, options.varied);
+    add_cells(options, onset.table, onset.varied, onset.result);
+    return print_result(onset.result, output_of(options, "onset", "curves and thresholds, with standard errors"),
+                        onset.scene, 1);
 }
 }  // namespace
 

@@ -1,6 +1,9 @@
 // run/onset.cpp: the flocking thresholds of a table, described.
 #include "drover/run/onset.hpp"
 
+#include "drover/io/calibration.hpp"
+#include "drover/io/scene_text.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -169,6 +172,19 @@ void add_cells(const std::vector<std::pair<calibrate::StatePoint, calibrate::Cel
                          number("order_deviation", "standard deviation of P in time", cell.deviation, 2),
                          number("order_line", "mean of P at g = 2", cell.line, 2)}});
     result.root.lists.push_back(std::move(list));
+}
+
+TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied) {
+    const files::ArchiveReader archive(file);
+    calibrate::Table table = io::read_calibration(archive, file.string());
+    const std::size_t index = calibrate::varied_index(table, varied, "--varied", {.file = file.string()});
+    Result result = onset_result(calibrate::find_onset(table, index), table);
+    TableOnset made{.scene = io::parse_scene(archive.text_attribute("scene"), file.string() + " (its scene)"),
+                    .table = std::move(table),
+                    .varied = index,
+                    .result = std::move(result)};
+    made.result.attributes.emplace_back("table", file.string());
+    return made;
 }
 
 }  // namespace drover::run

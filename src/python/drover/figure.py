@@ -69,7 +69,16 @@ def draw_file(path, frame=None, state=None):
         if kind == "run":
             its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw
             return its_draw(opened, -1 if frame is None else frame)
-        return stability_figure.draw(opened, state) if kind == "stability" else THEORY[kind](opened)
+        return draw_theory(opened, state)
+
+
+def draw_theory(theory, state=None):
+    """Draws linear theory; `state` applies to a stability analysis."""
+    if theory.kind == "stability":
+        return stability_figure.draw(theory, state)
+    if theory.kind not in THEORY:
+        raise DroverError(f"{theory.path}: there is no figure of drover {theory.kind}; draw an array of it by .plot()")
+    return THEORY[theory.kind](theory)
 
 
 def fitted(box, ratio):
