@@ -8,75 +8,13 @@
 #include <memory_resource>
 #include <vector>
 
+#include "impact_couplings.hpp"
 #include "impact_increment.hpp"
-#include "vec4d.hpp"
 
 namespace drover::dem {
 
 namespace {
 using Memory = std::pmr::memory_resource;
-using ContactVectors = std::pmr::vector<Vec4d>;  // of each contact: components along its normal and its tangents
-
-/// One of the bodies of a contact.
-struct Side {
-    int body = -1;
-    double sign = 0.0;
-    const Lever* lever = nullptr;
-};
-std::array<Side, 2> sides_of(const Contact& contact, const Frame& frame) {
-    return {Side{contact.first, 1.0, &frame.first}, Side{contact.second, -1.0, &frame.second}};
-}
-
-/// Changes of the velocities at contact `at` by unit impulses of another contact along its normal and tangents.
-struct Coupling {
-    std::size_t at = 0;
-    std::array<Vec4d, 3> change{};
-};
-
-/// For each contact, the couplings to all contacts that share a body with it, itself included.
-class Couplings {
-public:
-    Couplings(std::span<const ImpactBody> bodies, std::span<const Contact> contacts, std::span<const Frame> frames,
-              Memory* memory)
-        : start_(memory), all_(memory) {
-        start_.reserve(contacts.size() + 1);
-        all_.reserve(3 * contacts.size());
-        for (std::size_t by = 0; by < contacts.size(); ++by) {
-            start_.push_back(all_.size());
-            for (std::size_t at = 0; at < contacts.size(); ++at) add(bodies, contacts, frames, by, at);
-        }
-        start_.push_back(all_.size());
-    }
-    /// Changes the velocities at all contacts by an impulse at one.
-    void push(std::size_t by, double n, double x, double y, ContactVectors& slips) const {
-        for (std::size_t k = start_[by]; k < start_[by + 1]; ++k) {
-            const Coupling& to = all_[k];
-            slips[to.at] += n * to.change[0] + x * to.change[1] + y * to.change[2];
-        }
-    }
-
-private:
-    void add(std::span<const ImpactBody> bodies, std::span<const Contact> contacts, std::span<const Frame> frames,
-             std::size_t by, std::size_t at) {
-        Coupling coupling{.at = at};
-        bool shared = false;
-        for (const Side& here : sides_of(contacts[at], frames[at]))
-            for (const Side& there : sides_of(contacts[by], frames[by])) {
-                if (here.body < 0 || here.body != there.body) continue;
-                shared = true;
-                const double sign = here.sign * there.sign,
-                             inverse = bodies[static_cast<std::size_t>(here.body)].mass_inverse;
-                for (std::size_t j = 0; j < 3; ++j)
-                    for (std::size_t i = 0; i < 3; ++i)
-                        coupling.change[j][i] += sign * (inverse * dot(frames[at].axes[i], frames[by].axes[j]) +
-                                                         dot(here.lever->turn[i], there.lever->spin[j]));
-            }
-        if (shared) all_.push_back(coupling);
-    }
-
-    std::pmr::vector<std::size_t> start_;
-    std::pmr::vector<Coupling> all_;
-};
 
 /// A group of contact springs.
 struct Springs {
@@ -155,6 +93,14 @@ void advance_contact(const Springs& springs, std::size_t c, double h, double eno
     apply_bounce(springs, c, bounce, path);
 }
 
+/// The largest response of a contact that is compressed or approaches: its spring has the shortest period.
+double active_response(const Springs& springs, const ImpactPath& path, double rounding) {
+    double most = 0.0;
+    for (std::size_t c = 0; c < path.stored.size(); ++c)
+        if (path.stored[c] > 0.0 || path.slips[c][0] < -rounding) most = std::max(most, springs.frames[c].response.nn);
+    return most;
+}
+
 /// Advances all contacts until none approaches.  Within a sweep they follow one another, from the first to the last or
 /// in reverse.
 ImpactPath follow_impact(const Springs& springs, const ImpactLaw& law, double approach, bool ascending,
@@ -162,13 +108,18 @@ ImpactPath follow_impact(const Springs& springs, const ImpactLaw& law, double ap
     ImpactPath path(springs, memory);
     const std::size_t count = springs.contacts.size();
     const double enough = law.tolerance * approach, rounding = 1e-12 * approach;
-    double stiffest = 0.0;
-    for (const Frame& frame : springs.frames) stiffest = std::max(stiffest, frame.response.nn);
-    // A quarter of a period takes about half of `increments` sweeps; restitution is 1/e times faster.
-    const double step = 3.0 / (law.increments * std::sqrt(stiffest));
+    const auto [softest, stiffest] =
+        std::minmax_element(springs.frames.begin(), springs.frames.end(),
+                            [](const Frame& a, const Frame& b) { return a.response.nn < b.response.nn; });
+    const double ratio = std::sqrt(stiffest->response.nn / softest->response.nn);  // of periods
+    const int max_sweeps = static_cast<int>(std::clamp(300.0 * ratio, 3000.0, 30000.0));
+    constexpr int patience = 2000;  // sweeps for which light bodies set the clock even when they are at rest
     constexpr double fastest_release = 0.05;
-    constexpr int max_sweeps = 3000;
     for (; path.sweeps < max_sweeps; ++path.sweeps) {
+        const double response =
+            path.sweeps < patience ? stiffest->response.nn : active_response(springs, path, rounding);
+        // A quarter of a period takes about half of `increments` sweeps; restitution is 1/e times faster.
+        const double step = 3.0 / (law.increments * std::sqrt(response));
         double h = step;
         bool any = false;
         for (std::size_t c = 0; c < count; ++c) {

@@ -215,7 +215,7 @@ private:
         report.counts.largest_group =
             std::max(report.counts.largest_group, static_cast<std::int64_t>(contacts_.size()));
         report.counts.residual = std::max(report.counts.residual, outcome.residual / outcome.approach);
-        if (outcome.residual > rules_.law.tolerance * outcome.approach) ++report.counts.unresolved;
+        if (outcome.left > rules_.law.tolerance * outcome.approach) ++report.counts.unresolved;
     }
     /// Moves a body by a vector over its mass.
     void move(std::uint32_t body, const Vector& mass_shift, ContactReport& report) {

@@ -8,6 +8,7 @@
 
 #include "impact_group.hpp"
 #include "impact_increment.hpp"
+#include "impact_remainder.hpp"
 #include "sphere_impact.hpp"
 
 namespace drover::dem {
@@ -212,6 +213,18 @@ void resolve_in_turn(Group& group, const ImpactLaw& law, ImpactOutcome& outcome)
     }
 }
 
+/// Ends an approach that the law has left, without rebound or friction, if that is possible.
+void end_approach(Group& group, ImpactOutcome& outcome) {
+    std::vector<double> velocities;
+    for (std::size_t c = 0; c < group.contacts.size(); ++c) velocities.push_back(group.normal(c));
+    const std::vector<double> impulses = inelastic_impulses(group.bodies, group.contacts, group.frames, velocities);
+    for (std::size_t c = 0; c < impulses.size(); ++c) {
+        const double before = group.normal(c);
+        const double work = impulses[c] * (before + 0.5 * group.frames[c].response.nn * impulses[c]);
+        group.push(c, {.n = impulses[c], .normal_work = work}, outcome);
+    }
+}
+
 }  // namespace
 
 Vector relative_velocity(const Contact& contact, std::span<const ImpactBody> bodies) {
@@ -269,7 +282,11 @@ ImpactOutcome resolve(std::span<ImpactBody> bodies, std::span<Contact> contacts,
     } else {
         resolve_in_turn(group, law, outcome);
     }
-    outcome.residual = group.approach();
+    outcome.residual = outcome.left = group.approach();
+    if (contacts.size() > 1 && outcome.left > law.tolerance * outcome.approach) {
+        end_approach(group, outcome);
+        outcome.residual = group.approach();
+    }
     return outcome;
 }
 

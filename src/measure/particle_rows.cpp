@@ -222,7 +222,7 @@ void add_impact_counts(const ParticleSetting& setting, Rows& rows) {
     }
     add(
         rows, "impacts_unresolved", "1",
-        "groups of contacts left with an approach velocity above the tolerance since the start",
+        "groups of contacts whose approach the group law did not end (its rest ended without rebound) since the start",
         [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.unresolved); }, true);
     add(rows, "overlap_largest", "1", "largest overlap of two bodies since the start, over the smaller radius",
         [](const ParticleMoment& moment) { return moment.counts.overlap; });

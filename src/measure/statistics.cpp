@@ -105,7 +105,7 @@ std::string time_text(double time, bool up = false) {
     if (!(time > 0.0)) return text("{} s", time);
     const double unit = std::pow(10.0, std::floor(std::log10(time)) - 2.0);
     const double steps = up ? std::ceil(time / unit - 1e-6) : std::round(time / unit);
-    return text("{} s", unit < 1.0 ? steps / std::round(1.0 / unit) : steps * std::round(unit));
+    return text("{:.6g} s", unit < 1.0 ? steps / std::round(1.0 / unit) : steps * std::round(unit));
 }
 
 /// Why there is no error estimate; "" if there is one.  n: samples after warm-up; tau: in samples.

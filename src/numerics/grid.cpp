@@ -31,7 +31,10 @@ const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>() {
     using numerics::Grid;
     constexpr Range size{.min = 4, .max = 65536}, size_or_one{.min = 1, .max = 65536};
     static const std::vector<Row<Grid>> rows{
-        {.name = "nx", .member = &Grid::nx, .range = size, .doc = "points along x, an even number"},
+        {.name = "nx",
+         .member = &Grid::nx,
+         .range = size,
+         .doc = "points along x, an even number; a one-dimensional grid lies along x, with ny = 1"},
         {.name = "ny",
          .member = &Grid::ny,
          .range = size_or_one,

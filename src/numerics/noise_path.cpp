@@ -30,7 +30,9 @@ double fastest_growth(const System& system, const std::vector<double>& wavenumbe
 /// Doublings of dt up to the length of a root.
 int doublings_to_root(const System& system, const std::vector<double>& wavenumbers, double dt) {
     const auto doublings = [dt](double longest) {
-        return std::clamp(static_cast<int>(std::ceil(std::log2(longest / dt))) - 1, 0, max_levels);
+        int level = 0;
+        while (level < max_levels && std::ldexp(dt, level + 1) < longest) ++level;
+        return level;
     };
     const int most = doublings(max_root);
     if (most == 0) return 0;

@@ -87,8 +87,9 @@ void FieldEvolution::start(const Spectra& state) {
 }
 
 namespace {
-/// Steps until the next is repeated in halves, which costs two steps: 1 % of a long run.
-std::int64_t steps_to_next_check(std::int64_t step) { return std::clamp<std::int64_t>(step / 3, 6, 200); }
+/// Steps until the next is repeated in halves, which costs two steps: 1.7 % of 2000 steps, 0.4 % of a long run.  Local
+/// errors change most at the start.
+std::int64_t steps_to_next_check(std::int64_t step) { return std::clamp<std::int64_t>(2 * step / 3, 1, 500); }
 }  // namespace
 
 void FieldEvolution::advance(std::int64_t step, Spectra& state) {

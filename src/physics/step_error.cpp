@@ -30,11 +30,12 @@ int coarse_points(int points) {
 
 /// At most this many steps of the run in one of the error, which costs four right-hand sides on the coarse grid.  Fewer
 /// where the explicit terms change the error by more than 0.3: the error of advected waves would grow by itself.
-constexpr std::int64_t max_stride = 4;
+constexpr std::int64_t max_stride = 8;
+constexpr std::int64_t min_strides = 8;  // in the run so far: a short run has an error, too
 
-/// The local errors of decaying fields are held longer than they last: on 40 random scenes the estimate was 1.6 times
-/// the error in the median (tests/bench/step_error; the other scenes there test it with this factor).
-constexpr double held_too_long = 0.7;
+/// Random errors of noisy steps are measured too large: on 60 random scenes with noise the estimate without this factor
+/// was 1.5 times the error in the median (tests/bench/step_error).
+constexpr double random_errors = 0.7;
 
 struct ModePair {
     std::size_t coarse, fine;
@@ -132,8 +133,8 @@ struct StepError::Work {
     Grid fine, coarse;
     Dealiasing dealiasing;
     double dt;
-    std::int64_t stride = 1;
-    double perturbation_growth = 0.0;  // |N(a + e) - N(a)|/|e|
+    std::int64_t stride = 1, since = 0;  // steps of the run in one of the error, and since its last
+    double perturbation_growth = 0.0;    // |N(a + e) - N(a)|/|e|
     Threads one{1};
     std::vector<ModePair> shared, sampled;
     std::vector<FieldSize> fields;
@@ -141,7 +142,8 @@ struct StepError::Work {
     std::vector<double> wave_local, wave_error;  // as error.values: the last local error, and the sum of all so far
     Spectra rate_before;                         // the explicit terms at the start of a step that is repeated in halves
     std::optional<numerics::Stepper> turn;       // the linear part alone, over a part of a step
-    Spectra state, error, shifted, rate, drive;  // drive: the local error, without noise per time
+    Spectra state, error, shifted, rate;
+    Spectra drive, driven;  // the local error, without noise per time, and its sum over the steps since the last
     std::shared_ptr<RightHandSide> remainder;
     std::map<std::int64_t, numerics::Stepper> steppers;  // by stride
     bool noisy = false;
@@ -155,7 +157,7 @@ struct StepError::Work {
     double local_size() const;
     void sample(const Spectra& fine_fields);
     void add_unresolved_waves(const Spectra& after);
-    void add_random_errors(std::int64_t step);
+    void add_random_errors(std::int64_t step, std::uint64_t number);
     void leave_out_direction();
     void bound();
 };
@@ -179,7 +181,7 @@ StepError::Work::Work(const Equations& the_equations, const Grid& grid, const De
     add(form.bead_velocity, 2, "bead_velocity");
     add(form.polar_order, 2, "polar_order");
     state = Spectra(coarse, numerics::components(layout(form)));
-    error = shifted = rate = drive = state;
+    error = shifted = rate = drive = driven = state;
     wave_local.resize(error.values.size());
     wave_error.resize(error.values.size());
     set_reference(reference(equations.model.uniform));
@@ -218,7 +220,7 @@ void StepError::Work::set_reference(const Reference& about) {
 /// N(a + e) - N(a), plus the local errors.  A small e is enlarged for the difference: its digits would be lost.
 void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, Spectra& out) {
     if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
-    else out.values = drive.values;
+    else out.values = driven.values;
     const double relative = relative_size(error);
     if (relative == 0.0 || !std::isfinite(relative)) return;
     const double enlarged = std::max(1.0, 1e-5 / relative);
@@ -231,11 +233,11 @@ void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, S
         (*remainder)(t, shifted, rate);
         for (std::size_t k = 0; k < out.values.size(); ++k) out.values[k] += rate.values[k] / enlarged;
         for (std::size_t k = 0; k < out.values.size(); ++k)
-            rate.values[k] = out.values[k] - (noisy ? Complex(0.0) : drive.values[k]);
+            rate.values[k] = out.values[k] - (noisy ? Complex(0.0) : driven.values[k]);
         perturbation_growth = relative_size(rate) / relative;
     } catch (const Error&) {  // a density that only the fine grid resolves
         if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
-        else out.values = drive.values;
+        else out.values = driven.values;
     }
 }
 
@@ -271,13 +273,14 @@ double StepError::Work::local_size() const {
     return std::sqrt(sum);
 }
 
-/// Under noise the errors of different steps are independent, of either sign: they add up as a random walk.
-void StepError::Work::add_random_errors(std::int64_t step) {
+/// Under noise the errors of different steps are independent, of either sign: they add up as a random walk.  Half of
+/// them are added before the error evolves, half after it: number 0 and 1.
+void StepError::Work::add_random_errors(std::int64_t step, std::uint64_t number) {
     if (!noisy) return;
     double uniform = 0.0;
-    fill_uniform({.seed = 0, .stream = Stream::step_error, .step = static_cast<std::uint64_t>(step)}, 0, 1,
+    fill_uniform({.seed = 0, .stream = Stream::step_error, .step = static_cast<std::uint64_t>(step)}, number, 1,
                  {&uniform, 1});
-    const double factor = (uniform < 0.5 ? -1.0 : 1.0) * std::sqrt(static_cast<double>(stride));
+    const double factor = (uniform < 0.5 ? -1.0 : 1.0) * std::sqrt(0.5 * static_cast<double>(stride));
     for (std::size_t k = 0; k < error.values.size(); ++k) error.values[k] += factor * drive.values[k];
 }
 
@@ -382,16 +385,22 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
             const std::size_t k = static_cast<std::size_t>(c) * w.error.size + wave.mode;
             w.wave_error[k] = wave.kept * w.wave_error[k] + w.wave_local[k];
         }
-    if (step % max_stride == 0) {
-        w.stride = max_stride;
-        while (w.stride > 1 && w.perturbation_growth * static_cast<double>(w.stride) * w.dt > 0.3) w.stride /= 2;
-    }
-    if (step % w.stride != 0) return;
+    if (step == 0) return;
+    for (std::size_t k = 0; k < w.driven.values.size(); ++k) w.driven.values[k] += w.drive.values[k];
+    if (++w.since < w.stride) return;
     w.sample(fields);
+    for (Complex& value : w.driven.values) value /= static_cast<double>(w.since);
+    w.add_random_errors(step, 0);
     w.steppers.at(w.stride).step(static_cast<double>(step) * w.dt, 0, w.error);
-    w.add_random_errors(step);
+    w.add_random_errors(step, 1);
     w.leave_out_direction();
     w.bound();
+    std::fill(w.driven.values.begin(), w.driven.values.end(), Complex(0.0));
+    w.since = 0;
+    w.stride = max_stride;
+    while (w.stride > 1 &&
+           (min_strides * w.stride > step || w.perturbation_growth * static_cast<double>(w.stride) * w.dt > 0.3))
+        w.stride /= 2;
 }
 
 StepError::Relative StepError::largest() const {
@@ -403,7 +412,7 @@ StepError::Relative StepError::largest() const {
     for (const FieldSize& field : w.fields) {
         const double high = std::min(grown, w.noisy ? std::sqrt(field.memory) : field.memory) * field.local_high();
         const double error =
-            held_too_long *
+            (w.noisy ? random_errors : 1.0) *
             ratio(std::hypot(w.size_of(w.error, w.coarse, field), w.wave_size(field), high), field.scale());
         if (error > result.error) result = {std::min(error, 1.0), field.name};
     }
@@ -418,15 +427,16 @@ StepError::Relative StepError::largest_local() const {
     return result;
 }
 
-std::size_t StepError::saved_numbers() const { return 2 + 4 * work_->fields.size() + 6 * work_->error.values.size(); }
+std::size_t StepError::saved_numbers() const { return 3 + 4 * work_->fields.size() + 8 * work_->error.values.size(); }
 
 std::vector<double> StepError::save() const {
-    std::vector<double> values{static_cast<double>(work_->stride), work_->perturbation_growth};
+    std::vector<double> values{static_cast<double>(work_->stride), static_cast<double>(work_->since),
+                               work_->perturbation_growth};
     for (const FieldSize& field : work_->fields)
         for (const double value : {field.size, field.largest, field.local, field.local_low}) values.push_back(value);
     for (const std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
         values.insert(values.end(), part->begin(), part->end());
-    for (const Spectra* spectra : {&work_->error, &work_->drive})
+    for (const Spectra* spectra : {&work_->error, &work_->drive, &work_->driven})
         for (const Complex value : spectra->values) {
             values.push_back(value.real());
             values.push_back(value.imag());
@@ -439,12 +449,13 @@ void StepError::restore(std::span<const double> values) {
             values.size(), saved_numbers());
     auto next = values.begin();
     work_->stride = static_cast<std::int64_t>(*next++);
+    work_->since = static_cast<std::int64_t>(*next++);
     work_->perturbation_growth = *next++;
     for (FieldSize& field : work_->fields)
         for (double* value : {&field.size, &field.largest, &field.local, &field.local_low}) *value = *next++;
     for (std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
         for (double& value : *part) value = *next++;
-    for (Spectra* spectra : {&work_->error, &work_->drive})
+    for (Spectra* spectra : {&work_->error, &work_->drive, &work_->driven})
         for (Complex& value : spectra->values) {
             const double real = *next++;
             value = {real, *next++};

@@ -2,21 +2,65 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/dem/bodies.hpp"
 #include "drover/run/report.hpp"
 
 namespace drover::run {
 
 namespace {
-std::string cell(double value) { return std::isfinite(value) ? text("{:>11.5g}", value) : text("{:>11}", "-"); }
+/// A number with at most five digits, and none below its rounding.
+std::string cell(double value, double rounding = 0.0) {
+    if (!std::isfinite(value)) return text("{:>11}", "-");
+    if (std::abs(value) <= rounding) return text("{:>11}", 0);
+    const double digits = rounding > 0.0 ? std::ceil(std::log10(std::abs(value) / rounding)) : 5.0;
+    return text("{:>11.{}g}", value, std::clamp(static_cast<int>(digits), 1, 5));
+}
+
+/// The largest number in the table of the same unit.
+double largest_of_unit(const Report& report, const std::string& unit) {
+    double largest = 0.0;
+    for (const measure::SummaryRow& row : report.summary.rows) {
+        if (!row.axes.empty() || row.unit != unit) continue;
+        if (const double mean = row.estimates.front().mean; std::isfinite(mean))
+            largest = std::max(largest, std::abs(mean));
+    }
+    return largest;
+}
+
+/// What a number may be that would be zero without rounding: fields and energies are sums of terms as large as the
+/// largest number of their unit, variances and structure factors are squares of fields.
+double rounding_of(const Report& report, const measure::SummaryRow& row) {
+    constexpr double relative = 1e-12;
+    const bool is_structure_factor = row.name.starts_with("structure_factor_");
+    if (!is_structure_factor && !row.name.starts_with("variance_") && !row.name.ends_with("_susceptibility"))
+        return row.axes.empty() ? relative * largest_of_unit(report, row.unit) : 0.0;
+    const auto is_of = [&](const char* field) { return row.name.find(field) != std::string::npos; };
+    const char* field = is_of("order")      ? "polar_order_mean_x"
+                        : is_of("velocity") ? "bead_velocity_mean_x"
+                        : is_of("rod")      ? "max_rod_density"
+                                            : "max_bead_density";
+    const measure::SummaryRow* sized = measure::find_row(report.summary, field);
+    const double amplitude = relative * (sized ? largest_of_unit(report, sized->unit) : 1.0);
+    const bool is_variance = row.name.starts_with("variance_");
+    const double area = report.scene.kind == io::SceneKind::fields ? numerics::area(report.scene.grid)
+                                                                   : dem::area(report.scene.particles.cell);
+    return amplitude * amplitude * (is_variance ? 1.0 : area);
+}
+
+/// Whether a number without an error bar is zero up to rounding: its series is nothing but rounding.
+bool is_zero(const measure::Estimate& estimate, double rounding) {
+    return !estimate.error.value_or(0.0) && std::abs(estimate.mean) <= rounding;
+}
 
 std::string exponent_cell(double value) { return std::isfinite(value) ? text("{:>9.4f}", value) : text("{:>9}", "-"); }
 
-std::string error_cell(const measure::Estimate& estimate) {
+std::string error_cell(const measure::Estimate& estimate, double rounding = 0.0) {
+    if (is_zero(estimate, rounding)) return text("{:>9}", 0);
     return estimate.error ? text("{:>9.2g}", *estimate.error) : text("{:>9}", "n/a");
 }
 
-std::string mean_cell(const measure::Estimate& estimate) {
-    if (!std::isfinite(estimate.mean) || !estimate.error) return cell(estimate.mean);
+std::string mean_cell(const measure::Estimate& estimate, double rounding = 0.0) {
+    if (!std::isfinite(estimate.mean) || !estimate.error) return cell(estimate.mean, rounding);
     return text("{:>11}", measured_text(estimate.mean, *estimate.error));
 }
 
@@ -31,9 +75,10 @@ void add_scalars(const Report& report, std::string& out) {
     for (const measure::SummaryRow& row : report.summary.rows) {
         if (!row.axes.empty()) continue;
         const measure::Estimate& estimate = row.estimates.front();
-        const double tau = estimate.autocorrelation_time;
-        out += text("{:<28} {:>8} {} {} {:>9}\n", row.name, row.unit, mean_cell(estimate), error_cell(estimate),
-                    std::isfinite(tau) ? text("{:.3g}", tau) : "-");
+        const double tau = estimate.autocorrelation_time, rounding = rounding_of(report, row);
+        const bool has_tau = std::isfinite(tau) && !is_zero(estimate, rounding);
+        out += text("{:<28} {:>8} {} {} {:>9}\n", row.name, row.unit, mean_cell(estimate, rounding),
+                    error_cell(estimate, rounding), has_tau ? text("{:.2g}", tau) : "-");
     }
 }
 
@@ -45,10 +90,12 @@ void add_array(const Report& report, const std::string& name, const std::string&
     const Prediction* prediction = find_prediction(report, name);
     out += text("\n{} [{}]\n{:>11} {:>11} {:>9} {:>11} {:>7}\n", name, row->unit, heading, "measured", "error",
                 "linear", "sigmas");
+    const double rounding = rounding_of(report, *row);
     for (const std::size_t i : chosen) {
         const double predicted = prediction ? prediction->values[i] : NAN;
-        out += text("{} {} {} {} {}\n", cell(axis[i]), mean_cell(row->estimates[i]), error_cell(row->estimates[i]),
-                    cell(predicted), deviation_cell(row->estimates[i], predicted));
+        out += text("{} {} {} {} {}\n", cell(axis[i]), mean_cell(row->estimates[i], rounding),
+                    error_cell(row->estimates[i], rounding), cell(predicted),
+                    deviation_cell(row->estimates[i], predicted));
     }
 }
 

@@ -90,7 +90,7 @@ Record candidate_record(const Findings& found, const Candidate& one) {
             {.name = "step", .unit = "", .meaning = "", .value = theory ? "-" : one.step->level.name},
             {.name = "duration", .unit = "", .meaning = "", .value = theory ? "-" : duration_of(found, one)}}};
     for (const auto& [name, size] : named_parts(parts))
-        row.entries.push_back({.name = name,
+        row.entries.push_back({.name = std::string(name) + "_error",
                                .unit = found.units[wish],
                                .meaning = "part of the error, with twice its standard error",
                                .value = size,

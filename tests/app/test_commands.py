@@ -10,8 +10,8 @@ import tomllib
 import h5py
 import numpy as np
 import pytest
-from support import (DROVER, SMALL, assert_same_bytes, checkpoint_step, checkpoints, drover, drover_json, environment,
-                     scene_text, write_scene)
+from support import (DROVER, MODELS, SMALL, assert_same_bytes, checkpoint_step, checkpoints, drover, drover_json,
+                     environment, scene_text, settings, write_scene)
 
 COMMANDS = {
     "run": ["scene", "--set", "--output", "--threads", "--overwrite", "--json", "--quiet"],
@@ -327,3 +327,12 @@ def test_the_last_checkpoint_before_a_divergence_restarts(tmp_path):
     drover(tmp_path, "restart", "flock.h5", "--quiet", "--set", earlier)
     drover(tmp_path, "run", "flock.toml", "--quiet", "-o", "short.h5", "--set", earlier)
     assert_same_bytes(tmp_path / "short.h5", tmp_path / "flock.h5")
+
+
+def test_a_mean_that_is_zero_up_to_rounding_is_printed_as_zero(tmp_path):
+    words = ["run", MODELS / "band.toml", *settings(["time.end=1", "analysis.warm_up=0", 'output.file="band.h5"'])]
+    table = drover(tmp_path, *words, "-q").stdout
+    row = next(line.split() for line in table.splitlines() if line.startswith("polar_order_mean_y"))
+    assert row[2:] == ["0", "0", "-"]  # no error bar and no autocorrelation time: its series is rounding
+    exact = drover_json(tmp_path, *words, "-q", "--overwrite")["results"]["polar_order_mean_y"]["mean"]
+    assert 0.0 < abs(exact) < 1e-14

@@ -149,8 +149,8 @@ def test_a_one_dimensional_run_restarts_to_the_same_bytes(tmp_path):
 
 def test_a_grid_of_two_rows_or_one_column_is_rejected(tmp_path):
     write_scene(tmp_path, base=WAVES)
-    for key in ("grid.ny=2", "grid.ny=3", "grid.nx=1"):
-        assert "expected" in drover(tmp_path, "check", "flock.toml", "--set", key, status=2).stderr
+    for key, sentence in (("grid.ny=2", "expected"), ("grid.ny=3", "expected"), ("grid.nx=1", "along x, with ny = 1")):
+        assert sentence in drover(tmp_path, "check", "flock.toml", "--set", key, status=2).stderr
 
 
 @pytest.mark.parametrize("rows", [1, 4])

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "dem/impact_frame.hpp"
+#include "dem/impact_remainder.hpp"
 #include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
 
@@ -223,7 +225,8 @@ std::string fault_of(FuzzGroup group, ImpactOutcome& outcome) {
 }
 
 struct Tally {
-    int faults = 0, unresolved = 0, impacts = 0;
+    int faults = 0, impacts = 0;
+    int left = 0;       ///< groups whose law left an approach, which was ended without rebound or friction
     std::string words;  ///< of the first faults
 };
 Tally run_fuzz(std::uint64_t seed, std::uint64_t first, std::uint64_t count) {
@@ -231,9 +234,12 @@ Tally run_fuzz(std::uint64_t seed, std::uint64_t first, std::uint64_t count) {
     for (std::uint64_t number = first; number < first + count; ++number) {
         const FuzzGroup group = draw_group(seed, number);
         ImpactOutcome outcome;
-        const std::string fault = fault_of(group, outcome);
+        std::string fault = fault_of(group, outcome);
+        const double allowed = group.law.tolerance * outcome.approach * (1.0 + 1e-9);
+        if (fault.empty() && outcome.residual > allowed)
+            fault = text("a remaining approach of {:.2g} of that before", outcome.residual / outcome.approach);
         tally.impacts += outcome.approach > 0.0 ? 1 : 0;
-        tally.unresolved += outcome.residual > group.law.tolerance * outcome.approach * (1.0 + 1e-9) ? 1 : 0;
+        tally.left += outcome.left > allowed ? 1 : 0;
         if (fault.empty()) continue;
         if (++tally.faults <= 20) tally.words += text("group {} of seed {}: {}\n", number, seed, fault);
     }
@@ -246,21 +252,87 @@ std::uint64_t sample_seed() {
     return 5;
 }
 
-TEST(ImpactFuzz, random_groups_at_the_extremes_stay_finite_gain_no_energy_and_keep_momentum) {
+TEST(ImpactFuzz, random_groups_at_the_extremes_end_finite_without_gain_of_energy_and_keep_momentum) {
     const std::uint64_t seed = sample_seed();
-    const Tally tally = run_fuzz(seed, 0, 20000);
+    const Tally tally = run_fuzz(seed, 0, 3000);
     EXPECT_EQ(tally.faults, 0) << tally.words << "repeat with DROVER_FUZZ_SEED=" << seed;
-    EXPECT_GT(tally.impacts, 15000);
-    std::cout << "seed " << seed << ": " << tally.impacts << " impacts, " << tally.unresolved << " unresolved\n";
+    EXPECT_GT(tally.impacts, 2000);
+    EXPECT_LT(tally.left, 45);  // 1.5 % were left before the clock followed the active contacts, 1 % are now
+    std::cout << "seed " << seed << ": " << tally.impacts << " impacts, the law left " << tally.left << "\n";
+}
+
+TEST(ImpactFuzz, a_light_body_at_rest_does_not_slow_the_impact_of_heavy_ones) {
+    FuzzGroup group = draw_group(1, 376);  // mass ratio 3e6; 0.65 of the approach was left after 6000 sweeps
+    const ImpactOutcome outcome = resolve(group.bodies, group.contacts, group.law);
+    EXPECT_LE(outcome.left, group.law.tolerance * outcome.approach);
+}
+
+TEST(ImpactFuzz, an_approach_that_a_law_leaves_ends_without_gain_of_energy) {
+    // Friction holds bodies between opposite contacts whose springs push them to and fro; each law has one of these.
+    for (const std::uint64_t number : {1020, 2280, 1889, 2544}) {
+        const FuzzGroup group = draw_group(1, number);
+        ImpactOutcome outcome;
+        EXPECT_EQ(fault_of(group, outcome), "") << number;
+        EXPECT_GT(outcome.left, group.law.tolerance * outcome.approach) << number;
+        EXPECT_LE(outcome.residual, 1e-9 * outcome.approach) << number;
+    }
+}
+
+/// The bodies of a group with normal impulses applied at its contacts.
+std::vector<ImpactBody> pushed(const FuzzGroup& group, std::span<const Frame> frames,
+                               std::span<const double> impulses) {
+    std::vector<ImpactBody> bodies = group.bodies;
+    for (std::size_t c = 0; c < frames.size(); ++c) apply(group.contacts[c], frames[c], impulses[c], 0.0, 0.0, bodies);
+    return bodies;
+}
+
+TEST(ImpactFuzz, inelastic_impulses_push_only_where_the_approach_ends) {
+    // The conditions of Karush, Kuhn and Tucker, which only the least energy meets.
+    int solved = 0;
+    for (std::uint64_t number = 0; number < 300; ++number) {
+        const FuzzGroup group = draw_group(2, number);
+        std::vector<Frame> frames;
+        std::vector<double> before;
+        for (const Contact& contact : group.contacts) {
+            frames.push_back(frame_of(contact, group.bodies));
+            before.push_back(velocity_along(contact, frames.back(), 0, group.bodies));
+        }
+        const double approach = -*std::min_element(before.begin(), before.end());
+        const bool responds =
+            std::all_of(frames.begin(), frames.end(), [](const Frame& f) { return f.response.nn > 0; });
+        if (approach < 1e-30 || !responds) continue;
+        const std::vector<double> impulses = inelastic_impulses(group.bodies, group.contacts, frames, before);
+        ASSERT_EQ(impulses.size(), frames.size()) << number;
+        const std::vector<ImpactBody> bodies = pushed(group, frames, impulses);
+        ++solved;
+        for (std::size_t c = 0; c < frames.size(); ++c) {
+            // Mass ratios of 1e6 cost digits of the solution.
+            const double after = velocity_along(group.contacts[c], frames[c], 0, bodies), rounding = 1e-6 * approach;
+            EXPECT_GE(impulses[c], 0.0) << number;
+            EXPECT_GE(after, -rounding) << number;
+            EXPECT_LE(impulses[c] > 0.0 ? after : 0.0, rounding) << number;
+        }
+    }
+    EXPECT_GT(solved, 200);
+}
+
+TEST(ImpactFuzz, a_body_between_walls_that_approach_each_other_has_no_inelastic_impulses) {
+    std::vector<ImpactBody> bodies{impact_body(the_bead)};
+    std::vector<Contact> contacts(2, {.first = 0, .second = -1, .normal = {0.0, 0.0, 1.0}});
+    contacts[0].arm_first = {0.0, 0.0, -0.4};
+    contacts[1].arm_first = {0.0, 0.0, 0.4};
+    contacts[1].normal = {0.0, 0.0, -1.0};
+    const std::vector<Frame> frames{frame_of(contacts[0], bodies), frame_of(contacts[1], bodies)};
+    EXPECT_TRUE(inelastic_impulses(bodies, contacts, frames, std::array{-1.0, -1.0}).empty());
 }
 
 class ImpactFuzzSlow : public testing::TestWithParam<std::uint64_t> {};
 
-TEST_P(ImpactFuzzSlow, a_quarter_of_a_million_groups_stay_finite_gain_no_energy_and_keep_momentum) {
+TEST_P(ImpactFuzzSlow, a_quarter_of_a_million_groups_end_finite_without_gain_of_energy_and_keep_momentum) {
     constexpr std::uint64_t quarter = 250000;
     const Tally tally = run_fuzz(1, GetParam() * quarter, quarter);
     EXPECT_EQ(tally.faults, 0) << tally.words;
-    std::cout << tally.impacts << " impacts, " << tally.unresolved << " unresolved\n";
+    std::cout << tally.impacts << " impacts, the law left " << tally.left << "\n";
 }
 INSTANTIATE_TEST_SUITE_P(Quarters, ImpactFuzzSlow, testing::Range<std::uint64_t>(0, 4));
 

@@ -3,13 +3,11 @@ import json
 import math
 import random
 
-import h5py
 import numpy
+from field_error import frame_of, largest_error
 from program import call, failure, has_non_finite
 
-FIELDS = (("bead_density",), ("rod_density",), ("bead_velocity_x", "bead_velocity_y"),
-          ("polar_order_x", "polar_order_y"))
-VANISHED = 1e-10
+VANISHED = 1e-10  # a smaller field has no size of its own
 SHORTEST = 1.5e-8  # [s]: shorter steps under noise share no path with those of an eighth
 WRONG = 0.1  # of a field: ten times the error above which a run warns
 
@@ -111,33 +109,7 @@ def run(program, folder, keys, name):
                                   "--overwrite", "--json")
     if status != 0:
         return status, errors, None, None
-    with h5py.File(folder / f"{name}.h5") as file:
-        frame = {field: file[field][-1] for group in FIELDS for field in group if field in file}
-    return 0, errors, json.loads(output), frame
-
-
-def error_of(frame, exact, coarser, is_noisy):
-    """The largest error of a field, relative to its root mean square, and its name.
-
-    A field that has vanished, below 1e-10 of its units, has no size of its own.  With noise errors of the direction of
-    the mean order, which changes no mean, are left out.
-    """
-    exact = {name: values[::coarser[0], ::coarser[1]] for name, values in exact.items()}
-    wrong = {name: frame[name] - exact[name] for name in frame}
-    if is_noisy:
-        order = numpy.array([exact["polar_order_x"].mean(), exact["polar_order_y"].mean()])
-        across = numpy.array([-order[1], order[0]]) / max(numpy.hypot(*order), 1e-300)
-        for pair in FIELDS[2:]:
-            if pair[0] in wrong:
-                turned = sum(wrong[name].mean() * part for name, part in zip(pair, across))
-                wrong |= {name: wrong[name] - turned * part for name, part in zip(pair, across)}
-    worst = (0.0, "")
-    for group in FIELDS:
-        if group[0] in frame:
-            size = math.sqrt(sum((exact[name]**2).mean() for name in group))
-            error = math.sqrt(sum((wrong[name]**2).mean() for name in group))
-            worst = max(worst, (error / max(size, VANISHED), group[0]))
-    return worst
+    return 0, errors, json.loads(output), frame_of(folder / f"{name}.h5")
 
 
 def judge(program, folder, keys):
@@ -165,7 +137,8 @@ def judge(program, folder, keys):
         status, errors, _, exact = run(program, folder, settings, "finer")
         if status != 0:
             return "undecided", "", f"{name}: {errors.strip()[-200:]}"
-        error, field = error_of(frame, exact, coarser, is_noisy)
+        exact = {key: values[::coarser[0], ::coarser[1]] for key, values in exact.items()}
+        error, field = largest_error(frame, exact, is_noisy, lambda _: VANISHED)
         if error > worst:
             worst, named = error, f"{field} beside {name}"
     return "SILENT" if worst > WRONG else "right", f"{worst:.2g}", named

@@ -69,6 +69,8 @@ struct ImpactOutcome {
     double friction = 0.0;  ///< work of friction on the relative motion: <= 0 where the slip is tracked
     double residual = 0.0;  ///< largest remaining speed of approach [mm/s]
     double approach = 0.0;  ///< largest speed of approach before [mm/s]
+    double left = 0.0;      ///< speed of approach that the law of a group left [mm/s]: if above the tolerance, it was
+                            ///< ended without rebound or friction
     int sweeps = 0;         ///< over the contacts
     int increments = 0;     ///< evaluated for a single contact
 };
@@ -91,8 +93,12 @@ double energy_kinetic(const ImpactBody& body);
 /// once in ascending and once in descending order, and the result is the mean of both: exactly independent of the order
 /// of two contacts, and to second order in the increment for more. Every impulse works on the mean of the velocities
 /// before and after it, so energies add up to rounding.  With energetic restitution and tracked slip no contact gives
-/// back more than it took: no group gains energy except from moving walls. Sources: Stronge, Impact Mechanics (2000),
-/// ch. 3 to 5; Keller, J. Appl. Mech. 53, 1 (1986).
+/// back more than it took: no group gains energy except from moving walls.
+///
+/// A law may leave an approach: friction can hold a body between contacts whose springs would push it to and fro for
+/// ever, and impacts in turn may need too many turns.  The rest then ends without rebound or friction, by the impulses
+/// that leave the least energy. Sources: Stronge, Impact Mechanics (2000), ch. 3 to 5; Keller, J. Appl. Mech. 53, 1
+/// (1986).
 ImpactOutcome resolve(std::span<ImpactBody> bodies, std::span<Contact> contacts, const ImpactLaw& law);
 
 }  // namespace drover::dem

@@ -14,8 +14,8 @@ public:
         if (!is_periodic(cell)) return;
         lx_ = cell.lx, ly_ = cell.ly, per_x_ = 1.0 / cell.lx, per_y_ = 1.0 / cell.ly;
     }
-    double x(double dx) const { return dx - lx_ * std::rint(dx * per_x_); }
-    double y(double dy) const { return dy - ly_ * std::rint(dy * per_y_); }
+    double x(double dx) const { return dx - lx_ * __builtin_roundeven(dx * per_x_); }
+    double y(double dy) const { return dy - ly_ * __builtin_roundeven(dy * per_y_); }
     Vector operator()(const Vector& from, const Vector& to) const {
         const Vector d = to - from;
         return {x(d.x), y(d.y), d.z};

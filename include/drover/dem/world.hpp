@@ -43,7 +43,7 @@ struct Counts {
     std::int64_t bead_wall = 0, rod_wall = 0;
     std::int64_t groups = 0;         ///< of more than one contact
     std::int64_t largest_group = 0;  ///< contacts
-    std::int64_t unresolved = 0;     ///< groups with a remaining approach above the tolerance
+    std::int64_t unresolved = 0;     ///< groups whose law left an approach above the tolerance
     std::int64_t lists = 0;          ///< neighbour lists made
     double residual = 0.0;           ///< largest remaining speed of approach in a group, relative to that before
     double overlap = 0.0;            ///< largest ever, relative to the smaller radius of the pair

@@ -35,7 +35,8 @@ public:
     /// Called with the fields at each step, before it is taken.
     void advance(std::int64_t step, const numerics::Spectra& state);
 
-    /// The error of a field, relative to its root mean square over the cell.
+    /// The error of a field, relative to its root mean square over the cell or, where that is smaller, to a thousandth
+    /// of the largest that this has been: a field that has all but vanished has no size of its own.
     struct Relative {
         double error = 0.0;
         std::string field;  ///< "rod_density", "bead_velocity", ...

@@ -5,9 +5,9 @@
 
 draws scenes of all forms (number n is the same for everyone), runs each with its own step and with a step 16 times
 shorter by etdrk4-krogstad, and writes FOLDER/step_error.csv: for each scene the estimate at its end (the observable
-step_error), the true error (the largest of any field, relative to its root mean square), their ratio, and whether the
-run warned.  With noise both runs follow the same path, and errors of the direction of the mean order are left out, as
-in the estimate.  Rows that exist are kept: re-run to resume.
+step_error), the true error (the largest of any field, relative to its root mean square or to a thousandth of the
+largest that this has had), their ratio, and whether the run warned.  With noise both runs follow the same path, and
+errors of the direction of the mean order are left out, as in the estimate.  Rows that exist are kept: re-run to resume.
 """
 import argparse
 import csv
@@ -15,14 +15,15 @@ import json
 import math
 import random
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import h5py
-import numpy
 
-FIELDS = (("bead_density",), ("rod_density",), ("bead_velocity_x", "bead_velocity_y"),
-          ("polar_order_x", "polar_order_y"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "extremes"))
+from field_error import FIELDS, frame_of, largest_error, size_of  # noqa: E402
+
 COLUMNS = ("scene", "kind", "method", "dt", "noise", "ended", "estimate", "true", "ratio", "field", "warned",
            "settings")
 
@@ -49,7 +50,7 @@ def scene(number):
             keys["inertia.bead_mass"] = log(0.1, 2.0)
     steps = draw.choice([40, 100, 250, 600])
     dt = round(log(0.01, 0.3), 3)
-    keys |= {"time.dt": dt, "time.end": dt * steps, "output.frame_every": 0.0, "output.sample_every": 0.0}
+    keys |= {"time.dt": dt, "time.end": dt * steps, "output.frame_every": 0.0, "output.sample_every": dt}
     if noisy:
         keys["noise.order"] = log(1e-4, 1e-2)
         keys["noise.rods"] = log(1e-5, 1e-3)
@@ -62,8 +63,21 @@ def scene(number):
     return kind + (", noise" if noisy else ""), keys
 
 
+def largest_sizes(start, observables):
+    """The largest root mean square that a field has had; of slaved velocities and of densities, which have no less than
+    their constant mean, that at the start."""
+    sizes = {group: size_of(start, group) for group in FIELDS if group[0] in start}
+    for group in FIELDS:
+        if len(group) == 2 and (name := group[0].removesuffix("_x")) and f"variance_{name}" in observables:
+            square = observables[f"variance_{name}"][:]
+            for axis in "xy":
+                square = square + observables[f"{name}_mean_{axis}"][:]**2
+            sizes[group] = max(sizes[group], math.sqrt(square.max()))
+    return sizes
+
+
 def run(program, folder, name, keys):
-    """Status, JSON and last frame of a run."""
+    """Status, JSON, and last frame of a run."""
     archive = folder / f"{name}.h5"
     (folder / "empty.toml").write_text("")
     words = []
@@ -75,34 +89,10 @@ def run(program, folder, name, keys):
     if ended.returncode != 0:
         return ended.returncode, ended.stderr.strip(), None
     with h5py.File(archive) as file:
-        frame = {name: file[name][-1] for group in FIELDS for name in group if name in file}
-        estimate = float(file["observables/step_error"][-1])
-    return 0, {**json.loads(ended.stdout), "estimate": estimate}, frame
-
-
-def without_direction(error, frame, noisy):
-    """The error without its part across the mean order."""
-    if not noisy:
-        return error
-    order = numpy.array([frame["polar_order_x"].mean(), frame["polar_order_y"].mean()])
-    across = numpy.array([-order[1], order[0]]) / max(numpy.hypot(*order), 1e-300)
-    for pair in FIELDS[2:]:
-        if pair[0] in error:
-            wrong = sum(error[name].mean() * part for name, part in zip(pair, across))
-            error = {**error, **{name: error[name] - wrong * part for name, part in zip(pair, across)}}
-    return error
-
-
-def true_error(frame, reference, noisy):
-    """The largest relative error of a field, and its name."""
-    error = without_direction({name: frame[name] - reference[name] for name in frame}, reference, noisy)
-    worst = (0.0, "")
-    for group in FIELDS:
-        if group[0] in frame:
-            wrong = math.sqrt(sum((error[name]**2).mean() for name in group))
-            size = math.sqrt(sum((reference[name]**2).mean() for name in group))
-            worst = max(worst, (wrong / size if size > 0.0 else 0.0, group[0]))
-    return worst
+        observables = file["observables"]
+        found = {"estimate": float(observables["step_error"][-1]),
+                 "sizes": largest_sizes(frame_of(archive, 0), observables)}
+    return 0, json.loads(ended.stdout) | found, frame_of(archive)
 
 
 def row_of(program, number):
@@ -117,7 +107,7 @@ def row_of(program, number):
         status, exact, reference = run(program, Path(folder), "exact", finer)
         if status != 0:
             return {**row, "ended": "reference: " + exact.splitlines()[-1][:200]}
-    error, field = true_error(frame, reference, row["noise"])
+    error, field = largest_error(frame, reference, row["noise"], lambda group: 1e-3 * found["sizes"][group])
     warned = any(warning.startswith("time.dt") for warning in found["warnings"])
     return {**row, "ended": "0", "estimate": f"{found['estimate']:.3g}", "true": f"{error:.3g}",
             "ratio": f"{found['estimate'] / error:.3g}" if error > 0.0 else "nan", "field": field, "warned": warned}
