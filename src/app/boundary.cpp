@@ -1,11 +1,11 @@
 // app/boundary.cpp: drover boundary SCENE, or drover boundary TABLE.
 #include "drover/run/boundary.hpp"
 
+#include <cstdlib>
 #include <memory>
 #include <optional>
 
 #include "command.hpp"
-#include "drover/io/calibration.hpp"
 #include "drover/run/onset.hpp"
 
 namespace drover::app {
@@ -14,7 +14,8 @@ namespace {
 struct Options : SceneOptions {
     std::string x, y;
     std::vector<std::string> conventions;
-    std::optional<double> varied;
+    std::optional<double> varied, cell;
+    std::vector<std::string> points;
     bool json = false, overwrite = false;
 };
 
@@ -27,8 +28,9 @@ ResultOutput output_of(const Options& options, const char* what, const char* con
 }
 
 int print_scene_boundary(const Options& options) {
-    require(!options.varied, {.file = options.scene},
-            "--varied is for a table of coefficients, and this is a scene; expected the command without it");
+    require(!options.varied && !options.cell, {.file = options.scene},
+            "--varied and --cell are for a table of coefficients, and this is a scene; expected the command without "
+            "them");
     std::vector<std::string> overrides = options.overrides;
     if (!options.x.empty()) overrides.push_back("boundary.x=" + toml_text(options.x));
     if (!options.y.empty()) overrides.push_back("boundary.y=" + toml_text(options.y));
@@ -40,19 +42,46 @@ int print_scene_boundary(const Options& options) {
                         output_of(options, "boundary", "all vertices, and the map of regimes"), scene, threads.count());
 }
 
+/// "0.35,0.14" as area fractions of beads and rods.
+calibrate::StatePoint point_of(const std::string& written, std::size_t varied) {
+    double numbers[2] = {};
+    char* end = nullptr;
+    numbers[0] = std::strtod(written.c_str(), &end);
+    const bool has_comma = *end == ',';
+    if (has_comma) numbers[1] = std::strtod(end + 1, &end);
+    require(has_comma && *end == '\0' && numbers[0] > 0.0 && numbers[1] > 0.0, {},
+            "--point {}; expected area fractions of beads and rods, such as --point 0.35,0.14", written);
+    return {.bead_fraction = numbers[0],
+            .rod_fraction = numbers[1],
+            .varied = varied,
+            .outside = physics::Outside::hold};
+}
+
+/// The points given, or the nodes of the table.
+void add_cells(const Options& options, const calibrate::Table& table, std::size_t varied, run::Result& result) {
+    require(options.cell || options.points.empty(), {}, "--point is for --cell; expected the side of a cell too");
+    if (!options.cell) return;
+    std::vector<calibrate::StatePoint> points;
+    for (const std::string& written : options.points) points.push_back(point_of(written, varied));
+    if (points.empty())
+        for (const double bead : table.bead_fractions)
+            for (const double rod : table.rod_fractions)
+                points.push_back({.bead_fraction = bead, .rod_fraction = rod, .varied = varied});
+    std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>> cells;
+    for (const calibrate::StatePoint& point : points)
+        cells.emplace_back(point, calibrate::predict_cell(table, point, *options.cell * *options.cell));
+    run::add_cells(cells, result);
+}
+
 int print_table_boundary(const Options& options) {
     const SourceLocation file{.file = options.scene};
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected the command without them");
-    const files::ArchiveReader archive(options.scene);
-    const calibrate::Table table = io::read_calibration(archive, options.scene);
-    const calibrate::Onset onset =
-        calibrate::find_onset(table, calibrate::varied_index(table, options.varied, "--varied", file));
-    const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), options.scene + " (its scene)");
-    run::Result result = run::onset_result(onset, table);
-    result.attributes.emplace_back("table", options.scene);
-    return print_result(result, output_of(options, "onset", "curves and thresholds, with standard errors"), scene, 1);
+    run::TableOnset onset = run::make_onset(options.scene, options.varied);
+    add_cells(options, onset.table, onset.varied, onset.result);
+    return print_result(onset.result, output_of(options, "onset", "curves and thresholds, with standard errors"),
+                        onset.scene, 1);
 }
 }  // namespace
 
@@ -74,6 +103,15 @@ void add_boundary(CLI::App& program, Action& action) {
     command
         ->add_option("--varied", options->varied, "For a table that varies a further key: the value of that key to use")
         ->type_name("VALUE");
+    command
+        ->add_option("--cell", options->cell,
+                     "For a table: also the order of the rods of a square cell of this side [mm], as of few rods")
+        ->type_name("MM")
+        ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--point", options->points,
+                     "For --cell: area fractions of beads and rods in place of those of the table; repeatable")
+        ->type_name("BEADS,RODS");
     command->add_option("-o,--output", options->output, "Also write the result to this archive (HDF5)");
     command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")
         ->check(CLI::Range(1, 1024));

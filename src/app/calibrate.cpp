@@ -6,6 +6,8 @@
 #include "command.hpp"
 #include "drover/base/log.hpp"
 #include "drover/run/calibration.hpp"
+#include "drover/run/slurm_script.hpp"
+#include "run/json.hpp"
 
 namespace drover::app {
 
@@ -25,40 +27,12 @@ void read_share(const std::string& written, run::CalibrationOptions& to) {
             "--share {}; expected I/N with I from 1 to N, such as 2/8", written);
 }
 
-/// Quoted for the shell.
-std::string shell_word(const std::string& word) {
-    std::string quoted = "'";
-    for (const char letter : word) quoted += letter == '\'' ? "'\\''" : std::string(1, letter);
-    return quoted + "'";
-}
-
-/// Submits the shares as an array, and a job that makes the table after them.
-std::string slurm_script(const Options& options, const std::filesystem::path& folder) {
-    std::string command =
-        text("drover calibrate {} --output {} --quiet", shell_word(std::filesystem::absolute(options.scene).string()),
-             shell_word(std::filesystem::absolute(folder).string()));
-    for (const std::string& setting : options.overrides) command += " --set " + shell_word(setting);
-    return text(R"(#!/bin/sh
-# Measures the coefficients of {0} as {1} array tasks of Slurm and makes their table.
-# Run it with sh; options are passed to sbatch, as in
-#     sh calibrate.sh --partition=short --time=12:00:00 --cpus-per-task=8
-# Re-run it to resume after a time limit or a failure: no trial that has ended is run again.
-# All tasks need access to the same folder.
-set -eu
-calibrate={2}
-array=$(sbatch --parsable --job-name=drover --array=1-{1} "$@" \
-    --wrap "exec $calibrate --share \$SLURM_ARRAY_TASK_ID/{1} --workers \${{SLURM_CPUS_PER_TASK:-1}}")
-sbatch --parsable --job-name=drover-table --dependency="afterany:${{array%%;*}}" "$@" --wrap "exec $calibrate --collect"
-)",
-                options.scene, options.slurm, shell_word(command));
-}
-
 int print_outcome(const Options& options, const run::CalibrationOutcome& outcome) {
     if (outcome.table && options.json) {
         const nlohmann::json result{{"table", outcome.file.string()},
                                     {"trials_run", outcome.trials},
                                     {"trials_found", outcome.already},
-                                    {"coefficients", table_json(*outcome.table)}};
+                                    {"coefficients", run::table_json(*outcome.table)}};
         print_json(result);
     } else if (outcome.table) {
         std::fputs(run::calibration_text(*outcome.table).c_str(), stdout);
@@ -93,34 +67,16 @@ int calibrate_scene(const Options& options) {
             "--json with --share, which makes no table; give --json to --collect");
     if (options.slurm > 0) {
         run::plan_calibration(scene);
-        std::fputs(slurm_script(options, how.folder).c_str(), stdout);
+        std::fputs(
+            run::slurm_script(
+                {.scene = options.scene, .overrides = options.overrides, .folder = how.folder, .shares = options.slurm})
+                .c_str(),
+            stdout);
         return run::exit_done;
     }
     return print_outcome(options, run::run_calibration(scene, how));
 }
 }  // namespace
-
-nlohmann::json table_json(const calibrate::Table& table) {
-    nlohmann::json coefficients = nlohmann::json::object();
-    for (const calibrate::TableRow& row : table.rows) {
-        nlohmann::json points = nlohmann::json::array();
-        const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1, beads = table.bead_fractions.size();
-        for (std::size_t place = 0; place < row.entries.size(); ++place) {
-            const calibrate::TableEntry& known = row.entries[place];
-            nlohmann::json point{{"bead_area_fraction", table.bead_fractions[place / rods % beads]},
-                                 {"value", number_json(known.value)},
-                                 {"error", number_json(known.error)},
-                                 {"trials", known.trials},
-                                 {"origin", calibrate::origin_name(known.origin)},
-                                 {"remark", known.remark}};
-            if (row.by_rods) point["rod_area_fraction"] = table.rod_fractions[place % rods];
-            if (!table.varied_key.empty()) point[table.varied_key] = table.varied[place / rods / beads];
-            points.push_back(std::move(point));
-        }
-        coefficients[row.name] = {{"unit", row.unit}, {"formula", row.formula}, {"points", std::move(points)}};
-    }
-    return coefficients;
-}
 
 void add_calibrate(CLI::App& program, Action& action) {
     const auto options = std::make_shared<Options>();

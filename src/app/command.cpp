@@ -1,12 +1,12 @@
 // app/command.cpp: options and results that several commands share.
 #include "command.hpp"
 
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "drover/base/log.hpp"
 #include "drover/run/kind.hpp"
+#include "run/json.hpp"
 
 namespace drover::app {
 
@@ -35,55 +35,8 @@ io::Scene scene_of(const SceneOptions& options) {
     return io::read_scene(options.scene, overrides);
 }
 
-nlohmann::json number_json(double value) {
-    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
-
 void print_json(const nlohmann::json& value) {
     std::puts(value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
-}
-
-namespace {
-
-nlohmann::json estimate_json(const measure::Estimate& estimate) {
-    nlohmann::json result{{"mean", number_json(estimate.mean)},
-                          {"error", estimate.error ? number_json(*estimate.error) : nlohmann::json(nullptr)},
-                          {"autocorrelation_time", number_json(estimate.autocorrelation_time)},
-                          {"warm_up", number_json(estimate.warm_up)},
-                          {"samples", estimate.samples}};
-    if (!estimate.refusal.empty()) result["refusal"] = estimate.refusal;
-    return result;
-}
-}  // namespace
-
-nlohmann::json report_json(const run::Report& report) {
-    nlohmann::json rows = nlohmann::json::object();
-    for (const measure::SummaryRow& row : report.summary.rows) {
-        nlohmann::json entry{{"unit", row.unit}, {"formula", row.formula}};
-        if (row.axes.empty()) {
-            entry.update(estimate_json(row.estimates.front()));
-        } else {
-            for (const measure::Estimate& estimate : row.estimates) entry["values"].push_back(estimate_json(estimate));
-        }
-        if (const run::Prediction* prediction = run::find_prediction(report, row.name))
-            for (const double value : prediction->values) entry["linear"].push_back(number_json(value));
-        rows[row.name] = std::move(entry);
-    }
-    return {{"time", report.time},
-            {"samples", report.summary.samples},
-            {"warm_up_samples", report.summary.warm_up},
-            {"note", report.summary.note},
-            {"warnings", report.warnings},
-            {"no_prediction", report.no_prediction},
-            {"linear_about", report.about},
-            {"results", std::move(rows)}};
-}
-
-nlohmann::json attributes_json(const files::ArchiveReader& archive) {
-    nlohmann::json result = nlohmann::json::object();
-    for (const auto& [name, value] : archive.attributes())
-        std::visit([&](const auto& held) { result[name] = held; }, value);
-    return result;
 }
 
 int print_outcome(const run::RunOutcome& outcome, bool json) {
@@ -94,7 +47,7 @@ int print_outcome(const run::RunOutcome& outcome, bool json) {
     }
     const run::Report report = run::make_report(files::ArchiveReader(outcome.archive));
     if (json) {
-        nlohmann::json result = report_json(report);
+        nlohmann::json result = run::report_json(report);
         result["archive"] = outcome.archive.string();
         result["steps"] = outcome.loop.step;
         result["wall_seconds"] = outcome.loop.wall_seconds;

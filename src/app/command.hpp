@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/table.hpp"
 #include "drover/files/archive.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/exit_status.hpp"
+#include "drover/run/explain.hpp"
 #include "drover/run/report.hpp"
 #include "drover/run/result.hpp"
 #include "drover/run/run_scene.hpp"
@@ -28,6 +28,7 @@ void add_calibrate(CLI::App& program, Action& action);
 void add_stability(CLI::App& program, Action& action);
 void add_boundary(CLI::App& program, Action& action);
 void add_states(CLI::App& program, Action& action);
+void add_tradeoff(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
 void add_export(CLI::App& program, Action& action);
 void add_schema(CLI::App& program, Action& action);
@@ -47,15 +48,10 @@ void add_output_options(CLI::App& command, SceneOptions& options);
 io::Scene scene_of(const SceneOptions& options);
 
 /// drover explain of a scene of particles.
-void explain_particles(const io::Scene& scene, bool json);
-
-/// A number, or null when it is not finite.
-nlohmann::json number_json(double value);
+void print_particles(const io::Scene& scene, const run::ParticleExplanation& explanation);
 
 /// To standard output.  Texts of a file that are not UTF-8 get replacement characters.
 void print_json(const nlohmann::json& value);
-
-nlohmann::json result_json(const run::Result& result);
 
 /// How a result is printed and stored.
 struct ResultOutput {
@@ -67,14 +63,6 @@ struct ResultOutput {
 /// Prints as text or JSON, writes the archive with its provenance, and returns the exit status.  Throws as
 /// files::Archive::create.
 int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads);
-
-/// Numbers that are not finite become null.
-nlohmann::json report_json(const run::Report& report);
-/// The provenance of an archive.
-nlohmann::json attributes_json(const files::ArchiveReader& archive);
-
-/// Coefficients by name, each with its points.
-nlohmann::json table_json(const calibrate::Table& table);
 
 /// Prints the outcome and the results of a run; returns its exit status.
 int print_outcome(const run::RunOutcome& outcome, bool json);

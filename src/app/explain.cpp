@@ -1,115 +1,18 @@
 // app/explain.cpp: drover explain SCENE.
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
 #include "drover/numerics/time_method.hpp"
-#include "drover/physics/equations.hpp"
-#include "drover/physics/right_hand_side.hpp"
-#include "drover/run/field_simulation.hpp"
-#include "drover/run/run_scene.hpp"
 #include "drover/run/step_choice.hpp"
 #include "explain_cost.hpp"
+#include "run/json.hpp"
 
 namespace drover::app {
 
 namespace {
-struct Explanation {
-    std::string form;
-    std::vector<physics::Component> fields;
-    std::vector<physics::ActiveTerm> terms;
-    std::vector<std::string> without_degree;  ///< terms whose products have no finite degree
-    std::vector<std::string> beyond_growth;   ///< terms that the growth rate leaves out
-    std::vector<physics::CoefficientValue> coefficients;
-    physics::FastestGrowth growth;
-    double fastest_rate = 0.0;  ///< |s|max [1/s]
-    Cost cost;
-    physics::TransformCount transforms;  ///< per right-hand side
-    bool is_nonlinear = false;
-    int stages = 0;               ///< right-hand sides per step; 0 when every term is linear, or when they vary
-    std::string limit_of_growth;  ///< what may stop the growth of order
-    int degree = 1;               ///< of the products
-    int kept_x = 0, kept_y = 0;   ///< the largest mode number kept on each axis
-};
-
-/// The largest k with k (degree + 1) < points.
-int largest_kept(int points, int degree) { return (points - 1) / (degree + 1); }
-
-/// Right-hand sides of one step; 0: they vary.
-int stages_of(const io::Scene& scene) {
-    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
-    return scene.time.tolerance > 0.0 ? method.stages_with_tolerance : method.stages;
-}
-
-std::vector<std::string> terms_without_degree(const physics::Equations& equations) {
-    std::vector<std::string> names;
-    for (const physics::Term& term : equations.active)
-        if (!physics::point_cost(equations, term).has_finite_degree) names.push_back(term.name);
-    return names;
-}
-
-std::string limit_of_growth(const physics::Equations& equations) {
-    if (equations.saturation.is_active()) return " until relaxation.saturation limits it";
-    return equations.model.text_terms.empty() ? "; no term saturates it" : " unless a term written as text limits it";
-}
-
-Explanation explain(const io::Scene& scene) {
-    const physics::Equations equations(scene.model);
-    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
-    return {.form = physics::form_name(equations.form),
-            .fields = physics::component_names(equations.form),
-            .terms = physics::active_terms(equations),
-            .without_degree = terms_without_degree(equations),
-            .beyond_growth = physics::terms_beyond_propagator(equations),
-            .coefficients = physics::coefficient_values(scene.model),
-            .growth = physics::fastest_growth(system),
-            .fastest_rate = physics::fastest_rate(system),
-            .cost = cost_of(scene),
-            .transforms = physics::transform_count(equations),
-            .is_nonlinear = physics::is_nonlinear(equations),
-            .stages = physics::is_nonlinear(equations) ? stages_of(scene) : 0,
-            .limit_of_growth = limit_of_growth(equations),
-            .degree = system.degree,
-            .kept_x = largest_kept(scene.grid.nx, system.degree),
-            .kept_y = largest_kept(scene.grid.ny, system.degree)};
-}
-
-/// Counts per step; null where they vary.
-nlohmann::json per_step(const Explanation& e, int each) {
-    return e.is_nonlinear && e.stages == 0 ? nlohmann::json() : nlohmann::json(e.stages * each);
-}
-
-nlohmann::json explanation_json(const io::Scene& scene, const Explanation& e) {
-    nlohmann::json fields = nlohmann::json::array(), terms = nlohmann::json::array();
-    for (const physics::Component& field : e.fields) fields.push_back({{"name", field.name}, {"unit", field.unit}});
-    for (const physics::ActiveTerm& term : e.terms) terms.push_back({{"name", term.name}, {"equation", term.equation}});
-    nlohmann::json coefficients = nlohmann::json::array();
-    for (const physics::CoefficientValue& one : e.coefficients)
-        coefficients.push_back({{"key", one.key}, {"symbol", one.symbol}, {"value", one.value}, {"unit", one.unit}});
-    nlohmann::json result{{"form", e.form},
-                          {"fields", fields},
-                          {"terms", terms},
-                          {"terms_without_degree", e.without_degree},
-                          {"coefficients", coefficients},
-                          {"transforms_per_right_hand_side",
-                           {{"inverse", e.transforms.inverse}, {"forward", e.transforms.forward}}},
-                          {"right_hand_sides_per_step", per_step(e, 1)},
-                          {"transforms_per_step", per_step(e, e.transforms.inverse + e.transforms.forward)},
-                          {"degree", e.degree},
-                          {"largest_mode_kept", {{"x", e.kept_x}, {"y", e.kept_y}}},
-                          {"fastest_rate", e.fastest_rate},
-                          {"dt_times_fastest_rate", scene.time.dt * e.fastest_rate},
-                          {"growth_rate", e.growth.rate},
-                          {"growth_wavenumber", e.growth.q},
-                          {"growth_leaves_out", e.beyond_growth}};
-    result.update(cost_json(scene, e.cost));
-    return result;
-}
-
-void print_transforms(const Explanation& e) {
+void print_transforms(const run::FieldExplanation& e) {
     if (!e.is_nonlinear) {
         std::printf("  no transforms: every term is linear and acts exactly on the Fourier modes\n");
     } else {
@@ -126,7 +29,7 @@ void print_transforms(const Explanation& e) {
                 e.kept_x, e.kept_y);
 }
 
-void print(const io::Scene& scene, const Explanation& e) {
+void print(const io::Scene& scene, const run::FieldExplanation& e) {
     const numerics::TimeMethod& stepper = numerics::time_method(scene.time.stepper);
     std::printf("form: %s\n", e.form.c_str());
     std::printf("fields on %d by %d points, %g by %g mm\n", scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
@@ -177,13 +80,15 @@ void add_explain(CLI::App& program, Action& action) {
     command->callback([options, &action] {
         action = [options] {
             const io::Scene scene = run::with_chosen_step(scene_of(*options), options->json);
-            if (scene.kind == io::SceneKind::particles) {
-                explain_particles(scene, options->json);
+            if (options->json) {
+                print_json(run::explanation_json(scene));
                 return run::exit_done;
             }
-            const Explanation explanation = explain(scene);
-            if (options->json) print_json(explanation_json(scene, explanation));
-            else print(scene, explanation);
+            if (scene.kind == io::SceneKind::particles) {
+                print_particles(scene, run::explain_particles(scene));
+                return run::exit_done;
+            }
+            print(scene, run::explain_fields(scene));
             return run::exit_done;
         };
     });

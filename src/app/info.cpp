@@ -10,6 +10,7 @@
 #include "drover/io/xyz.hpp"
 #include "drover/run/calibration.hpp"
 #include "drover/run/kind.hpp"
+#include "run/json.hpp"
 
 namespace drover::app {
 
@@ -64,11 +65,6 @@ void print(const files::ArchiveReader& archive, const run::Report& report, bool 
 /// Provenance and contents of a table of coefficients.
 void print_calibration(const files::ArchiveReader& archive, const Options& options) {
     const calibrate::Table table = io::read_calibration(archive, options.archive);
-    if (options.json) {
-        const nlohmann::json result{{"attributes", attributes_json(archive)}, {"coefficients", table_json(table)}};
-        print_json(result);
-        return;
-    }
     for (const auto& [name, value] : archive.attributes())
         if (name != "scene" && name != "remarks" && name != "coefficients") print_attribute(name, value);
     std::array<std::size_t, calibrate::origin_count> origins{};
@@ -83,16 +79,8 @@ void print_calibration(const files::ArchiveReader& archive, const Options& optio
     std::fputs(printable(run::calibration_text(table)).c_str(), stdout);
 }
 
-void print_xyz(const std::string& file, bool json) {
+void print_xyz(const std::string& file) {
     const io::XyzInfo info = io::read_xyz_info(file);
-    if (json) {
-        const nlohmann::json result{{"frames", info.frames},           {"min_particles", info.min_lines},
-                                    {"max_particles", info.max_lines}, {"lattice", info.lattice},
-                                    {"origin", info.origin},           {"pbc", info.periodic},
-                                    {"properties", info.properties},   {"times", info.times}};
-        print_json(result);
-        return;
-    }
     const auto line = [](const char* name, const std::string& value) {
         if (!value.empty()) std::printf("%-20s %s\n", name, printable(value).c_str());
     };
@@ -117,8 +105,12 @@ void add_info(CLI::App& program, Action& action) {
     command->add_flag("--json", options->json, "Print as JSON");
     command->callback([options, &action] {
         action = [options] {
+            if (options->json) {
+                print_json(run::info_json(options->archive));
+                return run::exit_done;
+            }
             if (io::is_xyz(options->archive)) {
-                print_xyz(options->archive, options->json);
+                print_xyz(options->archive);
                 return run::exit_done;
             }
             const files::ArchiveReader archive(options->archive);
@@ -126,14 +118,7 @@ void add_info(CLI::App& program, Action& action) {
                 print_calibration(archive, *options);
                 return run::exit_done;
             }
-            const run::Report report = run::make_report(archive);
-            if (!options->json) {
-                print(archive, report, options->scene);
-                return run::exit_done;
-            }
-            nlohmann::json result = report_json(report);
-            result["attributes"] = attributes_json(archive);
-            print_json(result);
+            print(archive, run::make_report(archive), options->scene);
             return run::exit_done;
         };
     });

@@ -2,25 +2,39 @@
 #include <memory>
 
 #include "command.hpp"
+#include "drover/run/tradeoff.hpp"
 
 namespace drover::app {
 
 void add_run(CLI::App& program, Action& action) {
     struct Options : SceneOptions {
+        std::vector<std::string> accuracy;
         bool overwrite = false, json = false, quiet = false;
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command = program.add_subcommand("run", "Run a scene from t = 0 and print its results");
     add_scene_options(*command, *options);
     add_output_options(*command, *options);
+    command
+        ->add_option(
+            "--accuracy", options->accuracy,
+            "Find the cheapest run with these errors first, as drover tradeoff does, by trials of at most a tenth "
+            "of the run: polar_order=1%; repeatable")
+        ->type_name("OBSERVABLE=ERROR");
     command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
     command->add_flag("--json", options->json, "Print the results as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log and no progress");
     command->callback([options, &action] {
         action = [options] {
-            return print_outcome(run::run_scene(scene_of(*options),
-                                                {.overwrite = options->overwrite, .quiet = options->quiet}),
-                                 options->json);
+            const run::RunOptions how{.overwrite = options->overwrite, .quiet = options->quiet};
+            io::Scene scene = scene_of(*options);
+            if (!options->accuracy.empty()) {
+                std::vector<run::Wish> wishes;
+                for (const std::string& wish : options->accuracy) wishes.push_back(run::parse_wish(wish));
+                run::check_needs(scene, how);  // before the trials
+                scene = run::with_accuracy(scene, wishes, options->quiet);
+            }
+            return print_outcome(run::run_scene(scene, how), options->json);
         };
     });
 }

@@ -6,26 +6,11 @@
 
 #include "command.hpp"
 #include "drover/physics/coefficient_registry.hpp"
+#include "run/json.hpp"
 
 namespace drover::app {
 
 namespace {
-nlohmann::json value_json(const Value& value) {
-    return std::visit([](const auto& held) { return nlohmann::json(held); }, value);
-}
-
-nlohmann::json row_json(const Description& row) {
-    nlohmann::json result{{"name", row.name},
-                          {"type", type_text(row.default_value)},
-                          {"default", value_json(row.default_value)},
-                          {"doc", row.doc}};
-    if (!row.unit.empty()) result["unit"] = row.unit;
-    if (std::isfinite(row.range.min)) result[row.range.min_open ? "more_than" : "min"] = row.range.min;
-    if (std::isfinite(row.range.max)) result["max"] = row.range.max;
-    if (!row.choices.empty()) result["choices"] = row.choices;
-    return result;
-}
-
 void print(const std::vector<io::SectionDescription>& sections) {
     std::printf("# Units are mm, s and mg.\n");
     for (const io::SectionDescription& section : sections) {
@@ -85,14 +70,7 @@ void add_schema(CLI::App& program, Action& action) {
                 if (options->kind != "particles") print_terms();
                 return run::exit_done;
             }
-            nlohmann::json result = nlohmann::json::array();
-            for (const io::SectionDescription& section : sections) {
-                nlohmann::json rows = nlohmann::json::array();
-                for (const Description& row : section.rows) rows.push_back(row_json(row));
-                result.push_back({{"name", section.name}, {"doc", section.doc}, {"rows", rows}});
-                if (!section.kind.empty()) result.back()["kind"] = section.kind;
-            }
-            print_json(result);
+            print_json(run::schema_json(sections));
             return run::exit_done;
         };
     });

@@ -1,36 +1,15 @@
 // app/sweep.cpp: drover sweep SCENE.
 #include "drover/run/sweep.hpp"
 
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
 #include "drover/base/log.hpp"
+#include "run/json.hpp"
 
 namespace drover::app {
-
-namespace {
-nlohmann::json table_json(const run::SweepTable& table) {
-    nlohmann::json rows = nlohmann::json::array();
-    for (const run::SweepRow& row : table.rows) {
-        nlohmann::json entry{{"seeds", row.seeds}};
-        if (!row.point.branch.empty()) entry["branch"] = row.point.branch;
-        for (std::size_t k = 0; k < table.keys.size(); ++k) entry[table.keys[k]] = row.point.values[k];
-        for (std::size_t i = 0; i < row.estimates.size(); ++i) {
-            const measure::Estimate& estimate = row.estimates[i];
-            nlohmann::json result{{"mean", estimate.mean}, {"error", nullptr}, {"unit", table.units[i]}};
-            if (!std::isfinite(estimate.mean)) result["mean"] = nullptr;
-            if (estimate.error) result["error"] = *estimate.error;
-            else result["refusal"] = estimate.refusal;
-            entry[table.names[i]] = std::move(result);
-        }
-        rows.push_back(std::move(entry));
-    }
-    return rows;
-}
-}  // namespace
 
 void add_sweep(CLI::App& program, Action& action) {
     struct Options : SceneOptions {
@@ -70,7 +49,7 @@ void add_sweep(CLI::App& program, Action& action) {
                                                      : std::filesystem::path(options->output);
             const run::SweepOutcome outcome = run::run_sweep(scene, folder, options->quiet);
             if (options->json) {
-                print_json(table_json(outcome.table));
+                print_json(run::table_json(outcome.table));
                 for (const std::string& warning : outcome.table.warnings) log_warning("{}", warning);
             } else std::fputs(run::table_text(outcome.table).c_str(), stdout);
             if (!options->json) std::printf("\n%s: all observables\n", (folder / "table.csv").c_str());

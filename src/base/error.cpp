@@ -9,14 +9,10 @@ std::string location_text(const SourceLocation& where) {
     return text("{}:{}:{}", where.file, where.line, where.column);
 }
 
-namespace {
-std::string with_location(const SourceLocation& where, const std::string& message) {
-    const std::string location = location_text(where);
-    return location.empty() ? message : location + ": " + message;
-}
-}  // namespace
-
 Error::Error(Fault fault, const SourceLocation& where, const std::string& message)
-    : std::runtime_error(printable(with_location(where, message))), fault_(fault) {}
+    : std::runtime_error(printable(location_text(where).empty() ? message : location_text(where) + ": " + message)),
+      fault_(fault),
+      place_(printable(location_text(where))),
+      message_(printable(message)) {}
 
 }  // namespace drover

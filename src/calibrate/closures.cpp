@@ -10,10 +10,9 @@
 namespace drover::calibrate {
 
 const char* row_name(Input input) {
-    static constexpr std::array<const char*, input_count> names{"bead_area",           "rod_area",    "bead_mass",
-                                                                "relaxation_rate",     "weathercock", "drag",
-                                                                "response_time",       "propulsion",  "damping_rate",
-                                                                "viscosity_kinematic", "stiffness"};
+    static constexpr std::array<const char*, input_count> names{
+        "bead_area",     "rod_area",   "bead_mass",    "relaxation_rate",     "weathercock", "drag",
+        "response_time", "propulsion", "damping_rate", "viscosity_kinematic", "stiffness",   "contact_alignment"};
     return names[input];
 }
 
@@ -85,9 +84,13 @@ std::vector<Closure> of_relaxation() {
              .formula = "b = D_r (g/2 - 1)/(sigma u P)^2 at P = I1(gP)/I0(gP), D_r g^2/(8 sigma^2 u^2) below onset, "
                         "for p = sigma u P",
              .origin = Origin::closure,
-             .of = {relaxation, weathercock, drag},
-             .under = {relaxation},
+             .of = {relaxation, weathercock, drag, contact, rod_area},
+             .under = {relaxation, rod_area},
              .value = [](M m) { return m[relaxation] * saturation_of_alignment(m.alignment()); }},
+            {.key = "relaxation.contact",
+             .origin = Origin::measured,
+             .of = {contact},
+             .value = [](M m) { return m[contact]; }},
             {.row = "elasticity_stiffness",
              .key = "elasticity.stiffness",
              .formula = "K3 = u^2/(16 D_r)",
@@ -133,17 +136,24 @@ std::vector<Closure> of_order() {
 std::vector<Closure> of_onset() {
     return {{.row = "relaxation_over_weathercock",
              .unit = "mm/s",
-             .formula = "a/lambda: a flock forms where alpha/Gamma is larger",
+             .formula = "a/lambda: without contacts, a flock forms where alpha/Gamma is larger",
              .origin = Origin::measured,
              .of = {relaxation, weathercock},
              .under = {weathercock},
              .value = [](M m) { return m[relaxation] / m[weathercock]; }},
-            {.row = "alignment",
+            {.row = "alignment_by_flow",
              .unit = "1",
-             .formula = "g = lambda_s alpha/(Gamma D_r): a flock forms above 2",
+             .formula = "lambda_s alpha/(Gamma D_r)",
              .origin = Origin::measured,
              .of = {relaxation, weathercock, drag},
              .under = {relaxation},
+             .value = [](M m) { return m.alignment_by_flow(); }},
+            {.row = "alignment",
+             .unit = "1",
+             .formula = "g = (lambda_s alpha/Gamma + 2 c sigma)/D_r: a flock forms above 2",
+             .origin = Origin::measured,
+             .of = {relaxation, weathercock, drag, contact, rod_area},
+             .under = {relaxation, rod_area},
              .value = [](M m) { return m.alignment(); }}};
 }
 /// The unit of a coefficient that does not depend on that of p, and the power of sigma that it takes with p.

@@ -22,9 +22,10 @@ enum Input {
     speed,
     damping,
     viscosity,
-    stiffness
+    stiffness,
+    contact
 };
-constexpr std::size_t input_count = 11;
+constexpr std::size_t input_count = 12;
 const char* row_name(Input input);
 
 /// The numbers that one closure needs at one point; others are zero.
@@ -37,15 +38,22 @@ struct Measured {
     double rod_density() const { return rod_fraction / numbers[rod_area]; }
     double mass_density() const { return numbers[bead_mass] * bead_density(); }
     double friction() const { return mass_density() / numbers[response]; }
-    /// g = lambda_s alpha/(Gamma D_r); lambda_s is 2 lambda.
-    double alignment() const {
+    /// g_flow = lambda_s alpha/(Gamma D_r), of rods that align with the flow they drive; lambda_s is 2 lambda.
+    double alignment_by_flow() const {
         return physics::single_rod_factor * numbers[weathercock] * numbers[drag] / numbers[relaxation];
+    }
+    /// g = g_flow + 2 c sigma/D_r, with contacts.
+    double alignment() const {
+        return alignment_by_flow() + 2.0 * numbers[contact] * rod_density() / numbers[relaxation];
     }
 };
 
 /// Whether a coefficient is replaced by its error because it is smaller: response_time alone.  A response time is
 /// positive, and its error bounds a response that is faster than the resolution.
 inline bool is_below_error(Input input, double value, double error) { return input == response && value < error; }
+
+/// Whether a coefficient is zero in a table that has no row for it: contact alignment alone, which is newer than some.
+inline bool may_be_absent(Input input) { return input == contact; }
 
 /// Why a coefficient cannot be a divisor (it lies within three errors of zero); "" if it can.
 std::string divisor_refusal(Input input, double value, double error);
@@ -68,6 +76,10 @@ struct Closure {
 
 /// The closure for p = P times this scale, which has these inputs.  Unchanged if it does not depend on p, or is zero.
 Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formula& scale);
+
+/// Adds the row contact_alignment, c at each area fraction of beads, and the closure test alignment_excess, from the
+/// assays drag and alignment; c = 0 if the table has neither.
+void add_contact_alignment(Table& table);
 
 /// All closures; those with a key are in the order of a scene.
 const std::vector<Closure>& closures();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/alignment_fit.hpp"
 #include "calibrate/plan_support.hpp"
 
 namespace drover::calibrate {
@@ -22,9 +23,12 @@ Order order_of(const std::vector<RodPose>& rods) {
     return {along / count, (along * along + across * across) / (count * count)};
 }
 
+std::size_t frames_of(const DragPlan& plan) { return frames_in(plan.time / plan.windows, plan.frame); }
+double window_of(const DragPlan& plan) { return plan.frame * static_cast<double>(frames_of(plan)); }
+
 void watch(ParticleSystem& system, double& time, const DragPlan& plan, double* out) {
-    const std::size_t frames = frames_in(plan.time / plan.windows, plan.frame);
-    const double fraction = 1.0 / static_cast<double>(frames), window = plan.frame * static_cast<double>(frames);
+    const std::size_t frames = frames_of(plan);
+    const double fraction = 1.0 / static_cast<double>(frames), window = window_of(plan);
     const BeadMotion start = system.beads();
     for (std::size_t frame = 0; frame <= frames; ++frame) {
         if (frame > 0) system.advance_to(time += plan.frame);
@@ -71,6 +75,16 @@ std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> m
         values[0] = straight[0];
         values[2] = -straight[1];
     }
+    const std::size_t each = windows / torques;
+    std::vector<OrderInField> fields;
+    for (std::size_t k = 0; k < torques; ++k) {
+        const auto first = columns[0].begin() + static_cast<std::ptrdiff_t>(k * each);
+        fields.push_back({.torque = plan.torques[k], .orders = {first, first + static_cast<std::ptrdiff_t>(each)}});
+    }
+    const LinearAlignmentFit alignment = fit_alignment(fields, window_of(plan));
+    values.push_back(alignment.steady.alignment);
+    values.push_back(alignment.drift.alignment);
+    values.push_back(alignment.steady.alignment + reference_time * alignment.drift.alignment);
     for (std::size_t k = 1; k <= torques; ++k) {
         const std::size_t last = k * windows / torques - 1;
         values.push_back(columns[0][last]);
@@ -108,7 +122,12 @@ Assay drag(const DragPlan& plan) {
         plan.torques.size(), plan.windows, unknowns);
     std::vector<Quantity> quantities{{"drag", "mm/s", "alpha/Gamma: v = (alpha/Gamma) P + c |P|^2 P"},
                                      {"drag_curvature", "mm/s", "c", false},
-                                     {"response_time", "s", "tau = m rho/Gamma, with rods among the beads", false}};
+                                     {"response_time", "s", "tau = m rho/Gamma, with rods among the beads", false},
+                                     {"alignment_steady", "1",
+                                      "g at 1/a = 0: kappa = g P + beta T, P = I1(kappa)/I0(kappa)", false},
+                                     {"alignment_drift", "1/s", "dg/d(1/a): kappa [1 + d_t P/(a P)] = g P + beta T",
+                                      false},
+                                     {"alignment_reference", "1", "g at 1/a = 10 s", false}};
     for (const double torque : plan.torques) {
         quantities.push_back({text("order_{}", torque), "1", text("<P> at torque {}", torque), false});
         quantities.push_back({text("flow_{}", torque), "mm/s", text("<v> at torque {}", torque), false});

@@ -27,6 +27,7 @@ Measured measured_at(const Table& table, const std::vector<Input>& of, const std
                      const StatePoint& point, const Wanted& wanted) {
     Measured measured{.bead_fraction = point.bead_fraction, .rod_fraction = point.rod_fraction};
     for (const Input input : of) {
+        if (may_be_absent(input) && find_row(table, row_name(input)) == nullptr) continue;
         const Uncertain found = SmoothCoefficient(table, row_name(input), point.varied, point.outside)
                                     .at(point.bead_fraction, point.rod_fraction);
         const bool divides = std::find(under.begin(), under.end(), input) != under.end();
@@ -61,7 +62,9 @@ bool is_short_around(const Table& table, const TableRow& row, const StatePoint& 
 Origin origin_of(const Closure& closure, const Table& table, const Measured& measured, const StatePoint& point) {
     bool all_set = !closure.of.empty(), any_short = false;
     for (const Input input : closure.of) {
-        const TableRow& row = *find_row(table, row_name(input));
+        const TableRow* found = find_row(table, row_name(input));
+        if (may_be_absent(input) && found == nullptr) continue;
+        const TableRow& row = *found;
         all_set = all_set && row.entries.front().origin == Origin::set;
         any_short = any_short || is_short_around(table, row, point);
         if (input == response && measured[response] <= measured.errors[response]) return Origin::closure;
@@ -112,7 +115,11 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
     };
     for (const double bead : table.bead_fractions)
         for (const double rod : table.rod_fractions) {
-            for (const char* key : {"relaxation.rate", "weathercock.strength"}) add(key, number(key, bead, rod));
+            // A column replaces a and c: it is a - c sigma.
+            const Uncertain a = number("relaxation.rate", bead, rod), c = number("relaxation.contact", bead, rod);
+            const double sigma = number("uniform.rod_density", bead, rod).value;
+            add("relaxation.rate", {.value = a.value - c.value * sigma, .error = std::hypot(a.error, c.error * sigma)});
+            add("weathercock.strength", number("weathercock.strength", bead, rod));
             for (const char* key : {"relaxation.saturation", "drag.coefficient"})
                 data.columns[key].values.push_back(number(key, bead, rod).value);
             // alpha/Gamma is measured as one: its error is with alpha.
@@ -125,18 +132,35 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
 }
 
 MeanField mean_field(const Table& table, const StatePoint& point) {
-    const std::vector<Input> all{relaxation, weathercock, drag, response};
-    const Measured measured = measured_at(table, all, {relaxation}, point,
+    const std::vector<Input> all{relaxation, weathercock, drag, response, contact, rod_area};
+    const Measured measured = measured_at(table, all, {relaxation, rod_area}, point,
                                           {.what = "the order of the mean field", .give = "relaxation.rate"});
     const auto of = [&](const Formula& formula) { return evaluated(measured, all, formula); };
     // P has zero slope below g = 2 and an infinite one just above it: use steps of a whole error.
     const auto over_errors = [&](const Formula& formula) { return evaluated(measured, all, formula, 1.0); };
     using M = const Measured&;
     return {.alignment = of([](M m) { return m.alignment(); }),
-            .effective_relaxation = of([](M m) { return m[relaxation] - m[weathercock] * m[drag]; }),
+            .effective_relaxation = of([](M m) { return m[relaxation] * (1.0 - 0.5 * m.alignment()); }),
             .order = over_errors([](M m) { return order_of_alignment(m.alignment()); }),
             .bead_velocity = over_errors([](M m) { return m[drag] * order_of_alignment(m.alignment()); }),
             .response_time = of([](M m) { return m[response]; })};
+}
+
+CellPrediction predict_cell(const Table& table, const StatePoint& point, double cell_area) {
+    const double area =
+        SmoothCoefficient(table, row_name(rod_area), point.varied, point.outside).at(point.bead_fraction, 0.0).value;
+    const int rods = static_cast<int>(std::lround(point.rod_fraction * cell_area / area));
+    require(rods >= 2, {}, "a cell of {} mm^2 holds {} rods at the rod area fraction {}; expected at least 2",
+            cell_area, rods, point.rod_fraction);
+    const Uncertain g = mean_field(table, point).alignment;
+    const RodsOrder order = order_of_rods(rods, g.value);
+    return {.rods = rods,
+            .alignment = g,
+            .order = order.mean,
+            .low = order_of_rods(rods, g.value - g.error).mean,
+            .high = order_of_rods(rods, g.value + g.error).mean,
+            .deviation = order.deviation,
+            .line = order_of_rods(rods, 2.0).mean};
 }
 
 }  // namespace drover::calibrate

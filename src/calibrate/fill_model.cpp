@@ -46,7 +46,9 @@ std::vector<std::string> missing_keys(const physics::Model& model, bool local,
                                       const std::function<bool(const std::string& key)>& is_given) {
     std::vector<std::string> missing;
     for (const std::string& key : calibrated_keys())
-        if (!is_given(key) && has_field(key, model.fields)) missing.push_back(key);
+        // With local coefficients c is in the table of the rate.
+        if (!is_given(key) && has_field(key, model.fields) && !(local && key == "relaxation.contact"))
+            missing.push_back(key);
     if (local && !model.table.has_values()) missing.emplace_back(all_nodes);
     return missing;
 }

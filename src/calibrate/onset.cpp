@@ -1,9 +1,11 @@
 // calibrate/onset.cpp: crossings of two interpolated rows of a table, with errors from redrawn tables.
 #include "drover/calibrate/onset.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "drover/base/random.hpp"
 #include "drover/physics/coefficients.hpp"
@@ -15,7 +17,12 @@ const char* convention_name(Convention convention) { return convention == Conven
 
 namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-constexpr std::array<const char*, 3> rows{"drag", "relaxation_rate", "weathercock"};
+constexpr std::array<const char*, 5> rows{"drag", "relaxation_rate", "weathercock", "contact_alignment", "rod_area"};
+
+std::optional<SmoothCoefficient> if_present(const Table& table, const char* name, std::size_t varied) {
+    if (find_row(table, name) == nullptr) return std::nullopt;
+    return SmoothCoefficient(table, name, varied);
+}
 
 /// The nodes and the points that divide each interval between them evenly.
 std::vector<double> refined(const std::vector<double>& nodes, int subdivisions) {
@@ -30,14 +37,37 @@ std::vector<double> refined(const std::vector<double>& nodes, int subdivisions) 
 /// The coefficients of one table, measured or redrawn.
 struct Coefficients {
     SmoothCoefficient drag, relaxation, weathercock;
+    std::optional<SmoothCoefficient> contact, area;
     Coefficients(const Table& table, std::size_t varied)
-        : drag(table, rows[0], varied), relaxation(table, rows[1], varied), weathercock(table, rows[2], varied) {}
+        : drag(table, rows[0], varied),
+          relaxation(table, rows[1], varied),
+          weathercock(table, rows[2], varied),
+          contact(if_present(table, rows[3], varied)),
+          area(if_present(table, rows[4], varied)) {}
 
-    /// lambda alpha/Gamma - a: positive where flocks are expected, and valid for lambda <= 0.
+    /// c sigma; 0 in a table without c.
+    Uncertain by_contacts(double bead, double rod) const {
+        if (!contact || !area) return {};
+        const double sigma = rod / area->at(bead, rod).value;
+        const Uncertain c = contact->at(bead, rod);
+        return {.value = c.value * sigma, .error = c.error * sigma};
+    }
+    /// lambda alpha/Gamma + c sigma - a: positive where flocks are expected, and valid for lambda <= 0.
     double excess(double bead, double rod, Convention convention) const {
         const double lambda = (convention == Convention::mean ? 1.0 : physics::single_rod_factor) *
                               weathercock.table().at(bead, rod).value;
-        return lambda * drag.table().at(bead, rod).value - relaxation.table().at(bead, rod).value;
+        return lambda * drag.table().at(bead, rod).value + by_contacts(bead, rod).value -
+               relaxation.table().at(bead, rod).value;
+    }
+    double alignment(double bead, double rod) const {
+        const double a = relaxation.at(bead, rod).value;
+        return 2.0 * (excess(bead, rod, Convention::mean) + a) / a;
+    }
+    Uncertain threshold(double bead, double rod) const {
+        const Uncertain a = relaxation.at(bead, rod), lambda = weathercock.at(bead, rod), c = by_contacts(bead, rod);
+        const double left = a.value - c.value, value = left / lambda.value;
+        return {.value = value,
+                .error = std::hypot(std::hypot(a.error, c.error), value * lambda.error) / std::abs(lambda.value)};
     }
 };
 
@@ -83,29 +113,38 @@ double first_crossing(const Coefficients& coefficients, const std::vector<double
     return none;
 }
 
+/// 16, 50 and 84 %.
+std::array<double, 3> quantiles_of(std::vector<double> values) {
+    if (values.empty()) return {none, none, none};
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double part) { return values[static_cast<std::size_t>(part * double(values.size() - 1))]; };
+    return {at(0.16), at(0.5), at(0.84)};
+}
+
 Crossing crossing_of(const Coefficients& measured, const std::vector<Coefficients>& redrawn,
                      const std::vector<double>& beads, double rod, Convention convention) {
     Crossing crossing{.bead_fraction = first_crossing(measured, beads, rod, convention),
                       .error = none,
                       .above_all = measured.excess(beads.front(), rod, convention) >= 0.0};
     double count = 0.0, sum = 0.0, squares = 0.0;
+    std::vector<double> places;
     for (const Coefficients& one : redrawn) {
         const double crossed = first_crossing(one, beads, rod, convention);
+        const bool above = std::isnan(crossed) && one.excess(beads.front(), rod, convention) >= 0.0;
+        constexpr double beyond = std::numeric_limits<double>::infinity();
+        places.push_back(!std::isnan(crossed) ? crossed : above ? -beyond : beyond);
         if (std::isnan(crossed)) continue;
         // Relative to the measured crossing, if any, to avoid cancellation.
         const double from = std::isnan(crossing.bead_fraction) ? beads.front() : crossing.bead_fraction;
         count += 1.0, sum += crossed - from, squares += (crossed - from) * (crossed - from);
     }
     if (!redrawn.empty()) crossing.share = count / static_cast<double>(redrawn.size());
+    crossing.quantiles = quantiles_of(std::move(places));
     if (count > 1.0 && !std::isnan(crossing.bead_fraction))
         crossing.error = std::sqrt((squares - sum * sum / count) / (count - 1.0));
     return crossing;
 }
 
-Uncertain threshold_of(const Uncertain& a, const Uncertain& lambda) {
-    const double value = a.value / lambda.value;
-    return {.value = value, .error = std::abs(value) * std::hypot(a.error / a.value, lambda.error / lambda.value)};
-}
 }  // namespace
 
 Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int redrawn) {
@@ -127,17 +166,17 @@ Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int r
                 crossing_of(measured, others, onset.bead_fractions, curve.rod_fraction, convention);
     };
     for (const double rod : table.rod_fractions) {
-        OnsetCurve curve{.rod_fraction = rod, .drag = {}, .threshold = {}};
+        OnsetCurve curve{.rod_fraction = rod, .drag = {}, .threshold = {}, .alignment = {}};
         for (const double bead : onset.bead_fractions) {
             curve.drag.push_back(measured.drag.at(bead, rod));
-            curve.threshold.push_back(
-                threshold_of(measured.relaxation.at(bead, rod), measured.weathercock.at(bead, rod)));
+            curve.threshold.push_back(measured.threshold(bead, rod));
+            curve.alignment.push_back(measured.alignment(bead, rod));
         }
         crossings(curve);
         onset.curves.push_back(std::move(curve));
     }
     for (const double rod : refined(table.rod_fractions, subdivisions)) {
-        OnsetCurve point{.rod_fraction = rod, .drag = {}, .threshold = {}};
+        OnsetCurve point{.rod_fraction = rod, .drag = {}, .threshold = {}, .alignment = {}};
         crossings(point);
         onset.line.push_back(point);
     }

@@ -73,6 +73,7 @@ void add_derived(Table& table) {
              .unit = "mg mm^2/s^2",
              .formula = "E = 0: not measured",
              .entries = std::vector<TableEntry>(count_of(table, false), TableEntry{.origin = Origin::set})});
+    add_contact_alignment(table);
     std::vector<TableRow> rows;
     for (const Closure& closure : closures()) {
         if (closure.row.empty()) continue;

@@ -122,8 +122,7 @@ void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
     errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.values.data()),
                  text("writing axis {}", axis.name));
     write_description(dataset, axis.unit, axis.meaning, errors);
-    if (axis.name == "x") write_text(dataset, "axis", "X", H5T_STR_NULLPAD, errors);
-    if (axis.name == "y") write_text(dataset, "axis", "Y", H5T_STR_NULLPAD, errors);
+    // Without the attribute `axis`, with which VTK and ParaView take x and y for longitude and latitude, on a sphere.
     mark_as_scale(dataset, axis.name, errors);
 }
 

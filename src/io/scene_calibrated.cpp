@@ -30,7 +30,7 @@ std::filesystem::path table_file(const Scene& scene) {
 bool has_mean_field_of_table(const Scene& scene, const std::vector<std::string>& missing) {
     for (const char* key : {"relaxation.rate", "weathercock.strength", "drag.coefficient", "driving.strength"})
         if (std::find(missing.begin(), missing.end(), key) == missing.end()) return false;
-    return !scene.calibrated.table.empty();
+    return !scene.calibrated.table.empty() && !is_given(scene, "relaxation.contact");
 }
 
 void fill(Scene& scene, const std::vector<std::string>& missing) {

@@ -305,4 +305,18 @@ Estimate estimate_local_exponent(const Samples& samples, std::size_t small, std:
                     [=](auto means) { return 0.5 * std::log(means[1] / means[0]) / std::log(ratio); });
 }
 
+RoughMean rough_mean(std::span<const double> values, std::size_t skip) {
+    const std::span<const double> used = values.subspan(std::min(skip, values.size()));
+    const Estimate estimate = estimate_mean({.series = {std::vector<double>(used.begin(), used.end())}}, 0);
+    double squares = 0.0;
+    for (const double value : used) squares += (value - estimate.mean) * (value - estimate.mean);
+    return {estimate.mean, estimate.error.value_or(2.0 * std::sqrt(squares) / static_cast<double>(used.size()))};
+}
+
+RoughMean paired_difference(std::span<const double> a, std::span<const double> b, std::size_t skip) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) values.push_back(a[i] - b[i]);
+    return rough_mean(values, skip);
+}
+
 }  // namespace drover::measure

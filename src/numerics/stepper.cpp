@@ -110,11 +110,13 @@ void Stepper::Work::prepare_stages() {
                 "stepper \"{}\": a stage of {} matrices; expected at most {}", table->name,
                 combination.plan.uses.size(), max_uses);
     for (std::size_t s = 0; s < table->stages.size(); ++s) {
-        const double halvings = -std::log2(table->stages[s].c);
-        require(!noise || halvings == std::floor(halvings), {},
+        int exponent = 0;
+        const bool is_power_of_two = std::frexp(table->stages[s].c, &exponent) == 0.5;  // exact in any rounding mode
+        const int halvings = 1 - exponent;
+        require(!noise || is_power_of_two, {},
                 "stepper \"{}\": a stage at {} of the step; expected 1, 1/2, 1/4, ... with noise", table->name,
                 table->stages[s].c);
-        combinations[s].halvings = static_cast<int>(halvings);
+        combinations[s].halvings = halvings;
     }
     for (const double q : wavenumbers.q) {
         const IsotropicBlocks rate_blocks = system.linear(q);

@@ -22,6 +22,13 @@ Coefficient tabulated(const std::vector<double>& nodes, const TableData& table, 
                                                           table.outside == "hold" ? Outside::hold : Outside::refuse));
 }
 
+/// Alignment of rods that touch lowers their relaxation rate to a - c sigma; sigma is uniform if it is not a field.
+void add_contact(const Model& model, double& rate, std::vector<Monomial>& monomials) {
+    const double contact = model.relaxation.contact;
+    if (model.fields.rod_density) monomials.push_back({.factor = -contact, .rods = 1});
+    else rate -= contact * model.uniform.rod_density;
+}
+
 Coefficient compiled(const CoefficientRow& row, const Model& model, const LocationOf& location_of) {
     const TableColumn& column = model.table.column(row.key());
     const std::vector<double>&nodes = column.values, &errors = column.errors;
@@ -31,7 +38,11 @@ Coefficient compiled(const CoefficientRow& row, const Model& model, const Locati
     require(errors.empty() || errors.size() == nodes.size(), location_of(name + "_error"),
             "{}_error has {} values and {} has {}; expected equal numbers, or no errors", name, errors.size(), name,
             nodes.size());
+    const bool has_contact = row.key() == "relaxation.rate" && model.relaxation.contact != 0.0;
     if (!nodes.empty()) {
+        require(!has_contact, location_of("relaxation.contact"),
+                "relaxation.contact and {} are both given; expected one of them: a table of the rate contains -c sigma",
+                name);
         require(written.empty(), location_of(monomial_key), "{} and {} are both given; expected one of them",
                 monomial_key, name);
         try {
@@ -45,7 +56,9 @@ Coefficient compiled(const CoefficientRow& row, const Model& model, const Locati
         monomials.push_back(read_monomial(monomial, location_of(monomial_key)));
         monomials.back().factor *= factor;
     }
-    return {factor * row.value_in(model), std::move(monomials)};
+    double constant = factor * row.value_in(model);
+    if (has_contact) add_contact(model, constant, monomials);
+    return {constant, std::move(monomials)};
 }
 
 Coefficients compile(const Model& model, const LocationOf& location_of) {

@@ -31,6 +31,7 @@ struct World {
     numerics::Spectra velocity;  // the same as modes, of every form that has one
     std::optional<physics::EnergyMeter> energy;
     double time = 0.0;
+    std::vector<double> fresh;  // saved by the evolution before any step
     measure::FieldSetting setting;
 
     World(const io::Scene& the_scene, Threads& threads);
@@ -115,6 +116,7 @@ World::World(const io::Scene& the_scene, Threads& threads)
                                            static_cast<std::uint64_t>(scene.run.seed), threads);
     health = make_field_health(evolution.equations(), scene, state);
     evolution.start(state);
+    fresh = evolution.save();
 }
 
 /// Computes the state on the grid, and the velocity of the beads where the form has one.
@@ -123,7 +125,10 @@ void World::transform_to_grid() {
     if (form.velocity == physics::Velocity::absent) return;
     if (velocity.size == 0) velocity = numerics::Spectra(scene.grid, 2);
     if (form.velocity == physics::Velocity::slaved) {
-        slaved = physics::slaved_velocity(evolution.equations(), evolution.system(), time, state, transform);
+        numerics::Fields now =
+            physics::slaved_velocity(evolution.equations(), evolution.system(), time, state, transform);
+        if (slaved.size == 0) slaved = std::move(now);
+        else std::copy(now.values.begin(), now.values.end(), slaved.values.begin());  // its arrays are lent out
         transform.forward(slaved, velocity);
         return;
     }
@@ -276,6 +281,27 @@ void check_chosen_step(const World& world, std::int64_t step) {
 }
 }  // namespace
 
+namespace {
+/// Other fields start another run: without the history of the stepper and the error so far.
+void accept(World& world, std::int64_t step) {
+    const std::vector<physics::Component> names = physics::component_names(world.form);
+    for (int c = 0; c < world.fields.count(); ++c) {
+        const std::span<const double> values = std::as_const(world.fields)[c];
+        const auto found =
+            std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+        require(found == values.end(), {},
+                "{} is {} in cell ({}, {}); expected finite values: the fields were not changed",
+                names[static_cast<std::size_t>(c)].name, found == values.end() ? 0.0 : *found,
+                (found - values.begin()) % world.scene.grid.nx, (found - values.begin()) / world.scene.grid.nx);
+    }
+    world.transform.forward(world.fields, world.state);
+    world.evolution.restore(world.fresh);
+    world.evolution.start(world.state);
+    world.health = make_field_health(world.evolution.equations(), world.scene, world.state);
+    restore_field_health(world.state, step, world.health);
+}
+}  // namespace
+
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
     const auto world = std::make_shared<World>(scene, threads);
     Simulation simulation{.dt = scene.time.dt,
@@ -285,6 +311,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
                           .check_health = {},
                           .save = {},
                           .restore = {},
+                          .accept = {},
                           .count = [world] { return world->evolution.count(); },
                           .step_error = [world] { return world->evolution.step_error().error; },
                           .describe = {}};
@@ -302,6 +329,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         check_chosen_step(*world, step);
         check_field_health(world->evolution, world->scene, world->transform, world->state, step, world->health);
     };
+    simulation.accept = [world](std::int64_t step) { accept(*world, step); };
     simulation.describe = [world] { return describe(world->evolution, world->scene); };
     simulation.save = [world] {
         std::vector<double> values = world->evolution.save();

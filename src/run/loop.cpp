@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 #include "drover/base/log.hpp"
 #include "drover/files/checkpoint.hpp"
@@ -14,14 +15,13 @@ namespace drover::run {
 namespace {
 using Clock = std::chrono::steady_clock;
 
+/// Of all threads of this process.
+double core_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, files::Archive& archive) {
     archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe(), step);
-}
-
-bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {
-    return scheduled.every == 0 ? step == 0 : step % scheduled.every == 0;
 }
 
 /// Appends the rows due at a step; true when one of them is a frame, which is committed at once so that at most one can
@@ -61,6 +61,7 @@ void append_last(const Simulation& simulation, std::int64_t step, files::Archive
 LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive& archive, const LoopFiles& files,
                      bool quiet) {
     const Clock::time_point start = Clock::now();
+    const double core_start = core_seconds();
     Clock::time_point last_commit = start, last_checkpoint = start;
     constexpr double seconds_between_commits = 30.0;
     Progress progress(first, simulation.steps, simulation.dt, quiet);
@@ -95,7 +96,10 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
     if (step == simulation.steps) append_last(simulation, step, archive);
     if (const std::string words = simulation.describe ? simulation.describe() : ""; !quiet && !words.empty())
         log_information("{}", words);
-    return {.step = step, .signal = step < simulation.steps ? stop_signal() : 0, .wall_seconds = seconds_since(start)};
+    return {.step = step,
+            .signal = step < simulation.steps ? stop_signal() : 0,
+            .wall_seconds = seconds_since(start),
+            .core_seconds = core_seconds() - core_start};
 }
 
 }  // namespace drover::run

@@ -1,6 +1,9 @@
 // run/onset.cpp: the flocking thresholds of a table, described.
 #include "drover/run/onset.hpp"
 
+#include "drover/io/calibration.hpp"
+#include "drover/io/scene_text.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -18,6 +21,18 @@ std::string convention_text(Convention convention) {
     return convention == Convention::mean ? "lambda = lambda_s/2, g = 2" : "lambda_s in place of lambda, g = 1";
 }
 
+/// Beyond the table: NaN, as a threshold that does not exist.
+Entry quantile(const char* name, const char* percent, double value) {
+    return {.name = name,
+            .unit = "1",
+            .meaning =
+                text("{} % of the resampled tables have a threshold at or below; none in the table: not a number",
+                     percent),
+            .value = std::isfinite(value) ? value : std::nan(""),
+            .digits = 3,
+            .shown = {.text = false}};
+}
+
 Record crossing_record(const calibrate::Crossing& crossing, Convention convention) {
     const std::string words = ", " + convention_text(convention);
     return {.entries = {{.name = "bead_area_fraction",
@@ -31,6 +46,9 @@ Record crossing_record(const calibrate::Crossing& crossing, Convention conventio
                          .meaning = "standard error of the flocking threshold" + words,
                          .value = crossing.error,
                          .digits = 2},
+                        quantile("quantile_16", "16", crossing.quantiles[0]),
+                        quantile("quantile_50", "50", crossing.quantiles[1]),
+                        quantile("quantile_84", "84", crossing.quantiles[2]),
                         {.name = "share",
                          .unit = "1",
                          .meaning = "fraction of the resampled tables that have a threshold" + words,
@@ -43,9 +61,15 @@ Record crossing_record(const calibrate::Crossing& crossing, Convention conventio
                          .dataset = "above"}}};
 }
 
+std::string quantile_text(double value) {
+    return std::isfinite(value) ? text("{:.3g}", value) : value > 0.0 ? "above the table" : "below the table";
+}
+
 std::string threshold_text(const calibrate::Crossing& crossing) {
     const std::string share =
-        text("{:.0f} % of the tables resampled within their errors have one", 100.0 * crossing.share);
+        text("{:.0f} % of the tables resampled within their errors have one (16, 50, 84 %: {}, {}, {})",
+             100.0 * crossing.share, quantile_text(crossing.quantiles[0]), quantile_text(crossing.quantiles[1]),
+             quantile_text(crossing.quantiles[2]));
     const char* below = "below the smallest bead area fraction of the table";
     if (std::isnan(crossing.bead_fraction)) return (crossing.above_all ? below : "none in the table") + ("; " + share);
     return text("{}Phi_b = {}; {}", crossing.above_all ? text("{}, and again from ", below) : "",
@@ -75,12 +99,12 @@ Record curve_point(const calibrate::OnsetCurve& curve, std::size_t i, double bea
                          .dataset = "bead_fraction"},
                         speed("drag", "alpha/Gamma", curve.drag[i].value, 4),
                         speed("drag_error", "standard error of alpha/Gamma", curve.drag[i].error, 2),
-                        speed("threshold", "a/lambda", curve.threshold[i].value, 4),
-                        speed("threshold_error", "standard error of a/lambda", curve.threshold[i].error, 2),
+                        speed("threshold", "(a - c sigma)/lambda", curve.threshold[i].value, 4),
+                        speed("threshold_error", "standard error of (a - c sigma)/lambda", curve.threshold[i].error, 2),
                         {.name = "gain",
                          .unit = "1",
-                         .meaning = "g = 2 (alpha/Gamma)/(a/lambda)",
-                         .value = 2.0 * curve.drag[i].value / curve.threshold[i].value,
+                         .meaning = "g = 2 (lambda alpha/Gamma + c sigma)/a",
+                         .value = curve.alignment[i],
                          .digits = 3}},
             .shown = {.text = is_node}};
 }
@@ -118,9 +142,49 @@ Result onset_result(const calibrate::Onset& onset, const calibrate::Table& table
         add_crossings(point, true, record);
         line.rows.push_back(std::move(record));
     }
-    return {.root = {.header = {"flocks form where the gain g = 2 (alpha/Gamma)/(a/lambda) exceeds its threshold; drag "
-                                "= alpha/Gamma: bead speed at P = 1, threshold = a/lambda"},
-                     .lists = {std::move(curves), std::move(line)}}};
+    return {
+        .root = {.header = {"flocks form where the gain g = 2 (lambda alpha/Gamma + c sigma)/a exceeds 2: where drag "
+                            "= alpha/Gamma, the bead speed at P = 1, exceeds threshold = (a - c sigma)/lambda"},
+                 .lists = {std::move(curves), std::move(line)}}};
+}
+
+void add_cells(const std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>>& cells, Result& result) {
+    List list{.name = "cells",
+              .heading =
+                  "\norder P of the rods of one cell, as of few rods in mean field: mean, mean at g -+ one error, and "
+                  "deviation in time",
+              .row = "cell",
+              .meaning = "point",
+              .group = "/cells"};
+    const auto number = [](const char* name, const char* meaning, double value, int digits) {
+        return Entry{.name = name, .unit = "1", .meaning = meaning, .value = value, .digits = digits};
+    };
+    for (const auto& [point, cell] : cells)
+        list.rows.push_back(
+            {.entries = {number("bead_area_fraction", "Phi_b", point.bead_fraction, 4),
+                         number("rod_area_fraction", "Phi_r", point.rod_fraction, 4),
+                         number("rods", "number of rods of the cell", cell.rods, 6),
+                         number("alignment", "g; above 2 a flock", cell.alignment.value, 3),
+                         number("alignment_error", "standard error of g", cell.alignment.error, 2),
+                         number("order", "mean of P, the mean orientation of these rods", cell.order, 3),
+                         number("order_low", "the same at one standard error of g below", cell.low, 3),
+                         number("order_high", "the same at one standard error of g above", cell.high, 3),
+                         number("order_deviation", "standard deviation of P in time", cell.deviation, 2),
+                         number("order_line", "mean of P at g = 2", cell.line, 2)}});
+    result.root.lists.push_back(std::move(list));
+}
+
+TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied) {
+    const files::ArchiveReader archive(file);
+    calibrate::Table table = io::read_calibration(archive, file.string());
+    const std::size_t index = calibrate::varied_index(table, varied, "--varied", {.file = file.string()});
+    Result result = onset_result(calibrate::find_onset(table, index), table);
+    TableOnset made{.scene = io::parse_scene(archive.text_attribute("scene"), file.string() + " (its scene)"),
+                    .table = std::move(table),
+                    .varied = index,
+                    .result = std::move(result)};
+    made.result.attributes.emplace_back("table", file.string());
+    return made;
 }
 
 }  // namespace drover::run

@@ -23,7 +23,6 @@ struct Shared {
     dem::World world;
     measure::ParticleSetting setting;
     double time = 0.0, energy_start = 0.0;
-    std::vector<std::vector<double>> row;
 };
 
 std::uint64_t seed_of(const io::Scene& scene) { return static_cast<std::uint64_t>(scene.run.seed); }
@@ -142,9 +141,9 @@ std::vector<ScheduledRecording> frames_of(const std::shared_ptr<Shared>& shared)
     const std::int64_t every = io::whole_steps(scene, "output.frame_every", scene.output.frame_every);
     std::vector<ScheduledRecording> result;
     for (const io::BodyRecording& one : io::trajectory_recordings(scene.particles, shared->world.bodies()))
-        result.push_back({one.recording, every, [shared, make_row = one.row] {
-                              shared->row = make_row(shared->scene.particles, shared->world.bodies());
-                              return std::vector<std::span<const double>>(shared->row.begin(), shared->row.end());
+        result.push_back({one.recording, every,
+                          [shared, make_row = one.row, row = std::make_shared<std::vector<std::vector<double>>>()] {
+                              return lend(*row, make_row(shared->scene.particles, shared->world.bodies()));
                           }});
     return result;
 }
@@ -272,8 +271,7 @@ Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, st
         std::make_shared<Shared>(Shared{.scene = scene,
                                         .world = dem::World(scene.particles, std::move(bodies), scene.time.dt,
                                                             seed_of(scene), threads, location),
-                                        .setting = std::move(setting),
-                                        .row = {}});
+                                        .setting = std::move(setting)});
     shared->energy_start = shared->world.energy_kinetic();
     Simulation simulation{.dt = scene.time.dt,
                           .steps = io::whole_steps(scene, "time.end", scene.time.end),
@@ -282,6 +280,7 @@ Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, st
                           .check_health = {},
                           .save = {},
                           .restore = {},
+                          .accept = {},
                           .count = {},
                           .step_error = {},
                           .describe = {}};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfenv>
 #include <optional>
 
 #include "drover/base/log.hpp"
@@ -64,6 +65,20 @@ RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, do
             .checkpoint_time = static_cast<double>(loop.step) * dt};
 }
 
+/// The rounding of floating-point operations while it lives.
+class Rounding {
+public:
+    explicit Rounding(bool up) : before_(std::fegetround()) {
+        if (up) std::fesetround(FE_UPWARD);
+    }
+    ~Rounding() { std::fesetround(before_); }
+    Rounding(const Rounding&) = delete;
+    Rounding& operator=(const Rounding&) = delete;
+
+private:
+    int before_;
+};
+
 /// Keys that a restart may change.
 constexpr std::array changeable{"time.end", "output.checkpoint_minutes", "run.threads"};
 
@@ -100,13 +115,17 @@ Needs needs_of(const io::Scene& given) {
             .disk_free = problem ? 0.0 : static_cast<double>(space.available)};
 }
 
-void check_needs(const io::Scene& scene, const RunOptions& options) {
+void check_memory(const io::Scene& scene) {
     const Needs needs = needs_of(scene);
     const Kind& kind = kind_of(scene);
     require(needs.memory_bytes <= needs.memory_free, io::location_of(scene, kind.size_key),
             "{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
             bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
             scene.kind == io::SceneKind::fields ? "grid" : "cell");
+}
+
+void check_needs(const io::Scene& scene, const RunOptions& options) {
+    check_memory(scene);
     const std::filesystem::path path = archive_path(scene), folder = folder_of(path);
     const SourceLocation where = io::location_of(scene, "output.file");
     std::error_code problem;
@@ -138,6 +157,7 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
                           .checkpoint_minutes = scene.output.checkpoint_minutes};
     LoopOutcome loop;
     try {
+        const Rounding rounding(options.rounds_up);
         loop = run_loop(simulation, 0, archive, files, options.quiet);
     } catch (...) {
         if (!has_checkpoint(path)) std::filesystem::remove(files::behind_links(path));  // not started: leave no files
@@ -192,7 +212,10 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
                           .checkpoint_minutes = scene.output.checkpoint_minutes};
-    const LoopOutcome loop = run_loop(simulation, checkpoint.step, archive, files, options.quiet);
+    const LoopOutcome loop = [&] {
+        const Rounding rounding(options.rounds_up);
+        return run_loop(simulation, checkpoint.step, archive, files, options.quiet);
+    }();
     signals.reset();
     return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
 }

@@ -24,9 +24,9 @@ ScheduledRecording sample_recording(const io::Scene& scene, const char* group, m
     const auto values = std::make_shared<std::vector<std::vector<double>>>();
     const auto observe = [rows = std::move(rows), make_moment = std::move(make_moment), values] {
         const Moment moment = make_moment();
-        values->clear();
-        for (const auto& row : rows) values->push_back(measure::measure_one(row, moment));
-        return std::vector<std::span<const double>>(values->begin(), values->end());
+        std::vector<std::vector<double>> measured;
+        for (const auto& row : rows) measured.push_back(measure::measure_one(row, moment));
+        return lend(*values, std::move(measured));
     };
     return {std::move(recording), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), observe};
 }

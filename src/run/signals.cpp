@@ -1,13 +1,16 @@
 // run/signals.cpp: the flag that the signal handler sets.
 #include "drover/run/signals.hpp"
 
+#include <atomic>
+
 namespace drover::run {
 
 namespace {
 // A global: a signal handler has no other way to report.
 volatile std::sig_atomic_t requested = 0;
+std::atomic<bool> host_handles_signals = false;  // a property of the process, as the handlers are
 
-extern "C" void request_stop(int signal) {
+extern "C" void handle_signal(int signal) {
     if (requested != 0 && signal == SIGINT) {
         std::signal(SIGINT, SIG_DFL);
         std::raise(SIGINT);  // takes effect when this function returns
@@ -16,12 +19,13 @@ extern "C" void request_stop(int signal) {
 }
 }  // namespace
 
-StopSignals::StopSignals() {
+StopSignals::StopSignals() : installed_(!host_handles_signals) {
+    if (!installed_) return;
     for (std::size_t i = 0; i < handled.size(); ++i) {
         sigaction(handled[i], nullptr, &before_[i]);
         if (handled[i] == SIGHUP && before_[i].sa_handler == SIG_IGN) continue;
         struct sigaction action = {};
-        action.sa_handler = handled[i] == SIGPIPE ? SIG_IGN : request_stop;
+        action.sa_handler = handled[i] == SIGPIPE ? SIG_IGN : handle_signal;
         sigemptyset(&action.sa_mask);
         action.sa_flags = SA_RESTART;
         sigaction(handled[i], &action, nullptr);
@@ -29,10 +33,15 @@ StopSignals::StopSignals() {
 }
 
 StopSignals::~StopSignals() {
+    if (!installed_) return;
     for (std::size_t i = 0; i < handled.size(); ++i) sigaction(handled[i], &before_[i], nullptr);
 }
 
 int stop_signal() { return requested; }
+
+void leave_signals_to_host(bool leave) { host_handles_signals = leave; }
+
+void request_stop(int signal) { requested = signal; }
 
 void ignore_file_size_signal() { std::signal(SIGXFSZ, SIG_IGN); }
 

@@ -1,7 +1,18 @@
 // run/simulation.cpp: schedules and sizes of recordings.
 #include "drover/run/simulation.hpp"
 
+#include <algorithm>
+#include <utility>
+
 namespace drover::run {
+
+std::vector<std::span<const double>> lend(std::vector<std::vector<double>>& arrays,
+                                          std::vector<std::vector<double>> row) {
+    if (arrays.empty()) arrays = std::move(row);
+    else
+        for (std::size_t i = 0; i < arrays.size(); ++i) std::copy(row[i].begin(), row[i].end(), arrays[i].begin());
+    return {arrays.begin(), arrays.end()};
+}
 
 std::size_t scheduled_rows(const ScheduledRecording& recording, std::int64_t step) {
     return 1 + (recording.every == 0 ? 0 : static_cast<std::size_t>(step / recording.every));

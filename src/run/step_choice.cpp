@@ -117,25 +117,19 @@ Bias largest_bias(const Pilot& longer, const Pilot& shorter) {
         const std::vector<double>&a = longer.series[k], &b = shorter.series[k];
         if (!is_compared(shorter.names[k]) || a.size() != b.size() || b.size() < 8) continue;
         const std::size_t skip = b.size() / 4;
-        std::vector<double> differences;
         double mean = 0.0, square = 0.0;
         for (std::size_t i = skip; i < b.size(); ++i) {
-            differences.push_back(a[i] - b[i]);
             mean += b[i];
             square += b[i] * b[i];
         }
-        const auto count = static_cast<double>(differences.size());
+        const auto count = static_cast<double>(b.size() - skip);
         mean /= count;
         const double spread = std::sqrt(std::max(0.0, square / count - mean * mean));
         const double scale = std::max(std::abs(mean), spread);
         if (scale == 0.0) continue;
-        const measure::Estimate estimate = measure::estimate_mean({.series = {differences}}, 0);
-        double square_of_differences = 0.0;
-        for (const double d : differences) square_of_differences += (d - estimate.mean) * (d - estimate.mean);
-        // Too few samples for an error: one independent value in four.
-        const double error = estimate.error.value_or(2.0 * std::sqrt(square_of_differences) / count);
+        const measure::RoughMean difference = measure::paired_difference(a, b, skip);
         // A method of second weak order: half of the step makes a quarter of the error.
-        const Bias bias{shorter.names[k], 4.0 / 3.0 * estimate.mean / scale, error / scale};
+        const Bias bias{shorter.names[k], 4.0 / 3.0 * difference.value / scale, difference.error / scale};
         if (!(bias.bound() <= largest.bound())) largest = bias;
     }
     return largest;

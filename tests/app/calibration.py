@@ -55,8 +55,12 @@ TINY = {
     "calibrate.diffusion.time": 0.1,
     "calibrate.diffusion.min_lag": 0.01,
     "calibrate.diffusion.max_lag": 0.05,
+    "calibrate.alignment.torques": [2000.0, 20000.0],
+    "calibrate.alignment.warm_up": 0.05,
+    "calibrate.alignment.time": 0.1,
+    "calibrate.alignment.frame": 0.005,
 }
-UNITS = 2 * 7 + 2 * 2  # only drag depends on rods
+UNITS = 2 * 7 + 2 * 2 * 2  # drag and alignment depend on rods
 
 
 def write_tiny(folder, changes=None, name="tiny.toml"):

@@ -37,7 +37,7 @@ def test_every_coefficient_has_a_value_an_error_trials_and_an_origin(whole):
     folder, output, log = whole
     assert already_done(log) == 0 and output["trials_found"] == 0
     assert output["trials_run"] == sum(map(len, trials_in(folder).values()))
-    assert len(trials_in(folder)) == UNITS  # only drag depends on rods: all else is measured once per Phi_b
+    assert len(trials_in(folder)) == UNITS  # what does not depend on rods is measured once per Phi_b
     coefficients = output["coefficients"]
     assert {"relaxation_rate", "weathercock", "weathercock_single", "drag", "damping_rate", "viscosity_kinematic",
             "propulsion",
@@ -374,7 +374,7 @@ def test_scenes_for_calibrate_are_listed_in_the_readme():
 def test_a_shipped_calibration_scene_is_valid_and_runs(scene, tmp_path):
     path = MODELS / f"{scene}.toml"
     drover(tmp_path, "check", path)
-    units = {"calibrate-small": 18, "calibrate-matched": 48}[scene]
+    units = {"calibrate-small": 22, "calibrate-matched": 48}[scene]
     assert f"drover calibrate: {units} measurements" in drover(tmp_path, "explain", path).stdout
     point = json.loads(drover(tmp_path, "calibrate", path, "--json",
                               *settings(SHORT)).stdout)["coefficients"]["damping_rate"]["points"][0]

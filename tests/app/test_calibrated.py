@@ -176,6 +176,17 @@ def test_the_boundary_of_a_linear_table_is_its_exact_crossing(folder):
         assert file.attrs["title"].decode() == "drover onset of " + "table.h5 (its scene)"
 
 
+def test_the_boundary_has_the_order_of_the_few_rods_of_a_cell(folder):
+    cells = drover_json(folder, "boundary", "table.h5", "--cell", "40", "--point", "0.5,0.08")["cells"]
+    (cell,) = cells
+    # g = 2 lambda (alpha/Gamma)/a = 2 * 0.1 * 3.8/0.3; 0.08 * 40^2/4 rods.
+    assert cell["rods"] == round(0.08 * 40.0**2 / 4.0) and math.isclose(cell["alignment"], 0.76 / 0.3, rel_tol=1e-9)
+    assert cell["order_low"] < cell["order"] < cell["order_high"] and 0.3 < cell["order_line"] < cell["order"]
+    assert len(drover_json(folder, "boundary", "table.h5", "--cell", "40")["cells"]) == 12
+    rejected(folder, ["boundary", "table.h5", "--cell", "40", "--point", "0.5"], ["--point 0.5", "such as"])
+    rejected(folder, ["boundary", "table.h5", "--point", "0.5,0.1"], ["--cell"])
+
+
 def test_the_boundary_of_a_scene_with_local_coefficients_is_that_of_its_table(folder):
     """The scene traces abar = 0 in the plane, the table a/lambda = alpha/Gamma along the beads."""
     report = drover_json(folder, "boundary", "flock.toml", "--x", "bead_area_fraction = 0.2:0.7", "--y",

@@ -150,6 +150,7 @@ def test_h5py_finds_the_same_axes_as_dimension_scales(archive):
             assert [dimension[0].name for dimension in file[name].dims] == ["/time", "/y", "/x"]
             assert file[name].attrs["units"] == b"mm-2"
         assert h5py.h5ds.is_scale(file["time"].id) and file["time"].attrs["axis"] == b"T"
+        assert "axis" not in file["x"].attrs and "axis" not in file["y"].attrs  # VTK would take them for degrees
         assert [dimension[0].name for dimension in file["observables/rod_number_variance"].dims] == [
             "/observables/time", "/observables/box_side"]
 

@@ -20,6 +20,7 @@ BELOW = {
     "io": ("base", "files", "numerics", "dem", "physics", "measure", "calibrate"),
     "run": ("io",),
     "app": ("run",),
+    "python": ("run",),
 }
 
 # Third-party headers that are confined: library, include patterns, files that may include them, maximum number of
@@ -52,7 +53,7 @@ EXEMPT = ("LICENSE", "tests/bench/*/data/*", "tests/base/hostile_expressions.txt
           "tests/app/read_with_mdanalysis.txt", "models/matched.calibration/*", "build/*")
 URL = re.compile(r"https?://\S+")
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "LICENSE", "Makefile", "README.md",
-             "include", "models", "notebooks", "src", "tests"}
+             "include", "models", "notebooks", "pyproject.toml", "src", "tests"}
 CPP = {".cpp", ".hpp"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 

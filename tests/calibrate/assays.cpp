@@ -5,6 +5,7 @@
 
 #include "calibrate/synthetic.hpp"
 #include "drover/calibrate/catalogue.hpp"
+#include "drover/calibrate/table.hpp"
 
 namespace drover::calibrate {
 namespace {
@@ -136,6 +137,72 @@ TEST_P(AssaysStatistics, have_errors_that_cover_the_true_value_in_68_percent_of_
         EXPECT_NEAR(covered[place], expected, 3.0 * deviation) << c.assay.quantities[place].name;
     EXPECT_GT(trials, 33u * repeats);  // some repeats needed more rounds
 }
+
+/// Rods that align with the flow, g = 0.75, and by contacts, g_c = 1.2.
+constexpr Truth aligning{.turning = 0.1, .diffusion = 0.4, .jitter = 0.0, .contact = 1.2, .drag = 3.0, .step = 0.1};
+/// c sigma = a g_c/2, at Phi_r = 0.1 and 4 mm^2 a rod.
+constexpr double true_contact = 0.5 * 0.4 * 1.2 * 4.0 / 0.1;
+
+/// Assays that give c, in fields that are far from lasting as long as 1/a = 2.5 s.
+Assay contact_assay(bool held) {
+    const std::vector<double> torques{60.0, 250.0, 800.0};
+    return held ? alignment({.torques = torques, .warm_up = 0.1, .time = 2.0, .windows = 4, .frame = 0.1})
+                : drag({.torques = torques, .warm_up = 0.1, .time = 2.0, .frame = 0.1});
+}
+
+/// A table of these measurements, of a world whose a and lambda are known.
+Table contact_table(bool held, std::uint64_t seed) {
+    const Assay assay = contact_assay(held);
+    const Measurement found = carry_out(assay, synthetic_factory(aligning), synthetic_conditions(40, seed),
+                                        {.relative_error = 1.0, .round = 8, .max_trials = 16});
+    Table table{.varied_key = {}, .bead_fractions = {0.4}, .rod_fractions = {0.1}, .rows = {}};
+    const auto add = [&](const std::string& name, double value, double error, bool by_rods) {
+        table.rows.push_back({.name = name,
+                              .unit = "x",
+                              .formula = "x",
+                              .by_rods = by_rods,
+                              .entries = {{.value = value, .error = error, .origin = Origin::measured}}});
+    };
+    add("relaxation_rate", aligning.diffusion, 0.0, false);
+    add("weathercock", 0.5 * aligning.turning, 0.0, false);
+    add("rod_area", 4.0, 0.0, false);
+    for (std::size_t q = 0; q < assay.quantities.size(); ++q) {
+        const std::string& name = assay.quantities[q].name;
+        if (name == "drag" || name.starts_with("alignment_") || name.starts_with("contact_"))
+            add(name, found.estimates[q].mean, *found.estimates[q].error, true);
+    }
+    add_derived(table);
+    return table;
+}
+
+class ContactAlignment : public testing::TestWithParam<bool> {};
+class ContactAlignmentStatistics : public testing::TestWithParam<bool> {};
+
+TEST_P(ContactAlignment, is_recovered_within_three_errors) {
+    const Table table = contact_table(GetParam(), 7);
+    const TableEntry& c = find_row(table, "contact_alignment")->entries.front();
+    EXPECT_EQ(c.origin, Origin::measured);
+    EXPECT_NEAR(c.value, true_contact, 3.0 * c.error);
+    EXPECT_LT(c.error, 0.4 * true_contact);
+}
+
+TEST_P(ContactAlignmentStatistics, has_errors_that_cover_the_true_value_in_68_percent_of_repeats) {
+    constexpr int repeats = 200;
+    int covered = 0;
+    double sum = 0.0, squares = 0.0;
+    for (int i = 0; i < repeats; ++i) {
+        const Table table = contact_table(GetParam(), 500 + static_cast<std::uint64_t>(i));
+        const TableEntry& c = find_row(table, "contact_alignment")->entries.front();
+        const double wrong = (c.value - true_contact) / c.error;
+        covered += std::abs(wrong) <= 1.0;
+        sum += wrong, squares += wrong * wrong;
+    }
+    EXPECT_NEAR(covered, 0.683 * repeats, 3.0 * std::sqrt(0.683 * 0.317 * repeats));
+    RecordProperty("mean_and_spread_in_errors", text("{} {}", sum / repeats, std::sqrt(squares / repeats)));
+}
+const auto assay_of = [](const auto& info) { return std::string(info.param ? "from_held_beads" : "from_free_beads"); };
+INSTANTIATE_TEST_SUITE_P(All, ContactAlignment, testing::Bool(), assay_of);
+INSTANTIATE_TEST_SUITE_P(All, ContactAlignmentStatistics, testing::Bool(), assay_of);
 
 constexpr const char* names[] = {"relaxation", "weathercock", "weathercock_against_the_flow",
                                  "drag",       "damping",     "damping_coulomb",

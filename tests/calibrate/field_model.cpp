@@ -86,6 +86,31 @@ TEST(FieldModel, has_the_expected_numbers) {
     }
 }
 
+TEST(FieldModel, has_the_alignment_of_flow_and_contacts) {
+    Table table = flocking_table();
+    TableRow c{.name = "contact_alignment", .unit = "x", .formula = "x"};
+    for (int i = 0; i < 3; ++i) c.entries.push_back({.value = 1.6, .error = 0.2, .origin = Origin::measured});
+    table.rows.push_back(c);
+    const double sigma = 0.1 / 4.0, a = 0.1, flow = 2.0 * 0.1 * 3.0 / a, g = flow + 2.0 * 1.6 * sigma / a;
+    const auto number = [&](const char* key) { return field_number(table, key, dense, OrderKind::orientation).number; };
+    const double order = order_of_alignment(g);
+    EXPECT_NEAR(number("relaxation.contact").value, 1.6, 1e-12);
+    EXPECT_NEAR(number("relaxation.saturation").value, a * (0.5 * g - 1.0) / (order * order), 1e-9);
+    const MeanField field = mean_field(table, dense);
+    EXPECT_NEAR(field.alignment.value, g, 1e-9);
+    EXPECT_NEAR(field.effective_relaxation.value, a - 1.6 * sigma - 0.1 * 3.0, 1e-9);
+    EXPECT_NEAR(field.order.value, order, 1e-9);
+    // Local coefficients have a - c sigma at the nodes.
+    const physics::TableData local = density_table(table, dense, OrderKind::orientation);
+    EXPECT_NEAR(local.columns.at("relaxation.rate").values.back(), a - 1.6 * sigma, 1e-9);
+    EXPECT_NEAR(local.columns.at("relaxation.rate").errors.back(), std::hypot(0.05 * a, 0.2 * sigma), 1e-9);
+    const CellPrediction cell = predict_cell(table, dense, 4.0 * 50.0 / 0.1);
+    EXPECT_EQ(cell.rods, 50);
+    EXPECT_NEAR(cell.order, order_of_rods(50, g).mean, 1e-9);
+    EXPECT_LT(cell.low, cell.order);
+    EXPECT_GT(cell.high, cell.order);
+}
+
 TEST(FieldModel, of_the_current_has_the_closures_of_independent_rods) {
     // With p the current sigma u P, as in the Methods: J = p, so u = 1 there; from sigma P by powers of u.
     const double sigma = 0.1 / 4.0, u = 3.0, a = 0.1, g = 2.0;

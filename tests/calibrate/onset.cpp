@@ -84,6 +84,28 @@ TEST(Onset, gives_the_fraction_of_redrawn_tables_with_a_crossing) {
     EXPECT_NEAR(edge.share, 0.5, 0.1);
 }
 
+TEST(Onset, moves_to_fewer_beads_where_rods_align_by_contacts) {
+    // lambda alpha/Gamma + c sigma = a, sigma = Phi_r/4, c = 2: 0.1 (1 + 4 Phi_b + 10 Phi_r) + Phi_r/2 = 0.3.
+    Table table = straight_table(0.005);
+    for (const auto& [name, value] : {std::pair{"contact_alignment", 2.0}, std::pair{"rod_area", 4.0}})
+        table.rows.push_back({.name = name,
+                              .unit = "x",
+                              .formula = "x",
+                              .entries = std::vector<TableEntry>(4, {.value = value, .origin = Origin::measured})});
+    const Onset onset = find_onset(table);
+    for (const OnsetCurve& curve : onset.curves) {
+        const double rod = curve.rod_fraction, exact = 0.5 - 3.75 * rod;
+        if (exact <= 0.2) continue;
+        const Crossing& mean = curve.crossings[0];
+        EXPECT_NEAR(mean.bead_fraction, exact, 1e-9) << rod;
+        // Of normal errors, 16 and 84 % are one standard deviation apart from the median; 400 tables.
+        EXPECT_NEAR(mean.quantiles[1], exact, 0.2 * mean.error);
+        EXPECT_NEAR(mean.quantiles[2] - mean.quantiles[0], 2.0 * mean.error, 0.3 * mean.error);
+        EXPECT_NEAR(curve.threshold.front().value, (0.3 - 0.5 * rod) / 0.1, 1e-9);
+        EXPECT_NEAR(curve.alignment.front(), 2.0 * (0.1 * (1.8 + 10.0 * rod) + 0.5 * rod) / 0.3, 1e-9);
+    }
+}
+
 TEST(Onset, does_not_exist_for_rods_that_turn_away_from_the_flow) {
     Table table = straight_table();
     for (TableEntry& entry : table.rows[2].entries) entry.value = -0.1;

@@ -12,7 +12,7 @@
 namespace drover::calibrate {
 
 /// The equations of motion:
-///     rods   d theta = (lambda_s v x n + mobility h x n).z dt + noise,  dr = u n dt + noise;
+///     rods   d theta = n x (lambda_s v + mobility h + D_r g_c P).z dt + noise,  dr = u n dt + noise;
 ///     beads  dv = -(g + c/|v|) v dt + g (s + s3 |P|^2) P dt + noise for the mean velocity v,
 ///            and for each bead  dr = v dt + noise;
 ///     shear and density waves: exponential decay towards the driven amplitude, with noise.
@@ -23,6 +23,7 @@ struct Truth {
     double jitter = 0.05;         ///< standard deviation of the observed angle [rad]
     double speed = 3.6;           ///< u [mm/s]
     double mobility = 2e-3;       ///< [1/(mg mm^2 s)]
+    double contact = 0.0;         ///< g_c: rods turn to the mean orientation of all, as contacts make them
     double damping = 20.0;        ///< g = Gamma/(m rho) [1/s]
     double coulomb = 0.0;         ///< c [mm/s^2]
     double drag = 2.0;            ///< s = alpha/Gamma [mm/s]
@@ -144,8 +145,10 @@ private:
     /// Exact in a constant field: tan of half the angle to it decays exponentially.  Half of the noise acts before the
     /// turn and half after.
     void turn_rods(double dt) {
-        const double x = truth_.turning * beads_.vx + truth_.mobility * forces_.torque * std::cos(forces_.angle);
-        const double y = truth_.turning * beads_.vy + truth_.mobility * forces_.torque * std::sin(forces_.angle);
+        const std::array<double, 2> mean = order();
+        const double pull = truth_.mobility * forces_.torque, contact = truth_.diffusion * truth_.contact;
+        const double x = truth_.turning * beads_.vx + pull * std::cos(forces_.angle) + contact * mean[0];
+        const double y = truth_.turning * beads_.vy + pull * std::sin(forces_.angle) + contact * mean[1];
         const double field = std::atan2(y, x), shrink = std::exp(-std::hypot(x, y) * dt);
         for (std::size_t r = 0; r < rods_.size(); ++r) {
             RodPose& rod = rods_[r];

@@ -122,5 +122,19 @@ TEST(Model, with_a_table_and_a_polynomial_for_one_coefficient_is_rejected) {
     EXPECT_THROW(check(model), Error) << "the uniform state lies outside the table";
 }
 
+TEST(Coefficient, of_relaxation_is_lowered_by_the_contacts_of_rods) {
+    Model model{.fields = {.rod_density = true}, .uniform = {.rod_density = 0.5}};
+    model.relaxation = {.rate = 0.4, .rate_terms = {"0.1 sigma^2"}, .contact = 0.3};
+    const CompiledModel rods(model);
+    EXPECT_NEAR(rods.relaxation.at(0.0, 2.0).value, 0.4 + 0.1 * 4.0 - 0.3 * 2.0, 1e-15);
+    EXPECT_NEAR(rods.relaxation.at(0.0, 2.0).by_rods, 0.1 * 4.0 - 0.3, 1e-15);
+    // A form without rod density has the contacts of the uniform one.
+    model.fields.rod_density = false;
+    model.relaxation.rate_terms = {};
+    EXPECT_NEAR(CompiledModel(model).relaxation.at(0.0, 0.0).value, 0.4 - 0.3 * 0.5, 1e-15);
+    model.table = {.rod_density = {0.1, 1.0}, .columns = {{"relaxation.rate", {{0.4, 0.3}, {}}}}};
+    EXPECT_THROW(CompiledModel{model}, Error);
+}
+
 }  // namespace
 }  // namespace drover::physics

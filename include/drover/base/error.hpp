@@ -34,9 +34,12 @@ class Error : public std::runtime_error {
 public:
     Error(Fault fault, const SourceLocation& where, const std::string& message);
     Fault fault() const { return fault_; }
+    const std::string& place() const { return place_; }      ///< as location_text()
+    const std::string& message() const { return message_; }  ///< without the place
 
 private:
     Fault fault_;
+    std::string place_, message_;
 };
 
 template <class... Values>

@@ -2,6 +2,7 @@
 #pragma once
 #include <tuple>
 
+#include "drover/calibrate/alignment_assay.hpp"
 #include "drover/calibrate/damping.hpp"
 #include "drover/calibrate/diffusion.hpp"
 #include "drover/calibrate/drag.hpp"
@@ -24,6 +25,7 @@ struct Plans {
     PropulsionPlan propulsion;
     StiffnessPlan stiffness;
     DiffusionPlan diffusion;
+    AlignmentPlan alignment;
 };
 
 /// `doc` describes the section [calibrate.<name>] of a scene.
@@ -43,7 +45,9 @@ inline constexpr std::tuple catalogue{
     CatalogueRow{"shear", "Decay of shear waves of the beads: eta/(m rho).", &Plans::shear, &shear},
     CatalogueRow{"propulsion", "Speed of self-propelled rods: u.", &Plans::propulsion, &propulsion},
     CatalogueRow{"stiffness", "Response of the bead density to a force: E.", &Plans::stiffness, &stiffness},
-    CatalogueRow{"diffusion", "Mean-square displacements of beads and single rods: D.", &Plans::diffusion, &diffusion}};
+    CatalogueRow{"diffusion", "Mean-square displacements of beads and single rods: D.", &Plans::diffusion, &diffusion},
+    CatalogueRow{"alignment", "Alignment of rods by contacts, the beads held: c and a among rods.", &Plans::alignment,
+                 &alignment}};
 
 /// Calls visit(name, doc, plan) for each assay, in the order of the catalogue.
 template <class AnyPlans, class Visit>

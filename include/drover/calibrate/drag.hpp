@@ -27,6 +27,10 @@ struct DragPlan {
 /// Quantities: drag alpha/Gamma [mm/s]; drag_curvature c [mm/s]; response_time tau [s].  tau is determined by
 /// transients, mainly the start: it is uncertain if far below a window, and noise biases it towards 0.  Its Gamma is
 /// the total friction on the beads: the plates, which damping() measures alone, and rods that do not move along.
+/// The same windows give the total alignment g of the rods, by flow and contacts (src/calibrate/alignment_fit.hpp):
+///     kappa [1 + d_t P/(a P)] = g P + beta T,   P = I1(kappa)/I0(kappa),
+/// which is linear in 1/a, and a is of another assay: g = alignment_steady + alignment_drift/a; alignment_reference, g
+/// at 1/a = 10 s, has an error that tells their covariance.
 /// Strong torques also lay rods flat and change their gait: use the weakest that order them.  Also order_<h> and
 /// flow_<h>, <P> and <v> in the last window of each torque h.
 Assay drag(const DragPlan& plan = {});

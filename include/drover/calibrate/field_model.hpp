@@ -34,30 +34,45 @@ struct FieldNumber {
 
 /// One number of the model:
 ///     rho = Phi_b/(area of a bead), sigma = Phi_r/(area of a rod), J = u sigma P,
-///     Gamma = m rho/tau, alpha = (alpha/Gamma) Gamma, eta = [eta/(m rho)] m rho, E, a and lambda as measured;
+///     Gamma = m rho/tau, alpha = (alpha/Gamma) Gamma, eta = [eta/(m rho)] m rho, E, a, c and lambda as measured (c = 0
+///     in a table without it);
 ///     a tau below its error is replaced by its error (the flow responds faster than was resolved), and Gamma and alpha
 ///     then count as closures;
 ///     K3 = u^2/(16 a), B = u/(2 sigma), Delta = a/sigma: independent rods (closures), D_r being a;
-///     b such that the uniform flock has the mean-field order of order_of_alignment() in calibrate/alignment.hpp;
+///     b such that the uniform flock has the mean-field order of order_of_alignment() in calibrate/alignment.hpp, g
+///     being (lambda_s alpha/Gamma + 2 c sigma)/a;
 ///     w, A, F, zeta and K1 zero.
 /// The error is of first order in the errors of the rows, which are taken as independent (alpha/Gamma and tau, from one
 /// assay, are not quite).  Throws an input Error for missing entries and for points outside the table.
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
 
-/// The coefficients that may depend on densities, at all nodes of the table.  The error of alpha/Gamma is assigned to
-/// alpha; Gamma and b have no error here.  Rows that depend on beads alone are repeated at every rod density, and a
-/// boundary treats errors of nodes as independent: halfway between two rod densities the contribution of a and lambda
-/// to its error band is too narrow by sqrt(2).  find_onset() does not have this limitation.
+/// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.  The
+/// error of alpha/Gamma is assigned to alpha; Gamma and b have no error here.  Rows that depend on beads alone are
+/// repeated at every rod density, and a boundary treats errors of nodes as independent: halfway between two rod
+/// densities the contribution of a and lambda to its error band is too narrow by sqrt(2).  find_onset() does not have
+/// this limitation.
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind);
 
 /// Mean-field prediction for a uniform system with these coefficients.
 struct MeanField {
     Uncertain alignment;             ///< g
-    Uncertain effective_relaxation;  ///< abar = a - lambda alpha/Gamma [1/s]
+    Uncertain effective_relaxation;  ///< abar = a - c sigma - lambda alpha/Gamma [1/s]
     Uncertain order;  ///< P; its error, as that of the flow, from steps of a whole error of each input, not from slopes
     Uncertain bead_velocity;  ///< (alpha/Gamma) P [mm/s]
     Uncertain response_time;  ///< tau of the flow [s], at least its error
 };
 MeanField mean_field(const Table& table, const StatePoint& point);
+
+/// Mean-field prediction for the rods of one cell, of which there are few; see order_of_rods().
+struct CellPrediction {
+    int rods = 0;
+    Uncertain alignment;     ///< g; a flock of infinitely many rods for g > 2
+    double order = 0.0;      ///< <|P|> of these rods
+    double low = 0.0;        ///< <|P|> one error of g below
+    double high = 0.0;       ///< <|P|> one error of g above
+    double deviation = 0.0;  ///< standard deviation of |P| in time
+    double line = 0.0;       ///< <|P|> of these rods at g = 2
+};
+CellPrediction predict_cell(const Table& table, const StatePoint& point, double cell_area);
 
 }  // namespace drover::calibrate

@@ -57,6 +57,15 @@ std::size_t warm_up_length(std::span<const double> values);
 /// Mean of one series of the samples.  A constant series has the error 0.
 Estimate estimate_mean(const Samples& samples, std::size_t series);
 
+/// A mean over a series from sample `skip` on.  The error is always given: that of a series too short for an estimate
+/// takes one independent value in four.
+struct RoughMean {
+    double value = 0.0, error = 0.0;
+};
+RoughMean rough_mean(std::span<const double> values, std::size_t skip);
+/// Of a - b, sample by sample: two runs on one noise path differ by less than each fluctuates.
+RoughMean paired_difference(std::span<const double> a, std::span<const double> b, std::size_t skip);
+
 /// A smooth function of the means of all series (a susceptibility, a Binder cumulant, an exponent), bias and error by
 /// the jackknife over blocks; the blocks are long enough for the slowest series.  Samples that fill no block are left
 /// out at the start.  The variance is corrected for correlations across the ends of blocks, assumed exponential: by at

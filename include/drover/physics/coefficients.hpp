@@ -4,8 +4,8 @@
 //     d_t rho       = -div(rho v) + D_rho lap rho + noise                                                 (beadcont)
 //     m rho d_t v   = -m rho v.grad v [optional] - Gamma v + eta lap v + zeta grad(div v) + alpha p
 //                     - E grad rho - F grad sigma + force                                                  (beadmom)
-//     d_t p         = -w p.grad p - (a + b |p|^2) p + K3 lap p + K1 grad(div p) - K4 lap^2 p + lambda v
-//                     - A grad rho - B grad sigma - lambda_2 p div p - lambda_3 grad |p|^2
+//     d_t p         = -w p.grad p - (a - c sigma + b |p|^2) p + K3 lap p + K1 grad(div p) - K4 lap^2 p
+//                     + lambda v - A grad rho - B grad sigma - lambda_2 p div p - lambda_3 grad |p|^2
 //                     + orienting field + noise                                                            (polarfull)
 //
 // rho, sigma: densities of beads and rods [1/mm^2]; v: velocity of the beads; p: polar order, either the density sigma
@@ -50,6 +50,7 @@ struct Relaxation {
     std::vector<std::string> rate_terms;
     double saturation = 0.0;
     std::vector<std::string> saturation_terms;
+    double contact = 0.0;  ///< c: the compiled rate is a - c sigma
 };
 struct Elasticity {
     double stiffness = 0.0, splay = 0.0, bilaplacian = 0.0;

@@ -18,6 +18,7 @@ struct LoopOutcome {
     std::int64_t step = 0;      ///< reached
     int signal = 0;             ///< that stopped it; 0: the run reached its end
     double wall_seconds = 0.0;  ///< of stepping, observing and writing
+    double core_seconds = 0.0;  ///< of the processor, for the same
 };
 
 /// Runs a simulation from step `first`, at which it is, to its end.  Writes the first rows and a checkpoint into an

@@ -12,6 +12,7 @@ namespace drover::run {
 struct RunOptions {
     bool overwrite = false;  ///< replace an existing archive
     bool quiet = false;      ///< no log, no progress
+    bool rounds_up = false;  ///< all steps round up, not to the nearest, to see what rounding does; one thread
 };
 
 struct RunOutcome {
@@ -35,7 +36,10 @@ struct Needs {
 };
 Needs needs_of(const io::Scene& scene);
 
-/// Throws an input Error when memory is insufficient, or the archive exists or cannot be written.
+/// Throws an input Error when memory is insufficient.
+void check_memory(const io::Scene& scene);
+
+/// The same, and when the archive exists or cannot be written.
 void check_needs(const io::Scene& scene, const RunOptions& options);
 
 /// Runs a scene from t = 0.  Leaves no files when it cannot start.

@@ -8,6 +8,7 @@ namespace drover::run {
 /// While it lives, these signals request a stop instead of ending the process, except that a second SIGINT ends it at
 /// once.  For work that polls stop_signal() and can be resumed; all other work is ended by the signals, as usual.  A
 /// SIGHUP that is ignored (nohup) stays so.  SIGPIPE is ignored: a log that nobody reads any more does not end a run.
+/// Does nothing after leave_signals_to_host().
 class StopSignals {
 public:
     StopSignals();
@@ -18,11 +19,19 @@ public:
     static constexpr std::array handled{SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGPIPE};
 
 private:
+    bool installed_;
     std::array<struct sigaction, handled.size()> before_{};
 };
 
 /// The signal that requested a stop, or 0.
 int stop_signal();
+
+/// For a library inside another program, such as Python, that handles signals itself: from now on StopSignals leaves
+/// them alone, and the host calls request_stop().  `leave` = false: as in a program of our own.
+void leave_signals_to_host(bool leave = true);
+
+/// What a signal does while StopSignals lives.  0: the work has stopped, and other work may begin.
+void request_stop(int signal);
 
 /// From now on, a write beyond the file-size limit fails, as on a full disk, instead of ending the process.
 void ignore_file_size_signal();

@@ -1,25 +1,56 @@
-"""drover: reads results of drover as xarray datasets and draws figures.
+"""drover: flocks carried by a passive medium: build scenes, run them, compute their theory, read archives, draw.
 
     import drover
-    with drover.open_run("isotropic.h5") as run:
+    scene = drover.Scene.load("flock.toml").set("driving.strength", 12)
+    run = scene.start()                                  # a run in memory
+    for frame in run.every(1.0):
+        print(frame.time, frame.rod_density.max())
+    run.observables.polar_order.plot()                   # xarray
+    scene.stability().growth_rate.max("branch").plot()
+    drover.sweep(scene, {"relaxation.rate": [0.1, 0.2, 0.4]}).plot("polar_order")
+
+    with scene.run("flock.h5") as run:                   # an archive, as `drover run` writes it
         run.frames.rod_density.isel(time=-1).plot()
         run.summary.structure_factor_rods.plot(xscale="log", yscale="log")
-
-    with drover.open_theory("flock.h5") as theory:      # archive of drover stability or drover boundary
+    with drover.open_run("tapered.h5") as run:           # of particles
+        run.frames.rod_axis.isel(time=-1), run.spheres.position, run.observables.polar_order.plot()
+    with drover.open_theory("flock.h5") as theory:       # archive of drover stability or drover boundary
         theory.groups["ordered"].growth_rate.max("branch").plot(xscale="log")
 
-    with drover.open_run("tapered.h5") as run:          # a particle run
-        run.frames.rod_axis.isel(time=-1), run.spheres.position, run.observables.polar_order.plot()
-
-    with drover.open_theory("onset.h5") as theory:      # archive of drover boundary TABLE
-        theory.groups["line"]["mean"].plot()
+    drover.plot.figure(run).savefig("flock.pdf")         # its panels alone: drover.plot.map(run, axes), ...
+    drover.film(run, "flock.mp4")                        # of a run in memory, or an archive
 
 `python3 -m drover.figure isotropic.h5` draws a figure of any archive.
+`python3 -m drover.film flock.h5` makes a film of a run.
 `python3 -m drover.compare fields.h5 particles.h5` compares a calibrated field run with a particle run.
+Nothing writes files unless it is asked to.
 """
-from drover.archive import Run, open_run
-from drover.error import DroverError
-from drover.particles import ParticleRun
-from drover.theory import Theory, open_theory
+from importlib import import_module
 
-__all__ = ["DroverError", "ParticleRun", "Run", "Theory", "open_run", "open_theory"]
+# Imported when they are used: the package itself loads in milliseconds.
+HOMES = {
+    "Calibration": "calibration", "DroverError": "error", "Error": "error", "Frame": "simulation",
+    "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
+    "Tradeoff": "trading",
+    "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "export": "commands",
+    "film": "film",
+    "info": "commands", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",
+    "schema": "commands", "slurm_script": "calibration", "sweep": "sweeping", "tradeoff": "trading",
+}
+__all__ = sorted(HOMES)
+
+
+def __getattr__(name):
+    if name == "__version__":
+        return import_module("drover._drover").version()[0]
+    if name == "plot":
+        return import_module("drover.plot")
+    if name not in HOMES:
+        raise AttributeError(f"module drover has no attribute {name}")
+    value = getattr(import_module(f"drover.{HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    return [*globals(), *__all__]

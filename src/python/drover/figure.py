@@ -1,5 +1,6 @@
 """drover/figure.py: draws a figure of an archive.
 
+    python3 -m drover.figure tradeoff.json [--output PNG]
     python3 -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME]
 """
 import argparse
@@ -10,7 +11,7 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import boundary_figure, onset_figure, panels, particle_figure, stability_figure
+from drover import boundary_figure, onset_figure, panels, particle_figure, stability_figure, trade_panel
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError
 from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
@@ -59,6 +60,8 @@ def draw(run, frame=-1):
 
 def draw_file(path, frame=None, state=None):
     """Draws an archive of any kind; `frame` applies to runs only, `state` to archives of drover stability only."""
+    if Path(path).suffix == ".json":
+        return trade_panel.draw(path)
     with open_any(path) as opened:
         kind = "run" if isinstance(opened, (Run, ParticleRun)) else opened.kind
         for option, value, its_kind in (("--frame", frame, "run"), ("--state", state, "stability")):
@@ -69,7 +72,16 @@ def draw_file(path, frame=None, state=None):
         if kind == "run":
             its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw
             return its_draw(opened, -1 if frame is None else frame)
-        return stability_figure.draw(opened, state) if kind == "stability" else THEORY[kind](opened)
+        return draw_theory(opened, state)
+
+
+def draw_theory(theory, state=None):
+    """Draws linear theory; `state` applies to a stability analysis."""
+    if theory.kind == "stability":
+        return stability_figure.draw(theory, state)
+    if theory.kind not in THEORY:
+        raise DroverError(f"{theory.path}: there is no figure of drover {theory.kind}; draw an array of it by .plot()")
+    return THEORY[theory.kind](theory)
 
 
 def fitted(box, ratio):
@@ -126,7 +138,7 @@ def main(arguments=None):
                                      "stability of a scene, its phase boundaries, or the flocking threshold predicted "
                                      "by a table.")
     parser.add_argument("archive", type=Path, help="file written by drover run, stability or boundary, such as "
-                                                   "isotropic.h5")
+                                                   "isotropic.h5, or tradeoff.json of a study")
     parser.add_argument("-o", "--output", type=Path,
                         help="figure file (.png, .pdf or .svg); default: the name of the archive with .png")
     parser.add_argument("--frame", type=int, help="for runs: number of the frame from 0; -1, the default, is the last")

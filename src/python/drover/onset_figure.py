@@ -63,11 +63,15 @@ def draw_curves(axes, curves, line):
     """Draws alpha/Gamma at each area fraction of rods, a/lambda in both conventions, and their crossings."""
     beads, drag = curves["bead_fraction"].values, curves["drag"].values
     low, high = speeds_shown(drag, curves["drag_error"].values)
-    threshold, error = curves["threshold"].values[0], curves["threshold_error"].values[0]  # independent of rods
-    needed = numpy.where((threshold > 0.0) & numpy.isfinite(threshold), threshold, numpy.nan)
+    needed, errors = curves["threshold"].values, curves["threshold_error"].values
+    needed = numpy.where((needed > 0.0) & numpy.isfinite(needed), needed, numpy.nan)
     for _, _, style, _, factor in CONVENTIONS:
-        axes.plot(beads, clipped(factor * needed, high), color="black", linestyle=style, linewidth=1.4, zorder=3)
-        draw_band(axes.fill_between, beads, factor * needed, factor * error, "black", high)
+        if not has_contacts(curves):  # the same at all area fractions of rods
+            axes.plot(beads, clipped(factor * needed[0], high), color="black", linestyle=style, linewidth=1.4, zorder=3)
+            draw_band(axes.fill_between, beads, factor * needed[0], factor * errors[0], "black", high)
+    if has_contacts(curves):
+        for colour, values in zip(colours_of(curves), needed):
+            axes.plot(beads, clipped(values, high), color=colour, linestyle=":", linewidth=1.6, zorder=3)
     for colour, values, errors in zip(colours_of(curves), drag, curves["drag_error"].values):
         axes.plot(beads, clipped(values, high), color=colour, linewidth=1.4, zorder=4)
         draw_band(axes.fill_between, beads, values, errors, colour, high)
@@ -76,6 +80,12 @@ def draw_curves(axes, curves, line):
     axes.set_xlim(beads[0], beads[-1])
     axes.set_ylim(low, high)
     axes.set_ylabel(with_unit("speed", curves["drag"]))
+
+
+def has_contacts(curves):
+    """Whether rods that touch align, so that the threshold depends on their number."""
+    threshold = curves["threshold"].values
+    return bool((threshold != threshold[0]).any())
 
 
 def speeds_shown(drag, error):
@@ -164,9 +174,10 @@ def curve_keys(curves):
     colours, rods = colours_of(curves), curves["rod_fraction"].values
     shown = numpy.unique(numpy.linspace(0, len(rods) - 1, min(len(rods), MAX_KEYS)).astype(int))
     keys = [key_of(rf"$\alpha/\Gamma$ at $\Phi_r$ = {rods[i]:.3g}", colours[i], line="-") for i in shown]
-    keys += [key_of(r"$a/\lambda$, $\lambda = \lambda_s/2$", "black", line="-"),
-             key_of(r"$a/\lambda_s$", "black", line=DASHED), key_of("crossing", marker="o"),
-             key_of(r"crossing with $a/\lambda_s$", marker="o", fill="white")]
+    keys += ([key_of(r"$(a - c\sigma)/\lambda$, same colour", "black", line=":")] if has_contacts(curves) else
+             [key_of(r"$a/\lambda$, $\lambda = \lambda_s/2$", "black", line="-"),
+              key_of(r"$a/\lambda_s$", "black", line=DASHED)])
+    keys += [key_of("crossing", marker="o"), key_of(r"crossing with $\lambda_s$", marker="o", fill="white")]
     return [*keys, Patch(facecolor=GREY, alpha=0.3, linewidth=0, label="± one standard error")]
 
 
@@ -182,11 +193,11 @@ def plane_keys(axes):
 
 def caption(curves, line):
     """Explains the figure to a reader."""
-    words = ["(a) α/Γ: bead speed at P = 1; a/λ: threshold that it must exceed for a flock. λ = λs/2 is the "
-             "convention of the "
-             "equations; λs of one rod is twice as large."]
+    threshold = "(a − cσ)/λ" if has_contacts(curves) else "a/λ"
+    words = [f"(a) α/Γ: bead speed at P = 1; {threshold}: threshold that it must exceed for a flock. λ = λs/2 is the "
+             "convention of the equations; λs of one rod is twice as large."]
     if (curves["threshold"].values <= 0.0).any():
-        words.append("a/λ is omitted where it is not positive.")
+        words.append(f"{threshold} is omitted where it is not positive.")
     for name, *_ in CONVENTIONS:
         holes, count = int((~numpy.isfinite(line[name].values)).sum()), line.sizes["line_rod_fraction"]
         title = "λ\u00a0=\u00a0λs/2" if name == "mean" else "λs used for λ"

@@ -22,6 +22,7 @@ COLOURS = (("rod_density", "rod density", r"\sigma"), ("bead_density", "bead den
 SIZE_OF_ORDER = "magnitude of the polar order"
 ARROWS = (("polar_order", "polar order", r"\mathbf{p}"), ("bead_velocity", "bead velocity", r"\mathbf{v}"))
 MAX_PIXELS, MAX_ARROWS = 64, 16  # along the longer side of the cell, roughly
+MAX_LOST = 0.1                     # of the variance, by averaging over pixels: a field that loses less is smooth
 SHELLS_PER_DECADE = 12             # points drawn of S(q)
 STEPS = (1, 2, 2.5, 5, 10)           # of ticks
 DECADES_SHOWN = 1e-10              # of S(q), relative to the largest value: smaller values are rounding errors
@@ -80,7 +81,7 @@ def draw_map(axes, bar_axes, run, frame):
     """Draws a density with arrows of the order or the flow; returns the block sizes of both."""
     density, words, symbol = colours_of(run, frame)
     mean = float(density.mean())
-    density, pixel = block_means(density, MAX_PIXELS)
+    density, pixel = shown_means(density)
     spread = float(numpy.quantile(abs(density - mean), COLOUR_PART))
     if not spread > 1e-12 * abs(mean):
         spread = 0.1 * abs(mean) or 1.0  # uniform field: middle colour
@@ -93,7 +94,7 @@ def draw_map(axes, bar_axes, run, frame):
     box, inches = axes.get_position(), axes.figure.get_size_inches()
     axes.xaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.width * inches[0] / 0.5, 1, 8)), steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.height * inches[1] / 0.4, 1, 8)), steps=STEPS))
-    bar = axes.figure.colorbar(image, cax=bar_axes, extend="both")
+    bar = axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, extend="both")
     bar.locator = MaxNLocator(7, steps=STEPS)
     bar.set_label(with_unit(f"{words} ${symbol}$", density))
     return pixel, draw_arrows(axes, run, frame)
@@ -134,6 +135,14 @@ def draw_arrows(axes, run, frame):
                    coordinates="inches", labelpos="W",
                    label=with_value(rf"arrow: $|{symbol}|={key:g}$", p_x))
     return block
+
+
+def shown_means(array):
+    """What a map shows: block averages of a noisy field, every point of a smooth one; and the size of a pixel."""
+    means, block = block_means(array, MAX_PIXELS)
+    if float(means.var()) < (1.0 - MAX_LOST) * float(array.var()):
+        return means, block
+    return array, tuple(float(array[axis][1] - array[axis][0]) for axis in "xy")
 
 
 def block_means(array, count):

@@ -95,6 +95,15 @@ def draw_rods(axes, run, frame, sides):
         return False
     places, axis = (frame_of(run, name, frame) for name in ("rod_position", "rod_axis"))
     at, radius = fixed_of(run, "rod_sphere_at"), fixed_of(run, "rod_sphere_radius")
+    polygons, colours = rod_outlines(places, axis, at, radius, sides, is_periodic(run))
+    drawn = PolyCollection(polygons, facecolors=colours, edgecolors="#303030", linewidths=0.4, zorder=3)
+    axes.add_collection(drawn)
+    clip(drawn, axes, run, sides)
+    return True
+
+
+def rod_outlines(places, axis, at, radius, sides, periodic):
+    """Outlines of rods seen from above, with images of those that cross an edge, and their colours."""
     reach = numpy.abs(at).max(axis=1) + radius.max(axis=1)
     flat = axis[:, :2]
     colours = direction_colours(numpy.arctan2(flat[:, 1], flat[:, 0]))
@@ -102,7 +111,7 @@ def draw_rods(axes, run, frame, sides):
     for rod in range(len(places)):
         key = (at[rod].tobytes(), radius[rod].tobytes())
         shapes.setdefault(key, outline(at[rod], radius[rod]))
-    which, where = shifted(places[:, :2], reach, sides, is_periodic(run))
+    which, where = shifted(places[:, :2], reach, sides, periodic)
     polygons = []
     for rod, place in zip(which, where):
         z, half = shapes[at[rod].tobytes(), radius[rod].tobytes()]
@@ -110,10 +119,7 @@ def draw_rods(axes, run, frame, sides):
         across = numpy.array([-along[1], along[0]]) / size if size > 0.0 else numpy.array([0.0, 1.0])
         sides_of_rod = [place + numpy.outer(z, along) + sign * numpy.outer(half, across) for sign in (1.0, -1.0)]
         polygons.append(numpy.concatenate([sides_of_rod[0], sides_of_rod[1][::-1]]))
-    drawn = PolyCollection(polygons, facecolors=colours[which], edgecolors="#303030", linewidths=0.4, zorder=3)
-    axes.add_collection(drawn)
-    clip(drawn, axes, run, sides)
-    return True
+    return polygons, colours[which]
 
 
 def clip(drawn, axes, run, sides):

@@ -101,5 +101,7 @@ def stored(store, path, group, name, dims, rows=None):
 
 def sides_of(run):
     """Sides of the bounding rectangle of the cell, which is centred on x = y = 0 [mm]."""
+    if run.store is None:  # in memory
+        return run.attributes["sides"]
     edges = run.store.read(f"/{SPHERES}/box/edges/value", (0,))
     return numpy.diag(edges)[:2]

@@ -23,17 +23,46 @@ KNOWN = {"frequency": BRANCH, "slow_speed": SLOW, "slow_growth": SLOW, "slow_dam
 FACTORS = {"structure_factor_": ("angle", "wavenumber"), "dynamic_structure_factor_": ("angle", "frequency_axis")}
 
 
+MAIN = ("ordered", "along_the_field", "isotropic", "boundary", "line")  # the first of these groups that is there
+
+
 @dataclass(frozen=True)
 class Theory(StoreOwner):
-    """Archive of drover stability or drover boundary.  Arrays are read when they are used; close() it, or open it
-    using `with`."""
+    """Linear theory, computed or in an archive: theory.growth_rate is an array of its main group.
 
-    path: Path
-    kind: str         # "stability", "boundary" or "onset" (drover boundary TABLE)
+    The arrays of an archive are read when they are used; close() it, or open it using `with`.
+    """
+
+    path: Path        # of the archive, or the name of the scene
+    kind: str         # "stability", "boundary", "onset" (drover boundary TABLE) or "states"
     groups: dict      # name -> xarray.Dataset: states ("ordered", ...), "boundary" and "map", or "curves" and "line"
     scene: dict       # all keys with their values: scene["relaxation"]["rate"]
     attributes: dict  # provenance: version, commit, host, ...
-    store: Store
+    store: Store | None = None   # None if computed
+    text: str = ""               # tables for people, as the command prints them; "" from an archive
+    values: dict | None = None   # the same as data, as with --json
+
+    def close(self):
+        if self.store is not None:
+            self.store.close()
+
+    @property
+    def main(self):
+        """The group of the most ordered state, or of the lines."""
+        return self.groups[next((name for name in MAIN if name in self.groups), next(iter(self.groups)))]
+
+    def __getattr__(self, name):
+        if name.startswith("_") or not self.groups or name not in self.main:
+            raise AttributeError(f"this theory has no {name}; see groups")
+        return self.main[name]
+
+    def __repr__(self):
+        return self.text or f"<drover.Theory {self.kind} of {self.path}: {', '.join(self.groups)}>"
+
+    def plot(self, state=None):
+        """The figure of python3 -m drover.figure; `state` chooses a uniform state of a stability analysis."""
+        from drover.figure import draw_theory
+        return draw_theory(self, state)
 
 
 def open_theory(path):

@@ -1,0 +1,19 @@
+// run/tradeoff_options.hpp: what a study of speed and accuracy is asked.
+#pragma once
+#include <filesystem>
+#include <vector>
+
+#include "drover/run/wish.hpp"
+
+namespace drover::run {
+
+struct TradeoffOptions {
+    std::vector<Wish> wishes;
+    double budget = 0.0;           ///< core seconds of all trials
+    double run_budget = 0.0;       ///< core seconds of the recommended run
+    std::filesystem::path folder;  ///< of the trials, which are kept
+    int workers = 0;               ///< simultaneous trials; 0: the cores that the process may use
+    bool quiet = false;
+};
+
+}  // namespace drover::run

@@ -1,0 +1,41 @@
+// run/wish.hpp: a number that a user wants from a run, with the error allowed.
+#pragma once
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drover/files/archive_reader.hpp"
+#include "drover/run/report.hpp"
+
+namespace drover::run {
+
+/// The time mean of an observable; of an array, the mean of its components on part of its axis.
+struct Wish {
+    std::string text;                        ///< as given, without the error: "structure_factor_rods(q<1)"
+    std::string observable;                  ///< of the summary of a run
+    std::string axis;                        ///< ""; that of the observable
+    double min = -INFINITY, max = INFINITY;  ///< components with min < axis < max
+    double error = 0.0;                      ///< 95 % of the runs are within it
+    bool is_relative = true;                 ///< the error is a fraction of the mean
+};
+
+/// Reads "polar_order=1%", "polar_order=0.01" (an absolute error) and "structure_factor_rods(q<1)=3%"; (q>1) and
+/// (0.5<q<1) too.  Throws an input Error for another text, and for an error that is not positive.
+Wish parse_wish(const std::string& given);
+
+/// The wanted number of one run.
+struct WantedNumber {
+    double mean = 0.0;
+    std::string unit;
+    /// Its samples, those of the warm-up included; empty for a result that is no time mean, such as rod_speed.
+    std::vector<double> series;
+    std::optional<double> error;  ///< of the mean, where there are no samples
+    std::optional<double> linear_theory;
+};
+
+/// Throws an input Error, with the names there are, when the run has no such observable, no such axis, or no component
+/// in the range.
+WantedNumber wanted_number(const Wish& wish, const Report& report, const files::ArchiveReader& archive);
+
+}  // namespace drover::run

@@ -1,0 +1,22 @@
+// app/print_result.cpp: a result as text or JSON, and as an archive.
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "command.hpp"
+#include "drover/run/write_result.hpp"
+#include "run/json.hpp"
+
+namespace drover::app {
+
+int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads) {
+    if (!output.file.empty()) run::write_result(result, output.file, output.what, scene, threads, output.overwrite);
+    if (output.json) {
+        print_json(run::result_json(result));
+        return run::exit_done;
+    }
+    std::fputs(run::result_text(result).c_str(), stdout);
+    if (!output.file.empty()) std::printf("\n%s: %s\n", output.file.c_str(), output.contents.c_str());
+    return run::exit_done;
+}
+
+}  // namespace drover::app

@@ -1,0 +1,61 @@
+// app/tradeoff.cpp: drover tradeoff SCENE --want NAME=ERROR --budget TIME.
+#include "drover/run/tradeoff.hpp"
+
+#include <memory>
+
+#include "command.hpp"
+#include "drover/base/log.hpp"
+
+namespace drover::app {
+
+void add_tradeoff(CLI::App& program, Action& action) {
+    struct Options : SceneOptions {
+        std::vector<std::string> wishes;
+        std::string budget = "20min";
+        int workers = 0;
+        bool json = false, quiet = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = program.add_subcommand(
+        "tradeoff",
+        "Measure what accuracy costs on a scene, and find the cheapest run that is accurate enough; re-run to resume");
+    add_scene_options(*command, *options);
+    command
+        ->add_option("--want", options->wishes,
+                     "A time mean and its error, of 95 % of all runs: polar_order=1%, polar_order=0.01, "
+                     "\"structure_factor_rods(q<1)=3%\"; repeatable")
+        ->required()
+        ->type_name("OBSERVABLE=ERROR");
+    command
+        ->add_option("--budget", options->budget,
+                     "Core time of the trials, and of the recommended run: 90s, 20min, 2h; default 20min")
+        ->type_name("TIME");
+    command->add_option("-o,--output", options->output,
+                        "Folder of the trials; default: the name of the scene with .tradeoff");
+    command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
+    command->add_flag("--json", options->json, "Print the result as JSON");
+    command->add_flag("-q,--quiet", options->quiet, "Print no log");
+    command->callback([options, &action] {
+        action = [options] {
+            run::TradeoffOptions study;
+            study.budget = study.run_budget = run::seconds_of(options->budget);
+            for (const std::string& wish : options->wishes) study.wishes.push_back(run::parse_wish(wish));
+            const io::Scene scene = io::read_scene(options->scene, options->overrides);
+            study.folder = options->output.empty() ? std::filesystem::path(options->scene).stem().concat(".tradeoff")
+                                                   : std::filesystem::path(options->output);
+            study.workers = options->workers;
+            study.quiet = options->quiet;
+            const run::Tradeoff found = run::study_tradeoff(scene, study);
+            if (found.stopped) {
+                log_information("stopped by a signal; every trial is kept: re-run the same command to resume");
+                return int{run::exit_stopped};
+            }
+            print_result(found.result, {.json = options->json}, scene, 1);
+            if (!found.recommended) return int{run::exit_run_failed};
+            if (!options->json) std::printf("%s: the recommended scene\n", (study.folder / "recommended.toml").c_str());
+            return int{run::exit_done};
+        };
+    });
+}
+
+}  // namespace drover::app

@@ -1,0 +1,154 @@
+// calibrate/contact_alignment.cpp: c of rods that align where they meet, from the alignment of many rods.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "calibrate/alignment_fit.hpp"
+#include "calibrate/closures.hpp"
+#include "drover/calibrate/alignment_assay.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+constexpr const char* excess_row = "alignment_excess";
+constexpr double factor = physics::single_rod_factor;
+
+/// The entry of a row at a point; nullptr if it is missing.
+const TableEntry* entry_at(const Table& table, const char* name, std::size_t varied, std::size_t bead,
+                           std::size_t rod) {
+    const TableRow* row = find_row(table, name);
+    if (row == nullptr) return nullptr;
+    const TableEntry& entry = row->entries[entry_index(table, *row, varied, bead, rod)];
+    return entry.origin == Origin::missing ? nullptr : &entry;
+}
+
+/// What all estimates at one area fraction of beads share.
+struct Shared {
+    const TableEntry *relaxation, *weathercock;
+};
+
+/// 2 c sigma = a g - 2 lambda alpha/Gamma: a value with its own error, and its slopes by what is shared.
+struct Estimate {
+    double value, error, by_relaxation, by_weathercock;
+    int trials;
+};
+
+/// Error of constant + x slope, from those of both and of constant + reference slope.
+double combined_error(double constant, double slope, double referred, double reference, double x) {
+    const double twice_covariance =
+        (referred * referred - constant * constant - reference * reference * slope * slope) / reference;
+    return std::sqrt(std::max(constant * constant + x * x * slope * slope + x * twice_covariance, 0.0));
+}
+
+/// From the drag assay, whose rods align by flow and contacts.
+std::optional<Estimate> of_free_beads(const Table& table, const Shared& shared, std::size_t varied, std::size_t bead,
+                                      std::size_t rod) {
+    const auto at = [&](const char* name) { return entry_at(table, name, varied, bead, rod); };
+    const TableEntry *steady = at("alignment_steady"), *drift = at("alignment_drift"),
+                     *referred = at("alignment_reference"), *flow = at(row_name(drag));
+    if (!steady || !drift || !referred || !flow || !shared.weathercock) return std::nullopt;
+    const double a = shared.relaxation->value, turning = factor * shared.weathercock->value;
+    const double error = combined_error(steady->error, drift->error, referred->error, reference_time, 1.0 / a);
+    return Estimate{.value = a * steady->value + drift->value - turning * flow->value,
+                    .error = std::hypot(a * error, turning * flow->error),
+                    .by_relaxation = steady->value,
+                    .by_weathercock = -factor * flow->value,
+                    .trials = steady->trials};
+}
+
+/// From the alignment assay, whose beads are held.
+std::optional<Estimate> of_held_beads(const Table& table, const Shared& shared, std::size_t varied, std::size_t bead,
+                                      std::size_t rod) {
+    const auto at = [&](const char* name) { return entry_at(table, name, varied, bead, rod); };
+    const TableEntry *steady = at("contact_steady"), *slope = at("contact_slope"), *referred = at("contact_reference");
+    if (!steady || !slope || !referred) return std::nullopt;
+    const double a = shared.relaxation->value;
+    return Estimate{.value = 2.0 * (steady->value + a * slope->value),
+                    .error = 2.0 * combined_error(steady->error, slope->error, referred->error, reference_rate, a),
+                    .by_relaxation = 2.0 * slope->value,
+                    .by_weathercock = 0.0,
+                    .trials = steady->trials};
+}
+
+TableEntry missing(const std::string& why) {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    return {.value = none, .error = none, .origin = Origin::missing, .remark = why};
+}
+
+/// Weighted mean of c over area fractions of rods and both assays.  Where they disagree, the error grows by
+/// sqrt(chi^2/degrees of freedom).
+TableEntry pooled(const Table& table, const Shared& shared, double area, std::size_t varied, std::size_t bead) {
+    double weights = 0.0, sum = 0.0, squares = 0.0, by_relaxation = 0.0, by_weathercock = 0.0;
+    TableEntry entry{.origin = Origin::measured};
+    int count = 0;
+    for (std::size_t rod = 0; rod < table.rod_fractions.size(); ++rod)
+        for (const auto& estimate :
+             {of_free_beads(table, shared, varied, bead, rod), of_held_beads(table, shared, varied, bead, rod)}) {
+            if (!estimate || estimate->error == 0.0) continue;
+            const double scale = 0.5 * area / table.rod_fractions[rod];  // c = value/(2 sigma)
+            const double c = scale * estimate->value, weight = 1.0 / std::pow(scale * estimate->error, 2);
+            weights += weight, sum += weight * c, squares += weight * c * c;
+            by_relaxation += weight * scale * estimate->by_relaxation;
+            by_weathercock += weight * scale * estimate->by_weathercock;
+            entry.trials += estimate->trials;
+            ++count;
+        }
+    if (count == 0) return missing("no assay of many rods was run at this point");
+    entry.value = sum / weights;
+    const double chi_square = std::max(squares - sum * sum / weights, 0.0);
+    const double apart = count > 1 ? std::max(1.0, std::sqrt(chi_square / (count - 1))) : 1.0;
+    const double turning = shared.weathercock ? shared.weathercock->error : 0.0;
+    entry.error = std::hypot(apart / std::sqrt(weights), by_relaxation / weights * shared.relaxation->error,
+                             by_weathercock / weights * turning);
+    entry.remark = text("from {} measurements: chi^2 = {:.2g} for {} degrees of freedom", count, chi_square, count - 1);
+    return entry;
+}
+
+/// g_total - g_held - g_flow, which is zero if flow and contacts are all that aligns rods, and add.
+TableEntry excess_at(const Table& table, const Shared& shared, std::size_t varied, std::size_t bead, std::size_t rod) {
+    const auto total = of_free_beads(table, shared, varied, bead, rod),
+               held = of_held_beads(table, shared, varied, bead, rod);
+    if (!total || !held) return missing("the assays drag and alignment were not both run at this point");
+    const double a = shared.relaxation->value, value = total->value - held->value;
+    return {.value = value / a,
+            .error = std::hypot(std::hypot(total->error, held->error) / a,
+                                (total->by_relaxation - held->by_relaxation - value / a) / a * shared.relaxation->error,
+                                total->by_weathercock / a * shared.weathercock->error),
+            .trials = std::min(total->trials, held->trials),
+            .origin = Origin::measured};
+}
+}  // namespace
+
+void add_contact_alignment(Table& table) {
+    if (find_row(table, row_name(contact)) != nullptr) return;
+    TableRow c{.name = row_name(contact), .unit = "mm^2/s", .formula = "c: rods that touch align, a -> a - c sigma"};
+    const TableRow* area = find_row(table, row_name(rod_area));
+    const bool has_held = find_row(table, "contact_steady") != nullptr,
+               has_total = find_row(table, "alignment_steady") != nullptr;
+    if (!area || !find_row(table, row_name(relaxation)) || !(has_held || has_total)) {
+        c.formula += "; c = 0: not measured";
+        c.entries.assign(count_of(table, false), {.origin = Origin::set});
+        table.rows.push_back(std::move(c));
+        return;
+    }
+    TableRow excess{.name = excess_row,
+                    .unit = "1",
+                    .formula = "g_total - g_held - lambda_s alpha/(Gamma D_r): 0 if flow and contacts add",
+                    .by_rods = true};
+    for (std::size_t varied = 0; varied < table.varied.size(); ++varied)
+        for (std::size_t bead = 0; bead < table.bead_fractions.size(); ++bead) {
+            const Shared shared{.relaxation = entry_at(table, row_name(relaxation), varied, bead, 0),
+                                .weathercock = entry_at(table, row_name(weathercock), varied, bead, 0)};
+            const double area_here = area->entries[entry_index(table, *area, varied, bead, 0)].value;
+            if (shared.relaxation) c.entries.push_back(pooled(table, shared, area_here, varied, bead));
+            else c.entries.push_back(missing(text("{} is missing", row_name(relaxation))));
+            for (std::size_t rod = 0; rod < table.rod_fractions.size(); ++rod)
+                excess.entries.push_back(shared.relaxation ? excess_at(table, shared, varied, bead, rod)
+                                                           : missing(text("{} is missing", row_name(relaxation))));
+        }
+    table.rows.push_back(std::move(c));
+    if (has_held && has_total) table.rows.push_back(std::move(excess));
+}
+
+}  // namespace drover::calibrate

@@ -1,0 +1,160 @@
+// io/field_export.cpp: frames of fields as legacy VTK and as comma-separated values.
+#include "drover/io/field_export.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "drover/base/error.hpp"
+#include "drover/files/new_file.hpp"
+#include "drover/io/scene_text.hpp"
+
+namespace drover::io {
+
+namespace {
+namespace fs = std::filesystem;
+
+/// One field of an archive and the points of its grid.
+struct Column {
+    std::string name, unit;
+};
+
+struct Source {
+    const files::ArchiveReader& archive;
+    const std::string& name;
+    std::vector<double> x, y, times;
+    std::vector<Column> columns;
+
+    std::vector<double> row(const std::string& column, std::size_t frame) const {
+        files::Array found = archive.read_row("/" + column, frame);
+        require(found.shape == std::vector<std::size_t>{y.size(), x.size()}, {name},
+                "{} is not an array over y and x; the archive is damaged", column);
+        return std::move(found.values);
+    }
+};
+
+Source source_of(const files::ArchiveReader& archive, const std::string& name) {
+    const Scene scene = parse_scene(archive.text_attribute("scene"), name);
+    require(scene.kind == SceneKind::fields && archive.has("/time"), {name},
+            "holds no fields; expected the archive of a run of fields: particles are exported to a file .xyz");
+    Source source{.archive = archive,
+                  .name = name,
+                  .x = archive.read("/x").values,
+                  .y = archive.read("/y").values,
+                  .times = archive.read("/time").values,
+                  .columns = {}};
+    for (const physics::Component& one : physics::component_names(physics::form(scene.model)))
+        source.columns.push_back({one.name, one.unit});
+    for (const char* slaved : {"bead_velocity_x", "bead_velocity_y"})
+        if (archive.has(std::string("/") + slaved) && std::none_of(source.columns.begin(), source.columns.end(),
+                                                                   [&](const Column& c) { return c.name == slaved; }))
+            source.columns.push_back({slaved, "mm s-1"});
+    return source;
+}
+
+/// VTK's binary numbers are big-endian.
+void add_number(double value, std::string& out) {
+    auto bytes = std::bit_cast<std::array<char, sizeof(double)>>(value);
+    if constexpr (std::endian::native == std::endian::little) std::reverse(bytes.begin(), bytes.end());
+    out.append(bytes.data(), bytes.size());
+}
+
+/// The distance of points; of a single one the side of its cell is unknown, and 1 serves.
+double spacing(const std::vector<double>& points) { return points.size() > 1 ? points[1] - points[0] : 1.0; }
+
+std::string vtk_text(const Source& source, std::size_t frame) {
+    std::string out = text("# vtk DataFile Version 3.0\n{}, frame {}\nBINARY\nDATASET STRUCTURED_POINTS\n",
+                           fs::path(source.name).filename().string().substr(0, 200), frame);
+    out += "FIELD FieldData 1\nTIME 1 1 double\n";
+    add_number(source.times[frame], out);
+    out += text("\nDIMENSIONS {} {} 1\nORIGIN {} {} 0\nSPACING {} {} 1\nPOINT_DATA {}\n", source.x.size(),
+                source.y.size(), source.x.front(), source.y.front(), spacing(source.x), spacing(source.y),
+                source.x.size() * source.y.size());
+    const std::size_t points = source.x.size() * source.y.size();
+    const auto arrays = std::count_if(source.columns.begin(), source.columns.end(),
+                                      [](const Column& column) { return !column.name.ends_with("_y"); });
+    out += text("FIELD fields {}\n", arrays);  // readers skip all SCALARS but the first unless told otherwise
+    for (const Column& column : source.columns) {
+        const std::string& name = column.name;
+        if (name.ends_with("_y")) continue;  // with its x component
+        const std::vector<double> first = source.row(name, frame);
+        if (!name.ends_with("_x")) {
+            out += text("{} 1 {} double\n", name, points);
+            for (const double value : first) add_number(value, out);
+        } else {
+            const std::string vector = name.substr(0, name.size() - 2);
+            const std::vector<double> second = source.row(vector + "_y", frame);
+            out += text("{} 3 {} double\n", vector, points);
+            for (std::size_t i = 0; i < points; ++i)
+                for (const double value : {first[i], second[i], 0.0}) add_number(value, out);
+        }
+        out += '\n';
+    }
+    return out;
+}
+
+std::string csv_head(const Source& source) {
+    std::string out = "time [s],x [mm],y [mm]";
+    for (const Column& column : source.columns) out += text(",{} [{}]", column.name, column.unit);
+    return out + "\n";
+}
+
+std::string csv_text(const Source& source, std::size_t frame) {
+    std::vector<std::vector<double>> rows;
+    for (const Column& column : source.columns) rows.push_back(source.row(column.name, frame));
+    std::string out;
+    for (std::size_t j = 0; j < source.y.size(); ++j)
+        for (std::size_t i = 0; i < source.x.size(); ++i) {
+            out += text("{},{},{}", source.times[frame], source.x[i], source.y[j]);
+            for (const std::vector<double>& row : rows) out += text(",{}", row[j * source.x.size() + i]);
+            out += '\n';
+        }
+    return out;
+}
+
+void check_target(const fs::path& file, bool overwrite) {
+    std::error_code problem;
+    require(!fs::is_directory(file, problem), {file.string()}, "is a folder; expected the name of a file");
+    require(overwrite || !fs::exists(file, problem), {file.string()},
+            "exists; choose another name, or give --overwrite");
+    require(!fs::exists(file, problem) || !files::is_hdf5(file), {file.string()},
+            "exists and is an archive, which --overwrite does not replace here: choose another name");
+}
+
+fs::path numbered(const fs::path& file, std::size_t frame) {
+    fs::path name = file.stem();
+    name += text("-{:04}", frame);
+    return file.parent_path() / name.replace_extension(file.extension());
+}
+}  // namespace
+
+bool is_field_export(const fs::path& file) { return file.extension() == ".vtk" || file.extension() == ".csv"; }
+
+std::vector<fs::path> write_fields(const files::ArchiveReader& archive, const std::string& name,
+                                   const FrameChoice& choice, const fs::path& file, bool overwrite) {
+    const Source source = source_of(archive, name);
+    const std::size_t count = source.times.size();
+    require(count > 0 && choice.frame < static_cast<std::int64_t>(count), {name},
+            "has no frame {}; expected one of 0 to {}", choice.frame, count == 0 ? 0 : count - 1);
+    require(choice.every >= 1, {name}, "every {} frames; expected at least 1", choice.every);
+    std::vector<std::size_t> frames;
+    const std::size_t first = choice.frame >= 0 ? static_cast<std::size_t>(choice.frame) : 0,
+                      last = choice.frame >= 0 ? first + 1 : count;
+    for (std::size_t frame = first; frame < last; frame += static_cast<std::size_t>(choice.every))
+        frames.push_back(frame);
+    std::vector<fs::path> written;
+    if (file.extension() == ".vtk") {
+        for (const std::size_t frame : frames) written.push_back(choice.frame >= 0 ? file : numbered(file, frame));
+        for (const fs::path& one : written) check_target(one, overwrite);
+        for (std::size_t i = 0; i < frames.size(); ++i) files::replace_file(written[i], vtk_text(source, frames[i]));
+        return written;
+    }
+    check_target(file, overwrite);
+    files::NewFile table(file);
+    table.write(csv_head(source));
+    for (const std::size_t frame : frames) table.write(csv_text(source, frame));
+    table.finish();
+    return {file};
+}
+
+}  // namespace drover::io

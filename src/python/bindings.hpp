@@ -1,0 +1,39 @@
+// python/bindings.hpp: what the parts of the module drover._drover share.
+#pragma once
+#include <pybind11/pybind11.h>
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drover/files/archive_layout.hpp"
+
+namespace drover::python {
+
+void bind_session(pybind11::module_& module);
+
+/// Runs work without the GIL, in a thread of its own, while this thread lets Python handle signals.  A handler that
+/// raises, as that of Ctrl-C does, requests a stop, and its exception follows when the work has stopped.
+void run_interruptibly(const std::function<void()>& work);
+
+/// Calls run_interruptibly and returns the value of the work.
+template <class Work>
+auto interruptibly(Work work) {
+    std::optional<decltype(work())> value;
+    run_interruptibly([&] { value.emplace(work()); });
+    return std::move(*value);
+}
+
+/// A NumPy array of these numbers: a copy or, with an owner that keeps them in place, a view.
+pybind11::object array_of(std::span<const double> values, const std::vector<std::size_t>& shape,
+                          pybind11::handle owner = {}, bool is_writable = false);
+
+/// Lengths of the axes of a quantity.
+std::vector<std::size_t> shape_of(const std::vector<files::Axis>& axes, const files::Quantity& quantity);
+
+/// (name, unit, meaning, values) of each.
+pybind11::list axes_list(const std::vector<files::Axis>& axes);
+
+}  // namespace drover::python

@@ -1,0 +1,53 @@
+"""drover/calibration.py: coefficients of the equations measured on particles."""
+import os
+from pathlib import Path
+
+from drover import _drover
+from drover.worker import call
+
+
+class Calibration:
+    """The outcome of a calibration."""
+
+    def __init__(self, result):
+        self.file = Path(result["file"]) if result["file"] else None  # of the table; none for a share
+        self.coefficients = result.get("coefficients")  # {name: {unit, formula, points: [{value, error, ...}]}}
+        self.trials_run, self.trials_found = result["trials_run"], result["trials_found"]
+        self.failed, self.unfinished, self.unmet = result["failed"], result["unfinished"], result["unmet"]
+        self.text = result["text"]
+
+    def __repr__(self):
+        return self.text or f"<drover.Calibration: {self.trials_run} trials>"
+
+    def onset(self, varied=None):
+        """The flocking threshold that the table predicts."""
+        from drover.commands import onset
+        return onset(self.file, varied=varied)
+
+
+def calibrate(scene, folder=None, *, workers=0, share=(1, 1), collect=False, quiet=True):
+    """Measures the coefficients of a scene with [calibrate], as `drover calibrate`; the same call resumes.
+
+    `folder` holds the trials and the table; default: the name of the scene with .calibration.  `share` = (2, 8) runs
+    the second of eight shares and makes no table; `collect` runs nothing and makes the table of what has ended.
+    """
+    if workers:
+        scene = scene.set("calibrate.workers", workers)
+    first, shares = share
+    return Calibration(call("calibrate", scene, folder=folder_of(scene, folder), share=first, shares=shares,
+                            collect=collect, quiet=quiet))
+
+
+def slurm_script(scene, shares, folder=None):
+    """A shell script that runs a calibration as `shares` array tasks of Slurm, as `drover calibrate --slurm`.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"cell": {"lx": 9.0, "ly": 9.0}, "calibrate.bead_area_fractions": [0.2]})
+    >>> slurm_script(scene, 8).splitlines()[0]
+    '#!/bin/sh'
+    """
+    return _drover.slurm_script(scene.name, list(scene.settings), folder_of(scene, folder), shares)
+
+
+def folder_of(scene, folder):
+    return os.path.abspath(Path(scene.name).stem + ".calibration" if folder is None else folder)

@@ -1,0 +1,91 @@
+"""drover/commands.py: the commands that start from a file, and the schema."""
+import json
+import os
+from pathlib import Path
+
+from drover import _drover
+from drover.error import Error
+from drover.locks import hdf5
+
+
+def restart(archive, *, end=None, checkpoint_minutes=None, threads=0, quiet=True):
+    """Resumes a run from its latest valid checkpoint, as `drover restart`; returns the open archive.
+
+    `end` [s] is a later time.end.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
+    >>> scene.run("longer.h5").close()
+    >>> with restart("longer.h5", end=2.0) as run:
+    ...     float(run.frames.time[-1])
+    2.0
+    """
+    from drover.archive import open_run
+    from drover.toml import value_text
+    changes = {"time.end": end, "output.checkpoint_minutes": checkpoint_minutes, "run.threads": threads or None}
+    settings = [f"{key}={value_text(value)}" for key, value in changes.items() if value is not None]
+    with hdf5():
+        done = _drover.restart_run(os.fspath(archive), settings, quiet)
+    return open_run(done["archive"])
+
+
+def info(file):
+    """What an archive, a table of coefficients or an XYZ file holds, as `drover info --json`: a dict.
+
+    `attributes` is the provenance, with the scene; `results` the means with errors and linear theory.
+
+    >>> from drover import Scene
+    >>> Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}}).run("means.h5").close()
+    >>> info("means.h5")["results"]["polar_order"]["unit"]
+    '1'
+    """
+    with hdf5():
+        return json.loads(_drover.info(os.fspath(file)))
+
+
+def schema(kind=""):
+    """All sections of scenes with their keys, units, ranges, defaults and meaning; of one kind if it is given.
+
+    >>> [row["unit"] for part in schema("fields") if part["name"] == "grid" for row in part["rows"] if "unit" in row]
+    ['mm', 'mm']
+    """
+    if kind not in ("", "fields", "particles"):
+        raise Error(f'kind = "{kind}"; expected "fields", "particles" or "" for both')
+    return json.loads(_drover.schema(kind))
+
+
+def coefficients():
+    """The coefficients of the equations as a table in Markdown."""
+    return _drover.coefficients()
+
+
+def onset(table, *, varied=None, output=None, overwrite=False):
+    """The flocking threshold that a table of coefficients predicts, as `drover boundary TABLE`: a Theory."""
+    from drover.computed import theory_of
+    with hdf5():
+        result = _drover.onset(os.fspath(table), varied)
+        if output is not None:
+            result.write(os.fspath(output), overwrite)
+    return theory_of(result, os.path.basename(os.fspath(table)))
+
+
+def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=False):
+    """Writes frames for viewers, as `drover export`; returns the files.
+
+    Particles as extended XYZ (`output` ends in .xyz; `bodies`: one line per body), fields as VTK images (.vtk, a
+    numbered file for each frame unless one `frame` is chosen) or as one table (.csv).
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
+    >>> scene.run("flock.h5").close()
+    >>> [path.name for path in export("flock.h5", "flock.vtk")]
+    ['flock-0000.vtk', 'flock-0001.vtk']
+    """
+    names, chosen = (os.fspath(archive), os.fspath(output)), -1 if frame is None else frame
+    with hdf5():
+        if not names[1].endswith((".vtk", ".csv")):
+            _drover.export_xyz(*names, chosen, every, bodies, overwrite)
+            return [Path(output)]
+        if bodies:
+            raise Error("bodies is for particles, and a file .vtk or .csv for fields; expected the call without it")
+        return list(_drover.export_fields(*names, chosen, every, overwrite))

@@ -1,0 +1,268 @@
+"""drover/film.py: a film of a run, by ffmpeg.
+
+    python3 -m drover.film ARCHIVE [--output MP4] [--rate N] [--every N]
+"""
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy
+
+from drover.error import Error
+from drover.moments import run_of
+from drover.progress import Progress
+
+DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the picture
+ARROWS, SAMPLED = 24, 24     # along the longer side of the cell; frames that set the colours
+PART = 0.995                 # of the points inside the colour range
+
+
+def film(run, output, *, every=None, rate=25, progress=None):
+    """Writes a film (.mp4) of a run of fields or particles; returns its path.
+
+    `run` is the path of an archive, an open run, or a run in memory, which then advances to time.end: with a picture
+    `every` so many seconds of the run (of an archive: every so many frames).  `rate` is the number of pictures per
+    second.  Raises Error where ffmpeg is missing.
+    """
+    output = Path(output)
+    check_output(output)
+    frames, moving, where = frames_of(run, every)
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    figure = Figure(figsize=size_of(where), dpi=DOTS)
+    canvas = FigureCanvasAgg(figure)
+    show = moving(figure, where, frames)
+    canvas.draw()
+    width, height = canvas.get_width_height()
+    progress = Progress(0, len(frames), progress)
+    with Encoder(output, width, height, rate) as encoder:
+        for number, frame in enumerate(frames):
+            show(frame)
+            canvas.draw()
+            encoder.write(bytes(canvas.buffer_rgba()))
+            progress.report(number + 1, f"frame {number + 1} of {len(frames)}")
+    progress.close()
+    return output
+
+
+def check_output(output):
+    if output.suffix != ".mp4":
+        raise Error(f'{output}: the extension "{output.suffix}" is not supported; expected .mp4')
+    if shutil.which("ffmpeg") is None:
+        raise Error("ffmpeg is not installed; a film needs it: apt-get install ffmpeg")
+
+
+class Encoder:
+    """ffmpeg, which reads pictures and writes a film beside its place until it is complete."""
+
+    def __init__(self, output, width, height, rate):
+        self.output, self.part = output, output.with_name(f".{output.name}.part")
+        words = ["ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format", "rgba", "-video_size",
+                 f"{width}x{height}", "-framerate", str(rate), "-i", "-", "-c:v", "libx264", "-preset", "fast", "-crf",
+                 "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(self.part)]
+        self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+
+    def write(self, picture):
+        try:
+            self.process.stdin.write(picture)
+        except BrokenPipeError:
+            self.fail()
+
+    def fail(self):
+        reason = self.process.communicate()[1].decode(errors="replace").strip()
+        raise Error(f"{self.output}: ffmpeg failed: {reason}; check the folder and the disk", fault="run")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, *_):
+        if kind is None:
+            self.process.stdin.close()
+            reason = self.process.stderr.read().decode(errors="replace").strip()
+            if self.process.wait() != 0:
+                self.part.unlink(missing_ok=True)
+                raise Error(f"{self.output}: ffmpeg failed: {reason}; check the folder and the disk", fault="run")
+            os.replace(self.part, self.output)
+            return
+        self.process.kill()
+        self.process.wait()
+        self.part.unlink(missing_ok=True)
+
+
+def frames_of(run, every):
+    """The states to draw, a function that draws them, and the run with the cell."""
+    if hasattr(run, "every") and hasattr(run, "frame"):
+        first = run_of(run)
+        frames = []
+        for frame in run.every(every):
+            frames.append({name: numpy.array(array) for name, array in frame.arrays.items()} | {"time": frame.time})
+        return frames, particles_shown if "cell" in first.scene else fields_shown, first
+    opened = run_of(run)
+    stride = 1 if every is None else int(every)
+    if stride < 1:
+        raise Error(f"every = {every}; expected at least 1, a number of frames of the archive")
+    numbers = range(0, opened.frames.sizes["time"], stride)
+    fixed = {name: array.values for name, array in opened.frames.items() if "time" not in array.dims}
+    return (Stored(opened.frames, numbers, fixed), particles_shown if "cell" in opened.scene else fields_shown, opened)
+
+
+class Stored:
+    """Frames of an archive, read when they are drawn."""
+
+    def __init__(self, dataset, numbers, fixed):
+        self.dataset, self.numbers, self.fixed = dataset, numbers, fixed
+
+    def __len__(self):
+        return len(self.numbers)
+
+    def __getitem__(self, place):
+        if isinstance(place, slice):
+            return [self[i] for i in range(*place.indices(len(self)))]
+        frame = self.dataset.isel(time=self.numbers[place])
+        return {name: array.values for name, array in frame.items() if name not in self.fixed} | self.fixed | {
+            "time": float(frame["time"])}
+
+
+def cell_of(run):
+    """Left, right, bottom and top of the cell [mm]."""
+    if "grid" in run.scene:
+        return 0.0, run.scene["grid"]["lx"], 0.0, run.scene["grid"]["ly"]
+    from drover.particles import sides_of
+    x, y = 0.5 * sides_of(run)
+    return -x, x, -y, y
+
+
+def size_of(run):
+    """Inches of the picture; both are even numbers of pixels, as the codec requires."""
+    left, right, bottom, top = cell_of(run)
+    ratio = numpy.clip((right - left) / (top - bottom), 0.5, 2.5)
+    if "grid" in run.scene and run.scene["grid"]["ny"] == 1:
+        ratio = 2.0
+    sides = SIDE * min(1.0, ratio), SIDE * min(1.0, 1.0 / ratio)
+    return tuple(2 * round((side + 0.9) * DOTS / 2) / DOTS for side in sides)
+
+
+def title_of(run):
+    return str(run.attributes.get("scene_file", "")).removesuffix(".toml")
+
+
+def fields_shown(figure, run, frames):
+    """Draws fields: a density with arrows of the order; of one row the profile of the density."""
+    from drover import panels
+    name, words, symbol = next((part for part in panels.COLOURS if part[0] in run.frames), panels.COLOURS[0])
+    is_order = name not in run.frames
+    label = r"polar order $|\mathbf{p}|$" if is_order else f"{words} ${symbol}$"
+    unit = panels.unit_text(run.frames["polar_order_x" if is_order else name].attrs.get("units", "1"))
+    label = label if unit == "1" else f"{label} [{unit}]"
+
+    def density(frame):
+        return numpy.hypot(frame["polar_order_x"], frame["polar_order_y"]) if is_order else frame[name]
+
+    sampled = numpy.stack([density(frame) for frame in frames[::max(1, len(frames) // SAMPLED)]])
+    low, high = numpy.quantile(sampled, (1.0 - PART, PART))
+    if not high - low > 1e-9 * abs(high):
+        low, high = 0.9 * low, 1.1 * high + (high == 0.0)
+    return (profile_shown if sampled.shape[1] == 1 else map_shown)(figure, run, density, (low, high), label)
+
+
+def profile_shown(figure, run, density, limits, label):
+    axes = figure.add_axes((0.12, 0.16, 0.85, 0.74))
+    line, = axes.plot(run.frames["x"].values, numpy.zeros(run.frames.sizes["x"]), color="#0072B2")
+    margin = 0.05 * (limits[1] - limits[0])
+    axes.set(xlim=cell_of(run)[:2], ylim=(limits[0] - margin, limits[1] + margin), xlabel="$x$ [mm]", ylabel=label)
+
+    def show(frame):
+        line.set_ydata(density(frame)[0])
+        axes.set_title(f"{title_of(run)}   $t$ = {frame['time']:.4g} s", loc="left")
+    return show
+
+
+def map_shown(figure, run, density, limits, label):
+    left, right, bottom, top = cell_of(run)
+    axes = figure.add_axes((0.09, 0.08, 0.74, 0.84))
+    shape = run.frames.sizes["y"], run.frames.sizes["x"]
+    image = axes.imshow(numpy.zeros(shape), origin="lower", extent=(left, right, bottom, top), cmap="viridis",
+                        vmin=limits[0], vmax=limits[1], interpolation="nearest")
+    figure.colorbar(image, ax=axes, label=label, extend="both", fraction=0.05, pad=0.02)
+    axes.set(xlabel="$x$ [mm]", ylabel="$y$ [mm]")
+    stride = max(1, round(max(shape) / ARROWS))
+    steps = [min(stride, count) for count in shape]
+
+    def blocks(array):
+        rows, columns = (count // step * step for count, step in zip(shape, steps))
+        return array[:rows, :columns].reshape(rows // steps[0], steps[0], -1, steps[1]).mean(axis=(1, 3))
+
+    x, y = numpy.meshgrid(run.frames["x"].values, run.frames["y"].values)
+    arrows = axes.quiver(blocks(x), blocks(y), *(numpy.zeros_like(blocks(x)),) * 2, color="white", pivot="mid",
+                         scale=ARROWS, scale_units="width", width=0.003)
+
+    def show(frame):
+        image.set_data(density(frame))
+        order = [blocks(frame[f"polar_order_{axis}"]) for axis in "xy"]
+        longest = numpy.hypot(*order).max()
+        arrows.set_UVC(*(part / longest if longest > 0.0 else part for part in order))
+        axes.set_title(f"{title_of(run)}   $t$ = {frame['time']:.4g} s", loc="left")
+    return show
+
+
+def particles_shown(figure, run, frames):
+    """Draws bodies from above: beads as discs, rods as outlines coloured by their direction."""
+    from drover import particle_panels as panels
+    from drover.particles import sides_of
+    axes, sides = figure.add_axes((0.02, 0.02, 0.96, 0.9)), sides_of(run)
+    panels.draw_cell(axes, run, sides)
+    panels.draw_scale(axes, sides)
+    drawn = []
+
+    def show(frame):
+        while drawn:
+            drawn.pop().remove()
+        drawn.extend(bodies_shown(axes, run, frame, sides))
+        axes.set_title(f"{title_of(run)}   $t$ = {frame['time']:.4g} s", loc="left")
+    return show
+
+
+def bodies_shown(axes, run, frame, sides):
+    from matplotlib.collections import EllipseCollection, PolyCollection
+
+    from drover import particle_panels as panels
+    periodic, drawn = panels.is_periodic(run), []
+    if "bead_position" in frame:
+        radius = frame["bead_radius"]
+        which, where = panels.shifted(frame["bead_position"][:, :2], radius, sides, periodic)
+        width = 2.0 * radius[which]
+        drawn.append(EllipseCollection(width, width, numpy.zeros(len(which)), units="xy", offsets=where,
+                                       transOffset=axes.transData, facecolor=panels.BEAD, edgecolor=panels.BEAD_EDGE,
+                                       linewidth=0.3, zorder=2))
+    if "rod_position" in frame:
+        polygons, colours = panels.rod_outlines(frame["rod_position"], frame["rod_axis"], frame["rod_sphere_at"],
+                                                frame["rod_sphere_radius"], sides, periodic)
+        drawn.append(PolyCollection(polygons, facecolors=colours, edgecolors="#303030", linewidths=0.4, zorder=3))
+    for collection in drawn:
+        axes.add_collection(collection, autolim=False)
+        panels.clip(collection, axes, run, sides)
+    return drawn
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python3 -m drover.film", description="Makes a film of a run of fields or "
+                                     "particles.")
+    parser.add_argument("archive", type=Path, help="file written by drover run, such as flock.h5")
+    parser.add_argument("-o", "--output", type=Path, help="film (.mp4); default: the name of the archive with .mp4")
+    parser.add_argument("--every", type=int, default=1, help="show every so many frames")
+    parser.add_argument("--rate", type=int, default=25, help="pictures per second")
+    options = parser.parse_args(arguments)
+    try:
+        print(film(options.archive, options.output or options.archive.with_suffix(".mp4"), every=options.every,
+                   rate=options.rate))
+    except Error as error:
+        print(f"drover.film: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

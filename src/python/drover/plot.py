@@ -1,0 +1,108 @@
+"""drover/plot.py: figures, and their panels as functions that draw on given axes and return them.
+
+    import drover
+    drover.plot.figure("flock.h5").savefig("flock.pdf")
+    drover.plot.map("flock.h5", frame=-1)
+
+A run is the path of an archive, an open run, or a run in memory.  Without axes each function makes a figure for them.
+"""
+from drover.error import Error
+from drover.moments import run_of
+
+
+def figure(thing, frame=None, state=None):
+    """The figure of python3 -m drover.figure: of a run (at a frame), or of linear theory (of a state).
+
+    >>> import drover
+    >>> run = drover.Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}}).start()
+    >>> len(figure(run).axes) > 4
+    True
+    """
+    from drover import figure as figures, particle_figure
+    from drover.particles import ParticleRun
+    from drover.theory import Theory, open_any
+    if hasattr(thing, "joinpath") or isinstance(thing, str):
+        thing = open_any(thing)
+    if isinstance(thing, Theory):
+        return figures.draw_theory(thing, state)
+    run = run_of(thing)
+    return (particle_figure if isinstance(run, ParticleRun) else figures).draw(run, -1 if frame is None else frame)
+
+
+def map(run, axes=None, frame=-1):
+    """Fields: a density with arrows of the order or the flow; profiles of one row.  Particles: the cell from above."""
+    run, axes = run_of(run), axes_of(axes)
+    from drover import panels, particle_panels
+    from drover.particles import ParticleRun, sides_of
+    if isinstance(run, ParticleRun):
+        sides = sides_of(run)
+        particle_panels.draw_cell(axes, run, sides)
+        particle_panels.draw_beads(axes, run, frame, sides)
+        particle_panels.draw_rods(axes, run, frame, sides)
+        particle_panels.draw_scale(axes, sides)
+    elif run.frames.sizes["y"] == 1:
+        panels.draw_profile(axes, run, frame)
+    else:
+        panels.draw_map(axes, None, run, frame)
+    return axes
+
+
+def structure(run, axes=None):
+    """Structure factors S(q) with errors and linear theory."""
+    return panel("draw_structure", run, axes)
+
+
+def numbers(run, axes=None, exponents=None):
+    """Number fluctuations with errors and linear theory; on the axes `exponents` their local exponents."""
+    run, axes = fields_of(run), axes_of(axes)
+    from drover import panels
+    hidden = exponents if exponents is not None else axes.figure.add_axes((0, 0, 0.1, 0.1), visible=False)
+    panels.draw_numbers(axes, hidden, run)
+    if exponents is None:
+        axes.set_xlabel(hidden.get_xlabel())
+        axes.tick_params(which="both", labelbottom=True)
+        hidden.remove()
+    return axes
+
+
+def order(run, axes=None):
+    """The polar order over time, with its mean."""
+    return panel("draw_order", run, axes, columns=2)
+
+
+def series(run, name, axes=None):
+    """An observable over time, with its mean and error."""
+    run, axes = run_of(run), axes_of(axes)
+    if name not in run.observables or run.observables[name].dims != ("time",):
+        known = [key for key, array in run.observables.items() if array.dims == ("time",)]
+        raise Error(f"the run has no series {name}; expected one of {', '.join(known)}")
+    from drover.particle_panels import draw_series, words_of
+    draw_series(axes, run, name, float(run.frames["time"][-1]))
+    axes.set_ylabel(axes.get_ylabel().replace(name, words_of(name)))
+    return axes
+
+
+def sweep(table, name, axes=None):
+    """An observable of a sweep over the varied key, with errors; of two keys a map."""
+    return table.plot(name, axes)
+
+
+def panel(function, run, axes, **options):
+    run, axes = fields_of(run), axes_of(axes)
+    from drover import panels
+    getattr(panels, function)(axes, run, **options)
+    return axes
+
+
+def fields_of(run):
+    run = run_of(run)
+    if "grid" not in run.scene:
+        raise Error("this is a run of particles; expected one of fields: see drover.plot.map and drover.plot.series")
+    return run
+
+
+def axes_of(axes):
+    if axes is not None:
+        return axes
+    from matplotlib import pyplot
+    return pyplot.figure(figsize=(5.0, 4.0)).add_subplot()

@@ -1,0 +1,261 @@
+"""drover/scene.py: a scene (input file) as an immutable object; what the commands of drover do with one."""
+import json
+import os
+import tomllib
+from pathlib import Path
+
+from drover import _drover
+from drover.error import Error
+from drover.locks import hdf5
+from drover.toml import scene_text, value_text
+
+
+class Scene:
+    """Everything that defines a run: model, cell, time, noise, seed.  Valid by construction.
+
+    >>> scene = Scene.from_dict({"relaxation": {"rate": 1.0}, "grid": {"nx": 32, "ny": 32}})
+    >>> scene["grid.nx"], scene.set("grid.nx", 64)["grid.nx"]
+    (32, 64)
+    >>> scene.set("grid.nx", 7)
+    Traceback (most recent call last):
+    drover.error.Error: --set grid.nx=7: grid.nx = 7; expected an even number >= 4
+    """
+
+    def __init__(self, native, text, name, settings=()):
+        """For load(), parse() and from_dict(), which check the scene."""
+        self._native, self._text, self._name, self._settings = native, text, name, tuple(settings)
+        self._values = None
+
+    @classmethod
+    def load(cls, path):
+        """The scene of a TOML file.  Raises Error with file, line, column and remedy."""
+        name = os.fspath(path)
+        with hdf5():
+            native = _drover.Scene.read(name, [])
+        return cls(native, Path(name).read_text(encoding="utf-8"), name)
+
+    @classmethod
+    def parse(cls, text, name="scene.toml"):
+        """The scene of a TOML text.  Messages and archives call it `name`."""
+        with hdf5():
+            return cls(_drover.Scene.parse(text, name, []), text, name)
+
+    @classmethod
+    def from_dict(cls, sections, name="scene.toml"):
+        """The scene of {"section": {"key": value}} or {"section.key": value}."""
+        return cls.parse(scene_text(sections), name)
+
+    def set(self, key, value=None):
+        """A scene with other values: set("driving.strength", 12), or set({"grid.nx": 64, "grid.ny": 64}).
+
+        >>> Scene.from_dict({}).set({"grid.nx": 64, "grid.lx": 32.0})
+        <drover.Scene scene.toml: fields, grid.nx=64, grid.lx=32.0>
+        """
+        changes = key if isinstance(key, dict) else {key: value}
+        settings = [*self._settings, *(f"{name}={value_text(value)}" for name, value in changes.items())]
+        with hdf5():
+            return Scene(_drover.Scene.parse(self._text, self._name, settings), self._text, self._name, settings)
+
+    def term(self, of, value=None, *, flux=None, **parameters):
+        """A scene with one more term as text, and its parameters as keys terms.W.
+
+        >>> Scene.from_dict({}).term("order", ["-W order_x", "-W order_y"], W=0.7)["terms.W"]
+        0.7
+
+        `of` is the equation (bead_density, rod_density, bead_velocity or order); a density takes a text or a flux.
+        """
+        table = {"of": of, **({"value": value} if flux is None else {"flux": flux})}
+        if parameters:
+            table["parameters"] = parameters
+        text = self._text.rstrip("\n") + "\n\n" + scene_text({"terms": [table]})
+        with hdf5():
+            return Scene(_drover.Scene.parse(text, self._name, list(self._settings)), text, self._name, self._settings)
+
+    @property
+    def settings(self):
+        """What set() has changed, as "section.key=value"."""
+        return self._settings
+
+    @property
+    def name(self):
+        """The file, or the name given to parse()."""
+        return self._name
+
+    @property
+    def kind(self):
+        """"fields" or "particles"."""
+        return self._native.kind
+
+    @property
+    def values(self):
+        """Every key with its value: values["grid"]["nx"]."""
+        if self._values is None:
+            self._values = tomllib.loads(self._native.text)
+        return self._values
+
+    def __getitem__(self, key):
+        section, _, name = key.rpartition(".")
+        tables = [self.values]
+        for part in section.split("."):
+            tables = [table[part] for table in tables if part in table]
+            tables = tables[0] if tables and isinstance(tables[0], list) else tables  # [[terms]]
+        for table in tables:
+            for values in (table, table.get("parameters", {})):
+                if name in values:
+                    return values[name]
+        raise KeyError(f"{key}; expected one of the keys of scene.keys()")
+
+    def keys(self):
+        """The keys of this kind of scene, "section.key"."""
+        return list(described(self.kind))
+
+    def describe(self, key):
+        """Type, unit, range, default and meaning of a key, as a dict.
+
+        >>> Scene.from_dict({}).describe("grid.lx")["unit"]
+        'mm'
+        """
+        rows = described(self.kind)
+        if key not in rows:
+            raise Error(f"{key} is not a key of a scene of {self.kind}; expected one of the keys of scene.keys()")
+        return dict(rows[key])
+
+    _ipython_key_completions_ = keys
+
+    def __repr__(self):
+        changed = "".join(f", {setting}" for setting in self._settings)
+        return f"<drover.Scene {self._name}: {self.kind}{changed}>"
+
+    def __eq__(self, other):
+        return isinstance(other, Scene) and self.to_toml() == other.to_toml()
+
+    __hash__ = None
+
+    def __reduce__(self):
+        return restored, (self._text, self._name, list(self._settings))
+
+    def to_toml(self):
+        """Every key with its value, as TOML that reads back as the same scene."""
+        return self._native.text
+
+    def check(self):
+        """Whether the scene fits on this machine: raises Error, or returns what to be careful about."""
+        with hdf5():
+            return _drover.check(self._native)
+
+    def explain(self):
+        """Fields and terms, or particles, and costs: memory and disk [bytes], wall time [s]; a dict.
+
+        >>> Scene.from_dict({"time.dt": 0.1}).explain()["form"]
+        'rods only'
+        """
+        with hdf5():
+            return json.loads(_drover.explain(self._native))
+
+    def start(self):
+        """A run in memory, at t = 0; see Simulation.  It writes no files."""
+        from drover.simulation import Simulation
+        return Simulation(self)
+
+    def run(self, output=None, *, accuracy=(), threads=0, overwrite=False, quiet=True):
+        """Runs to time.end and writes an archive, as `drover run`; returns the open archive.
+
+        `accuracy`: first finds the cheapest run with these errors, "polar_order=1%" or a list, by trials of at most a
+        tenth of the run, which are kept in the folder <scene>.tradeoff.
+
+        `output` is the archive; default: the name of the scene with .h5, in the working folder.  After Ctrl-C, which
+        raises KeyboardInterrupt, drover.restart(archive) resumes.
+
+        >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 2.0}})
+        >>> with scene.run("short.h5") as run:
+        ...     run.frames.rod_density.dims
+        ('time', 'y', 'x')
+        """
+        scene = self.with_output(output, threads)
+        if accuracy:
+            from drover.trading import with_accuracy
+            scene = with_accuracy(scene, accuracy, quiet)
+        import h5py  # noqa: F401  # pylint: disable=unused-import  # before the run: see locks.py
+        from drover.archive import open_run
+        with hdf5():
+            done = _drover.run_scene(scene._native, overwrite, quiet)
+        return open_run(done["archive"])
+
+    def with_output(self, output=None, threads=0):
+        """A scene with another archive or number of threads, as --output and --threads of the commands."""
+        changes = {} if output is None else {"output.file": os.fspath(output)}
+        if threads:
+            changes["run.threads"] = threads
+        return self.set(changes) if changes else self
+
+    def stability(self, output=None, *, threads=0, overwrite=False):
+        """Linear stability of the uniform states, as `drover stability`: a Theory.
+
+        stability().growth_rate is that of the most ordered state, over angle [degree], wavenumber [1/mm] and branch.
+        With `output` it is also written to an archive.
+
+        >>> scene = Scene.from_dict({"relaxation.rate": 0.5, "grid": {"nx": 16, "ny": 16}})
+        >>> theory = scene.stability()
+        >>> theory.growth_rate.dims, theory.growth_rate.units, bool(theory.growth_rate.max() < 0.1)
+        (('angle', 'wavenumber', 'branch'), 's-1', True)
+        """
+        return computed(_drover.stability, self, output, overwrite, threads=threads)
+
+    def boundary(self, x=None, y=None, *, conventions=(), output=None, threads=0, overwrite=False):
+        """Phase boundaries in a plane of two numbers, as `drover boundary`: a Theory.
+
+        x and y are axes: ("driving.strength", 5, 60), or "driving.strength = 5:60"; default: those of the scene.
+
+        >>> scene = Scene.from_dict({"relaxation.saturation": 1.0, "boundary.map": 0})
+        >>> line = scene.boundary(("relaxation.rate", -1, 1), ("elasticity.stiffness", 0.5, 1))
+        >>> float(abs(line.x[line.limit == 0]).max())   # onset: the relaxation rate is 0
+        0.0
+        """
+        changes = {f"boundary.{name}": range_text(axis) for name, axis in (("x", x), ("y", y)) if axis is not None}
+        if conventions:
+            changes["boundary.conventions"] = [conventions] if isinstance(conventions, str) else list(conventions)
+        return computed(_drover.boundary, self.set(changes) if changes else self, output, overwrite, threads=threads)
+
+    def states(self, wave="x", *, speed=None, settle=None, follow="", points=60, output=None, threads=0,
+               overwrite=False):
+        """Travelling and standing states, stable or not, as `drover states`: a Theory with groups.
+
+        `speed` [mm/s] is a guess, `settle` [s] lets the guess evolve first, `follow` = "relaxation.rate = 1.2" follows
+        the state past folds with at most `points` states.
+        """
+        if wave != "x":
+            raise Error(f'wave = "{wave}"; expected "x", along which the state varies and travels')
+        return computed(_drover.states, self, output, overwrite, threads=threads, speed=speed, settle=settle,
+                        follow=follow, points=points)
+
+
+def computed(function, scene, output, overwrite, **options):
+    from drover.computed import theory_of
+    with hdf5():
+        result = function(scene._native, **options)
+        if output is not None:
+            result.write(os.fspath(output), overwrite)
+    return theory_of(result, scene.name)
+
+
+def restored(text, name, settings):
+    with hdf5():
+        return Scene(_drover.Scene.parse(text, name, settings), text, name, settings)
+
+
+def range_text(axis):
+    if isinstance(axis, str):
+        return axis
+    key, first, last = axis
+    return f"{key} = {value_text(first)}:{value_text(last)}"
+
+
+KNOWN = {}  # of each kind; read once, since the keys of a build do not change
+
+
+def described(kind):
+    """{"section.key": its row of the schema} of the scenes of a kind."""
+    if kind not in KNOWN:
+        sections = json.loads(_drover.schema(kind))
+        KNOWN[kind] = {f"{section['name']}.{row['name']}": row for section in sections for row in section["rows"]}
+    return KNOWN[kind]

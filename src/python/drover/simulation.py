@@ -1,0 +1,209 @@
+"""drover/simulation.py: a run in memory: advanced step by step, its fields and bodies as NumPy arrays."""
+from contextlib import contextmanager
+
+from drover import _drover
+from drover.error import Error
+from drover.locks import hdf5
+from drover.progress import Progress
+
+# Groups of a run of particles: prefix of their arrays, and their axis, as in the archive.
+BODIES = {"/bodies/beads": ("bead_", "bead"), "/bodies/rods": ("rod_", "rod")}
+SPHERES = "/particles/spheres"
+CHUNK = 0.2  # s between reports of the progress, roughly
+
+
+class Frame:
+    """The state of a run now: its arrays as attributes, frame.rod_density(y, x), frame.rod_position(rod, component).
+
+    The arrays are views of the memory of the run, without copies, and read-only: they show the state of the last
+    frame that was taken.  Keep a state by to_xarray(), or by .copy() of an array.  Units: mm, s, mg.
+    """
+
+    def __init__(self, step, time, arrays, spheres, box, about):
+        self.step, self.time = step, time
+        self.arrays, self.spheres, self.box, self._about = arrays, spheres, box, about
+
+    def __getattr__(self, name):
+        arrays = self.__dict__.get("arrays", {})
+        if name in arrays:
+            return arrays[name]
+        raise AttributeError(f"a frame of this run has no {name}; expected one of {', '.join(arrays)}, spheres")
+
+    def __getitem__(self, name):
+        return self.arrays[name]
+
+    def __dir__(self):
+        return [*super().__dir__(), *self.arrays]
+
+    def __repr__(self):
+        return f"<drover.Frame t = {self.time:g} s: {', '.join(self.arrays)}>"
+
+    def to_xarray(self):
+        """A copy, as a dataset with coordinates and units."""
+        import xarray
+        variables, axes = self._about
+        coordinates = {name: (name, values.copy(), about) for name, (values, about) in axes.items()}
+        data = {name: (dims, self.arrays[name].copy(), about) for name, (dims, about) in variables.items()}
+        return xarray.Dataset(data, {**coordinates, "time": ((), self.time, {"units": "s"})})
+
+
+class Simulation:
+    """A run in this process that writes no files.
+
+    >>> import drover
+    >>> scene = drover.Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
+    >>> run = scene.start()
+    >>> [round(frame.time, 3) for frame in run.every(0.5)]
+    [0.0, 0.5, 1.0]
+    >>> run.observables.polar_order.sizes["time"]
+    11
+
+    Steps release the GIL; Ctrl-C raises KeyboardInterrupt between two steps, and the run can be advanced further.  Its
+    states and observables are those of `drover run`, to the last bit.  Several runs may go on at once, each advanced by
+    one thread.
+    """
+
+    def __init__(self, scene):
+        """At t = 0; scene.start() does the same.  Without time.dt the step is chosen first."""
+        with hdf5():
+            self._session = _drover.Session(scene._native)
+        self._scene = scene
+
+    @property
+    def scene(self):
+        """The scene as it was given."""
+        return self._scene
+
+    @property
+    def time(self):
+        """[s]"""
+        return self._session.time
+
+    @property
+    def step(self):
+        """Steps taken."""
+        return self._session.step
+
+    @property
+    def steps(self):
+        """Steps to time.end."""
+        return self._session.steps
+
+    @property
+    def dt(self):
+        """The time step [s], chosen or given."""
+        return self._session.dt
+
+    @property
+    def was_changed(self):
+        """Whether edit() changed the fields: the run is then no longer that of its scene."""
+        return self._session.was_changed
+
+    def __repr__(self):
+        return f"<drover.Simulation of {self._scene.name}: t = {self.time:g} s, step {self.step} of {self.steps}>"
+
+    def advance(self, duration=None, *, steps=None, progress=None):
+        """Takes steps: for `duration` [s], a whole number of steps; for `steps`; or to time.end.  Returns the frame."""
+        if steps is None:
+            steps = max(self.steps - self.step, 0) if duration is None else self.whole_steps(duration)
+        self._advance(self.step + steps, Progress(self.step, self.step + steps, progress))
+        return self.frame
+
+    def every(self, interval=None, *, until=None, progress=None):
+        """Yields the frame now and after every `interval` [s] up to `until` [s].
+
+        Defaults: output.frame_every and time.end of the scene.
+        """
+        stride = self._session.frame_every if interval is None else self.whole_steps(interval)
+        last = self.steps if until is None else self.whole_steps(until)
+        stride = stride or max(last, 1)
+        progress = Progress(self.step, last, progress)
+        yield self.frame
+        while self.step + stride <= last:
+            self._advance(self.step + stride, progress)
+            yield self.frame
+
+    def _advance(self, last, progress):
+        chunk = 1
+        try:
+            while self.step < last:
+                started = progress.start if chunk == 1 else now()
+                self._session.advance(min(chunk, last - self.step))
+                if now() - started < CHUNK:
+                    chunk *= 2
+                progress.report(self.step, f"t = {self.time:g} s")
+        finally:
+            if self.step >= progress.last:
+                progress.close()
+
+    def whole_steps(self, duration):
+        """A duration [s] in steps; raises Error unless it is a whole number of them."""
+        steps = round(duration / self.dt)
+        if steps < 0 or abs(steps * self.dt - duration) > 1e-9 * max(abs(duration), self.dt):
+            raise Error(f"a time of {duration} s is {duration / self.dt:.6g} steps of dt = {self.dt} s; expected a "
+                        f"whole number of steps, such as {max(steps, 1) * self.dt:.6g} s")
+        return steps
+
+    @property
+    def frame(self):
+        """The state now; see Frame."""
+        return self._frame(False)
+
+    def _frame(self, writable):
+        arrays, spheres, variables, axes = {}, {}, {}, {}
+        for group in self._session.frames(writable):
+            start, axis = BODIES.get(group["group"], ("", "sphere"))
+            is_spheres = group["group"] == SPHERES
+            into = spheres if is_spheres else arrays
+            is_field = group["group"] == "/"
+            if is_field:
+                axes = {name: (values, {"units": unit, "long_name": meaning})
+                        for name, unit, meaning, values in group["axes"]}
+            for name, (unit, meaning, dims, values) in group["arrays"].items():
+                into[start + name] = values
+                named = tuple(dims) if is_field else (axis, "component")
+                if not is_spheres:
+                    variables[start + name] = named, {"units": unit, "long_name": meaning}
+            for name, (unit, meaning, values) in group["fixed"].items():
+                into[start + name] = values
+                if not is_spheres:
+                    variables[start + name] = ((axis, f"{axis}_sphere")[:values.ndim],
+                                               {"units": unit, "long_name": meaning})
+        box = spheres.pop("box/edges", None)
+        all_spheres = Frame(self.step, self.time, spheres, None, box, ({}, {})) if spheres else None
+        return Frame(self.step, self.time, arrays, all_spheres, box, (variables, axes))
+
+    @contextmanager
+    def edit(self):
+        """Changes the fields between two steps: `with run.edit() as fields: fields.rod_density[...] *= 1.1`.
+
+        The arrays are the memory of the run.  On exit they are checked (finite values), and the stepper starts anew
+        from them: it is a new run then (was_changed).  After an exception in the block the fields are as before.
+        """
+        frame = self._frame(True)
+        try:
+            yield frame
+            self._session.accept()
+        except BaseException:
+            self._session.frames()  # computes the arrays from the state again, which has not changed
+            raise
+        finally:
+            for array in frame.arrays.values():
+                array.setflags(write=False)
+
+    @property
+    def observables(self):
+        """The series of the observables so far, as an xarray Dataset over time, with units; a copy."""
+        import xarray
+        series = self._session.series()
+        about = {"units": "s", "long_name": "time since the start of the run"}
+        coordinates = {"time": ("time", series["times"], about)}
+        for name, unit, meaning, values in series["axes"]:
+            coordinates[name] = (name, values, {"units": unit, "long_name": meaning})
+        return xarray.Dataset({name: (("time", *dims), values, {"units": unit, "long_name": meaning})
+                               for name, (unit, meaning, dims, values) in series["arrays"].items()}, coordinates)
+
+
+def now():
+    import time
+    return time.monotonic()

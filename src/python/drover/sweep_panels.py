@@ -1,0 +1,61 @@
+"""drover/sweep_panels.py: an observable of a sweep, drawn on given axes."""
+import numpy
+
+from drover.error import Error
+from drover.panels import BLUE, GREEN, PURPLE, VERMILLION, unit_text
+
+COLOURS, MARKERS = (BLUE, VERMILLION, GREEN, PURPLE), "osD^"
+
+
+def draw_sweep(sweep, name, axes=None):
+    """Draws an observable over the varied key with its errors, a line for each branch; of two keys a map."""
+    if name not in sweep.data or f"{name}_error" not in sweep.data:
+        known = [key for key in sweep.data if f"{key}_error" in sweep.data]
+        raise Error(f"the sweep has no observable {name}; expected one of {', '.join(known)}")
+    if axes is None:
+        from matplotlib import pyplot
+        axes = pyplot.figure(layout="constrained").gca()
+    if len(sweep.keys) == 1:
+        draw_lines(axes, sweep, name)
+    elif len(sweep.keys) == 2:
+        draw_plane(axes, sweep, name)
+    else:
+        raise Error(f"the sweep varies {len(sweep.keys)} keys; expected one or two: choose values of the others, as in "
+                    f'sweep.data.{name}.sel({{"{sweep.keys[-1]}": ...}}).plot()')
+    return axes
+
+
+def label(sweep, name):
+    unit = sweep.data[name].attrs.get("units", "1")
+    words = name.replace("_", " ")
+    return words if unit == "1" else f"{words} [{unit_text(unit)}]"
+
+
+def draw_lines(axes, sweep, name):
+    mean, error = sweep.data[name], sweep.data[f"{name}_error"]
+    branches = list(mean["branch"].values) if "branch" in mean.dims else [None]
+    for branch, colour, marker in zip(branches, COLOURS, MARKERS):
+        y, bar = (array if branch is None else array.sel(branch=branch) for array in (mean, error))
+        x = y[sweep.keys[0]].values
+        axes.errorbar(x, y.values, numpy.nan_to_num(bar.values), color=colour, capsize=2, marker="none", linewidth=1)
+        known = numpy.isfinite(bar.values)
+        for part, face in ((known, colour), (~known, "white")):  # open: no error estimate
+            axes.plot(x[part], y.values[part], marker, color=colour, markerfacecolor=face, markersize=5)
+        if branch is not None:
+            axes.plot([], [], marker + "-", color=colour, label=branch)
+    if branches != [None]:
+        axes.legend(title="branch")
+    axes.set_xlabel(sweep.keys[0])
+    axes.set_ylabel(label(sweep, name))
+
+
+def draw_plane(axes, sweep, name):
+    mean = sweep.data[name]
+    if "branch" in mean.dims:
+        mean = mean.isel(branch=0)
+    y, x = sweep.keys
+    image = axes.pcolormesh(mean[x].values, mean[y].values, mean.transpose(y, x).values, shading="nearest",
+                            cmap="viridis")
+    axes.figure.colorbar(image, ax=axes, label=label(sweep, name))
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)

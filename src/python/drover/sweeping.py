@@ -1,0 +1,96 @@
+"""drover/sweeping.py: many runs of one scene, and their table."""
+import os
+import tempfile
+
+from drover.error import Error
+from drover.toml import value_text
+from drover.worker import call
+
+
+class Sweep:
+    """The table of a sweep: `data` is an xarray Dataset over the varied keys, with <name>_error beside each mean."""
+
+    def __init__(self, result):
+        self.keys = result["keys"]
+        self.rows = result["rows"]          # one dict for each point
+        self.warnings = result["warnings"]  # "point-0000-seed-7: ..."
+        self.failed = result["failed"]      # number of failed jobs
+        self.text = result["text"]
+        self._data = None
+
+    def __repr__(self):
+        return self.text
+
+    @property
+    def data(self):
+        """Means over the varied keys (and the branch of a ramp), with units."""
+        if self._data is None:
+            self._data = dataset_of(self.keys, self.rows)
+        return self._data
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self.data[name]
+        except KeyError:
+            raise AttributeError(f"the sweep has no {name}; expected one of {', '.join(map(str, self.data))}") from None
+
+    def plot(self, name, axes=None):
+        """Draws an observable over the varied key, with errors; of two keys a map.  Returns the matplotlib axes."""
+        from drover.sweep_panels import draw_sweep
+        return draw_sweep(self, name, axes)
+
+
+def sweep(scene, vary, *, seeds=1, ramp="none", workers=0, folder=None, quiet=True):
+    """Runs a scene over the values of some keys, as `drover sweep`; returns a Sweep.
+
+    `vary` is {"relaxation.rate": [0.5, 1, 2]} or {"relaxation.rate": "0.5:2:11"} (first:last:count); several keys make
+    a grid.  `folder` keeps an archive of each run, and the same call resumes; by default nothing is kept.  `ramp`
+    ("up", "up-down") starts each point from the end of the one before.  `workers` is the number of simultaneous runs.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
+    >>> sweep(scene, {"relaxation.rate": [0.5, 1.0]}).polar_order.dims
+    ('relaxation.rate',)
+    """
+    varied = [f"{key} = {values if isinstance(values, str) else value_text(list(values))[1:-1]}"
+              for key, values in vary.items()]
+    changes = {"sweep.vary": varied, "sweep.seeds": seeds, "sweep.ramp": ramp}
+    if workers:
+        changes["sweep.workers"] = workers
+    scene = scene.set(changes)
+    if folder is not None:
+        return finished(call("sweep", scene, folder=os.path.abspath(folder), quiet=quiet))
+    with tempfile.TemporaryDirectory(prefix="drover-sweep-") as scratch:
+        return finished(call("sweep", scene, folder=os.path.join(scratch, "sweep"), quiet=quiet))
+
+
+def finished(result):
+    if not any(row["seeds"] for row in result["rows"]):
+        raise Error(f"no run of the sweep ended: {result['log'].strip()[-2000:]}", fault="run")
+    return Sweep(result)
+
+
+def dataset_of(keys, rows):
+    """The rows of a table as a dataset over the varied keys."""
+    import numpy
+    import xarray
+    axes = {key: sorted({row[key] for row in rows}) for key in keys}
+    if any("branch" in row for row in rows):
+        axes["branch"] = list(dict.fromkeys(row["branch"] for row in rows))
+    shape = tuple(len(values) for values in axes.values())
+    names = dict.fromkeys(name for row in rows for name, entry in row.items() if isinstance(entry, dict))
+    variables = {"seeds": (tuple(axes), numpy.zeros(shape, dtype=int))}
+    for name in names:
+        unit = next(row[name]["unit"] for row in rows if name in row)
+        for ending in ("", "_error"):
+            variables[name + ending] = (tuple(axes), numpy.full(shape, numpy.nan), {"units": unit, "long_name": name})
+    for row in rows:
+        place = tuple(values.index(row[axis]) for axis, values in axes.items())
+        variables["seeds"][1][place] = row["seeds"]
+        for name in names:
+            for ending, part in (("", "mean"), ("_error", "error")):
+                value = row.get(name, {}).get(part)
+                variables[name + ending][1][place] = numpy.nan if value is None else value
+    return xarray.Dataset(variables, axes)

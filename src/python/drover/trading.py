@@ -1,0 +1,62 @@
+"""drover/trading.py: speed for accuracy, measured on a scene."""
+import os
+import tempfile
+
+from drover.error import Error
+from drover.worker import call
+
+
+class Tradeoff:
+    """What drover tradeoff found.
+
+    `front`: the cheapest settings for their error, a list of dicts; `by_model`: those of each model; `levels`: what
+    each step, grid and model does alone; `wishes`: the wanted numbers.  `recommended`: a Scene, or None, and then
+    `refusal` says why; `reasons`: of the recommendation.
+    """
+
+    def __init__(self, result, scene):
+        found = result["found"]
+        self.front, self.by_model, self.levels, self.wishes = (found[name] for name in
+                                                               ("front", "by_model", "levels", "wishes"))
+        self.text, self.reasons, self.refusal = result["text"], result["reasons"], result["refusal"]
+        self.recommended = type(scene).parse(result["recommended"]) if result["recommended"] else None
+        self.seconds = result["seconds"]  # of a core, for the recommended run
+
+    def __repr__(self):
+        return self.text
+
+    def plot(self, axes=None):
+        """Draws error against work, one colour a model.  Returns the matplotlib axes."""
+        from drover.trade_panel import draw_trade
+        return draw_trade({"by_model": self.by_model, "front": self.front}, axes)
+
+
+def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, quiet=True):
+    """Measures what accuracy costs on a scene, as `drover tradeoff`; returns a Tradeoff.
+
+    `want`: wanted time means and their errors, "polar_order=1%" or a list of such texts.  `budget`: core time of the
+    trials, and of the recommended run.  `folder` keeps the trials, and the same call resumes; by default they are not
+    kept.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"relaxation": {"rate": -0.5, "saturation": 1.0}, "noise.order": 0.05,
+    ...                          "grid": {"nx": 8, "ny": 8}, "time": {"dt": 0.5, "end": 100.0},
+    ...                          "output.sample_every": 1.0})
+    >>> found = tradeoff(scene, "polar_order=20%", "5s")
+    >>> found.recommended["time.end"] >= 100.0
+    True
+    """
+    wishes = [want] if isinstance(want, str) else list(want)
+    with tempfile.TemporaryDirectory(prefix="drover-tradeoff-") as scratch:
+        kept = os.path.join(scratch, "trials") if folder is None else os.path.abspath(folder)
+        result = call("tradeoff", scene, want=wishes, budget=budget, folder=kept, workers=workers, quiet=quiet)
+    return Tradeoff(result, scene)
+
+
+def with_accuracy(scene, want, quiet=True):
+    """The scene of the cheapest run with these errors, as `drover run --accuracy` finds it."""
+    wishes = [want] if isinstance(want, str) else list(want)
+    result = call("with_accuracy", scene, want=wishes, quiet=quiet)
+    if "scene" not in result:
+        raise Error("the trials gave no scene", fault="run")
+    return type(scene).parse(result["scene"])

@@ -1,0 +1,62 @@
+"""drover/worker.py: `python3 -m drover.worker`: a sweep or a calibration in a process without other threads.
+
+They start processes by fork(), which is not safe in an interpreter with threads, such as that of a notebook.
+"""
+import ctypes
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from drover.error import Error
+
+PR_SET_PDEATHSIG = 1  # of Linux
+
+
+def call(command, scene, **options):
+    """Runs a sweep or a calibration of a scene in a process of its own; returns its result.
+
+    Ctrl-C stops it after checkpoints; the same call resumes.
+    """
+    request = {"command": command, "scene": scene.__reduce__()[1], "options": options}
+    package = str(Path(os.path.abspath(__file__)).parents[1])
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))}
+    # A session of its own: signals of the terminal reach it through this process alone, once.
+    with subprocess.Popen([sys.executable, "-m", "drover.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE if options.get("quiet") else None, env=environment, text=True,
+                          start_new_session=True) as process:
+        try:
+            output, log = process.communicate(json.dumps(request))
+        except BaseException:
+            process.send_signal(signal.SIGTERM)
+            process.wait()
+            raise
+    try:
+        result = json.loads(output.splitlines()[-1])
+    except (IndexError, ValueError):
+        raise Error(f"the worker process ended with status {process.returncode}: {(log or '').strip()[-2000:]}",
+                    fault="run") from None
+    if "error" in result:
+        raise Error(**result["error"])
+    result["log"] = log or ""
+    return result
+
+
+def main():
+    from drover import _drover
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)  # stops, after checkpoints, when its parent is killed
+    request = json.loads(sys.stdin.read())
+    text, name, settings = request["scene"]
+    _drover.leave_signals_to_python(False)
+    try:
+        function = getattr(_drover, request["command"])
+        print(function(_drover.Scene.parse(text, name, settings), **request["options"]))
+    except Error as error:
+        message = str(error)[len(error.place) + 2:] if error.place else str(error)
+        print(json.dumps({"error": {"message": message, "place": error.place, "fault": error.fault}}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,376 @@
+// python/module.cpp: the module drover._drover: scenes, theory, archives, tables.  Its results are texts, JSON and
+// NumPy arrays, from which the package makes xarray objects.
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <csignal>
+#include <future>
+#include <nlohmann/json.hpp>
+
+#include "bindings.hpp"
+#include "drover/base/log.hpp"
+#include "drover/base/version.hpp"
+#include "drover/io/field_export.hpp"
+#include "drover/io/scene_text.hpp"
+#include "drover/io/xyz.hpp"
+#include "drover/run/boundary.hpp"
+#include "drover/run/calibration.hpp"
+#include "drover/run/field_simulation.hpp"
+#include "drover/run/kind.hpp"
+#include "drover/run/onset.hpp"
+#include "drover/run/run_scene.hpp"
+#include "drover/run/signals.hpp"
+#include "drover/run/slurm_script.hpp"
+#include "drover/run/stability.hpp"
+#include "drover/run/states.hpp"
+#include "drover/run/step_choice.hpp"
+#include "drover/run/sweep.hpp"
+#include "drover/run/tradeoff.hpp"
+#include "drover/run/write_result.hpp"
+#include "run/json.hpp"
+
+namespace drover::python {
+
+namespace py = pybind11;
+
+void run_interruptibly(const std::function<void()>& work) {
+    std::future<void> done = std::async(std::launch::async, work);
+    std::optional<py::error_already_set> raised;
+    for (;;) {
+        {
+            const py::gil_scoped_release release;
+            if (done.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready) break;
+        }
+        if (raised || PyErr_CheckSignals() == 0) continue;
+        raised.emplace();
+        run::request_stop(SIGINT);
+    }
+    if (!raised) return done.get();
+    run::request_stop(0);
+    throw *raised;
+}
+
+py::object array_of(std::span<const double> values, const std::vector<std::size_t>& shape, py::handle owner,
+                    bool is_writable) {
+    if (!owner) return py::array_t<double>(shape, values.data());
+    py::array_t<double> view(shape, values.data(), owner);
+    if (!is_writable) view.attr("setflags")(py::arg("write") = false);
+    return view;
+}
+
+std::vector<std::size_t> shape_of(const std::vector<files::Axis>& axes, const files::Quantity& quantity) {
+    std::vector<std::size_t> shape;
+    for (const std::string& name : quantity.axes)
+        for (const files::Axis& axis : axes)
+            if (axis.name == name) shape.push_back(axis.values.size());
+    return shape;
+}
+
+py::list axes_list(const std::vector<files::Axis>& axes) {
+    py::list list;
+    for (const files::Axis& axis : axes)
+        list.append(py::make_tuple(axis.name, axis.unit, axis.meaning, array_of(axis.values, {axis.values.size()})));
+    return list;
+}
+
+namespace {
+/// drover.Error(message, place, fault).
+void translate(std::exception_ptr failure) {
+    try {
+        if (failure) std::rethrow_exception(failure);
+    } catch (const Error& error) {
+        const py::object type = py::module_::import("drover.error").attr("Error");
+        const py::object value = type(error.message(), error.place(), error.fault() == Fault::input ? "input" : "run");
+        PyErr_SetObject(type.ptr(), value.ptr());
+    }
+}
+
+/// The result of a theory with the scene that it is of.
+struct Computed {
+    run::Result result;
+    io::Scene scene;
+    std::string what;
+    int threads = 1;
+};
+
+py::list tables_of(const Computed& computed) {
+    py::list tables;
+    for (const files::ResultTable& table : run::result_tables(computed.result)) {
+        py::dict arrays, one;
+        for (std::size_t i = 0; i < table.quantities.size(); ++i) {
+            const files::Quantity& quantity = table.quantities[i];
+            arrays[py::str(quantity.name)] = py::make_tuple(quantity.unit, quantity.meaning, quantity.axes,
+                                                            array_of(table.values[i], shape_of(table.axes, quantity)));
+        }
+        one["group"] = table.group;
+        one["axes"] = axes_list(table.axes);
+        one["arrays"] = arrays;
+        tables.append(one);
+    }
+    return tables;
+}
+
+/// The fields of the states of drover states: {axes, arrays}, with the number of the state as the first axis.
+py::object frames_of(const Computed& computed) {
+    if (!computed.result.frames) return py::none();
+    const auto& [recording, rows] = *computed.result.frames;
+    py::dict arrays, result;
+    for (std::size_t i = 0; i < recording.quantities.size(); ++i) {
+        const files::Quantity& quantity = recording.quantities[i];
+        std::vector<double> values;
+        for (const std::vector<std::vector<double>>& row : rows)
+            values.insert(values.end(), row[i].begin(), row[i].end());
+        std::vector<std::size_t> shape = shape_of(recording.axes, quantity);
+        shape.insert(shape.begin(), rows.size());
+        arrays[py::str(quantity.name)] =
+            py::make_tuple(quantity.unit, quantity.meaning, quantity.axes, array_of(values, shape));
+    }
+    result["axes"] = axes_list(recording.axes);
+    result["arrays"] = arrays;
+    return result;
+}
+
+int theory_threads(int threads, const io::Scene& scene) {
+    return threads > 0 ? threads : scene.run.threads > 0 ? scene.run.threads : usable_cores();
+}
+
+void bind_theory(py::module_& module) {
+    py::class_<Computed>(module, "Computed", "A result of linear theory; drover.Theory wraps it.")
+        .def_property_readonly("text", [](const Computed& self) { return run::result_text(self.result); })
+        .def_property_readonly("json", [](const Computed& self) { return run::result_json(self.result).dump(); })
+        .def_property_readonly("kind", [](const Computed& self) { return self.what; })
+        .def_property_readonly("scene", [](const Computed& self) { return self.scene; })
+        .def_property_readonly("attributes", [](const Computed& self) { return run::result_attributes(self.result); })
+        .def("tables", &tables_of)
+        .def("frames", &frames_of)
+        .def(
+            "write",
+            [](const Computed& self, const std::filesystem::path& file, bool overwrite) {
+                run::write_result(self.result, file, self.what, self.scene, self.threads, overwrite);
+            },
+            py::arg("file"), py::arg("overwrite") = false);
+    module.def(
+        "stability",
+        [](const io::Scene& scene, int threads) {
+            io::require_kind(scene, io::SceneKind::fields, "stability");
+            return interruptibly([&] {
+                Threads team(threads > 0 ? threads : run::choose_threads(scene));
+                return Computed{run::make_stability(scene, &team), scene, "stability", team.count()};
+            });
+        },
+        py::arg("scene"), py::arg("threads") = 0);
+    module.def(
+        "boundary",
+        [](const io::Scene& scene, int threads) {
+            io::require_kind(scene, io::SceneKind::fields, "boundary");
+            return interruptibly([&] {
+                Threads team(theory_threads(threads, scene));
+                return Computed{run::make_boundary(scene, team), scene, "boundary", team.count()};
+            });
+        },
+        py::arg("scene"), py::arg("threads") = 0);
+    module.def(
+        "onset",
+        [](const std::filesystem::path& table, const std::optional<double>& varied) {
+            run::TableOnset onset = run::make_onset(table, varied);
+            return Computed{std::move(onset.result), std::move(onset.scene), "onset", 1};
+        },
+        py::arg("table"), py::arg("varied") = py::none());
+    module.def(
+        "states",
+        [](const io::Scene& scene, std::optional<double> speed, std::optional<double> settle, const std::string& follow,
+           int points, int threads) {
+            io::require_kind(scene, io::SceneKind::fields, "states");
+            return interruptibly([&] {
+                Threads team(std::max(threads, 1));
+                const run::StatesOptions options{.speed = speed,
+                                                 .settle = settle,
+                                                 .follow = follow,
+                                                 .max_points = points};
+                return Computed{run::make_states(scene, options, team), scene, "states", team.count()};
+            });
+        },
+        py::arg("scene"), py::arg("speed") = py::none(), py::arg("settle") = py::none(), py::arg("follow") = "",
+        py::arg("points") = run::StatesOptions{}.max_points, py::arg("threads") = 0);
+}
+
+/// Whether a scene is valid and fits: its warnings.  Throws as drover check fails.
+std::vector<std::string> check(const io::Scene& scene) {
+    run::check_needs(scene, {.overwrite = true, .quiet = true});
+    if (!scene.sweep.vary.empty()) run::plan_sweep(scene);
+    if (!scene.calibration.bead_area_fractions.empty()) run::plan_calibration(scene);
+    return run::kind_of(scene).warnings(scene);
+}
+
+void bind_scene(py::module_& module) {
+    py::class_<io::Scene>(module, "Scene", "A valid scene; drover.Scene wraps it.")
+        .def_static(
+            "parse",
+            [](const std::string& text, const std::string& name, const std::vector<std::string>& settings) {
+                return io::parse_scene(text, name, settings);
+            },
+            py::arg("text"), py::arg("name"), py::arg("settings"))
+        .def_static(
+            "read",
+            [](const std::filesystem::path& file, const std::vector<std::string>& settings) {
+                return io::read_scene(file, settings);
+            },
+            py::arg("file"), py::arg("settings"))
+        .def_property_readonly("kind",
+                               [](const io::Scene& self) {
+                                   return self.kind == io::SceneKind::fields ? "fields" : "particles";
+                               })
+        .def_property_readonly("text", &io::resolved_text)
+        .def_property_readonly("archive", &run::archive_path);
+    module.def("check", &check, py::arg("scene"));
+    module.def(
+        "explain",
+        [](const io::Scene& scene) {
+            return interruptibly([&] { return run::explanation_json(run::with_chosen_step(scene, true)).dump(); });
+        },
+        py::arg("scene"));
+    module.def(
+        "schema",
+        [](const std::string& kind) {
+            if (kind.empty()) return run::schema_json(io::scene_schema()).dump();
+            return run::schema_json(
+                       io::scene_schema(kind == "fields" ? io::SceneKind::fields : io::SceneKind::particles))
+                .dump();
+        },
+        py::arg("kind") = "");
+    module.def("coefficients", [] { return physics::coefficient_documentation(); });
+}
+
+py::dict outcome_dict(const run::RunOutcome& outcome) {
+    py::dict result;
+    result["archive"] = outcome.archive;
+    result["steps"] = outcome.loop.step;
+    result["signal"] = outcome.loop.signal;
+    result["wall_seconds"] = outcome.loop.wall_seconds;
+    return result;
+}
+
+std::string calibrate(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
+                      bool quiet) {
+    const run::CalibrationOutcome outcome =
+        run::run_calibration(scene,
+                             {.folder = folder, .share = share, .shares = shares, .collect = collect, .quiet = quiet});
+    nlohmann::json result{{"file", outcome.file.string()},
+                          {"units", outcome.units},
+                          {"trials_run", outcome.trials},
+                          {"trials_found", outcome.already},
+                          {"failed", outcome.failed},
+                          {"unfinished", outcome.unfinished},
+                          {"unmet", outcome.unmet_targets},
+                          {"stopped", outcome.stopped},
+                          {"text", outcome.table ? run::calibration_text(*outcome.table) : ""}};
+    if (outcome.table) result["coefficients"] = run::table_json(*outcome.table);
+    return result.dump();
+}
+
+/// Wished errors, as texts.
+std::vector<run::Wish> wishes_of(const std::vector<std::string>& texts) {
+    std::vector<run::Wish> wishes;
+    for (const std::string& one : texts) wishes.push_back(run::parse_wish(one));
+    return wishes;
+}
+
+std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
+                     const std::filesystem::path& folder, int workers, bool quiet) {
+    run::TradeoffOptions options{.wishes = wishes_of(want), .folder = folder, .workers = workers, .quiet = quiet};
+    options.budget = options.run_budget = run::seconds_of(budget);
+    const run::Tradeoff found = run::study_tradeoff(scene, options);
+    if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
+    const nlohmann::json result{{"found", run::result_json(found.result)},
+                                {"text", run::result_text(found.result)},
+                                {"reasons", found.reasons},
+                                {"refusal", found.refusal},
+                                {"recommended", found.recommended_text},
+                                {"seconds", found.expected_seconds}};
+    return result.dump();
+}
+
+/// The recommended scene, as TOML.
+std::string with_accuracy(const io::Scene& scene, const std::vector<std::string>& want, bool quiet) {
+    return nlohmann::json{{"scene", io::resolved_text(run::with_accuracy(scene, wishes_of(want), quiet))}}.dump();
+}
+
+std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, bool quiet) {
+    const run::SweepOutcome outcome = run::run_sweep(scene, folder, quiet);
+    const nlohmann::json result{{"keys", outcome.table.keys},
+                                {"rows", run::table_json(outcome.table)},
+                                {"text", run::table_text(outcome.table)},
+                                {"warnings", outcome.table.warnings},
+                                {"failed", outcome.failed},
+                                {"stopped", outcome.stopped}};
+    return result.dump();
+}
+
+void bind_runs(py::module_& module) {
+    module.def(
+        "run_scene",
+        [](const io::Scene& scene, bool overwrite, bool quiet) {
+            return outcome_dict(
+                interruptibly([&] { return run::run_scene(scene, {.overwrite = overwrite, .quiet = quiet}); }));
+        },
+        py::arg("scene"), py::arg("overwrite"), py::arg("quiet"));
+    module.def(
+        "restart_run",
+        [](const std::filesystem::path& archive, const std::vector<std::string>& settings, bool quiet) {
+            return outcome_dict(interruptibly(
+                [&] { return run::restart_run(archive, settings, {.overwrite = false, .quiet = quiet}); }));
+        },
+        py::arg("archive"), py::arg("settings"), py::arg("quiet"));
+    // These start processes: drover/worker.py calls them in a process without threads.
+    module.def("tradeoff", &tradeoff, py::arg("scene"), py::arg("want"), py::arg("budget"), py::arg("folder"),
+               py::arg("workers"), py::arg("quiet"));
+    module.def("with_accuracy", &with_accuracy, py::arg("scene"), py::arg("want"), py::arg("quiet"));
+    module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("quiet"));
+    module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
+               py::arg("collect"), py::arg("quiet"));
+    module.def("leave_signals_to_python", &run::leave_signals_to_host, py::arg("leave"));
+    module.def(
+        "slurm_script",
+        [](const std::filesystem::path& scene, const std::vector<std::string>& settings,
+           const std::filesystem::path& folder, int shares) {
+            return run::slurm_script({.scene = scene, .overrides = settings, .folder = folder, .shares = shares});
+        },
+        py::arg("scene"), py::arg("settings"), py::arg("folder"), py::arg("shares"));
+    module.def(
+        "info", [](const std::filesystem::path& file) { return run::info_json(file).dump(); }, py::arg("file"));
+    module.def(
+        "export_fields",
+        [](const std::filesystem::path& archive, const std::filesystem::path& output, std::int64_t frame,
+           std::int64_t every, bool overwrite) {
+            return io::write_fields(files::ArchiveReader(archive), archive.string(), {.frame = frame, .every = every},
+                                    output, overwrite);
+        },
+        py::arg("archive"), py::arg("output"), py::arg("frame"), py::arg("every"), py::arg("overwrite"));
+    module.def(
+        "export_xyz",
+        [](const std::filesystem::path& archive, const std::filesystem::path& output, std::int64_t frame,
+           std::int64_t every, bool bodies, bool overwrite) {
+            return io::write_xyz(files::ArchiveReader(archive), archive.string(),
+                                 {.frame = frame, .every = every, .bodies = bodies}, output, overwrite);
+        },
+        py::arg("archive"), py::arg("output"), py::arg("frame"), py::arg("every"), py::arg("bodies"),
+        py::arg("overwrite"));
+}
+}  // namespace
+
+PYBIND11_MODULE(_drover, module) {
+    module.doc() = "The library of drover; use the package drover instead.";
+    run::leave_signals_to_host();
+    py::register_exception_translator(&translate);
+    bind_scene(module);
+    bind_session(module);
+    bind_theory(module);
+    bind_runs(module);
+    module.def("version", [] {
+        const Version built = version();
+        return py::make_tuple(built.version, built.git_hash, built.dirty);
+    });
+}
+
+}  // namespace drover::python

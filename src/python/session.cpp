@@ -1,0 +1,132 @@
+// python/session.cpp: a run in memory for Python.
+#include "drover/run/session.hpp"
+
+#include <pybind11/stl.h>
+
+#include <atomic>
+#include <chrono>
+
+#include "bindings.hpp"
+
+namespace drover::python {
+
+namespace py = pybind11;
+
+namespace {
+/// A session that one thread uses at a time: others get an error instead of a data race.
+struct Guarded {
+    explicit Guarded(const io::Scene& scene) : session(scene) {}
+    run::Session session;
+    std::atomic_flag busy;
+};
+
+class Use {
+public:
+    explicit Use(Guarded& guarded) : guarded_(guarded) {
+        require(!guarded.busy.test_and_set(), {},
+                "another thread is advancing this run; wait for it, or start a run of your own");
+    }
+    ~Use() { guarded_.busy.clear(); }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+
+private:
+    Guarded& guarded_;
+};
+
+/// Lets Python handle signals now and then; an exception from a handler ends the caller between two steps.
+class SignalPoll {
+public:
+    void operator()() {
+        const auto now = std::chrono::steady_clock::now();
+        if (now - last_ < std::chrono::milliseconds(50)) return;
+        last_ = now;
+        const py::gil_scoped_acquire acquire;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
+
+private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+void advance(Guarded& guarded, std::int64_t steps) {
+    require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
+    const Use use(guarded);
+    const py::gil_scoped_release release;
+    SignalPoll poll;
+    guarded.session.advance(steps, std::ref(poll));
+}
+
+/// Each frame as {group, axes, arrays: {name: (unit, meaning, axes, view)}, fixed: {...}}.
+py::list frames_of(const py::object& self, bool is_writable) {
+    Guarded& guarded = self.cast<Guarded&>();
+    const Use use(guarded);
+    py::list frames;
+    for (std::size_t f = 0; f < guarded.session.frames().size(); ++f) {
+        const files::Recording& recording = guarded.session.frames()[f].recording;
+        const std::vector<std::span<const double>> now = guarded.session.observe(f);
+        py::dict arrays, fixed;
+        for (std::size_t i = 0; i < now.size(); ++i) {
+            const files::Quantity& quantity = recording.quantities[i];
+            arrays[py::str(quantity.name)] =
+                py::make_tuple(quantity.unit, quantity.meaning, quantity.axes,
+                               array_of(now[i], shape_of(recording.axes, quantity), self, is_writable));
+        }
+        if (recording.trajectory)
+            for (const files::FixedArray& one : recording.trajectory->fixed) {
+                std::vector<std::size_t> shape{one.values.size() / one.components};
+                if (one.components > 1) shape.push_back(one.components);
+                fixed[py::str(one.name)] = py::make_tuple(one.unit, one.meaning, array_of(one.values, shape, self));
+            }
+        py::dict frame;
+        frame["group"] = recording.group;
+        frame["axes"] = axes_list(recording.axes);
+        frame["arrays"] = arrays;
+        frame["fixed"] = fixed;
+        frames.append(frame);
+    }
+    return frames;
+}
+
+/// {axes, times, arrays: {name: (unit, meaning, axes, values)}}, with time as the first axis.
+py::dict series_of(Guarded& guarded) {
+    const Use use(guarded);
+    const files::Recording& recording = guarded.session.observables();
+    const run::Series& series = guarded.session.series();
+    py::dict arrays, result;
+    for (std::size_t i = 0; i < recording.quantities.size(); ++i) {
+        const files::Quantity& quantity = recording.quantities[i];
+        std::vector<std::size_t> shape = shape_of(recording.axes, quantity);
+        shape.insert(shape.begin(), series.times.size());
+        arrays[py::str(quantity.name)] =
+            py::make_tuple(quantity.unit, quantity.meaning, quantity.axes, array_of(series.values[i], shape));
+    }
+    result["axes"] = axes_list(recording.axes);
+    result["times"] = array_of(series.times, {series.times.size()});
+    result["arrays"] = arrays;
+    return result;
+}
+}  // namespace
+
+void bind_session(py::module_& module) {
+    py::class_<Guarded, std::shared_ptr<Guarded>>(module, "Session", "A run in memory; drover.Simulation wraps it.")
+        .def(py::init(
+            [](const io::Scene& scene) { return interruptibly([&] { return std::make_shared<Guarded>(scene); }); }))
+        .def_property_readonly("scene", [](const Guarded& self) { return self.session.scene(); })
+        .def_property_readonly("step", [](const Guarded& self) { return self.session.step(); })
+        .def_property_readonly("steps", [](const Guarded& self) { return self.session.steps(); })
+        .def_property_readonly("time", [](const Guarded& self) { return self.session.time(); })
+        .def_property_readonly("dt", [](const Guarded& self) { return self.session.scene().time.dt; })
+        .def_property_readonly("threads", [](const Guarded& self) { return self.session.threads(); })
+        .def_property_readonly("frame_every", [](const Guarded& self) { return self.session.frame_every(); })
+        .def_property_readonly("was_changed", [](const Guarded& self) { return self.session.was_changed(); })
+        .def("advance", &advance, py::arg("steps"))
+        .def("frames", &frames_of, py::arg("writable") = false)
+        .def("series", &series_of)
+        .def("accept", [](Guarded& self) {
+            const Use use(self);
+            self.session.accept();
+        });
+}
+
+}  // namespace drover::python

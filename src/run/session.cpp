@@ -1,0 +1,62 @@
+// run/session.cpp: a run in memory.
+#include "drover/run/session.hpp"
+
+#include <algorithm>
+
+#include "drover/run/kind.hpp"
+#include "drover/run/run_scene.hpp"
+#include "drover/run/step_choice.hpp"
+
+namespace drover::run {
+
+namespace {
+io::Scene ready(const io::Scene& scene) {
+    check_memory(scene);
+    return with_chosen_step(scene, true);
+}
+}  // namespace
+
+Session::Session(const io::Scene& scene)
+    : scene_(ready(scene)),
+      threads_(std::make_unique<Threads>(kind_of(scene_).threads(scene_))),
+      simulation_(kind_of(scene_).make(scene_, *threads_, {})) {
+    series_.values.resize(simulation_.recordings.back().recording.quantities.size());
+    simulation_.check_health(0);
+    if (is_due(simulation_.recordings.back(), 0)) sample();
+}
+
+std::span<const ScheduledRecording> Session::frames() const {
+    return std::span(simulation_.recordings).first(simulation_.recordings.size() - 1);
+}
+
+void Session::sample() {
+    series_.times.push_back(time());
+    const std::vector<std::span<const double>> row = simulation_.recordings.back().observe();
+    for (std::size_t i = 0; i < row.size(); ++i)
+        series_.values[i].insert(series_.values[i].end(), row[i].begin(), row[i].end());
+}
+
+void Session::advance(std::int64_t steps, const std::function<void()>& poll) {
+    require(!failed_, {}, "the run has failed at t = {} s; start another one", time());
+    for (const std::int64_t end = step_ + steps; step_ < end;) {
+        poll();
+        failed_ = true;  // unless the step succeeds
+        simulation_.advance(step_);
+        ++step_;
+        const bool is_last = step_ == simulation_.steps, sampled = is_due(simulation_.recordings.back(), step_);
+        if (step_ % simulation_.health_every == 0 || is_last || sampled || step_ == end)
+            simulation_.check_health(step_);
+        if (sampled || is_last) sample();
+        failed_ = false;
+    }
+}
+
+void Session::accept() {
+    require(simulation_.accept != nullptr, {},
+            "the bodies of a run of particles cannot be changed; expected a run of fields: start another run with "
+            "packing.kind = \"file\"");
+    simulation_.accept(step_);
+    was_changed_ = true;
+}
+
+}  // namespace drover::run

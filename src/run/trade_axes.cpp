@@ -1,0 +1,213 @@
+// run/trade_axes.cpp: levels of step, grid, model and cell.
+#include "run/trade_axes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <regex>
+
+#include "drover/base/error.hpp"
+#include "drover/io/scene_text.hpp"
+#include "drover/numerics/time_method.hpp"
+#include "drover/physics/stability_rows.hpp"
+#include "drover/run/kind.hpp"
+
+namespace drover::run {
+
+namespace {
+
+bool is_field_scene(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
+
+std::string number(double value) { return text("{:.12g}", value); }
+
+/// TOML needs a decimal point or an exponent.
+std::string toml_number(double value) {
+    const std::string result = text("{:.17g}", value);
+    return result.find_first_of(".e") == std::string::npos ? result + ".0" : result;
+}
+
+std::string set(const std::string& key, double value) { return key + "=" + toml_number(value); }
+std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
+
+/// Why a scene does not allow changes; "" when it does.
+std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
+    try {
+        changed(scene, overrides);
+        return "";
+    } catch (const Error& error) {
+        return error.what();
+    }
+}
+
+Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
+    if (!is_field_scene(scene))
+        return {text("dt = {} s", number(dt)),
+                {set("time.dt", dt), set("contacts.substep", dt / scene.time.dt * scene.particles.contacts.substep)}};
+    return {text("{}, dt = {} s", method, number(dt)),
+            {text("time.stepper={}", method), set("time.dt", dt), "time.tolerance=0.0"}};
+}
+
+Level tolerance_level(const std::string& method, double dt, double tolerance) {
+    return {text("{}, tolerance {:.2g}", method, tolerance),
+            {text("time.stepper={}", method), set("time.dt", dt), set("time.tolerance", tolerance)}};
+}
+
+StepLadder dt_ladder(const io::Scene& scene, const std::string& method) {
+    StepLadder ladder{.method = method, .levels = {}};
+    // Of particles, whose outputs are whole numbers of decimal steps, 5 and 2.5 too.
+    for (const double times :
+         is_field_scene(scene) ? std::vector{8.0, 4.0, 2.0, 1.0} : std::vector{5.0, 2.5, 2.0, 1.0}) {
+        const Level level = dt_level(scene, method, scene.time.dt * times);
+        if (reason_against(scene, level.overrides).empty()) ladder.levels.push_back(level);
+    }
+    return ladder;
+}
+
+StepLadder tolerance_ladder(const io::Scene& scene, const std::string& method, double dt, double largest,
+                            double smallest) {
+    StepLadder ladder{.method = method + " by tolerance", .levels = {}, .order = 1.0, .shorter = 10.0};
+    for (double tolerance = largest; tolerance > 0.5 * smallest; tolerance *= 0.1) {
+        const Level level = tolerance_level(method, dt, tolerance);
+        if (reason_against(scene, level.overrides).empty()) ladder.levels.push_back(level);
+    }
+    return ladder;
+}
+
+/// The override that takes a coefficient out of a scene.
+std::vector<std::string> without(const physics::CoefficientRow& row) {
+    std::vector<std::string> overrides{row.key() + "=0.0"};
+    if (row.varies()) overrides.push_back(row.key() + "_terms=[]");
+    return overrides;
+}
+
+void add_all(std::vector<std::string>& to, const std::vector<std::string>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+}
+
+/// Without a field, and without the coefficients and the start that need it.
+std::vector<std::string> without_field(const io::Scene& scene, const std::string& field, unsigned need,
+                                       const std::vector<std::string>& starts) {
+    std::vector<std::string> overrides{field};
+    for (const physics::CoefficientRow& row : physics::coefficient_registry())
+        if ((row.needs & need) != 0 &&
+            (row.value_in(scene.model) != 0.0 || (row.varies() && !row.monomials_in(scene.model).empty())))
+            add_all(overrides, without(row));
+    for (const std::string& start : starts) overrides.push_back("initial." + start + "=\"\"");
+    return overrides;
+}
+}  // namespace
+
+io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overrides) {
+    return io::parse_scene(io::resolved_text(scene), scene.file, overrides);
+}
+
+bool is_given(const Level& level) { return level.overrides.empty(); }
+
+std::vector<StepLadder> step_ladders(const io::Scene& scene) {
+    std::vector<StepLadder> ladders;
+    if (!is_field_scene(scene)) {
+        ladders.push_back(dt_ladder(scene, ""));
+        return ladders;
+    }
+    const std::string given = scene.time.stepper;
+    const bool noisy = physics::has_noise(scene.model.noise);
+    if (scene.time.tolerance > 0.0)
+        ladders.push_back(tolerance_ladder(scene, given, scene.time.dt, std::min(0.1, 100.0 * scene.time.tolerance),
+                                           scene.time.tolerance));
+    std::vector<std::string> methods{"etdrk2", "etdrk4-krogstad"};
+    if (scene.time.tolerance == 0.0 && !numerics::time_method(given).needs_tolerance) {
+        std::erase(methods, given);
+        methods.insert(methods.begin(), given);
+    }
+    for (const std::string& method : methods) ladders.push_back(dt_ladder(scene, method));
+    if (!noisy)
+        for (const std::string method : {"etdrk4-krogstad", "cvode-bdf"})
+            if (method != given || scene.time.tolerance == 0.0)
+                ladders.push_back(tolerance_ladder(scene, method, io::longest_step(scene), 1e-1, 1e-3));
+    for (StepLadder& ladder : ladders)
+        if (!noisy && ladder.shorter == 2.0 && ladder.method.starts_with("etdrk4")) ladder.order = 4.0;
+    std::erase_if(ladders, [](const StepLadder& ladder) { return ladder.levels.empty(); });
+    return ladders;
+}
+
+void add_shorter(const io::Scene& scene, StepLadder& ladder, int count) {
+    for (int n = 0; n < count; ++n) {
+        const io::Scene finest = changed(scene, ladder.levels.back().overrides);
+        const Level level =
+            ladder.shorter == 2.0
+                ? dt_level(scene, finest.time.stepper, finest.time.dt / ladder.shorter)
+                : tolerance_level(finest.time.stepper, finest.time.dt, finest.time.tolerance / ladder.shorter);
+        if (!reason_against(scene, level.overrides).empty()) return;
+        ladder.levels.push_back(level);
+    }
+}
+
+std::vector<Level> grid_levels(const io::Scene& scene, bool same_start) {
+    if (!is_field_scene(scene)) return {{"the cell", {}}};
+    const auto name = [](int nx, int ny) { return text("{} by {}", nx, ny); };
+    std::vector<Level> levels;
+    // A random start is another one on another grid, and the fields of a file are those of its grid.
+    const bool comparable = (!same_start || scene.initial.kind != "random") && scene.initial.kind != "file";
+    constexpr int fewest = 16;
+    const std::size_t warnings = kind_of(scene).warnings(scene).size();
+    for (const int part : {4, 2}) {
+        const int nx = scene.grid.nx / part, ny = scene.grid.ny == 1 ? 1 : scene.grid.ny / part;
+        if (!comparable || nx < fewest || (ny != 1 && ny < fewest)) continue;
+        const Level level{name(nx, ny), {set("grid.nx", nx), set("grid.ny", ny)}};
+        if (!reason_against(scene, level.overrides).empty()) continue;
+        if (kind_of(scene).warnings(changed(scene, level.overrides)).size() <= warnings) levels.push_back(level);
+    }
+    levels.push_back({name(scene.grid.nx, scene.grid.ny), {}});
+    if (comparable) {
+        const int nx = 2 * scene.grid.nx, ny = scene.grid.ny == 1 ? 1 : 2 * scene.grid.ny;
+        levels.push_back({name(nx, ny), {set("grid.nx", nx), set("grid.ny", ny)}});
+    }
+    return levels;
+}
+
+std::vector<Level> model_levels(const io::Scene& scene) {
+    std::vector<Level> levels{{"full", {}}};
+    if (!is_field_scene(scene)) {
+        levels.push_back({"contacts one after another", {"contacts.law=approaching-first"}});
+        levels.push_back(
+            {"half the increments",
+             {set("contacts.increments", std::max(1, static_cast<int>(scene.particles.contacts.increments) / 2))}});
+        levels.push_back({"without a lid", {"plates.lid=false"}});
+    } else {
+        const physics::Model& model = scene.model;
+        if (scene.grid.ny > 1) levels.push_back({"one-dimensional", {set("grid.ny", 1)}});
+        if (model.fields.bead_velocity == "dynamic")
+            levels.push_back({"slaved velocity",
+                              {"fields.bead_velocity=slaved", "initial.bead_velocity_x=\"\"",
+                               "initial.bead_velocity_y=\"\"", "inertia.advection=false"}});
+        if (model.fields.bead_density && model.fields.rod_density && model.fields.bead_velocity != "absent")
+            levels.push_back({"dilute", without_field(scene, "fields.rod_density=false", physics::needs_rod_density,
+                                                      {"rod_density"})});
+        for (const physics::CoefficientRow& row : physics::coefficient_registry()) {
+            const bool active = row.value_in(model) != 0.0 || (row.varies() && !row.monomials_in(model).empty());
+            const bool may_be_zero = row.range.min < 0.0 || (row.range.min == 0.0 && !row.range.min_open);
+            if (active && may_be_zero) levels.push_back({"without " + row.key(), without(row)});
+        }
+    }
+    for (Level& level : levels) level.reason = reason_against(scene, level.overrides);
+    return levels;
+}
+
+std::vector<Level> cell_levels(const io::Scene& scene) {
+    if (!is_field_scene(scene)) {
+        if (scene.particles.cell.shape != "periodic") return {};
+        return {{"twice the sides",
+                 {set("cell.lx", 2.0 * scene.particles.cell.lx), set("cell.ly", 2.0 * scene.particles.cell.ly)}}};
+    }
+    const physics::InitialState& start = scene.initial;
+    static const std::regex position("\\b[xy]\\b");
+    bool uniform = start.kind != "file" && start.kind != "mode";
+    for (const std::string* formula : {&start.bead_density, &start.rod_density, &start.bead_velocity_x,
+                                       &start.bead_velocity_y, &start.polar_order_x, &start.polar_order_y})
+        uniform = uniform && !std::regex_search(*formula, position);
+    if (!uniform) return {};
+    return {{"twice the sides",
+             {set("grid.nx", 2 * scene.grid.nx), set("grid.ny", 2 * scene.grid.ny), set("grid.lx", 2.0 * scene.grid.lx),
+              set("grid.ly", 2.0 * scene.grid.ly)}}};
+}
+
+}  // namespace drover::run

@@ -1,0 +1,157 @@
+// run/trade_bench.cpp: trials of one scene within a budget.
+#include "run/trade_bench.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drover/base/error.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/files/archive_reader.hpp"
+#include "drover/run/kind.hpp"
+#include "run/trade_axes.hpp"
+
+namespace drover::run {
+
+double size_of(const io::Scene& scene) {
+    return scene.kind == io::SceneKind::fields ? static_cast<double>(numerics::points(scene.grid))
+                                               : scene.particles.cell.lx * scene.particles.cell.ly;
+}
+
+std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
+    for (Bias& bias : biases) bias = {factor * bias.value, std::abs(factor) * bias.error};
+    return biases;
+}
+
+namespace {
+/// Of the last quarter of a series, or of its difference from another; not divided by the number of samples.
+double late_deviation(const std::vector<double>& values, const std::vector<double>* less) {
+    const std::size_t from = values.size() - values.size() / 4;
+    const auto value = [&](std::size_t i) { return values[i] - (less == nullptr ? 0.0 : (*less)[i]); };
+    double mean = 0.0, squares = 0.0;
+    for (std::size_t i = from; i < values.size(); ++i) mean += value(i) / static_cast<double>(values.size() - from);
+    for (std::size_t i = from; i < values.size(); ++i) squares += std::pow(value(i) - mean, 2);
+    return std::sqrt(squares);
+}
+}  // namespace
+
+TradeBench::TradeBench(const io::Scene& given, const TradeoffOptions& options)
+    : scene(given),
+      budget(options.budget),
+      wishes_(options.wishes),
+      trials_(options.folder, options.workers > 0 ? options.workers : usable_cores()) {}
+
+Trial TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
+    io::Scene timed = scene;
+    timed.time.end = duration;
+    return {changed(timed, overrides), rounds_up};
+}
+
+void TradeBench::set_rate(const Measured& base) {
+    rate_ = (base.step_seconds * duration + base.start_seconds) / (size_of(scene) * duration / scene.time.dt);
+}
+
+double TradeBench::expected_seconds(const Trial& trial) const {
+    if (rate_ == 0.0) return 0.0;
+    return rate_ * size_of(trial.scene) * trial.scene.time.end / trial.scene.time.dt;
+}
+
+bool TradeBench::run(std::vector<Trial> trials) {
+    std::stable_sort(trials.begin(), trials.end(),
+                     [&](const Trial& a, const Trial& b) { return expected_seconds(a) < expected_seconds(b); });
+    std::vector<Trial> affordable;
+    double cost = spent;
+    for (const Trial& trial : trials) {
+        if (trials_.find(trial) == nullptr) cost += expected_seconds(trial);
+        if (cost <= budget) affordable.push_back(trial);
+    }
+    if (affordable.size() < trials.size()) is_short = true;
+    const bool completed = trials_.run(affordable);
+    for (const Trial& trial : affordable) count(trial);
+    return completed;
+}
+
+void TradeBench::count(const Trial& trial) {
+    const TrialResult* result = trials_.find(trial);
+    if (result == nullptr) return;
+    double& counted = counted_[result->archive.string()];
+    spent += result->seconds() - counted;
+    counted = result->seconds();
+}
+
+Measured TradeBench::measured(const std::vector<std::string>& overrides, bool rounds_up) {
+    const Trial trial = trial_of(overrides, rounds_up);
+    const TrialResult* result = trials_.find(trial);
+    if (result == nullptr) return {.failure = "not run: the budget is spent"};
+    if (!result->failure.empty()) return {.failure = result->failure};
+    const auto key = std::pair(result->archive.string(), result->end);
+    if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
+    const files::ArchiveReader archive(result->archive);
+    const Report report = make_report(archive);
+    Measured measured{.start_seconds = result->start_seconds, .step_seconds = result->step_seconds / result->end};
+    for (const Wish& wish : wishes_) {
+        try {
+            measured.numbers.push_back(wanted_number(wish, report, archive));
+        } catch (const Error& error) {
+            if (overrides.empty()) throw;  // a simpler model may lack what is wanted
+            return measured_[key] = {.failure = text("it has no {}", wish.text), .numbers = {}};
+        }
+    }
+    if (warm_up == 0.0 && overrides.empty())
+        warm_up = static_cast<double>(report.summary.warm_up) * scene.output.sample_every;
+    return measured_[key] = measured;
+}
+
+std::size_t TradeBench::skip() const {
+    return static_cast<std::size_t>(std::ceil(warm_up / scene.output.sample_every - 1e-9));
+}
+
+Bias TradeBench::mean_of(const WantedNumber& number) const {
+    Bias mean = number.series.empty() ? Bias{number.mean, number.error.value_or(0.0)}
+                                      : measure::rough_mean(number.series, skip());
+    if (!statistical) mean.error = 0.0;
+    return mean;
+}
+
+double TradeBench::least_duration(const WantedNumber& number) const {
+    const std::span<const double> series(number.series);
+    const double tau = measure::autocorrelation_time(series.subspan(std::min(skip(), series.size())));
+    constexpr double margin = 1.2;  // tau itself is uncertain
+    return margin * measure::autocorrelation_times_per_block * static_cast<double>(measure::min_blocks) * tau *
+           scene.output.sample_every;
+}
+
+Bias TradeBench::difference(const WantedNumber& a, const WantedNumber& b) const {
+    const Bias mean_a = mean_of(a), mean_b = mean_of(b);
+    const Bias apart{mean_a.value - mean_b.value, std::hypot(mean_a.error, mean_b.error)};
+    if (scene.kind == io::SceneKind::particles || a.series.empty() || b.series.empty()) return apart;
+    Bias paired = measure::paired_difference(a.series, b.series, skip());
+    if (!statistical) paired.error = 0.0;
+    return paired.error < apart.error ? paired : apart;
+}
+
+std::vector<Bias> TradeBench::differences(const Measured& a, const Measured& b) const {
+    std::vector<Bias> result;
+    for (std::size_t w = 0; w < wishes_.size(); ++w) result.push_back(difference(a.numbers[w], b.numbers[w]));
+    return result;
+}
+
+double TradeBench::ratio(const std::vector<Bias>& biases) const {
+    double largest = 0.0;
+    for (std::size_t w = 0; w < biases.size(); ++w) largest = std::max(largest, std::abs(biases[w].value) / allowed[w]);
+    return largest;
+}
+
+bool TradeBench::are_independent(const Measured& a, const Measured& b) const {
+    constexpr double much = 0.5;  // of the fluctuations
+    constexpr std::size_t fewest = 32;
+    if (ratio(differences(a, b)) <= 1.0) return false;
+    for (std::size_t w = 0; w < wishes_.size(); ++w) {
+        const std::vector<double>&one = a.numbers[w].series, &other = b.numbers[w].series;
+        if (one.size() < fewest || one.size() != other.size()) continue;
+        const double apart = late_deviation(one, &other);
+        if (apart > 0.0 && apart > much * late_deviation(other, nullptr)) return true;
+    }
+    return false;
+}
+
+}  // namespace drover::run

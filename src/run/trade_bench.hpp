@@ -1,0 +1,81 @@
+// run/trade_bench.hpp: trials of changes of one scene within a budget, their costs, and differences of wanted numbers.
+#pragma once
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drover/measure/statistics.hpp"
+#include "drover/run/tradeoff_options.hpp"
+#include "run/trials.hpp"
+
+namespace drover::run {
+
+/// A bias of one wanted number and its standard error, in the unit of the number.
+using Bias = measure::RoughMean;
+
+/// A trial and its wanted numbers.
+struct Measured {
+    std::string failure;
+    double start_seconds = 0.0, step_seconds = 0.0;  ///< of a core; step: per second of the scene
+    std::vector<WantedNumber> numbers;
+};
+
+/// Points of a grid; of particles the area of the cell.
+double size_of(const io::Scene& scene);
+
+std::vector<Bias> scaled(std::vector<Bias> biases, double factor);
+
+class TradeBench {
+public:
+    TradeBench(const io::Scene& scene, const TradeoffOptions& options);
+
+    io::Scene scene;              ///< that the trials change
+    double duration = 0.0;        ///< of the trials [s]
+    double warm_up = 0.0;         ///< left out of all means [s]
+    bool statistical = false;     ///< means have statistical errors
+    std::vector<double> allowed;  ///< error of each wanted number, in its unit
+    double budget = 0.0;          ///< core seconds
+    double spent = 0.0;           ///< core seconds of the trials so far
+    bool is_short = false;        ///< some trials were not made, for want of budget
+
+    Trial trial_of(const std::vector<std::string>& overrides, bool rounds_up = false) const;
+
+    /// Runs the trials that the budget allows, the cheapest first.  False when a signal came.
+    bool run(std::vector<Trial> trials);
+
+    /// Costs of later trials follow from this one: steps times points.
+    void set_rate(const Measured& base);
+
+    /// Of a trial that was run.  Throws an input Error when the scene itself has no such number.
+    Measured measured(const std::vector<std::string>& overrides, bool rounds_up = false);
+
+    /// Mean of a wanted number; its error is 0 where the run is a definite one.
+    Bias mean_of(const WantedNumber& number) const;
+
+    /// Time over which a run tells the error of its own mean [s].
+    double least_duration(const WantedNumber& number) const;
+
+    /// a - b.  Runs of fields share their noise; those of particles share nothing.
+    Bias difference(const WantedNumber& a, const WantedNumber& b) const;
+    std::vector<Bias> differences(const Measured& a, const Measured& b) const;
+
+    /// The largest ratio of biases to what is allowed.
+    double ratio(const std::vector<Bias>& biases) const;
+
+    /// Whether two runs without noise have become independent, although both fluctuate.
+    bool are_independent(const Measured& a, const Measured& b) const;
+
+private:
+    double expected_seconds(const Trial& trial) const;
+    void count(const Trial& trial);
+    std::size_t skip() const;
+
+    std::vector<Wish> wishes_;
+    Trials trials_;
+    double rate_ = 0.0;
+    std::map<std::pair<std::string, double>, Measured> measured_;
+    std::map<std::string, double> counted_;
+};
+
+}  // namespace drover::run

@@ -1,0 +1,145 @@
+// run/trade_front.cpp: errors and costs of all combinations of levels; those that no other beats.
+#include "run/trade_front.hpp"
+
+#include <algorithm>
+
+#include "drover/base/error.hpp"
+
+namespace drover::run {
+
+namespace {
+Bias sum(const Bias& a, const Bias& b) { return {std::abs(a.value) + std::abs(b.value), std::hypot(a.error, b.error)}; }
+
+/// The standard error of a wanted number over a duration, from that of the trials.
+double statistics_over(const Findings& found, double reference_error, double duration) {
+    if (!found.statistical) return 0.0;
+    return reference_error * std::sqrt((found.duration - found.warm_up) / std::max(duration - found.warm_up, 1e-9));
+}
+
+/// Standard errors of the means of the trials.
+std::vector<double> trial_errors(const Findings& found) {
+    std::vector<double> errors;
+    for (const Bias& reference : found.references) errors.push_back(reference.error);
+    return errors;
+}
+
+/// The cost of a run with these levels: costs of grid and model multiply, since each was compared on one of the others.
+double seconds_of(const Findings& found, const Candidate& one) {
+    const double grid_start = one.grid->start_seconds / std::max(found.pilot_start, 1e-9),
+                 grid_step = one.grid->step_seconds / std::max(found.pilot_step, 1e-9);
+    return one.step->start_seconds * grid_start * one.model->start_seconds +
+           one.step->step_seconds * grid_step * one.model->step_seconds * one.end;
+}
+
+/// False for a combination whose trial failed.
+bool weigh(const Findings& found, Candidate& one) {
+    const std::vector<double> errors = trial_errors(found);
+    const std::vector<std::string> overrides = overrides_of(one);
+    const auto checked = std::find_if(found.checked.begin(), found.checked.end(),
+                                      [&](const Checked& run) { return run.overrides == overrides; });
+    if (checked != found.checked.end() && !checked->failure.empty()) return false;
+    one.ratio = 0.0;
+    for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+        one.parts.push_back({one.step->biases[w], one.grid->biases[w], one.model->biases[w],
+                             statistics_over(found, errors[w], one.end), std::nullopt});
+        if (checked != found.checked.end()) one.parts.back().whole = checked->biases[w];
+        one.ratio = std::max(one.ratio, one.parts.back().bound() / found.allowed[w]);
+    }
+    one.seconds = seconds_of(found, one);
+    return true;
+}
+
+/// Durations of runs: that of the scene, or powers of two times that of the trials.
+std::vector<double> durations(const Findings& found, const io::Scene& scene) {
+    if (!found.statistical) return {scene.time.end};
+    const double unit = std::max(scene.output.frame_every, scene.output.sample_every);
+    std::vector<double> result;
+    constexpr int shorter = 4, longer = 24;
+    for (int k = -shorter; k <= longer; ++k) {
+        const double duration = unit * std::ceil(found.duration * std::exp2(0.5 * k) / unit - 1e-9);
+        if (duration >= found.warm_up + std::max(found.warm_up, found.least_duration) &&
+            (result.empty() || duration > result.back()))
+            result.push_back(duration);
+    }
+    return result;
+}
+
+/// A simpler model is worth its bias only if it saves time.
+bool is_cheaper(const LevelFound& model) {
+    constexpr double saving = 0.1;
+    return model.is_measured() && (is_given(model.level) || model.step_seconds < 1.0 - saving);
+}
+
+Candidate linear_theory(const Findings& found) {
+    Candidate one;
+    one.ratio = 0.0;
+    for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+        one.parts.push_back({{}, {}, (*found.linear_theory)[w], 0.0, std::nullopt});
+        one.ratio = std::max(one.ratio, one.parts.back().bound() / found.allowed[w]);
+    }
+    return one;
+}
+}  // namespace
+
+double Parts::bound() const {
+    const Bias all = whole ? *whole : sum(sum(step, grid), model);
+    return std::abs(all.value) + 2.0 * std::hypot(all.error, statistics);
+}
+
+std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, const LevelFound* only) {
+    std::vector<Candidate> all;
+    if (found.linear_theory && only == nullptr) all.push_back(linear_theory(found));
+    const std::vector<double> ends = durations(found, scene);
+    for (const LadderFound& ladder : found.ladders)
+        for (const LevelFound& step : ladder.levels)
+            for (const LevelFound& grid : found.grids)
+                for (const LevelFound& model : found.models) {
+                    if (!step.is_measured() || !grid.is_measured() || !is_cheaper(model)) continue;
+                    if (only != nullptr && only != &model) continue;
+                    for (const double end : ends) {
+                        Candidate one{.step = &step, .grid = &grid, .model = &model, .end = end, .parts = {}};
+                        if (weigh(found, one)) all.push_back(std::move(one));
+                    }
+                }
+    std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
+        return a.seconds != b.seconds ? a.seconds < b.seconds : a.ratio < b.ratio;
+    });
+    std::vector<Candidate> front;
+    for (Candidate& one : all)
+        if (std::isfinite(one.ratio) && (front.empty() || one.ratio < 0.95 * front.back().ratio))
+            front.push_back(std::move(one));
+    return front;
+}
+
+std::vector<std::string> overrides_of(const Candidate& candidate) {
+    std::vector<std::string> overrides = candidate.model->level.overrides;
+    // A one-dimensional model keeps its single row on every grid.
+    const bool one_row = std::find(overrides.begin(), overrides.end(), "grid.ny=1") != overrides.end();
+    for (const LevelFound* level : {candidate.grid, candidate.step})
+        for (const std::string& change : level->level.overrides)
+            if (!one_row || !change.starts_with("grid.ny=")) overrides.push_back(change);
+    return overrides;
+}
+
+io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidate& candidate) {
+    std::vector<std::string> overrides = overrides_of(candidate);
+    overrides.push_back(
+        text("time.end={:.17g}{}", candidate.end, candidate.end == std::floor(candidate.end) ? ".0" : ""));
+    if (found.warm_up > 0.0)
+        overrides.push_back(
+            text("analysis.warm_up={:.17g}{}", found.warm_up, found.warm_up == std::floor(found.warm_up) ? ".0" : ""));
+    return changed(scene, overrides);
+}
+
+const Candidate* recommended(const std::vector<Candidate>& front, double budget) {
+    constexpr double little = 1.1;  // times the cost, for the most accurate
+    const Candidate *cheapest = nullptr, *best = nullptr;
+    for (const Candidate& one : front) {
+        if (one.step == nullptr || one.ratio > 1.0) continue;
+        if (cheapest == nullptr) cheapest = &one;
+        if (one.seconds <= little * cheapest->seconds) best = &one;
+    }
+    return best != nullptr && best->seconds <= budget ? best : nullptr;
+}
+
+}  // namespace drover::run

@@ -1,0 +1,499 @@
+// run/trade_study.cpp: the trials of a study, axis by axis.
+#include "run/trade_study.hpp"
+
+#include <algorithm>
+
+#include "drover/base/error.hpp"
+#include "drover/physics/stability_rows.hpp"
+#include "drover/run/cost.hpp"
+#include "drover/run/step_choice.hpp"
+
+namespace drover::run {
+
+namespace {
+bool is_field(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
+
+class Study {
+public:
+    Study(const io::Scene& scene, const TradeoffOptions& options)
+        : bench_(trial_scene(scene), options), options_(options) {
+        found_.wishes = options.wishes;
+        bench_.statistical = !is_field(bench_.scene) || physics::has_noise(scene.model.noise);
+        if (!bench_.statistical) fit_into_budget();
+    }
+
+    Findings find() {
+        bench_.duration = bench_.statistical ? first_duration() : bench_.scene.time.end;
+        for (int round = 0;; ++round) {
+            if (!measure_axes()) {
+                found_.stopped = true;
+                break;
+            }
+            if (!bench_.statistical || !wants_longer()) break;
+            bench_.duration *= 2.0;
+        }
+        if (!found_.stopped) found_.stopped = !check_recommended();
+        return findings();
+    }
+
+private:
+    const Findings& findings() {
+        found_.statistical = bench_.statistical;
+        found_.duration = bench_.duration;
+        found_.warm_up = bench_.warm_up;
+        found_.allowed = bench_.allowed;
+        found_.seconds = bench_.spent;
+        found_.is_short = bench_.is_short;
+        return found_;
+    }
+
+    /// Scalars and spectra are what is compared: few frames, no limit on the estimate of the error.
+    static io::Scene trial_scene(const io::Scene& scene) {
+        require(scene.output.sample_every > 0.0, io::location_of(scene, "output.sample_every"),
+                "output.sample_every = 0; expected samples, from which the wanted numbers follow: give an interval");
+        io::Scene result = with_chosen_step(scene, true);
+        result.time.chosen.clear();
+        result.time.pilot.clear();
+        if (scene.kind == io::SceneKind::fields) result.output.frame_every = 0.0;
+        return result;
+    }
+
+    /// Without noise a trial lasts as long as the run.  Where the budget is too small for that, the trials are made on
+    /// a coarser grid, whose errors stand for those of the given one.
+    void fit_into_budget() {
+        constexpr double part = 0.2;  // of the budget, for the first trial
+        const auto affordable = [&](const io::Scene& scene) {
+            const std::optional<ExpectedTime> expected = expected_time(scene);
+            return !expected || expected->total <= part * bench_.budget;
+        };
+        if (affordable(bench_.scene)) return;
+        const std::vector<Level> levels = grid_levels(bench_.scene, false);
+        for (std::size_t k = levels.size(); k-- > 0;) {
+            if (is_given(levels[k])) continue;
+            const io::Scene coarser = changed(bench_.scene, levels[k].overrides);
+            if (size_of(coarser) > size_of(bench_.scene) || !affordable(coarser)) continue;
+            given_grid_ = text("{} by {}", bench_.scene.grid.nx, bench_.scene.grid.ny);
+            refinement_ = size_of(bench_.scene) / size_of(coarser);
+            bench_.scene = coarser;
+            return;
+        }
+        fail_run(
+            "a run of the scene takes {} of a core, and its trials as long each; the budget of {} is too small: give a "
+            "larger --budget",
+            duration_text(expected_time(bench_.scene)->total), duration_text(bench_.budget));
+    }
+
+    double unit_of_time() const {
+        return bench_.scene.kind == io::SceneKind::particles && bench_.scene.output.frame_every > 0.0
+                   ? bench_.scene.output.frame_every
+                   : bench_.scene.output.sample_every;
+    }
+
+    /// A run of a fortieth of the budget, and of 64 samples at least.
+    double first_duration() {
+        constexpr double part = 1.0 / 40.0, least_samples = 64.0;
+        const std::optional<ExpectedTime> expected = expected_time(bench_.scene);
+        const double affordable = expected
+                                      ? part * bench_.budget * bench_.scene.time.end / std::max(expected->total, 1e-9)
+                                      : bench_.scene.time.end;
+        double duration = unit_of_time() * std::ceil(least_samples * bench_.scene.output.sample_every / unit_of_time());
+        while (2.0 * duration <= std::min(affordable, bench_.scene.time.end)) duration *= 2.0;
+        return duration;
+    }
+
+    bool measure_axes() {
+        if (!bench_.run({bench_.trial_of({})})) return false;
+        const Measured base = bench_.measured({});
+        if (!base.failure.empty())
+            fail_run(
+                "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or a "
+                "larger --budget",
+                base.failure);
+        bench_.set_rate(base);
+        set_references(base);
+        return measure_grids(base) && measure_steps() && measure_models() && measure_rounding_and_cell();
+    }
+
+    void set_references(const Measured& base) {
+        found_.units.clear();
+        found_.references.clear();
+        found_.least_duration = 0.0;
+        bench_.allowed.clear();
+        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+            found_.units.push_back(base.numbers[w].unit);
+            found_.references.push_back(bench_.mean_of(base.numbers[w]));
+            if (bench_.statistical)
+                found_.least_duration = std::max(found_.least_duration, bench_.least_duration(base.numbers[w]));
+            const Wish& wish = found_.wishes[w];
+            require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
+                    "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",
+                    wish.text);
+            bench_.allowed.push_back(wish.error * (wish.is_relative ? std::abs(found_.references[w].value) : 1.0));
+        }
+    }
+
+    bool measure_grids(const Measured& base) {
+        std::vector<Level> levels = grid_levels(bench_.scene);
+        if (refinement_ > 1.0 && levels.size() > 1) levels.pop_back();
+        std::vector<Trial> trials;
+        constexpr double small = 0.25;  // of what is allowed: the given grid is fine enough to be the reference
+        for (const Level& level : levels) {
+            const bool finer =
+                !is_given(level) && bench_.trial_of(level.overrides).scene.grid.nx > bench_.scene.grid.nx;
+            if (!finer) trials.push_back(bench_.trial_of(level.overrides));
+        }
+        if (!bench_.run(trials)) return false;
+        if (levels.size() > 1 && is_field(bench_.scene) && trials.size() < levels.size()) {
+            const auto given = static_cast<std::size_t>(
+                std::find_if(levels.begin(), levels.end(), [](const Level& one) { return is_given(one); }) -
+                levels.begin());
+            const Measured coarser =
+                given > 0 ? bench_.measured(levels[given - 1].overrides) : Measured{.failure = "none"};
+            const bool converged = coarser.failure.empty() && bench_.ratio(bench_.differences(coarser, base)) < small;
+            if (!converged && !bench_.run({bench_.trial_of(levels.back().overrides)})) return false;
+        }
+        const auto on_level = [&](const Level& level) { return bench_.measured(level.overrides); };
+        collect(levels, on_level, found_.grids);
+        found_.notes.clear();
+        if (is_field(bench_.scene) && levels.size() == 1)
+            found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
+        if (!converges(found_.grids)) {
+            // Noise reaches the shortest waves: the grid is part of the model, as given.
+            collect({levels.begin(), levels.end() - 1}, on_level, found_.grids);
+            found_.grids.back().biases.assign(found_.wishes.size(), {});
+            found_.notes.push_back(
+                "the wanted numbers are not seen to converge with the grid, since noise acts on its shortest waves: "
+                "the "
+                "given grid is taken as part of the model");
+        }
+        // The coarsest grid that is right serves for the other axes.
+        std::size_t given = 0;
+        for (std::size_t g = 0; g < found_.grids.size(); ++g)
+            if (is_given(found_.grids[g].level)) given = g;
+        found_.pilot_grid = given;
+        for (std::size_t g = given; g-- > 0;)
+            if (found_.grids[g].is_measured() && bench_.ratio(found_.grids[g].biases) < 1.0) found_.pilot_grid = g;
+        found_.pilot_start = found_.grids[found_.pilot_grid].start_seconds;
+        found_.pilot_step = found_.grids[found_.pilot_grid].step_seconds;
+        if (refinement_ > 1.0) {
+            found_.grids[given].start_seconds *= refinement_;
+            found_.grids[given].step_seconds *= refinement_;
+            found_.notes.push_back(text("the budget is too small for trials on {}: its grid error is that of {}",
+                                        given_grid_, found_.grids[given].level.name));
+            found_.grids[given].level.name = given_grid_;
+        }
+        return true;
+    }
+
+    /// Whether the last difference between noisy grids is small, or at most two thirds of the one before.
+    bool converges(const std::vector<LevelFound>& grids) const {
+        const std::size_t n = grids.size();
+        if (!bench_.statistical || n < 2 || is_given(grids[n - 1].level) || !grids[n - 1].is_measured()) return true;
+        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+            const Bias last = grids[n - 2].biases[w];
+            const bool small = std::abs(last.value) < std::max(0.25 * bench_.allowed[w], 4.0 * last.error);
+            const bool shrinks = n > 2 && grids[n - 3].is_measured() &&
+                                 std::abs(last.value) < 2.0 / 3.0 * std::abs(grids[n - 3].biases[w].value - last.value);
+            if (!small && !shrinks) return false;
+        }
+        return true;
+    }
+
+    /// Biases against the last level that was run, whose own error is a third of the last difference; costs relative to
+    /// the given level.
+    template <class MeasureLevel>
+    void collect(const std::vector<Level>& levels, const MeasureLevel& measure_level, std::vector<LevelFound>& into) {
+        into.clear();
+        std::vector<Measured> runs;
+        std::optional<std::size_t> last, before, given;
+        for (std::size_t k = 0; k < levels.size(); ++k) {
+            runs.push_back(measure_level(levels[k]));
+            if (is_given(levels[k])) given = k;
+            if (!runs[k].failure.empty()) continue;
+            before = last;
+            last = k;
+        }
+        for (std::size_t k = 0; k < levels.size(); ++k) {
+            LevelFound found{.level = levels[k], .failure = runs[k].failure, .biases = {}};
+            if (found.is_measured()) {
+                if (k != *last) found.biases = bench_.differences(runs[k], runs[*last]);
+                else if (before) found.biases = scaled(bench_.differences(runs[*before], runs[*last]), 1.0 / 3.0);
+                else found.biases.assign(found_.wishes.size(), {});
+                found.start_seconds = given ? runs[k].start_seconds / std::max(runs[*given].start_seconds, 1e-3) : 1.0;
+                found.step_seconds = given ? runs[k].step_seconds / std::max(runs[*given].step_seconds, 1e-9) : 1.0;
+            }
+            into.push_back(std::move(found));
+        }
+    }
+
+    std::vector<std::string> on_pilot_grid(const std::vector<std::string>& overrides) const {
+        std::vector<std::string> all = found_.grids[found_.pilot_grid].level.overrides;
+        all.insert(all.end(), overrides.begin(), overrides.end());
+        return all;
+    }
+
+    io::Scene pilot() const { return changed(bench_.scene, on_pilot_grid({})); }
+
+    bool measure_steps() {
+        if (ladders_.empty()) ladders_ = step_ladders(bench_.scene);
+        constexpr int most_extensions = 4;
+        for (int extension = 0;; ++extension) {
+            std::vector<Trial> trials;
+            for (const StepLadder& ladder : ladders_)
+                for (const Level& level : ladder.levels)
+                    trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+            if (!bench_.run(trials)) return false;
+            collect_steps();
+            if (extension == most_extensions || !extend_ladders()) return true;
+        }
+    }
+
+    /// Two shorter steps of each method whose finest two still differ; false when there is none.
+    bool extend_ladders() {
+        constexpr double small = 0.05;  // of what is allowed
+        bool any = false;
+        const bool is_known = resolved(reference_bias_, 2.0 * small);
+        for (std::size_t l = 0; l < ladders_.size(); ++l) {
+            const std::vector<LevelFound>& levels = found_.ladders[l].levels;
+            if (!levels.back().is_measured() && levels.back().failure.starts_with("not run")) continue;
+            const bool converged =
+                is_known && levels.size() > 1 && levels.back().is_measured() && resolved(levels.back().biases, small);
+            if (converged) continue;
+            const std::size_t before = ladders_[l].levels.size();
+            add_shorter(bench_.scene, ladders_[l], 2);
+            any = any || ladders_[l].levels.size() > before;
+        }
+        return any;
+    }
+
+    /// Whether biases are small, or too uncertain for a shorter step to tell.
+    bool resolved(const std::vector<Bias>& biases, double part) const {
+        for (std::size_t w = 0; w < biases.size(); ++w)
+            if (std::abs(biases[w].value) > std::max(part * bench_.allowed[w], 2.0 * biases[w].error)) return false;
+        return true;
+    }
+
+    /// The finest run of each ladder.
+    struct Finest {
+        std::size_t ladder = 0, level = 0;
+        Measured run;
+    };
+
+    std::vector<Finest> finest_runs(const std::vector<std::vector<Measured>>& runs) const {
+        std::vector<Finest> finest;
+        for (std::size_t l = 0; l < runs.size(); ++l)
+            for (std::size_t k = runs[l].size(); k-- > 0;)
+                if (runs[l][k].failure.empty()) {
+                    finest.push_back({l, k, runs[l][k]});
+                    break;
+                }
+        return finest;
+    }
+
+    /// The reference is the finest run that agrees best with those of the other methods; its own error is the distance
+    /// to the nearest of them.  (A tolerance that is not yet binding makes one method agree with itself alone.)
+    void find_reference(const std::vector<std::vector<Measured>>& runs) {
+        const std::vector<Finest> finest = finest_runs(runs);
+        if (finest.empty())
+            fail_run("no step of any method runs on {}; give a shorter time.dt",
+                     found_.grids[found_.pilot_grid].level.name);
+        double least = INFINITY;
+        for (const Finest& one : finest) {
+            double distance = 0.0, nearest = INFINITY;
+            std::vector<Bias> own(found_.wishes.size());
+            for (const Finest& other : finest) {
+                if (other.ladder == one.ladder) continue;
+                const std::vector<Bias> apart = bench_.differences(one.run, other.run);
+                distance += std::min(bench_.ratio(apart), 1e6);
+                if (bench_.ratio(apart) < nearest) own = apart;
+                nearest = std::min(nearest, bench_.ratio(apart));
+            }
+            if (distance >= least) continue;
+            least = distance;
+            const StepLadder& ladder = ladders_[one.ladder];
+            if (finest.size() == 1 && one.level > 0 && runs[one.ladder][one.level - 1].failure.empty())
+                own = scaled(bench_.differences(runs[one.ladder][one.level - 1], one.run),
+                             1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0));
+            reference_ = on_pilot_grid(ladder.levels[one.level].overrides);
+            reference_bias_ = own;
+        }
+    }
+
+    void collect_steps() {
+        found_.ladders.clear();
+        std::vector<std::vector<Measured>> runs;
+        for (const StepLadder& ladder : ladders_) {
+            runs.emplace_back();
+            for (const Level& level : ladder.levels)
+                runs.back().push_back(bench_.measured(on_pilot_grid(level.overrides)));
+        }
+        find_reference(runs);
+        const Measured reference = bench_.measured(reference_);
+        if (!bench_.statistical && is_chaotic(runs, reference)) {
+            bench_.statistical = true;
+            find_reference(runs);
+        }
+        for (std::size_t l = 0; l < ladders_.size(); ++l) {
+            LadderFound found{.ladder = ladders_[l], .levels = {}};
+            for (std::size_t k = 0; k < runs[l].size(); ++k) {
+                const Measured& run = runs[l][k];
+                LevelFound level{.level = ladders_[l].levels[k], .failure = run.failure, .biases = {}};
+                if (level.is_measured()) {
+                    level.biases = bench_.differences(run, reference);
+                    // The reference has an error too: known in size, added in quadrature.
+                    for (std::size_t w = 0; w < found_.wishes.size(); ++w)
+                        level.biases[w].error = std::hypot(level.biases[w].error, reference_bias_[w].value);
+                    level.start_seconds = run.start_seconds;
+                    level.step_seconds = run.step_seconds;
+                }
+                found.levels.push_back(std::move(level));
+            }
+            found_.ladders.push_back(std::move(found));
+        }
+        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+            const Bias grid = found_.grids[found_.pilot_grid].biases[w], mean = bench_.mean_of(reference.numbers[w]);
+            found_.references[w] = {mean.value - grid.value, std::hypot(mean.error, grid.error)};
+        }
+        find_pairing();
+    }
+
+    /// Whether two fine runs without noise have become independent, although each fluctuates.
+    bool is_chaotic(const std::vector<std::vector<Measured>>& runs, const Measured& reference) const {
+        if (!is_field(bench_.scene)) return false;
+        for (const Finest& one : finest_runs(runs))
+            if (bench_.are_independent(one.run, reference)) return true;
+        return false;
+    }
+
+    /// What pairing gains: the variance of the difference of two independent runs over that of paired ones, of the
+    /// first wish and the given step.
+    void find_pairing() {
+        if (!bench_.statistical || !is_field(bench_.scene)) return;
+        const Measured base = bench_.measured(on_pilot_grid({}));
+        for (const LadderFound& ladder : found_.ladders)
+            for (const LevelFound& level : ladder.levels) {
+                if (!level.is_measured() || !base.failure.empty()) continue;
+                const Measured other = bench_.measured(on_pilot_grid(level.level.overrides));
+                const Bias paired = bench_.difference(other.numbers[0], base.numbers[0]);
+                if (!(paired.error > 0.0)) continue;
+                const double apart =
+                    std::hypot(bench_.mean_of(other.numbers[0]).error, bench_.mean_of(base.numbers[0]).error);
+                found_.pairing = std::pow(apart / paired.error, 2);
+                return;
+            }
+    }
+
+    bool measure_models() {
+        const io::Scene on_pilot = pilot();
+        std::vector<Level> levels = model_levels(on_pilot);
+        std::vector<Trial> trials;
+        for (const Level& level : levels)
+            if (level.reason.empty()) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+        if (!bench_.run(trials)) return false;
+        const Measured full = bench_.measured(on_pilot_grid({}));
+        if (!full.failure.empty()) fail_run("the full model was not run: {}; give a larger --budget", full.failure);
+        found_.models.clear();
+        for (const Level& level : levels) {
+            const Measured run = level.reason.empty() ? bench_.measured(on_pilot_grid(level.overrides))
+                                                      : Measured{.failure = "not possible: " + level.reason};
+            LevelFound found{.level = level, .failure = run.failure, .biases = {}};
+            if (found.is_measured()) {
+                found.biases =
+                    is_given(level) ? std::vector<Bias>(found_.wishes.size()) : bench_.differences(run, full);
+                found.start_seconds = run.start_seconds / std::max(full.start_seconds, 1e-3);
+                found.step_seconds = run.step_seconds / std::max(full.step_seconds, 1e-9);
+            }
+            found_.models.push_back(std::move(found));
+        }
+        found_.linear_theory.reset();
+        std::vector<Bias> linear;
+        for (std::size_t w = 0; w < found_.wishes.size(); ++w)
+            if (const std::optional<double> value = full.numbers[w].linear_theory; value && std::isfinite(*value))
+                linear.push_back({*value - found_.references[w].value, found_.references[w].error});
+        if (linear.size() == found_.wishes.size()) found_.linear_theory = linear;
+        return true;
+    }
+
+    bool measure_rounding_and_cell() {
+        const std::vector<Level> cells = cell_levels(pilot());
+        std::vector<Trial> trials{bench_.trial_of(on_pilot_grid({}), true)};
+        for (const Level& level : cells)
+            if (reason_free(level)) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+        if (!bench_.run(trials)) return false;
+        const Measured full = bench_.measured(on_pilot_grid({}));
+        const auto against_full = [&](const Measured& run) {
+            return run.failure.empty() ? bench_.differences(run, full) : std::vector<Bias>{};
+        };
+        found_.rounding = against_full(bench_.measured(on_pilot_grid({}), true));
+        found_.cell.clear();
+        if (bench_.statistical && !cells.empty() && reason_free(cells.front())) {
+            const Measured large = bench_.measured(on_pilot_grid(cells.front().overrides));
+            if (large.failure.empty())
+                for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+                    const Bias a = bench_.mean_of(full.numbers[w]), b = bench_.mean_of(large.numbers[w]);
+                    found_.cell.push_back({a.value - b.value, std::hypot(a.error, b.error)});
+                }
+        }
+        return true;
+    }
+
+    bool reason_free(const Level& level) const {
+        if (!bench_.statistical) return false;
+        try {
+            bench_.trial_of(on_pilot_grid(level.overrides));
+            return true;
+        } catch (const Error&) {
+            return false;
+        }
+    }
+
+    /// Trials of twice the duration: when no combination meets the wishes yet, or they cost a small part of the run.
+    bool wants_longer() {
+        if (bench_.is_short || 3.0 * bench_.spent > bench_.budget) return false;
+        const std::vector<Candidate> front = front_of(findings(), bench_.scene);
+        const auto good =
+            std::find_if(front.begin(), front.end(), [](const Candidate& one) { return one.ratio <= 1.0; });
+        constexpr double part = 0.1;  // of the recommended run, for the trials
+        return good == front.end() || 2.0 * bench_.spent < part * good->seconds;
+    }
+
+    /// Axes may not be independent: the recommended combination is run for the duration of the trials, and replaced by
+    /// the next when it fails.  False when a signal came.
+    bool check_recommended() {
+        constexpr int most_checks = 6;
+        for (int n = 0; n < most_checks; ++n) {
+            const std::vector<Candidate> front = front_of(findings(), bench_.scene);
+            const Candidate* best = recommended(front, options_.run_budget);
+            if (best == nullptr || best->parts.front().whole) return true;
+            const std::vector<std::string> overrides = overrides_of(*best);
+            if (!bench_.run({bench_.trial_of(overrides)})) return false;
+            const Measured run = bench_.measured(overrides), reference = bench_.measured(reference_);
+            if (run.failure.starts_with("not run")) return true;
+            Checked checked{.overrides = overrides, .failure = run.failure, .biases = {}};
+            if (checked.failure.empty()) {
+                checked.biases = bench_.differences(run, reference);
+                for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+                    const Bias grid = found_.grids[found_.pilot_grid].biases[w];
+                    checked.biases[w] = {checked.biases[w].value + grid.value,
+                                         std::hypot(checked.biases[w].error, grid.error, reference_bias_[w].value)};
+                }
+            }
+            found_.checked.push_back(std::move(checked));
+        }
+        return true;
+    }
+
+    TradeBench bench_;
+    TradeoffOptions options_;
+    Findings found_;
+    std::vector<StepLadder> ladders_;
+    std::vector<std::string> reference_;  ///< changes of the reference of the steps
+    std::vector<Bias> reference_bias_;    ///< of that reference, estimated
+    double refinement_ = 1.0;             ///< points of the scene's grid over those of the trials'
+    std::string given_grid_;              ///< name of the scene's grid, where it is finer
+};
+}  // namespace
+
+Findings find_tradeoff(const io::Scene& scene, const TradeoffOptions& options) { return Study(scene, options).find(); }
+
+}  // namespace drover::run

@@ -1,0 +1,11 @@
+// run/trade_study.hpp: the trials of a study, axis by axis, and what they show.
+#pragma once
+#include "drover/run/tradeoff_options.hpp"
+#include "run/trade_front.hpp"
+
+namespace drover::run {
+
+/// Makes the trials, within the budget.
+Findings find_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
+
+}  // namespace drover::run

@@ -1,0 +1,115 @@
+// run/trials.cpp: trials on workers and their records.
+#include "run/trials.hpp"
+
+#include <algorithm>
+#include <ctime>
+#include <sstream>
+
+#include "drover/base/error.hpp"
+#include "drover/io/scene_text.hpp"
+#include "drover/run/exit_status.hpp"
+#include "drover/run/run_scene.hpp"
+#include "drover/run/worker_pool.hpp"
+
+namespace drover::run {
+
+namespace {
+namespace fs = std::filesystem;
+
+double core_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+RunOutcome run_or_continue(const Trial& trial) {
+    const fs::path path = archive_path(trial.scene);
+    const RunOptions options{.overwrite = true, .quiet = true, .rounds_up = trial.rounds_up};
+    if (!fs::exists(path) || !has_checkpoint(path)) return run_scene(trial.scene, options);
+    return restart_run(path, std::vector<std::string>{text("time.end={:.17g}", trial.scene.time.end)}, options);
+}
+
+std::string one_line(std::string text) {
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
+}
+}  // namespace
+
+Trials::Trials(const fs::path& folder, int workers)
+    : folder_(folder), workers_(workers), records_(folder / "trials.records", files::fingerprint("trials")) {
+    for (const std::string& record : records_.records()) take(record);
+}
+
+/// Runs that differ in their end alone are one trial.
+std::string Trials::name_of(const Trial& trial) const {
+    io::Scene scene = trial.scene;
+    scene.time.end = 0.0;
+    scene.output.file.clear();
+    return text("trial-{:016x}{}", files::fingerprint(io::resolved_text(scene)), trial.rounds_up ? "-up" : "");
+}
+
+/// A record: name, end, core seconds of start and of steps, failure.
+void Trials::take(const std::string& record) {
+    std::istringstream words(record);
+    std::string name;
+    double end = 0.0, start = 0.0, steps = 0.0;
+    words >> name >> end >> start >> steps;
+    TrialResult& result = results_[name];
+    result.archive = folder_ / (name + ".h5");
+    result.end = end;
+    result.start_seconds =
+        std::max(result.start_seconds, start);  // a continued run starts twice, which is not its cost
+    result.step_seconds += steps;
+    std::getline(words >> std::ws, result.failure);
+}
+
+const TrialResult* Trials::find(const Trial& trial) const {
+    const auto found = results_.find(name_of(trial));
+    if (found == results_.end()) return nullptr;
+    const TrialResult& result = found->second;
+    return !result.failure.empty() || result.end >= trial.scene.time.end * (1.0 - 1e-9) ? &result : nullptr;
+}
+
+bool Trials::run(const std::vector<Trial>& trials) {
+    std::vector<Trial> missing;
+    std::vector<std::string> names;
+    for (const Trial& trial : trials) {
+        const std::string name = name_of(trial);
+        if (find(trial) != nullptr || std::find(names.begin(), names.end(), name) != names.end()) continue;
+        missing.push_back(trial);
+        missing.back().scene.output.file = (folder_ / (name + ".h5")).string();
+        missing.back().scene.run.threads = 1;
+        names.push_back(name);
+    }
+    std::size_t next = 0;
+    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
+                        if (next == missing.size()) return std::nullopt;
+                        return next++;
+                    },
+                    .work =
+                        [&](std::size_t job, std::string& result) {
+                            double steps = 0.0;
+                            std::string failure;
+                            try {
+                                const RunOutcome outcome = run_or_continue(missing[job]);
+                                if (outcome.loop.signal != 0) return int{exit_stopped};
+                                steps = outcome.loop.core_seconds;
+                            } catch (const Error& error) {
+                                failure = one_line(error.what());
+                            }
+                            result = text("{} {:.17g} {:.6g} {:.6g} {}", names[job], missing[job].scene.time.end,
+                                          core_seconds() - steps, steps, failure);
+                            return int{exit_done};
+                        },
+                    .ended =
+                        [&](std::size_t job, int status, const std::string& result) {
+                            if (status != exit_done || result.empty()) {
+                                if (status != exit_stopped)
+                                    fail_run("the trial {} ended with status {}; run the command again to repeat it",
+                                             names[job], status);
+                                return;
+                            }
+                            records_.append(result);
+                            take(result);
+                            new_seconds_ += results_[names[job]].seconds();
+                        }};
+    return !run_jobs(jobs, {.workers = workers_}).stopped;
+}
+
+}  // namespace drover::run

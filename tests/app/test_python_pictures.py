@@ -1,0 +1,159 @@
+"""tests/app/test_python_pictures.py: figures, panels and films of runs in memory and in archives."""
+import json
+import shutil
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray
+from support import MODELS, SMALL, drover as program, write_scene
+
+import drover
+from drover import panels
+from drover.sweeping import Sweep
+
+matplotlib.use("Agg")
+from matplotlib import pyplot  # noqa: E402  # after the backend is chosen
+
+BEADS = {"cell.lx": 12, "cell.ly": 12, "time.end": 0.02}
+needs_ffmpeg = pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    pyplot.close("all")
+
+
+def fields(**changes):
+    return drover.Scene.from_dict({**SMALL, "time.end": 2.0, **changes}, "small.toml")
+
+
+def particles(name="bead-flock"):
+    return drover.Scene.load(MODELS / f"{name}.toml").set(BEADS)
+
+
+# --- panels
+
+@pytest.mark.parametrize("scene", [fields(), fields(**{"grid.ny": 1}), particles()])
+def test_the_figure_of_a_run_in_memory_has_its_panels(scene):
+    run = scene.start()
+    run.advance()
+    figure = drover.plot.figure(run)
+    assert len(figure.axes) >= 3
+    assert f"$t$ = {run.time:g} s" in figure.texts[0].get_text()
+
+
+def test_every_panel_draws_on_the_axes_that_it_is_given(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with fields().run("small.h5") as run:
+        for draw in (drover.plot.map, drover.plot.structure, drover.plot.numbers, drover.plot.order):
+            axes = pyplot.figure().add_subplot()
+            assert draw(run, axes) is axes and axes.get_xlabel() and axes.get_ylabel() and axes.has_data()
+        axes = drover.plot.series("small.h5", "rod_density_variance"
+                                  if "rod_density_variance" in run.observables else "polar_order")
+        assert axes.has_data() and axes.get_xlabel() == "time $t$ [s]"
+        upper, lower = pyplot.figure().subplots(2)
+        drover.plot.numbers(run, upper, lower)
+        assert lower.has_data()
+    with pytest.raises(drover.Error, match="expected one of"):
+        drover.plot.series("small.h5", "nothing")
+    with pytest.raises(drover.Error, match="drover.plot.map"):
+        drover.plot.structure(particles().start())
+
+
+def test_a_map_shows_every_point_of_a_smooth_field_and_averages_of_a_noisy_one():
+    x = (np.arange(256) + 0.5) / 4.0
+    wave = np.sin(2 * np.pi * x / 64.0)
+    smooth = xarray.DataArray(wave[:, None] * wave[None, :], {"y": x, "x": x}, ("y", "x"))
+    assert panels.shown_means(smooth)[0].shape == (256, 256)
+    noise = smooth.copy(data=np.random.default_rng(1).normal(size=(256, 256)))
+    assert panels.shown_means(noise)[0].shape == (64, 64)
+
+
+def rows(keys, value):
+    grid = np.meshgrid(*keys.values(), indexing="ij")
+    return [{**dict(zip(keys, point)), "seeds": 1,
+             "polar_order": {"mean": value(*point), "error": None if point[0] == 1.0 else 0.1, "unit": "mm-2"}}
+            for point in zip(*(axis.ravel().tolist() for axis in grid))]
+
+
+def sweep_of(keys, value, **more):
+    return Sweep({"keys": list(keys), "rows": [{**row, **more} for row in rows(keys, value)], "warnings": [],
+                  "failed": 0, "text": ""})
+
+
+def test_a_sweep_of_one_key_is_drawn_at_its_values_with_open_symbols_without_error():
+    axes = sweep_of({"relaxation.rate": [3.0, 1.0, 2.0]}, lambda rate: rate**2).plot("polar_order")
+    points = {tuple(point): line.get_markerfacecolor() for line in axes.lines
+              if line.get_marker() == "o" for point in line.get_xydata()}
+    assert set(points) == {(1.0, 1.0), (2.0, 4.0), (3.0, 9.0)}
+    assert points[1.0, 1.0] == "white" and points[2.0, 4.0] != "white"
+    assert axes.get_xlabel() == "relaxation.rate" and axes.get_ylabel() == "polar order [mm$^{-2}$]"
+
+
+def test_a_sweep_of_two_keys_is_drawn_as_a_map_of_its_values():
+    axes = sweep_of({"relaxation.rate": [1.0, 2.0], "current.speed": [1.0, 2.0, 3.0]},
+                    lambda rate, speed: 10.0 * rate + speed).plot("polar_order")
+    assert axes.collections[0].get_array().reshape(2, 3).tolist() == [[11.0, 12.0, 13.0], [21.0, 22.0, 23.0]]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("current.speed", "relaxation.rate")
+
+
+def test_a_plot_of_what_a_sweep_has_not_measured_lists_what_it_has():
+    with pytest.raises(drover.Error, match="polar_order"):
+        sweep_of({"relaxation.rate": [1.0, 2.0]}, lambda rate: rate).plot("nothing")
+
+
+# --- films
+
+def probed(path):
+    """Width, height and number of pictures of a film."""
+    words = ["ffprobe", "-v", "error", "-count_frames", "-show_entries",
+             "stream=width,height,nb_read_frames,codec_name", "-of", "json", path]
+    stream, = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)["streams"]
+    assert stream["codec_name"] == "h264"
+    return stream["width"], stream["height"], int(stream["nb_read_frames"])
+
+
+def pictures_of(path, width, height):
+    """All pictures of a film, as arrays."""
+    words = ["ffmpeg", "-v", "error", "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    raw = subprocess.run(words, capture_output=True, check=True).stdout
+    return np.frombuffer(raw, np.uint8).reshape(-1, height, width, 3).astype(int)
+
+
+@needs_ffmpeg
+@pytest.mark.parametrize("scene, every", [(fields(), 0.5), (fields(**{"grid.ny": 1}), 0.5), (particles(), 0.005),
+                                          (particles("bead-gas"), 0.005)])
+def test_a_film_shows_the_frames_of_a_run(scene, every, tmp_path):
+    run = scene.start()
+    path = drover.film(run, tmp_path / "run.mp4", every=every)
+    width, height, count = probed(path)
+    assert count == 5 and run.step == run.steps and width % 2 == height % 2 == 0
+    shown = pictures_of(path, width, height)
+    assert shown.std() > 10.0  # not blank
+    assert all(abs(one - other).max() > 50 for one, other in zip(shown, shown[1:]))  # the picture or its time
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@needs_ffmpeg
+def test_the_program_of_films_makes_one_of_an_archive(tmp_path):
+    scene = write_scene(tmp_path, {"time.end": 2.0, "output.frame_every": 0.5})
+    program(tmp_path, "run", scene, "--quiet")
+    words = [sys.executable, "-m", "drover.film", "flock.h5"]
+    made = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert made.stdout.strip() == "flock.mp4" and probed(tmp_path / "flock.mp4")[2] == 5
+    subprocess.run([*words, "--every", "2", "-o", "half.mp4"], cwd=tmp_path, capture_output=True, check=True)
+    assert probed(tmp_path / "half.mp4")[2] == 3
+    wrong = subprocess.run([*words, "-o", "film.gif"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert wrong.returncode == 2 and "expected .mp4" in wrong.stderr
+
+
+def test_without_ffmpeg_an_error_says_how_to_install_it(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    run = fields().start()
+    with pytest.raises(drover.Error, match="apt-get install ffmpeg"):
+        drover.film(run, tmp_path / "run.mp4")
+    assert run.step == 0

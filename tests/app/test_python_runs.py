@@ -1,0 +1,97 @@
+"""tests/app/test_python_runs.py: runs in Python have the bytes of those of the program, for every shipped scene."""
+import h5py
+import pytest
+from support import MODELS, assert_same_bytes, drover as program, settings
+from test_particle_scenes import SHORT as PARTICLES
+from test_scenes import SHORT as FIELDS
+
+import drover
+
+SHORT = {**FIELDS, **PARTICLES}
+STEPS = 12  # of each run, with a frame at every fourth and a sample at every second
+
+
+def shortened(name):
+    """A scene of models/ on the small grid or cell of its own test, for a few steps."""
+    scene = drover.Scene.load(MODELS / f"{name}.toml")
+    changes = dict(text.split("=") for text in SHORT[name])
+    changes = {key: float(value) if "." in value else int(value) for key, value in changes.items()}
+    dt = changes.get("time.dt", scene["time.dt"])
+    return scene.set({**changes, "time.end": STEPS * dt, "output.frame_every": 4 * dt, "output.sample_every": 2 * dt,
+                      "analysis.warm_up": -1.0, "run.threads": 1})
+
+
+@pytest.mark.parametrize("name", sorted(SHORT))
+def test_a_run_in_memory_has_the_bytes_of_the_program(name, tmp_path):
+    scene = shortened(name)
+    program(tmp_path, "run", MODELS / f"{name}.toml", *settings(scene.settings), "--quiet", "-o", "program.h5")
+    run = scene.start()
+    frames = [frame.to_xarray() for frame in run.every()]
+    with h5py.File(tmp_path / "program.h5") as archive:
+        for number, frame in enumerate(frames):
+            for variable, array in frame.data_vars.items():
+                row = stored(archive, variable)
+                assert array.values.tobytes() == (row if row.ndim == array.ndim else row[number]).tobytes(), variable
+        group = archive["observables" if scene.kind == "fields" else "series"]
+        for variable in run.observables.variables:
+            assert run.observables[variable].values.tobytes() == group[variable][()].tobytes(), variable
+    assert len(frames) == 4 and len(run.observables.time) == 7
+
+
+def stored(archive, variable):
+    """The rows of an array of a frame in an archive, or a fixed array."""
+    for prefix, group in (("bead_", "bodies/beads"), ("rod_", "bodies/rods")):
+        path = f"{group}/{variable.removeprefix(prefix)}"
+        if variable.startswith(prefix) and path in archive:
+            return archive[path if isinstance(archive[path], h5py.Dataset) else path + "/value"][()]
+    return archive[variable][()]
+
+
+def test_an_archive_of_python_has_the_bytes_of_the_program_also_after_a_restart(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = shortened("isotropic")
+    with scene.run("python.h5") as run:
+        assert run.frames.rod_density.sizes["time"] == 4 and run.summary is not None
+    program(tmp_path, "run", MODELS / "isotropic.toml", *settings(scene.settings), "--quiet", "-o", "program.h5")
+    assert_same_bytes("python.h5", "program.h5")
+    end = 2 * scene["time.end"]
+    with drover.restart("python.h5", end=end, threads=2) as run:
+        assert float(run.frames.time[-1]) == end
+    program(tmp_path, "restart", "program.h5", "--set", f"time.end={end}", "--quiet")
+    assert_same_bytes("python.h5", "program.h5")
+
+
+@pytest.mark.parametrize("command, scene", [("stability", "flock"), ("stability", "rods"), ("boundary", "flock")])
+def test_theory_in_memory_equals_the_archive_of_the_program(command, scene, tmp_path):
+    changes = {"stability.wavenumbers": 12, "stability.angles": 5, "boundary.map": 8, "boundary.chord": 0.03,
+               "boundary.lines": ["onset", "banding"]}
+    loaded = (drover.Scene.load(MODELS / "flock.toml").set(changes) if scene == "flock" else
+              drover.Scene.load(MODELS / "isotropic.toml").set(changes))
+    axes = {"x": ("driving.strength", 5.0, 60.0), "y": "relaxation.rate = 0.1:1.0"} if command == "boundary" else {}
+    theory = getattr(loaded, command)(**axes)
+    words = [word for name, key in (("--x", "driving.strength = 5:60"), ("--y", "relaxation.rate = 0.1:1"))
+             for word in (name, key) if axes]
+    program(tmp_path, command, loaded.name, *settings(loaded.settings), *words, "-o", "program.h5")
+    with drover.open_theory(tmp_path / "program.h5") as archive:
+        assert theory.groups.keys() == archive.groups.keys() and theory.kind == archive.kind
+        for name, group in archive.groups.items():
+            assert theory.groups[name].identical(group.load()), name
+        main = archive.main.load()
+    assert theory.main.identical(main)
+    shown = program(tmp_path, command, loaded.name, *settings(loaded.settings), *words).stdout
+    assert theory.text == shown
+
+
+def test_a_sweep_has_the_table_of_the_program(tmp_path):
+    scene = shortened("isotropic").set("run.threads", 0)
+    found = drover.sweep(scene, {"relaxation.rate": [0.2, 0.4], "current.speed": "1:2:2"}, workers=2,
+                         folder=tmp_path / "python.sweep")
+    program(tmp_path, "sweep", scene.name, *settings(scene.settings), "--vary", "relaxation.rate = 0.2, 0.4",
+            "--vary", "current.speed = 1:2:2", "--quiet", "-o", "program.sweep")
+    tables = [(tmp_path / f"{name}.sweep" / "table.csv").read_text() for name in ("python", "program")]
+    assert tables[0] == tables[1]
+    mean = found.data.polar_order
+    assert mean.dims == ("relaxation.rate", "current.speed") and mean.shape == (2, 2) and mean.attrs["units"]
+    row = tables[1].splitlines()[2].split(",")  # relaxation.rate = 0.2, current.speed = 2
+    column = [name.split(" ")[0] for name in tables[1].splitlines()[0].split(",")].index("polar_order")
+    assert float(mean.sel({"relaxation.rate": 0.2, "current.speed": 2})) == float(row[column])

@@ -1,0 +1,149 @@
+// tests/run/tradeoff.cpp: wanted numbers, durations and the front of combinations.
+#include "drover/run/tradeoff.hpp"
+
+#include <gtest/gtest.h>
+
+#include "drover/base/error.hpp"
+#include "drover/measure/statistics.hpp"
+#include "run/trade_front.hpp"
+
+namespace drover::run {
+
+TEST(Wish, reads_a_name_a_range_and_a_relative_or_absolute_error) {
+    const Wish relative = parse_wish("polar_order=1%");
+    EXPECT_EQ(relative.observable, "polar_order");
+    EXPECT_DOUBLE_EQ(relative.error, 0.01);
+    EXPECT_TRUE(relative.is_relative);
+    const Wish absolute = parse_wish(" polar_order = 0.02 ");
+    EXPECT_DOUBLE_EQ(absolute.error, 0.02);
+    EXPECT_FALSE(absolute.is_relative);
+    const Wish below = parse_wish("structure_factor_rods(q<1)=3%");
+    EXPECT_EQ(below.axis, "q");
+    EXPECT_EQ(below.max, 1.0);
+    EXPECT_EQ(below.min, -INFINITY);
+    const Wish between = parse_wish("structure_factor_rods(0.5 < wavenumber < 2)=3%");
+    EXPECT_EQ(between.axis, "wavenumber");
+    EXPECT_EQ(between.min, 0.5);
+    EXPECT_EQ(between.max, 2.0);
+    EXPECT_EQ(parse_wish("g(r>1)=3%").min, 1.0);
+}
+
+TEST(Wish, that_is_not_one_is_refused_with_the_form_expected) {
+    for (const char* given : {"polar_order", "polar_order=", "polar_order=0%", "polar_order=-1%", "=1%",
+                              "polar_order=x", "g(q=1)=1%", "g(q<x)=1%", "polar_order=inf"}) {
+        try {
+            parse_wish(given);
+            ADD_FAILURE() << given;
+        } catch (const Error& error) {
+            EXPECT_NE(std::string(error.what()).find("polar_order=1%"), std::string::npos) << error.what();
+        }
+    }
+}
+
+TEST(Duration, is_read_in_seconds_minutes_and_hours) {
+    EXPECT_EQ(seconds_of("90s"), 90.0);
+    EXPECT_EQ(seconds_of("20min"), 1200.0);
+    EXPECT_EQ(seconds_of("1.5 h"), 5400.0);
+    for (const char* given : {"", "min", "0s", "-1s", "5 days", "nans"})
+        EXPECT_THROW(seconds_of(given), Error) << given;
+}
+
+TEST(PairedDifference, of_series_with_a_common_noise_knows_its_mean_better_than_each_series) {
+    // b = noise, a = b + 0.1: the difference has no fluctuation at all.
+    std::vector<double> a, b;
+    std::uint64_t state = 1;
+    for (int i = 0; i < 400; ++i) {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        b.push_back(static_cast<double>(state >> 40) * 0x1p-24);
+        a.push_back(b.back() + 0.1);
+    }
+    const measure::RoughMean difference = measure::paired_difference(a, b, 10);
+    EXPECT_NEAR(difference.value, 0.1, 1e-14);  // rounding
+    EXPECT_LT(difference.error, 1e-14);
+    // A uniform number has the variance 1/12; 390 of them are independent, and blocks of them give the error to 30 %.
+    EXPECT_NEAR(measure::rough_mean(b, 10).error, std::sqrt(1.0 / 12.0 / 390.0), 0.3 * std::sqrt(1.0 / 12.0 / 390.0));
+}
+
+namespace {
+LevelFound level(const char* name, double bias, double bias_error, double start, double step) {
+    return {.level = {name, {std::string("key=") + name}},
+            .failure = "",
+            .biases = {{bias, bias_error}},
+            .start_seconds = start,
+            .step_seconds = step};
+}
+
+/// One wish, of 1 +- 0.01; two steps, two grids and a simpler model; trials of 100 s with a standard error of 0.01.
+Findings synthetic(bool statistical) {
+    Findings found;
+    found.wishes = {parse_wish("polar_order=1%")};
+    found.units = {"1"};
+    found.references = {{1.0, 0.01}};
+    found.allowed = {0.01};
+    found.ladders = {{{}, {level("long", 0.008, 0.0, 0.0, 1.0), level("short", 0.002, 0.0, 0.0, 2.0)}}};
+    found.grids = {level("coarse", 0.02, 0.0, 0.25, 0.25), level("fine", 0.001, 0.0, 1.0, 1.0)};
+    found.grids.back().level.overrides.clear();
+    found.models = {level("full", 0.0, 0.0, 1.0, 1.0), level("simple", 0.004, 0.0, 1.0, 0.5)};
+    found.models.front().level.overrides.clear();
+    found.pilot_grid = 1;
+    found.duration = 100.0;
+    found.statistical = statistical;
+    return found;
+}
+io::Scene scene_of_100_seconds() {
+    io::Scene scene;
+    scene.time.end = 100.0;
+    return scene;
+}
+}  // namespace
+
+TEST(TradeFront, of_definite_runs_adds_biases_and_multiplies_costs) {
+    const Findings found = synthetic(false);
+    const std::vector<Candidate> front = front_of(found, scene_of_100_seconds());
+    for (std::size_t i = 1; i < front.size(); ++i) {
+        EXPECT_GT(front[i].seconds, front[i - 1].seconds);
+        EXPECT_LT(front[i].ratio, front[i - 1].ratio);
+    }
+    // short step, fine grid: simple model 0.002 + 0.001 + 0.004 = 0.7 of 0.01, at half of 2 s per second; long steps of
+    // the full model cost the same, and have 0.008 + 0.001 = 0.9 of it.
+    const Candidate* best = recommended(front, 1e9);
+    ASSERT_NE(best, nullptr);
+    EXPECT_EQ(best->model->level.name, "simple");
+    EXPECT_EQ(best->step->level.name, "short");
+    EXPECT_NEAR(best->ratio, 0.7, 1e-12);
+    EXPECT_NEAR(best->seconds, 100.0, 1e-9);
+    EXPECT_EQ(recommended(front, 99.0), nullptr);
+}
+
+TEST(TradeFront, of_noisy_runs_makes_them_as_long_as_the_wish_needs) {
+    const Findings found = synthetic(true);
+    const std::vector<Candidate> front = front_of(found, scene_of_100_seconds());
+    const Candidate* best = recommended(front, 1e9);
+    ASSERT_NE(best, nullptr);
+    // The standard error of T seconds is 0.01 sqrt(100/T); twice that must fit into 0.01 less the biases.  The best of
+    // all: biases of 0.003 (full, short, fine), 2 s per second: T = 100 (0.02/0.007)^2 = 816 s, 1633 s; simple: 0.007,
+    // 1 s per second: T = 4444 s.  Durations are powers of sqrt(2), rounded to seconds.
+    EXPECT_EQ(best->model->level.name, "full");
+    EXPECT_EQ(best->step->level.name, "short");
+    EXPECT_GE(best->end, 816.0);
+    EXPECT_LE(best->end, 816.0 * std::sqrt(2.0) + 1.0);
+    EXPECT_LE(best->ratio, 1.0);
+}
+
+TEST(TradeFront, replaces_sums_of_biases_by_those_of_a_trial_and_drops_what_failed) {
+    Findings found = synthetic(false);
+    const io::Scene scene = scene_of_100_seconds();
+    const std::vector<Candidate> before = front_of(found, scene);
+    found.checked.push_back(
+        {.overrides = overrides_of(*recommended(before, 1e9)), .failure = "", .biases = {{0.02, 0.0}}});
+    const std::vector<Candidate> worse = front_of(found, scene);
+    const Candidate* best = recommended(worse, 1e9);
+    ASSERT_NE(best, nullptr);
+    EXPECT_FALSE(best->parts.front().whole.has_value());
+    EXPECT_EQ(best->model->level.name, "full");
+    found.checked.front().failure = "unstable";
+    const std::vector<Candidate> failed = front_of(found, scene);
+    for (const Candidate& one : failed) EXPECT_NE(overrides_of(one), found.checked.front().overrides);
+}
+
+}  // namespace drover::run
