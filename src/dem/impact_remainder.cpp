@@ -32,7 +32,8 @@ Eigen::MatrixXd normal_responses(std::span<const ImpactBody> bodies, std::span<c
 Eigen::VectorXd least_energy(const Eigen::MatrixXd& a, const Eigen::VectorXd& u) {
     Eigen::VectorXd p = Eigen::VectorXd::Zero(u.size());
     std::vector<Eigen::Index> active;
-    const double enough = 1e-10 * u.lpNorm<Eigen::Infinity>();
+    const double rounding = 1e-15 * u.lpNorm<Eigen::Infinity>();
+    const double enough = std::max(1e-10 * -u.minCoeff(), rounding);
     for (Eigen::Index round = 0; round < 10 * u.size(); ++round) {
         const Eigen::VectorXd after = u + a * p;
         Eigen::Index next = -1;

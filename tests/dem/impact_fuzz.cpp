@@ -269,7 +269,8 @@ TEST(ImpactFuzz, a_light_body_at_rest_does_not_slow_the_impact_of_heavy_ones) {
 
 TEST(ImpactFuzz, an_approach_that_a_law_leaves_ends_without_gain_of_energy) {
     // Friction holds bodies between opposite contacts whose springs push them to and fro; each law has one of these.
-    for (const std::uint64_t number : {1020, 2280, 1889, 2544}) {
+    // The last approaches 1e11 times more slowly than another of its contacts parts.
+    for (const std::uint64_t number : {1020, 2280, 1889, 2544, 366385}) {
         const FuzzGroup group = draw_group(1, number);
         ImpactOutcome outcome;
         EXPECT_EQ(fault_of(group, outcome), "") << number;
