@@ -44,7 +44,7 @@ def draw(path):
     left_out = len({row["model"] for row in found["by_model"]}) - MOST_MODELS
     write_title_and_caption(
         figure, "speed for accuracy: error against work",
-        f"Wanted: {wanted}. Error: the largest of a wish, with a probability of 95 %, over what it allows. Each point is "
-        "a setting of step, grid and duration that no other of its model beats."
+        f"Wanted: {wanted}. Error: the largest of a wish, with a probability of 95 %, over what it allows. Each point "
+        "is a setting of step, grid and duration that no other of its model beats."
         + (f" {left_out} models with larger errors are not drawn." if left_out > 0 else ""))
     return figure
