@@ -28,9 +28,11 @@ ResultOutput output_of(const Options& options, const char* what, const char* con
 }
 
 int print_scene_boundary(const Options& options) {
-    require(!options.varied && !options.cell, {.file = options.scene},
-            "--varied and --cell are for a table of coefficients, and this is a scene; expected the command without "
-            "them");
+    for (const auto& [name, is_given] :
+         {std::pair{"--varied", options.varied.has_value()}, std::pair{"--cell", options.cell.has_value()},
+          std::pair{"--point", !options.points.empty()}})
+        require(!is_given, {.file = options.scene},
+                "{} is for a table of coefficients, and this is a scene; expected the command without it", name);
     std::vector<std::string> overrides = options.overrides;
     if (!options.x.empty()) overrides.push_back("boundary.x=" + toml_text(options.x));
     if (!options.y.empty()) overrides.push_back("boundary.y=" + toml_text(options.y));
