@@ -15,9 +15,6 @@ namespace drover::run {
 namespace {
 using Clock = std::chrono::steady_clock;
 
-/// Of all threads of this process.
-double core_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, files::Archive& archive) {
@@ -57,6 +54,8 @@ void append_last(const Simulation& simulation, std::int64_t step, files::Archive
     archive.commit();
 }
 }  // namespace
+
+double core_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive& archive, const LoopFiles& files,
                      bool quiet) {

@@ -115,7 +115,7 @@ Bias TradeBench::mean_of(const WantedNumber& number) const {
 double TradeBench::least_duration(const WantedNumber& number) const {
     const std::span<const double> series(number.series);
     const double tau = measure::autocorrelation_time(series.subspan(std::min(skip(), series.size())));
-    constexpr double margin = 1.2;  // tau itself is uncertain
+    constexpr double margin = 2.0;  // tau of a short trial is uncertain
     return margin * measure::autocorrelation_times_per_block * static_cast<double>(measure::min_blocks) * tau *
            scene.output.sample_every;
 }

@@ -11,6 +11,7 @@
 #include "drover/files/record_file.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/cost.hpp"
+#include "drover/run/run_scene.hpp"
 #include "drover/run/step_choice.hpp"
 #include "run/json.hpp"
 #include "run/trade_study.hpp"
@@ -326,7 +327,7 @@ io::Scene with_accuracy(const io::Scene& scene, const std::vector<Wish>& wishes,
     const std::optional<ExpectedTime> expected = expected_time(with_chosen_step(scene, true));
     constexpr double part = 0.1, least = 5.0;  // of the run; seconds
     const double seconds = expected ? expected->total : 0.0;
-    const fs::path folder = fs::path(scene.file).stem().concat(".tradeoff");
+    const fs::path folder = archive_path(scene).replace_extension(".tradeoff");
     if (!quiet)
         log_information("finding the cheapest run that is accurate enough, by trials of at most {} in {}",
                         duration_text(std::max(least, part * seconds)), folder.string());

@@ -2,7 +2,6 @@
 #include "run/trials.hpp"
 
 #include <algorithm>
-#include <ctime>
 #include <sstream>
 
 #include "drover/base/error.hpp"
@@ -16,8 +15,6 @@ namespace drover::run {
 namespace {
 namespace fs = std::filesystem;
 
-double core_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
 RunOutcome run_or_continue(const Trial& trial) {
     const fs::path path = archive_path(trial.scene);
     const RunOptions options{.overwrite = true, .quiet = true, .rounds_up = trial.rounds_up};
@@ -28,6 +25,26 @@ RunOutcome run_or_continue(const Trial& trial) {
 std::string one_line(std::string text) {
     std::replace(text.begin(), text.end(), '\n', ' ');
     return text;
+}
+
+/// In a child process: runs a trial and makes its record.  Of a run that a signal stopped the record says how far it
+/// came.
+int run_trial(const Trial& trial, const std::string& name, std::string& record) {
+    double steps = 0.0, end = trial.scene.time.end;
+    int status = exit_done;
+    std::string failure;
+    try {
+        const RunOutcome outcome = run_or_continue(trial);
+        steps = outcome.loop.core_seconds;
+        if (outcome.loop.signal != 0) {
+            status = exit_stopped;
+            end = outcome.checkpoint_time;
+        }
+    } catch (const Error& error) {
+        failure = one_line(error.what());
+    }
+    record = text("{} {:.17g} {:.6g} {:.6g} {}", name, end, core_seconds() - steps, steps, failure);
+    return status;
 }
 }  // namespace
 
@@ -53,8 +70,7 @@ void Trials::take(const std::string& record) {
     TrialResult& result = results_[name];
     result.archive = folder_ / (name + ".h5");
     result.end = end;
-    result.start_seconds =
-        std::max(result.start_seconds, start);  // a continued run starts twice, which is not its cost
+    result.start_seconds = std::max(result.start_seconds, start);  // one that is continued starts more than once
     result.step_seconds += steps;
     std::getline(words >> std::ws, result.failure);
 }
@@ -82,32 +98,15 @@ bool Trials::run(const std::vector<Trial>& trials) {
                         if (next == missing.size()) return std::nullopt;
                         return next++;
                     },
-                    .work =
-                        [&](std::size_t job, std::string& result) {
-                            double steps = 0.0;
-                            std::string failure;
-                            try {
-                                const RunOutcome outcome = run_or_continue(missing[job]);
-                                if (outcome.loop.signal != 0) return int{exit_stopped};
-                                steps = outcome.loop.core_seconds;
-                            } catch (const Error& error) {
-                                failure = one_line(error.what());
-                            }
-                            result = text("{} {:.17g} {:.6g} {:.6g} {}", names[job], missing[job].scene.time.end,
-                                          core_seconds() - steps, steps, failure);
-                            return int{exit_done};
-                        },
+                    .work = [&](std::size_t job,
+                                std::string& result) { return run_trial(missing[job], names[job], result); },
                     .ended =
                         [&](std::size_t job, int status, const std::string& result) {
-                            if (status != exit_done || result.empty()) {
-                                if (status != exit_stopped)
-                                    fail_run("the trial {} ended with status {}; run the command again to repeat it",
-                                             names[job], status);
-                                return;
-                            }
+                            if (result.empty())
+                                fail_run("the trial {} ended with status {}; run the command again to repeat it",
+                                         names[job], status);
                             records_.append(result);
                             take(result);
-                            new_seconds_ += results_[names[job]].seconds();
                         }};
     return !run_jobs(jobs, {.workers = workers_}).stopped;
 }

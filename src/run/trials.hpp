@@ -39,8 +39,6 @@ public:
     /// The result of a trial that was run; nullptr when there is none, or a shorter one that did not fail.
     const TrialResult* find(const Trial& trial) const;
 
-    double new_seconds() const { return new_seconds_; }  ///< of a core, spent by this process
-
 private:
     std::string name_of(const Trial& trial) const;
     void take(const std::string& record);
@@ -49,7 +47,6 @@ private:
     int workers_;
     files::RecordFile records_;
     std::map<std::string, TrialResult> results_;
-    double new_seconds_ = 0.0;
 };
 
 }  // namespace drover::run

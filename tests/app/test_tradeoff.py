@@ -203,4 +203,4 @@ def test_run_with_an_accuracy_makes_the_recommended_run(tmp_path):
     with h5py.File(tmp_path / "a.h5") as store:
         error = store["summary/polar_order_error"][()] / store["summary/polar_order"][()]
     assert error < 0.05  # twice the standard error and all biases are below 5 %
-    assert (tmp_path / "s.tradeoff" / "trials.records").exists()
+    assert (tmp_path / "a.tradeoff" / "trials.records").exists()

@@ -14,6 +14,9 @@ struct LoopFiles {
     double checkpoint_minutes = 5.0;
 };
 
+/// Time of the processor that all threads of this process have used [s].
+double core_seconds();
+
 struct LoopOutcome {
     std::int64_t step = 0;      ///< reached
     int signal = 0;             ///< that stopped it; 0: the run reached its end

@@ -161,7 +161,7 @@ class Scene:
         """Runs to time.end and writes an archive, as `drover run`; returns the open archive.
 
         `accuracy`: first finds the cheapest run with these errors, "polar_order=1%" or a list, by trials of at most a
-        tenth of the run, which are kept in the folder <scene>.tradeoff.
+        tenth of the run, which are kept in a folder beside the archive.
 
         `output` is the archive; default: the name of the scene with .h5, in the working folder.  After Ctrl-C, which
         raises KeyboardInterrupt, drover.restart(archive) resumes.
