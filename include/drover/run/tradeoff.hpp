@@ -28,9 +28,9 @@ struct Tradeoff {
 /// scene as given cannot be run within the budget.
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
 
-/// The scene of the run that is as accurate as wished, found by trials that take a tenth of the time of the given scene,
-/// in a folder beside its archive (.tradeoff for .h5), with the output file of the given one.  Throws a run Error when
-/// there is none.
+/// The scene of the run that is as accurate as wished, found by trials that take a tenth of the time of the given
+/// scene, in a folder beside its archive (.tradeoff for .h5), with the output file of the given one.  Throws a run
+/// Error when there is none.
 io::Scene with_accuracy(const io::Scene& scene, const std::vector<Wish>& wishes, bool quiet);
 
 /// "20min", "90s", "2h" or "1.5 h" in seconds.  Throws an input Error for another text.
