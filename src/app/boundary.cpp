@@ -45,7 +45,7 @@ int print_scene_boundary(const Options& options) {
 }
 
 /// "0.35,0.14" as area fractions of beads and rods.
-calibrate::StatePoint point_of(const std::string& written, std::size_t varied) {
+run::AreaFractions point_of(const std::string& written) {
     double numbers[2] = {};
     char* end = nullptr;
     numbers[0] = std::strtod(written.c_str(), &end);
@@ -53,26 +53,7 @@ calibrate::StatePoint point_of(const std::string& written, std::size_t varied) {
     if (has_comma) numbers[1] = std::strtod(end + 1, &end);
     require(has_comma && *end == '\0' && numbers[0] > 0.0 && numbers[1] > 0.0, {},
             "--point {}; expected area fractions of beads and rods, such as --point 0.35,0.14", written);
-    return {.bead_fraction = numbers[0],
-            .rod_fraction = numbers[1],
-            .varied = varied,
-            .outside = physics::Outside::hold};
-}
-
-/// The points given, or the nodes of the table.
-void add_cells(const Options& options, const calibrate::Table& table, std::size_t varied, run::Result& result) {
-    require(options.cell || options.points.empty(), {}, "--point is for --cell; expected the side of a cell too");
-    if (!options.cell) return;
-    std::vector<calibrate::StatePoint> points;
-    for (const std::string& written : options.points) points.push_back(point_of(written, varied));
-    if (points.empty())
-        for (const double bead : table.bead_fractions)
-            for (const double rod : table.rod_fractions)
-                points.push_back({.bead_fraction = bead, .rod_fraction = rod, .varied = varied});
-    std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>> cells;
-    for (const calibrate::StatePoint& point : points)
-        cells.emplace_back(point, calibrate::predict_cell(table, point, *options.cell * *options.cell));
-    run::add_cells(cells, result);
+    return {numbers[0], numbers[1]};
 }
 
 int print_table_boundary(const Options& options) {
@@ -80,8 +61,11 @@ int print_table_boundary(const Options& options) {
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected the command without them");
+    require(options.cell || options.points.empty(), {}, "--point is for --cell; expected the side of a cell too");
+    std::vector<run::AreaFractions> points;
+    for (const std::string& written : options.points) points.push_back(point_of(written));
     run::TableOnset onset = run::make_onset(options.scene, options.varied);
-    add_cells(options, onset.table, onset.varied, onset.result);
+    if (options.cell) run::add_cells(onset, *options.cell, points);
     return print_result(onset.result, output_of(options, "onset", "curves and thresholds, with standard errors"),
                         onset.scene, 1);
 }

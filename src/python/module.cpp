@@ -172,11 +172,14 @@ void bind_theory(py::module_& module) {
         py::arg("scene"), py::arg("threads") = 0);
     module.def(
         "onset",
-        [](const std::filesystem::path& table, const std::optional<double>& varied) {
+        [](const std::filesystem::path& table, const std::optional<double>& varied, const std::optional<double>& cell,
+           const std::vector<run::AreaFractions>& points) {
             run::TableOnset onset = run::make_onset(table, varied);
+            if (cell) run::add_cells(onset, *cell, points);
             return Computed{std::move(onset.result), std::move(onset.scene), "onset", 1};
         },
-        py::arg("table"), py::arg("varied") = py::none());
+        py::arg("table"), py::arg("varied") = py::none(), py::arg("cell") = py::none(),
+        py::arg("points") = std::vector<run::AreaFractions>{});
     module.def(
         "states",
         [](const io::Scene& scene, std::optional<double> speed, std::optional<double> settle, const std::string& follow,

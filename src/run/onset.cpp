@@ -148,7 +148,8 @@ Result onset_result(const calibrate::Onset& onset, const calibrate::Table& table
                  .lists = {std::move(curves), std::move(line)}}};
 }
 
-void add_cells(const std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>>& cells, Result& result) {
+namespace {
+List cell_list(const std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>>& cells) {
     List list{.name = "cells",
               .heading =
                   "\norder P of the rods of one cell, as of few rods in mean field: mean, mean at g -+ one error, and "
@@ -171,7 +172,27 @@ void add_cells(const std::vector<std::pair<calibrate::StatePoint, calibrate::Cel
                          number("order_high", "the same at one standard error of g above", cell.high, 3),
                          number("order_deviation", "standard deviation of P in time", cell.deviation, 2),
                          number("order_line", "mean of P at g = 2", cell.line, 2)}});
-    result.root.lists.push_back(std::move(list));
+    return list;
+}
+}  // namespace
+
+void add_cells(TableOnset& onset, double side, const std::vector<AreaFractions>& points) {
+    require(side > 0.0, {.file = "--cell"}, "{} mm; expected the side of a cell, above 0", side);
+    std::vector<calibrate::StatePoint> states;
+    for (const auto& [bead, rod] : points) {
+        require(bead > 0.0 && rod > 0.0, {.file = "--point"},
+                "{},{}; expected area fractions of beads and rods above 0, such as 0.35,0.14", bead, rod);
+        states.push_back(
+            {.bead_fraction = bead, .rod_fraction = rod, .varied = onset.varied, .outside = physics::Outside::hold});
+    }
+    if (states.empty())
+        for (const double bead : onset.table.bead_fractions)
+            for (const double rod : onset.table.rod_fractions)
+                states.push_back({.bead_fraction = bead, .rod_fraction = rod, .varied = onset.varied});
+    std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>> cells;
+    for (const calibrate::StatePoint& state : states)
+        cells.emplace_back(state, calibrate::predict_cell(onset.table, state, side * side));
+    onset.result.root.lists.push_back(cell_list(cells));
 }
 
 TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied) {

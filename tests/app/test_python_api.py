@@ -31,7 +31,9 @@ COMMANDS = {
     "stability": (drover.Scene.stability, {"--output": "output", "--threads": "threads", "--overwrite": "overwrite"}),
     "boundary": (drover.Scene.boundary, {"--x": "x", "--y": "y", "--convention": "conventions", "--output": "output",
                                          "--threads": "threads", "--overwrite": "overwrite",
-                                         "--varied": "Drover.onset(table, varied=...)"}),
+                                         "--varied": "Drover.onset(table, varied=...)",
+                                         "--cell": "Drover.onset(table, cell=...)",
+                                         "--point": "Drover.onset(table, points=...)"}),
     "states": (drover.Scene.states, {"--wave": "wave", "--speed": "speed", "--settle": "settle", "--follow": "follow",
                                      "--points": "points", "--output": "output", "--threads": "threads",
                                      "--overwrite": "overwrite"}),
@@ -124,7 +126,7 @@ def test_every_public_name_has_a_docstring(name):
 
 
 @pytest.mark.parametrize("module", ["calibration", "commands", "error", "plot", "scene", "simulation", "sweeping",
-                                    "toml"])
+                                    "toml", "trading"])
 def test_the_examples_of_the_docstrings_run(module, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = doctest.testmod(importlib.import_module(f"drover.{module}"), optionflags=doctest.ELLIPSIS)

@@ -15,9 +15,6 @@ namespace drover::run {
 /// Curves, over rod and bead area fraction; crossings in both conventions of lambda; and the line through them.
 Result onset_result(const calibrate::Onset& onset, const calibrate::Table& table);
 
-/// Adds the order of the rods of one cell at these points.
-void add_cells(const std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>>& cells, Result& result);
-
 struct TableOnset {
     io::Scene scene;  ///< of the calibration
     calibrate::Table table;
@@ -27,5 +24,12 @@ struct TableOnset {
 /// Of a file of coefficients, for the value `varied` of the key that it varies.  Throws an input Error for another
 /// file, and as calibrate::varied_index.
 TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied);
+
+/// Area fractions of beads and of rods.
+using AreaFractions = std::pair<double, double>;
+
+/// Adds the order of the rods of a square cell of this side [mm] to the result, at these points or, without any, at
+/// the nodes of the table.  Throws an input Error for a side or an area fraction that is not above 0.
+void add_cells(TableOnset& onset, double side, const std::vector<AreaFractions>& points);
 
 }  // namespace drover::run

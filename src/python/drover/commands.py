@@ -59,11 +59,15 @@ def coefficients():
     return _drover.coefficients()
 
 
-def onset(table, *, varied=None, output=None, overwrite=False):
-    """The flocking threshold that a table of coefficients predicts, as `drover boundary TABLE`: a Theory."""
+def onset(table, *, varied=None, cell=None, points=(), output=None, overwrite=False):
+    """The flocking threshold that a table of coefficients predicts, as `drover boundary TABLE`: a Theory.
+
+    `cell`: also the order of the rods of a square cell of this side [mm], at `points`, pairs of the area fractions of
+    beads and rods, or at the nodes of the table.
+    """
     from drover.computed import theory_of
     with hdf5():
-        result = _drover.onset(os.fspath(table), varied)
+        result = _drover.onset(os.fspath(table), varied, cell, [tuple(point) for point in points])
         if output is not None:
             result.write(os.fspath(output), overwrite)
     return theory_of(result, os.path.basename(os.fspath(table)))
