@@ -331,3 +331,14 @@ def test_numpy_code_of_a_user_joins_in_less_than_ten_lines():
         fields.rod_density[...] = 2.0 + 0.1 * np.cos(2 * np.pi * x / 16)[None, :]
     variance = [frame.rod_density.var() for frame in start.every(0.5)]            # an observable
     assert variance[0] == pytest.approx(0.005) and 0.0 < variance[-1] < variance[0]
+
+
+def test_the_order_of_the_rods_of_a_cell_is_a_group_of_the_onset(tmp_path):
+    table = MODELS / "matched.calibration" / "table.h5"
+    theory = drover.onset(table, cell=45.0, points=[(0.6, 0.11), (0.2, 0.05)], output=tmp_path / "onset.h5")
+    cells = theory.groups["cells"]
+    assert cells.order.dims == ("cell",) and 0 < cells.order[1] < cells.order[0] < 1
+    with drover.open_theory(tmp_path / "onset.h5") as kept:
+        assert (kept.groups["cells"].order == cells.order).all()
+    with pytest.raises(drover.Error, match="above 0"):
+        drover.onset(table, cell=0.0)

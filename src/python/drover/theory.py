@@ -17,6 +17,7 @@ NEEDED = {"stability": {"growth_rate": BRANCH},
                                                                           "threshold_error")},
           "line": {name: ("line_rod_fraction",) for name in ("mean", "mean_error", "mean_share", "single_rod",
                                                              "single_rod_error", "single_rod_share")},
+          "cells": {name: ("cell",) for name in ("bead_area_fraction", "rod_area_fraction", "order")},
           "map": {"regime": ("map_y", "map_x")}}
 # Optional arrays with their axes.
 KNOWN = {"frequency": BRANCH, "slow_speed": SLOW, "slow_growth": SLOW, "slow_damping": SLOW}
