@@ -2,8 +2,8 @@
 #include "run/trade_axes.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
-#include <regex>
 
 #include "drover/base/error.hpp"
 #include "drover/io/scene_text.hpp"
@@ -93,6 +93,18 @@ std::vector<std::string> without_field(const io::Scene& scene, const std::string
             add_all(overrides, without(row));
     for (const std::string& start : starts) overrides.push_back("initial." + start + "=\"\"");
     return overrides;
+}
+
+/// Whether x or y occurs in a formula.
+bool depends_on_position(const std::string& formula) {
+    const auto in_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+    for (std::size_t i = 0; i < formula.size();) {
+        const auto end = std::find_if_not(formula.begin() + static_cast<std::ptrdiff_t>(i), formula.end(), in_name);
+        const std::string name(formula.begin() + static_cast<std::ptrdiff_t>(i), end);
+        if (name == "x" || name == "y") return true;
+        i += std::max<std::size_t>(1, name.size());
+    }
+    return false;
 }
 }  // namespace
 
@@ -199,11 +211,10 @@ std::vector<Level> cell_levels(const io::Scene& scene) {
                  {set("cell.lx", 2.0 * scene.particles.cell.lx), set("cell.ly", 2.0 * scene.particles.cell.ly)}}};
     }
     const physics::InitialState& start = scene.initial;
-    static const std::regex position("\\b[xy]\\b");
     bool uniform = start.kind != "file" && start.kind != "mode";
     for (const std::string* formula : {&start.bead_density, &start.rod_density, &start.bead_velocity_x,
                                        &start.bead_velocity_y, &start.polar_order_x, &start.polar_order_y})
-        uniform = uniform && !std::regex_search(*formula, position);
+        uniform = uniform && !depends_on_position(*formula);
     if (!uniform) return {};
     return {{"twice the sides",
              {set("grid.nx", 2 * scene.grid.nx), set("grid.ny", 2 * scene.grid.ny), set("grid.lx", 2.0 * scene.grid.lx),

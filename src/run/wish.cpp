@@ -2,8 +2,8 @@
 #include "drover/run/wish.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
-#include <regex>
 
 #include "drover/base/error.hpp"
 #include "drover/base/schema.hpp"
@@ -26,6 +26,33 @@ double number_in(const std::string& given, const std::string& text) {
     if (problem != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
         fail_wish(given, "\"" + text + "\" is not a number");
     return value;
+}
+
+std::string trimmed(const std::string& text) {
+    const std::size_t first = text.find_first_not_of(' '), last = text.find_last_not_of(' ');
+    return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+}
+
+/// "q<1", "q>1" or "0.5<q<1".
+void read_range(const std::string& given, const std::string& range, Wish& wish) {
+    std::vector<std::string> parts;
+    std::string signs;
+    for (std::size_t from = 0;;) {
+        const std::size_t sign = range.find_first_of("<>", from);
+        parts.push_back(trimmed(range.substr(from, sign - from)));
+        if (sign == std::string::npos) break;
+        signs += range[sign];
+        from = sign + 1;
+    }
+    if (signs == "<" || signs == ">") {
+        wish.axis = parts[0];
+        (signs == "<" ? wish.max : wish.min) = number_in(given, parts[1]);
+    } else if (signs == "<<") {
+        wish.min = number_in(given, parts[0]);
+        wish.axis = parts[1];
+        wish.max = number_in(given, parts[2]);
+    }
+    if (wish.axis.empty()) fail_wish(given, "\"" + range + "\" is not a range");
 }
 
 /// The components of a row that a wish selects.
@@ -63,32 +90,26 @@ std::vector<std::size_t> selected(const Wish& wish, const measure::SummaryRow& r
 }  // namespace
 
 Wish parse_wish(const std::string& given) {
-    static const std::regex form(R"(\s*([A-Za-z_0-9]+)\s*(?:\(([^()]*)\))?\s*=\s*([^%\s]+)\s*(%)?\s*)");
-    std::smatch parts;
-    if (!std::regex_match(given, parts, form)) fail_wish(given, "\"" + given + "\" is not a wanted number");
-    Wish wish{.text = parts[1].str(), .observable = parts[1].str(), .is_relative = parts[4].matched};
-    if (parts[2].matched) {
-        const std::string range = parts[2].str();
-        static const std::regex below(R"(\s*([A-Za-z_]+)\s*<\s*(\S+)\s*)"), above(R"(\s*([A-Za-z_]+)\s*>\s*(\S+)\s*)"),
-            between(R"(\s*([^<\s]+)\s*<\s*([A-Za-z_]+)\s*<\s*(\S+)\s*)");
-        std::smatch found;
-        if (std::regex_match(range, found, between)) {
-            wish.axis = found[2].str();
-            wish.min = number_in(given, found[1].str());
-            wish.max = number_in(given, found[3].str());
-        } else if (std::regex_match(range, found, below)) {
-            wish.axis = found[1].str();
-            wish.max = number_in(given, found[2].str());
-        } else if (std::regex_match(range, found, above)) {
-            wish.axis = found[1].str();
-            wish.min = number_in(given, found[2].str());
-        } else {
-            fail_wish(given, "\"" + range + "\" is not a range");
-        }
-        wish.text += "(" + range + ")";
+    const std::size_t equals = given.rfind('=');
+    if (equals == std::string::npos) fail_wish(given, "\"" + given + "\" is not a wanted number");
+    std::string name = trimmed(given.substr(0, equals)), error = trimmed(given.substr(equals + 1));
+    Wish wish;
+    wish.is_relative = error.ends_with('%');
+    if (wish.is_relative) error = trimmed(error.substr(0, error.size() - 1));
+    const std::size_t open = name.find('(');
+    if (open != std::string::npos && name.ends_with(')')) {
+        wish.text = name;
+        read_range(given, name.substr(open + 1, name.size() - open - 2), wish);
+        name = trimmed(name.substr(0, open));
     }
-    wish.error = number_in(given, parts[3].str()) * (wish.is_relative ? 0.01 : 1.0);
-    if (!(wish.error > 0.0)) fail_wish(given, "the error is " + parts[3].str() + ", not above 0");
+    const bool is_name = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+    });
+    if (!is_name) fail_wish(given, "\"" + name + "\" is not the name of an observable");
+    wish.observable = name;
+    if (wish.text.empty()) wish.text = name;
+    wish.error = number_in(given, error) * (wish.is_relative ? 0.01 : 1.0);
+    if (!(wish.error > 0.0)) fail_wish(given, "the error is " + error + ", not above 0");
     return wish;
 }
 
