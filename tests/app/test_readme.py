@@ -1,4 +1,4 @@
-"""tests/app/test_readme.py: every command of README.md runs (shortened), and every link of the manual leads somewhere."""
+"""tests/app/test_readme.py: every command of README.md runs (shortened), and every link leads to a file."""
 import os
 import re
 import shlex
