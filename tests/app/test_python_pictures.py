@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 import pytest
 import xarray
+from pictures import covered
 from support import MODELS, SMALL, drover as program, write_scene
 
 import drover
@@ -71,6 +72,30 @@ def test_a_map_shows_every_point_of_a_smooth_field_and_averages_of_a_noisy_one()
     assert panels.shown_means(smooth)[0].shape == (256, 256)
     noise = smooth.copy(data=np.random.default_rng(1).normal(size=(256, 256)))
     assert panels.shown_means(noise)[0].shape == (64, 64)
+
+
+def test_a_legend_on_a_curve_is_found_and_one_beside_it_is_not():
+    for corner, expected in (("upper left", [("", "rising")]), ("lower right", [])):
+        figure = pyplot.figure()
+        axes = figure.add_subplot()
+        axes.plot([0.0, 0.05, 1.0], [0.0, 1.0, 1.0], label="rising")
+        axes.legend(loc=corner)
+        assert covered(figure) == expected
+
+
+def test_an_exact_solution_is_drawn_beside_the_profiles_of_a_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    beads = drover.Scene.load(MODELS / "barenblatt.toml").set({"grid.nx": 64, "grid.ny": 64})
+    with beads.run("spread.h5") as run:
+        def exact(x, t):
+            return np.maximum(0.0, 1.0 - (x - 16.0)**2 / (16.0 * np.sqrt(1.0 + t))) / np.sqrt(1.0 + t)
+        axes = drover.plot.profiles(run, exact=exact)
+        for solved, predicted in zip(axes.lines[0::2], axes.lines[1::2]):
+            # 64 points: an error of 1.2e-2 of the mass, most of it at the front; the peak of the start is 1.
+            assert np.abs(solved.get_ydata() - predicted.get_ydata()).max() < 0.05
+        assert [line.get_label() for line in axes.lines][-1] == "exact"
+        assert drover.plot.length(run).lines[0].get_ydata()[-1] > 12.0  # the spot grows to a radius of 8 mm
+        assert drover.plot.growth(run).get_ylim()[0] == 0.0
 
 
 def rows(keys, value):

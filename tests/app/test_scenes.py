@@ -8,8 +8,11 @@ import re
 import h5py
 import numpy as np
 import pytest
+from pictures import covered, overlaps, unlabelled
 from scipy.optimize import curve_fit
 from support import MODELS, drover, drover_json, scenes, settings
+
+import drover as drover_package
 
 SCENES = scenes("fields")  # those of particles are in test_particle_scenes.py
 
@@ -38,6 +41,7 @@ class Ran:
 
     def __init__(self, folder, scene, more=()):
         name = scene + ".h5"
+        self.archive = folder / name
         self.told = drover_json(folder, "run", MODELS / (scene + ".toml"), "--overwrite", "--quiet", "--threads", "1",
                                 *settings([*SHORT[scene], *more]))
         self.arrays = {}
@@ -92,6 +96,19 @@ def test_a_scene_runs_and_conserves_its_totals(scene, ran):
             total = run.series(name)
             # Rounding of the mode q = 0, which no term touches.
             assert np.abs(total / total[0] - 1.0).max() < 1e-13, name
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_figure_of_a_scene_has_labels_and_no_legend_on_its_data(scene, ran):
+    with drover_package.open_run(ran(scene).archive) as run:
+        picture = drover_package.plot.figure(run)
+        picture.set_dpi(60)  # fewer pixels, same layout
+        titles = [axes.get_title(loc="left") for axes in picture.axes]
+        noisy = any(run.scene["noise"].values())
+        assert ("(c) number fluctuations" if noisy else "(c) deviations") in titles
+    assert overlaps(picture) == [] and covered(picture) == [] and unlabelled(picture) == []
+    texts = [axes.get_xlabel() for axes in picture.axes]
+    assert "$x$ [mm]" in texts and "time $t$ [s]" in texts
 
 
 # --- the physics of each scene

@@ -27,6 +27,7 @@ SHELLS_PER_DECADE = 12             # points drawn of S(q)
 STEPS = (1, 2, 2.5, 5, 10)           # of ticks
 DECADES_SHOWN = 1e-10              # of S(q), relative to the largest value: smaller values are rounding errors
 ROUNDING = 1e-11                   # relative to a number of rods: smaller fluctuations are rounding errors
+NO_ORDER = 1e-6                    # polar order below is drawn on an axis from 0 to 1
 COLOUR_PART = 0.99                 # fraction of pixels inside the colour range
 FROM_ZERO = 0.6                    # colours start at 0 where the least density is below this part of the largest
 LEAST_PIXELS = 12                  # along the longer side, of averages that make a noisy density positive
@@ -331,7 +332,7 @@ def draw_order(axes, run, columns):
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper right", ncol=columns)
     axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
-    axes.set_ylim(0.0, 1.35 * (most if most > ROUNDING else 1.0))  # space for the legend
+    axes.set_ylim(0.0, 1.35 * (most if most > NO_ORDER else 1.0))  # space for the legend
     axes.xaxis.set_major_locator(MaxNLocator(5 * columns, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     axes.set_xlabel(with_unit("time $t$", order["time"]))

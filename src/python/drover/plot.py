@@ -70,6 +70,30 @@ def order(run, axes=None):
     return panel("draw_order", run, axes, columns=2)
 
 
+def profiles(run, axes=None, exact=None):
+    """A field of a run without noise along x, at several times; `exact`, a function of x [mm] and t [s], is dotted."""
+    from drover.smooth_panels import draw_profiles
+    run, axes = fields_of(run), axes_of(axes)
+    draw_profiles(axes, run, exact)
+    return axes
+
+
+def growth(run, axes=None):
+    """Standard deviations of the fields over time; those of densities are relative to their means."""
+    from drover.smooth_panels import draw_growth
+    run, axes = fields_of(run), axes_of(axes)
+    draw_growth(axes, run)
+    return axes
+
+
+def length(run, axes=None):
+    """The length of the pattern over time: 2 pi over the mean wavenumber of the spectrum of the order or a density."""
+    from drover.smooth_panels import draw_length
+    run, axes = fields_of(run), axes_of(axes)
+    draw_length(axes, run)
+    return axes
+
+
 def series(run, name, axes=None):
     """An observable over time, with its mean and error."""
     run, axes = run_of(run), axes_of(axes)
