@@ -56,6 +56,13 @@ public:
     /// Time over which a run tells the error of its own mean [s].
     double least_duration(const WantedNumber& number) const;
 
+    /// An interval between samples from which the means of a run are as exact as from those that it has: half of the
+    /// shortest autocorrelation time, but a multiple of the scene's, with 64 samples of the trial [s].
+    double sparse_sampling(const Measured& base) const;
+
+    /// The trials to come sample at these intervals, and last a whole number of them.
+    void sample_every(double interval);
+
     /// a - b.  Runs of fields share their noise; those of particles share nothing.
     Bias difference(const WantedNumber& a, const WantedNumber& b) const;
     std::vector<Bias> differences(const Measured& a, const Measured& b) const;
@@ -69,7 +76,7 @@ public:
 private:
     double expected_seconds(const Trial& trial) const;
     void count(const Trial& trial);
-    std::size_t skip() const;
+    std::size_t skip(const WantedNumber& number) const;  ///< samples of the warm-up
 
     std::vector<Wish> wishes_;
     Trials trials_;

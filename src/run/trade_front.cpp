@@ -32,7 +32,8 @@ double seconds_of(const Findings& found, const Candidate& one) {
 }
 
 /// False for a combination whose trial failed.
-bool weigh(const Findings& found, Candidate& one) {
+bool weigh(const Findings& found, Candidate& one, double end) {
+    one.end = end;
     const std::vector<double> errors = trial_errors(found);
     const std::vector<std::string> overrides = overrides_of(one);
     const auto checked = std::find_if(found.checked.begin(), found.checked.end(),
@@ -49,19 +50,39 @@ bool weigh(const Findings& found, Candidate& one) {
     return true;
 }
 
-/// Durations of runs: that of the scene, or powers of two times that of the trials.
+/// Whole units of time.
+double rounded_up(const Findings& found, const io::Scene& scene, double duration) {
+    const double unit = std::max({scene.output.frame_every, scene.output.sample_every, found.sample_every});
+    return unit * std::ceil(duration / unit - 1e-9);
+}
+
+/// Durations of runs: that of the scene; with statistical errors the shortest that tells its own error, and powers of
+/// two times that of the trials.
 std::vector<double> durations(const Findings& found, const io::Scene& scene) {
     if (!found.statistical) return {scene.time.end};
-    const double unit = std::max(scene.output.frame_every, scene.output.sample_every);
-    std::vector<double> result;
+    const double shortest = found.warm_up + std::max(found.warm_up, found.least_duration);
+    std::vector<double> result{rounded_up(found, scene, shortest)};
     constexpr int shorter = 4, longer = 24;
-    for (int k = -shorter; k <= longer; ++k) {
-        const double duration = unit * std::ceil(found.duration * std::exp2(0.5 * k) / unit - 1e-9);
-        if (duration >= found.warm_up + std::max(found.warm_up, found.least_duration) &&
-            (result.empty() || duration > result.back()))
+    for (int k = -shorter; k <= longer; ++k)
+        if (const double duration = rounded_up(found, scene, found.duration * std::exp2(0.5 * k));
+            duration > result.back())
             result.push_back(duration);
-    }
     return result;
+}
+
+/// The duration for which a combination just meets the wishes; nothing where its biases do not.
+std::optional<double> sufficient_duration(const Findings& found, const Candidate& one) {
+    if (!found.statistical) return std::nullopt;
+    double longest = 0.0;
+    for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+        const Bias all = one.parts[w].biases();
+        const double room = 0.5 * (found.allowed[w] - std::abs(all.value));
+        if (room <= all.error) return std::nullopt;
+        const double variance = std::pow(found.references[w].error, 2) * (found.duration - found.warm_up);
+        longest = std::max(longest, variance / (room * room - all.error * all.error));
+    }
+    constexpr double margin = 1.02;  // rounding of the duration
+    return found.warm_up + margin * longest;
 }
 
 /// A simpler model is worth its bias only if it saves time.
@@ -81,8 +102,10 @@ Candidate linear_theory(const Findings& found) {
 }
 }  // namespace
 
+Bias Parts::biases() const { return whole ? *whole : sum(sum(step, grid), model); }
+
 double Parts::bound() const {
-    const Bias all = whole ? *whole : sum(sum(step, grid), model);
+    const Bias all = biases();
     return std::abs(all.value) + 2.0 * std::hypot(all.error, statistics);
 }
 
@@ -96,10 +119,16 @@ std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, c
                 for (const LevelFound& model : found.models) {
                     if (!step.is_measured() || !grid.is_measured() || !is_cheaper(model)) continue;
                     if (only != nullptr && only != &model) continue;
-                    for (const double end : ends) {
-                        Candidate one{.step = &step, .grid = &grid, .model = &model, .end = end, .parts = {}};
-                        if (weigh(found, one)) all.push_back(std::move(one));
-                    }
+                    const Candidate levels{.step = &step, .grid = &grid, .model = &model, .parts = {}};
+                    std::optional<double> sufficient;
+                    for (const double end : ends)
+                        if (Candidate one = levels; weigh(found, one, end)) {
+                            if (!sufficient) sufficient = sufficient_duration(found, one);
+                            all.push_back(std::move(one));
+                        }
+                    if (Candidate one = levels; sufficient && *sufficient > ends.front() &&
+                                                weigh(found, one, rounded_up(found, scene, *sufficient)))
+                        all.push_back(std::move(one));
                 }
     std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
         return a.seconds != b.seconds ? a.seconds < b.seconds : a.ratio < b.ratio;
@@ -123,11 +152,12 @@ std::vector<std::string> overrides_of(const Candidate& candidate) {
 
 io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidate& candidate) {
     std::vector<std::string> overrides = overrides_of(candidate);
-    overrides.push_back(
-        text("time.end={:.17g}{}", candidate.end, candidate.end == std::floor(candidate.end) ? ".0" : ""));
-    if (found.warm_up > 0.0)
+    overrides.push_back(set("time.end", candidate.end));
+    if (found.warm_up > 0.0) overrides.push_back(set("analysis.warm_up", found.warm_up));
+    if (found.sample_every > 0.0) overrides.push_back(set("output.sample_every", found.sample_every));
+    if (candidate.end > scene.time.end && scene.output.frame_every > 0.0)  // no more frames than were asked for
         overrides.push_back(
-            text("analysis.warm_up={:.17g}{}", found.warm_up, found.warm_up == std::floor(found.warm_up) ? ".0" : ""));
+            set("output.frame_every", scene.output.frame_every * std::ceil(candidate.end / scene.time.end - 1e-9)));
     return changed(scene, overrides);
 }
 
