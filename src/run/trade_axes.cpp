@@ -41,9 +41,10 @@ Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
                 {set("time.dt", dt), set("contacts.substep", dt / scene.time.dt * scene.particles.contacts.substep)}};
     Level level{text("{}, dt = {} s", method, number(dt)),
                 {text("time.stepper={}", method), set("time.dt", dt), "time.tolerance=0.0"}};
-    // Without noise the mean over fewer samples is a definite one, too.
-    if (dt > scene.output.sample_every && !physics::has_noise(scene.model.noise))
+    if (dt > scene.output.sample_every) {
+        level.sample_every = dt;
         level.overrides.push_back(set("output.sample_every", dt));
+    }
     return level;
 }
 

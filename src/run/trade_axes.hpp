@@ -11,7 +11,8 @@ namespace drover::run {
 struct Level {
     std::string name;  ///< "dt = 0.5 s", "96 by 96", "without advection.strength"
     std::vector<std::string> overrides;
-    std::string reason = {};  ///< why the scene cannot be changed so; else ""
+    std::string reason = {};    ///< why the scene cannot be changed so; else ""
+    double sample_every = 0.0;  ///< where it must be longer than that of the scene [s]
 };
 
 /// A method of time stepping (or, of particles, the step alone) with ever shorter steps.

@@ -32,6 +32,16 @@ double late_deviation(const std::vector<double>& values, const std::vector<doubl
     for (std::size_t i = from; i < values.size(); ++i) squares += std::pow(value(i) - mean, 2);
     return std::sqrt(squares);
 }
+
+/// The samples at whole multiples of a longer spacing; none where it is not a multiple.
+std::vector<double> common_samples(const WantedNumber& number, double spacing) {
+    const double times = std::round(spacing / number.spacing);
+    if (std::abs(times * number.spacing / spacing - 1.0) > 1e-9) return {};
+    std::vector<double> result;
+    for (std::size_t i = 0; i < number.series.size(); i += static_cast<std::size_t>(times))
+        result.push_back(number.series[i]);
+    return result;
+}
 }  // namespace
 
 TradeBench::TradeBench(const io::Scene& given, const TradeoffOptions& options)
@@ -112,16 +122,13 @@ Bias TradeBench::mean_of(const WantedNumber& number) const {
     return mean;
 }
 
-double TradeBench::least_duration(const WantedNumber& number) const {
-    const std::span<const double> series(number.series);
-    const std::span<const double> used = series.subspan(skip(number));
+Correlation TradeBench::correlation_of(const WantedNumber& number) const {
+    const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
     const double tau = measure::autocorrelation_time(used), window = 5.0 * tau;
-    // Of a short trial tau is uncertain: its relative standard error, see autocorrelation_time.
+    // Its relative standard error, see autocorrelation_time.
     const double error =
         std::sqrt(2.0 * (2.0 * window + 1.0) / static_cast<double>(std::max<std::size_t>(used.size(), 1)));
-    const double margin = std::min(2.0, 1.0 + 2.0 * error);
-    return margin * measure::autocorrelation_times_per_block * static_cast<double>(measure::min_blocks) * tau *
-           number.spacing;
+    return {tau * number.spacing, std::min(2.0, 1.0 + 2.0 * error)};
 }
 
 double TradeBench::sparse_sampling(const Measured& base) const {
@@ -142,9 +149,12 @@ void TradeBench::sample_every(double interval) {
 Bias TradeBench::difference(const WantedNumber& a, const WantedNumber& b) const {
     const Bias mean_a = mean_of(a), mean_b = mean_of(b);
     const Bias apart{mean_a.value - mean_b.value, std::hypot(mean_a.error, mean_b.error)};
-    if (scene.kind == io::SceneKind::particles || a.series.empty() || b.series.empty() || a.spacing != b.spacing)
-        return apart;
-    Bias paired = measure::paired_difference(a.series, b.series, skip(a));
+    if (scene.kind == io::SceneKind::particles || a.series.empty() || b.series.empty()) return apart;
+    if (!statistical && a.spacing != b.spacing) return apart;
+    const double spacing = std::max(a.spacing, b.spacing);
+    const std::vector<double> one = common_samples(a, spacing), other = common_samples(b, spacing);
+    if (one.empty() || other.empty()) return apart;
+    Bias paired = measure::paired_difference(one, other, skip(a.spacing > b.spacing ? a : b));
     if (!statistical) paired.error = 0.0;
     return paired.error < apart.error ? paired : apart;
 }

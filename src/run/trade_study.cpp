@@ -78,13 +78,12 @@ private:
     void set_references(const Measured& base) {
         found_.units.clear();
         found_.references.clear();
-        found_.least_duration = 0.0;
+        found_.correlations.clear();
         bench_.allowed.clear();
         for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
             found_.units.push_back(base.numbers[w].unit);
             found_.references.push_back(bench_.mean_of(base.numbers[w]));
-            if (bench_.statistical)
-                found_.least_duration = std::max(found_.least_duration, bench_.least_duration(base.numbers[w]));
+            found_.correlations.push_back(bench_.correlation_of(base.numbers[w]));
             const Wish& wish = found_.wishes[w];
             require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
                     "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",

@@ -253,7 +253,8 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
     if (found.statistical)
         words.push_back(text("{:.6g} s: standard error {}", best.end, error_text(found, w, parts.statistics)));
     if (found.sample_every > 0.0)
-        words.push_back(text("samples every {:.6g} s, at most half of an autocorrelation time", found.sample_every));
+        words.push_back(text("samples every {:.6g} s: more tell no more of the means",
+                             std::max(found.sample_every, best.step->level.sample_every)));
     words.push_back(advice_on(found, best));
     words.push_back(
         text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.seconds)));
