@@ -229,7 +229,8 @@ def rows_of(program, number):
                              abs(error) <= limit, "production": f"{given['cost']:.3g}" if given else ""}
             best = cheapest(runs, noisy, reference, allowed)
             if best:
-                row |= {"cheapest_run": best[0], "cheapest": f"{best[1]:.3g}", "ratio": f"{found['cost'] / best[1]:.3g}"}
+                row |= {"cheapest_run": best[0], "cheapest": f"{best[1]:.3g}",
+                        "ratio": f"{found['cost'] / best[1]:.3g}"}
             yield row
 
 
