@@ -147,6 +147,10 @@ def test_the_program_of_films_makes_one_of_an_archive(tmp_path):
     assert made.stdout.strip() == "flock.mp4" and probed(tmp_path / "flock.mp4")[2] == 5
     subprocess.run([*words, "--every", "2", "-o", "half.mp4"], cwd=tmp_path, capture_output=True, check=True)
     assert probed(tmp_path / "half.mp4")[2] == 3
+    shown = program(tmp_path, "film", "flock.h5", "--every", "4", "--output", "third.mp4")
+    assert shown.stdout.strip() == "third.mp4" and probed(tmp_path / "third.mp4")[2] == 2
+    refused = program(tmp_path, "film", "flock.h5", "-o", "film.gif", status=2)
+    assert "expected .mp4" in refused.stderr
     wrong = subprocess.run([*words, "-o", "film.gif"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert wrong.returncode == 2 and "expected .mp4" in wrong.stderr
 

@@ -103,8 +103,8 @@ def caption(run, drawn, blocks):
     words = ["(c) Segments of the line; (d) between each segment and the next longer one."]
     if blocks is not None:
         pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-        words = [f"(a) Colours (centred at the mean) are averages over {pixel}, arrows over {arrow}; (c) boxes with "
-                 "equal numbers of grid cells along x and y; (d) between each box and the next larger one."]
+        words = [f"(a) Colours are averages over {pixel}, arrows over {arrow}; (c) boxes with equal "
+                 "numbers of grid cells along x and y; (d) between each box and the next larger one."]
     if run.summary is None:
         words.append("The run is not finished: points are means over all samples so far, including the warm-up, "
                      "without errors and theory.")
