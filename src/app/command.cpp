@@ -45,7 +45,7 @@ int print_outcome(const run::RunOutcome& outcome, bool json) {
                         outcome.loop.signal, outcome.loop.step, outcome.checkpoint_time, outcome.archive.string());
         return run::exit_stopped;
     }
-    const run::Report report = run::make_report(files::ArchiveReader(outcome.archive));
+    const run::Report& report = *outcome.report;
     if (json) {
         nlohmann::json result = run::report_json(report);
         result["archive"] = outcome.archive.string();

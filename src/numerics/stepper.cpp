@@ -118,21 +118,34 @@ void Stepper::Work::prepare_stages() {
                 table->stages[s].c);
         combinations[s].halvings = halvings;
     }
-    for (const double q : wavenumbers.q) {
-        const IsotropicBlocks rate_blocks = system.linear(q);
+    const int along_size = system.layout.scalars + system.layout.vectors, across_size = system.layout.vectors;
+    const auto entries = static_cast<std::size_t>(along_size * along_size + across_size * across_size);
+    const auto reserve = [&](Combination& combination) {
+        combination.matrices.resize(wavenumbers.q.size() * combination.plan.uses.size() * entries);
+    };
+    std::for_each(combinations.begin(), combinations.end(), reserve);
+    reserve(estimate);
+    const auto of_wavenumber = [&](std::size_t n) {
+        const IsotropicBlocks rate_blocks = system.linear(wavenumbers.q[n]);
         const auto along = phi_at_fractions(*table, rate_blocks.along, dt),
                    across = phi_at_fractions(*table, rate_blocks.across, dt);
-        const auto append = [&](const StagePlan& plan, double c, std::vector<double>& to) {
-            for (const MatrixUse& use : plan.uses)
+        std::vector<double> made;
+        const auto store = [&](double c, Combination& to) {
+            made.clear();
+            for (const MatrixUse& use : to.plan.uses)
                 append_entries(use.terms.empty()
                                    ? IsotropicBlocks{along.at(c).phi0, across.at(c).phi0}
                                    : IsotropicBlocks{combined(use.terms, along, dt), combined(use.terms, across, dt)},
-                               to);
+                               made);
+            std::copy(made.begin(), made.end(), to.matrices.begin() + static_cast<std::ptrdiff_t>(n * made.size()));
         };
-        for (std::size_t s = 0; s < table->stages.size(); ++s)
-            append(combinations[s].plan, table->stages[s].c, combinations[s].matrices);
-        append(estimate.plan, 1.0, estimate.matrices);
-    }
+        for (std::size_t s = 0; s < table->stages.size(); ++s) store(table->stages[s].c, combinations[s]);
+        store(1.0, estimate);
+    };
+    constexpr std::size_t wavenumbers_per_chunk = 64;
+    threads.for_chunks(wavenumbers.q.size(), wavenumbers_per_chunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) of_wavenumber(n);
+    });
 }
 
 /// Modes first, ..., first + count - 1 of every component of a weighted sum, written to `scratch` unless they exist

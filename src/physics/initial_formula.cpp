@@ -16,14 +16,18 @@ namespace drover::physics {
 namespace {
 using numerics::Grid;
 
-/// The formula on the grid, shifted by a displacement.
+/// The formula on the grid, shifted by a displacement, up to rounding.
 numerics::Fields values_on(const Expression& formula, const Grid& grid, double shift_x, double shift_y) {
     numerics::Fields cells(grid, 1);
-    std::size_t cell = 0;
-    for (int j = 0; j < grid.ny; ++j)
-        for (int i = 0; i < grid.nx; ++i)
-            cells[0][cell++] =
-                evaluate(formula, std::array{grid.lx / grid.nx * i + shift_x, grid.ly / grid.ny * j + shift_y});
+    const StripProgram program(std::span(&formula, 1));
+    const auto nx = static_cast<std::size_t>(grid.nx);
+    std::vector<double> x(nx), y(nx);
+    for (std::size_t i = 0; i < nx; ++i) x[i] = grid.lx / grid.nx * static_cast<double>(i) + shift_x;
+    for (int j = 0; j < grid.ny; ++j) {
+        std::fill(y.begin(), y.end(), grid.ly / grid.ny * j + shift_y);
+        double* row = cells[0].data() + static_cast<std::size_t>(j) * nx;
+        program.add(nx, std::array<const double*, 2>{x.data(), y.data()}, {}, std::array{row});
+    }
     return cells;
 }
 }  // namespace

@@ -80,15 +80,20 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
         const auto [key, written] = formula_of(initial, components[static_cast<std::size_t>(c)].name);
         if (written->empty()) continue;
         const Expression formula = expression_in_x_y(*written, {});
-        std::size_t cell = 0;
-        for (int j = 0; j < grid.ny; ++j)
-            for (int i = 0; i < grid.nx; ++i) {
-                const double value = evaluate(formula, std::array{grid.lx / grid.nx * i, grid.ly / grid.ny * j});
-                require(std::isfinite(value), {},
-                        "{} = \"{}\" is {} in cell ({}, {}); expected a finite number in every cell", key, *written,
-                        value, i, j);
-                cells[c][cell++] = value;
-            }
+        const std::span<double> values = cells[c];
+        const auto nx = static_cast<std::size_t>(grid.nx);
+        constexpr std::size_t cells_per_chunk = 4096;
+        threads.for_chunks(values.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t m = begin; m < end; ++m)
+                values[m] = evaluate(formula, std::array{grid.lx / grid.nx * static_cast<double>(m % nx),
+                                                         grid.ly / grid.ny * static_cast<double>(m / nx)});
+        });
+        const auto found =
+            std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+        const auto cell = static_cast<std::size_t>(found - values.begin());
+        if (found != values.end())
+            fail_input({}, "{} = \"{}\" is {} in cell ({}, {}); expected a finite number in every cell", key, *written,
+                       *found, cell % nx, cell / nx);
     }
     numerics::Transform(grid, system.degree, threads).forward(cells, made);
     for (int c = 0; c < state.count(); ++c)
@@ -152,9 +157,9 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
         const Expression formula = expression_in_x_y(*written, place(key));
         const int degree = kept_degree(Equations(model), dealiasing);
         const double cut = fraction_cut(formula, grid, degree);
-        require(!(cut > 0.5), place(key),
-                "{} = \"{}\": the grid cuts {:.3g} of its variance; expected less than half: {}", key, *written, cut,
-                finer_grid(formula, grid, degree));
+        if (cut > 0.5)
+            fail_input(place(key), "{} = \"{}\": the grid cuts {:.3g} of its variance; expected less than half: {}",
+                       key, *written, cut, finer_grid(formula, grid, degree));
     }
     if (initial.kind != "mode") return;
     require(component_of(initial.field, form(model)) >= 0, place("initial.field"),

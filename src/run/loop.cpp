@@ -21,21 +21,42 @@ void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, 
     archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe(), step);
 }
 
-/// Appends the rows due at a step; true when one of them is a frame, which is committed at once so that at most one can
-/// be lost.
-bool append_due(const Simulation& simulation, std::int64_t step, files::Archive& archive) {
-    bool frame = false;
-    for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
-        const ScheduledRecording& scheduled = simulation.recordings[r];
-        if (!is_due(scheduled, step)) continue;
-        append_row(simulation, r, step, archive);
-        frame = frame || scheduled.recording.rows_per_chunk == 1;
-    }
-    return frame;
-}
+/// Commits rows by time: after a kill, the frames of at most the last second are lost, or the last one where frames are
+/// further apart, and the samples of at most half a minute.
+class Commits {
+public:
+    explicit Commits(files::Archive& archive) : archive_(archive) {}
 
-void save(const Simulation& simulation, std::int64_t step, files::Archive& archive, const LoopFiles& files) {
-    archive.commit();  // first: a checkpoint never counts rows that the archive does not have
+    void append_due(const Simulation& simulation, std::int64_t step) {
+        for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
+            const ScheduledRecording& scheduled = simulation.recordings[r];
+            if (!is_due(scheduled, step)) continue;
+            append_row(simulation, r, step, archive_);
+            if (scheduled.recording.rows_per_chunk == 1) ++frames_;
+        }
+    }
+    void commit_if_due() {
+        constexpr double seconds_between_frames = 1.0, seconds_between_samples = 30.0;
+        constexpr int max_frames = 64;  // in memory
+        if (frames_ >= max_frames ||
+            seconds_since(last_) > (frames_ > 0 ? seconds_between_frames : seconds_between_samples))
+            commit();
+    }
+    void commit() {
+        archive_.commit();
+        frames_ = 0;
+        last_ = Clock::now();
+    }
+
+private:
+    files::Archive& archive_;
+    int frames_ = 0;  // since the last commit
+    Clock::time_point last_ = Clock::now();
+};
+
+void save(const Simulation& simulation, std::int64_t step, files::Archive& archive, Commits& commits,
+          const LoopFiles& files) {
+    commits.commit();  // first: a checkpoint never counts rows that the archive does not have
     files::Checkpoint checkpoint{.scene = files.scene,
                                  .step = step,
                                  .time = static_cast<double>(step) * simulation.dt,
@@ -53,6 +74,43 @@ void append_last(const Simulation& simulation, std::int64_t step, files::Archive
     }
     archive.commit();
 }
+
+/// Calls a function of the simulation; if it fails, the frames before it are committed.
+template <class Work>
+void keeping_frames(Commits& commits, Work work) {
+    try {
+        work();
+    } catch (const Error&) {
+        commits.commit();
+        throw;
+    }
+}
+
+/// Returns the last step that was taken.
+std::int64_t advance_to_end(Simulation& simulation, std::int64_t first, files::Archive& archive, Commits& commits,
+                            const LoopFiles& files, bool quiet) {
+    Clock::time_point last_checkpoint = Clock::now();
+    Progress progress(first, simulation.steps, simulation.dt, quiet);
+    std::int64_t step = first;
+    while (step < simulation.steps && stop_signal() == 0) {
+        keeping_frames(commits, [&] { simulation.advance(step); });
+        ++step;
+        const auto due_now = [&](const ScheduledRecording& scheduled) { return is_due(scheduled, step); };
+        if (step % simulation.health_every == 0 || step == simulation.steps ||
+            std::any_of(simulation.recordings.begin(), simulation.recordings.end(), due_now))
+            keeping_frames(commits, [&] { simulation.check_health(step); });  // never record a diverged state
+        commits.append_due(simulation, step);
+        commits.commit_if_due();
+        if (seconds_since(last_checkpoint) > 60.0 * files.checkpoint_minutes && step < simulation.steps) {
+            keeping_frames(commits, [&] { simulation.check_health(step); });
+            save(simulation, step, archive, commits, files);
+            last_checkpoint = Clock::now();
+        }
+        progress.report(step, simulation.step_error);
+    }
+    if (step != first) keeping_frames(commits, [&] { simulation.check_health(step); });
+    return step;
+}
 }  // namespace
 
 double core_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -61,37 +119,15 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
                      bool quiet) {
     const Clock::time_point start = Clock::now();
     const double core_start = core_seconds();
-    Clock::time_point last_commit = start, last_checkpoint = start;
-    constexpr double seconds_between_commits = 30.0;
-    Progress progress(first, simulation.steps, simulation.dt, quiet);
+    Commits commits(archive);
     const std::vector<std::size_t> rows = archive.rows();
     if (std::all_of(rows.begin(), rows.end(), [](std::size_t count) { return count == 0; })) {
         simulation.check_health(0);
-        append_due(simulation, 0, archive);
-        save(simulation, 0, archive, files);
+        commits.append_due(simulation, 0);
+        save(simulation, 0, archive, commits, files);
     }
-    std::int64_t step = first;
-    while (step < simulation.steps && stop_signal() == 0) {
-        simulation.advance(step);
-        ++step;
-        const auto due_now = [&](const ScheduledRecording& scheduled) { return is_due(scheduled, step); };
-        if (step % simulation.health_every == 0 || step == simulation.steps ||
-            std::any_of(simulation.recordings.begin(), simulation.recordings.end(), due_now))
-            simulation.check_health(step);  // never record a diverged state
-        const bool frame = append_due(simulation, step, archive);
-        if (frame || seconds_since(last_commit) > seconds_between_commits) {
-            archive.commit();
-            last_commit = Clock::now();
-        }
-        if (seconds_since(last_checkpoint) > 60.0 * files.checkpoint_minutes && step < simulation.steps) {
-            simulation.check_health(step);
-            save(simulation, step, archive, files);
-            last_checkpoint = Clock::now();
-        }
-        progress.report(step, simulation.step_error);
-    }
-    if (step != first) simulation.check_health(step);
-    save(simulation, step, archive, files);
+    const std::int64_t step = advance_to_end(simulation, first, archive, commits, files, quiet);
+    save(simulation, step, archive, commits, files);
     if (step == simulation.steps) append_last(simulation, step, archive);
     if (const std::string words = simulation.describe ? simulation.describe() : ""; !quiet && !words.empty())
         log_information("{}", words);

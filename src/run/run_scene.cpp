@@ -31,8 +31,11 @@ std::vector<files::Recording> recordings_of(const Simulation& simulation) {
     return recordings;
 }
 
-void log_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first, const Needs& needs) {
-    for (const std::string& advice : kind_of(scene).warnings(scene)) log_warning("{}", advice);
+/// Returns the warnings that it logged.
+std::vector<std::string> log_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first) {
+    const Needs needs = needs_of(scene);
+    const std::vector<std::string> warnings = kind_of(scene).warnings(scene);
+    for (const std::string& warning : warnings) log_warning("{}", warning);
     log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", kind_of(scene).size(scene), simulation.steps,
                     simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
     if (!scene.time.chosen.empty())
@@ -45,24 +48,26 @@ void log_start(const io::Scene& scene, const Simulation& simulation, std::int64_
             "the archive may need {}, but only {} are free: the run will stop when the disk is full; write to another "
             "disk or less often",
             bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
+    return warnings;
 }
 
 RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, double dt, files::Archive archive,
-                  bool quiet) {
+                  bool quiet, const std::vector<std::string>& logged) {
+    std::optional<Report> report;
     if (loop.signal == 0) {
-        const Report report = make_report(files::ArchiveReader(path));
-        archive.replace(result_table(report));
+        report = make_report(files::ArchiveReader(path));
+        archive.replace(result_table(*report));
         archive.commit();
-        const std::vector<std::string> known = kind_of(report.scene).warnings(report.scene);  // logged at the start
         if (!quiet)
-            for (const std::string& warning : report.warnings)
-                if (std::find(known.begin(), known.end(), warning) == known.end()) log_warning("{}", warning);
+            for (const std::string& warning : report->warnings)
+                if (std::find(logged.begin(), logged.end(), warning) == logged.end()) log_warning("{}", warning);
     }
     std::error_code problem;
     return {.loop = loop,
             .archive = path,
             .archive_megabytes = static_cast<double>(std::filesystem::file_size(path, problem)) / 1e6,
-            .checkpoint_time = static_cast<double>(loop.step) * dt};
+            .checkpoint_time = static_cast<double>(loop.step) * dt,
+            .report = std::move(report)};
 }
 
 /// The rounding of floating-point operations while it lives.
@@ -150,7 +155,8 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
     std::optional<StopSignals> signals(std::in_place);
     files::Archive archive =
         files::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
-    if (!options.quiet) log_start(scene, simulation, 0, needs_of(scene));
+    std::vector<std::string> logged;
+    if (!options.quiet) logged = log_start(scene, simulation, 0);
     files::remove_checkpoints(path);  // of an archive that was replaced
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
@@ -164,7 +170,7 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
         throw;
     }
     signals.reset();  // what follows can be repeated by a restart
-    return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
+    return finish(loop, path, simulation.dt, std::move(archive), options.quiet, logged);
 }
 
 }  // namespace
@@ -208,7 +214,8 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     std::optional<StopSignals> signals(std::in_place);
     files::Archive archive =
         files::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);
-    if (!options.quiet) log_start(scene, simulation, checkpoint.step, needs_of(scene));
+    std::vector<std::string> logged;
+    if (!options.quiet) logged = log_start(scene, simulation, checkpoint.step);
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
                           .checkpoint_minutes = scene.output.checkpoint_minutes};
@@ -217,7 +224,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
         return run_loop(simulation, checkpoint.step, archive, files, options.quiet);
     }();
     signals.reset();
-    return finish(loop, path, simulation.dt, std::move(archive), options.quiet);
+    return finish(loop, path, simulation.dt, std::move(archive), options.quiet, logged);
 }
 
 }  // namespace drover::run

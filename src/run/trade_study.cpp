@@ -5,8 +5,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/physics/stability_rows.hpp"
-#include "drover/run/cost.hpp"
-#include "drover/run/step_choice.hpp"
+#include "run/trade_start.hpp"
 
 namespace drover::run {
 
@@ -23,7 +22,7 @@ public:
     }
 
     Findings find() {
-        bench_.duration = bench_.statistical ? first_duration() : bench_.scene.time.end;
+        bench_.duration = bench_.statistical ? first_duration(bench_.scene, bench_.budget) : bench_.scene.time.end;
         for (int round = 0;; ++round) {
             if (!measure_axes()) {
                 found_.stopped = true;
@@ -47,58 +46,13 @@ private:
         return found_;
     }
 
-    /// Scalars and spectra are what is compared: few frames, no limit on the estimate of the error.
-    static io::Scene trial_scene(const io::Scene& scene) {
-        require(scene.output.sample_every > 0.0, io::location_of(scene, "output.sample_every"),
-                "output.sample_every = 0; expected samples, from which the wanted numbers follow: give an interval");
-        io::Scene result = with_chosen_step(scene, true);
-        result.time.chosen.clear();
-        result.time.pilot.clear();
-        if (scene.kind == io::SceneKind::fields) result.output.frame_every = 0.0;
-        return result;
-    }
-
     /// Without noise a trial lasts as long as the run.  Where the budget is too small for that, the trials are made on
     /// a coarser grid, whose errors stand for those of the given one.
     void fit_into_budget() {
-        constexpr double part = 0.2;  // of the budget, for the first trial
-        const auto affordable = [&](const io::Scene& scene) {
-            const std::optional<ExpectedTime> expected = expected_time(scene);
-            return !expected || expected->total <= part * bench_.budget;
-        };
-        if (affordable(bench_.scene)) return;
-        const std::vector<Level> levels = grid_levels(bench_.scene, false);
-        for (std::size_t k = levels.size(); k-- > 0;) {
-            if (is_given(levels[k])) continue;
-            const io::Scene coarser = changed(bench_.scene, levels[k].overrides);
-            if (size_of(coarser) > size_of(bench_.scene) || !affordable(coarser)) continue;
-            given_grid_ = text("{} by {}", bench_.scene.grid.nx, bench_.scene.grid.ny);
-            refinement_ = size_of(bench_.scene) / size_of(coarser);
-            bench_.scene = coarser;
-            return;
-        }
-        fail_run(
-            "a run of the scene takes {} of a core, and its trials as long each; the budget of {} is too small: give a "
-            "larger --budget",
-            duration_text(expected_time(bench_.scene)->total), duration_text(bench_.budget));
-    }
-
-    double unit_of_time() const {
-        return bench_.scene.kind == io::SceneKind::particles && bench_.scene.output.frame_every > 0.0
-                   ? bench_.scene.output.frame_every
-                   : bench_.scene.output.sample_every;
-    }
-
-    /// A run of a fortieth of the budget, and of 64 samples at least.
-    double first_duration() {
-        constexpr double part = 1.0 / 40.0, least_samples = 64.0;
-        const std::optional<ExpectedTime> expected = expected_time(bench_.scene);
-        const double affordable = expected
-                                      ? part * bench_.budget * bench_.scene.time.end / std::max(expected->total, 1e-9)
-                                      : bench_.scene.time.end;
-        double duration = unit_of_time() * std::ceil(least_samples * bench_.scene.output.sample_every / unit_of_time());
-        while (2.0 * duration <= std::min(affordable, bench_.scene.time.end)) duration *= 2.0;
-        return duration;
+        const io::Scene affordable = affordable_scene(bench_.scene, bench_.budget);
+        refinement_ = size_of(bench_.scene) / size_of(affordable);
+        if (refinement_ > 1.0) given_grid_ = text("{} by {}", bench_.scene.grid.nx, bench_.scene.grid.ny);
+        bench_.scene = affordable;
     }
 
     bool measure_axes() {
@@ -109,6 +63,13 @@ private:
                 "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or a "
                 "larger --budget",
                 base.failure);
+        if (found_.sample_every == 0.0 && bench_.statistical && is_field(bench_.scene)) {
+            found_.sample_every = bench_.sparse_sampling(base);
+            if (found_.sample_every > bench_.scene.output.sample_every) {
+                bench_.sample_every(found_.sample_every);
+                return measure_axes();
+            }
+        }
         bench_.set_rate(base);
         set_references(base);
         return measure_grids(base) && measure_steps() && measure_models() && measure_rounding_and_cell();
@@ -117,13 +78,12 @@ private:
     void set_references(const Measured& base) {
         found_.units.clear();
         found_.references.clear();
-        found_.least_duration = 0.0;
+        found_.correlations.clear();
         bench_.allowed.clear();
         for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
             found_.units.push_back(base.numbers[w].unit);
             found_.references.push_back(bench_.mean_of(base.numbers[w]));
-            if (bench_.statistical)
-                found_.least_duration = std::max(found_.least_duration, bench_.least_duration(base.numbers[w]));
+            found_.correlations.push_back(bench_.correlation_of(base.numbers[w]));
             const Wish& wish = found_.wishes[w];
             require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
                     "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",
@@ -133,7 +93,7 @@ private:
     }
 
     bool measure_grids(const Measured& base) {
-        std::vector<Level> levels = grid_levels(bench_.scene);
+        std::vector<Level> levels = grid_levels(bench_.scene, !bench_.statistical);
         if (refinement_ > 1.0 && levels.size() > 1) levels.pop_back();
         std::vector<Trial> trials;
         constexpr double small = 0.25;  // of what is allowed: the given grid is fine enough to be the reference

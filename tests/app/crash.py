@@ -8,8 +8,8 @@ Checks immediately after each kill -9, before any drover command touches the fil
 - Nothing that is known to have been committed is missing: the frames that a plain reader saw while the run went on, and
   those that the newest checkpoint on the disk counts.  A checkpoint of step s is only written after the frames up to s;
   with a checkpoint at each step (checkpoint_minutes = 0) the run was killed at step s or s + 1, so that at most one
-  frame is lost.  The test of a diverging run in test_commands.py shows that each frame is committed at once, also
-  without checkpoints.
+  frame is lost.  The test of a diverging run in test_commands.py shows that its frames are committed, also without
+  checkpoints.
 """
 import random
 import time

@@ -307,7 +307,7 @@ def test_a_diverging_run_stops_reports_where_and_keeps_its_valid_frames(tmp_path
     first = min(math.ceil(math.log(1e6 / math.sqrt(np.mean(part[0]**2))) / 5.0) for part in order)
     assert int(report[1]) == first
     assert float(report[2]) == pytest.approx(0.1 * first, rel=1e-5)  # six digits are printed
-    # Each frame is committed as it is made: all before that are there.
+    # Frames are committed when a step fails: all before that are there.
     assert frames == first
     assert report[3] in ("polar_order_x", "polar_order_y") and 1e6 < float(report[4]) < abs(float(report[5]))
     assert max(int(report[6]), int(report[7])) < 16

@@ -1,11 +1,13 @@
 // run/run_scene.hpp: running a scene from its start or from a checkpoint.
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "drover/io/scene.hpp"
 #include "drover/run/loop.hpp"
+#include "drover/run/report.hpp"
 
 namespace drover::run {
 
@@ -20,6 +22,7 @@ struct RunOutcome {
     std::filesystem::path archive;
     double archive_megabytes = 0.0;
     double checkpoint_time = 0.0;  ///< of the last checkpoint [s]
+    std::optional<Report> report;  ///< of a run that reached its end
 };
 
 /// output.file, or the name of the scene with .h5.
