@@ -8,7 +8,7 @@ import matplotlib
 import numpy as np
 import pytest
 import xarray
-from pictures import covered
+from pictures import covered, overlaps
 from support import MODELS, SMALL, drover as program, write_scene
 
 import drover
@@ -72,6 +72,21 @@ def test_a_map_shows_every_point_of_a_smooth_field_and_averages_of_a_noisy_one()
     assert panels.shown_means(smooth)[0].shape == (256, 256)
     noise = smooth.copy(data=np.random.default_rng(1).normal(size=(256, 256)))
     assert panels.shown_means(noise)[0].shape == (64, 64)
+
+
+@pytest.mark.parametrize("kinds", [(fields, fields), (fields, particles)])
+def test_two_runs_of_any_kind_are_drawn_side_by_side(kinds):
+    runs = [make().start() for make in kinds]
+    for run in runs:
+        run.advance()
+    picture = drover.plot.compare(*runs, labels=("one", "other"))
+    titles = [axes.get_title(loc="left") for axes in picture.axes]
+    assert {"(a) one", "(b) other", "(c) polar order"} <= set(titles)
+    orders = next(axes for axes in picture.axes if axes.get_title(loc="left") == "(c) polar order")
+    for run, line in zip(runs, orders.lines):
+        assert np.array_equal(line.get_ydata(), run.observables.polar_order.values)
+    picture.set_dpi(60)
+    assert overlaps(picture) == [] and covered(picture) == []
 
 
 def test_a_legend_on_a_curve_is_found_and_one_beside_it_is_not():

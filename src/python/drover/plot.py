@@ -29,6 +29,12 @@ def figure(thing, frame=None, state=None):
     return (particle_figure if isinstance(run, ParticleRun) else figures).draw(run, -1 if frame is None else frame)
 
 
+def compare(first, second, labels=None, frame=-1):
+    """Two runs of any kind side by side, fields or particles: their maps, and their polar order with means."""
+    from drover.pair_figure import draw
+    return draw(first, second, labels, frame)
+
+
 def map(run, axes=None, frame=-1):
     """Fields: a density with arrows of the order or the flow; profiles of one row.  Particles: the cell from above."""
     run, axes = run_of(run), axes_of(axes)

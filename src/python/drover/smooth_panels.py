@@ -98,8 +98,8 @@ def draw_length(axes, run):
     names = ("structure_factor_order_along", "structure_factor_order_across")
     powers = [loaded(run.observables[name], run.path) for name in names if name in run.observables]
     if not powers or not max(float(power.max()) for power in powers) > 0.0:
-        powers = [loaded(run.observables[name], run.path) for name in ("structure_factor_rods", "structure_factor_beads")
-                  if name in run.observables][:1]
+        names = ("structure_factor_rods", "structure_factor_beads")
+        powers = [loaded(run.observables[name], run.path) for name in names if name in run.observables][:1]
     if not powers or not max(float(power.max()) for power in powers) > 0.0:
         panels.write_instead(axes, "uniform fields")
         return
