@@ -15,8 +15,6 @@ namespace drover::run {
 
 namespace {
 
-bool is_field_scene(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
-
 std::string number(double value) { return text("{:.12g}", value); }
 
 /// TOML needs a decimal point or an exponent.
@@ -109,6 +107,8 @@ bool depends_on_position(const std::string& formula) {
     return false;
 }
 }  // namespace
+
+bool is_field_scene(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
 
 std::string set(const std::string& key, double value) { return key + "=" + toml_number(value); }
 std::string set(const std::string& key, int value) { return text("{}={}", key, value); }

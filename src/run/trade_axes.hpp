@@ -24,6 +24,8 @@ struct StepLadder {
     double shorter = 2.0;  ///< ratio of the steps of two levels
 };
 
+bool is_field_scene(const io::Scene& scene);
+
 /// The override that gives a key a number.
 std::string set(const std::string& key, double value);
 std::string set(const std::string& key, int value);

@@ -7,6 +7,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/files/archive_reader.hpp"
+#include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "run/trade_axes.hpp"
 
@@ -31,6 +32,16 @@ double late_deviation(const std::vector<double>& values, const std::vector<doubl
     for (std::size_t i = from; i < values.size(); ++i) mean += value(i) / static_cast<double>(values.size() - from);
     for (std::size_t i = from; i < values.size(); ++i) squares += std::pow(value(i) - mean, 2);
     return std::sqrt(squares);
+}
+
+/// Of a single step half a field stops a run; this is the error of all steps so far.
+constexpr double too_wrong = 0.5;
+
+double largest_step_error(const files::ArchiveReader& archive) {
+    const std::string dataset = std::string(field_samples_group) + "/step_error";
+    if (!archive.has(dataset)) return 0.0;
+    const std::vector<double> values = archive.read(dataset).values;
+    return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
 }
 
 /// The samples at whole multiples of a longer spacing; none where it is not a multiple.
@@ -96,6 +107,12 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
     const auto key = std::pair(result->archive.string(), result->end);
     if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
     const files::ArchiveReader archive(result->archive);
+    if (const double wrong = largest_step_error(archive); wrong > too_wrong && !overrides.empty())
+        return measured_[key] = {.failure =
+                                     text("its steps are wrong by {:.2g} of a field: on another path of the noise "
+                                          "it may stop",
+                                          wrong),
+                                 .numbers = {}};
     const Report report = make_report(archive);
     Measured measured{.start_seconds = result->start_seconds, .step_seconds = result->step_seconds / result->end};
     for (const Wish& wish : wishes_) {

@@ -164,10 +164,17 @@ io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidat
     for (const std::string& change : overrides_of(candidate)) overrides.push_back(change);
     overrides.push_back(set("time.end", candidate.end));
     if (found.warm_up > 0.0) overrides.push_back(set("analysis.warm_up", found.warm_up));
-    if (scene.output.frame_every > candidate.end) overrides.push_back(set("output.frame_every", candidate.end));
-    if (candidate.end > scene.time.end && scene.output.frame_every > 0.0)  // no more frames than were asked for
-        overrides.push_back(
-            set("output.frame_every", scene.output.frame_every * std::ceil(candidate.end / scene.time.end - 1e-9)));
+    // No more frames than were asked for, at whole steps.
+    double frames = scene.output.frame_every;
+    if (frames > 0.0 && is_field_scene(scene)) {
+        overrides.push_back("output.frame_every=0.0");
+        const io::Scene chosen = changed(scene, overrides);
+        frames *= std::max(1.0, std::ceil(candidate.end / scene.time.end - 1e-9));
+        const double steps = frames / chosen.time.dt;
+        if (std::abs(steps - std::round(steps)) > 1e-9 * steps)
+            frames = chosen.output.sample_every * std::ceil(frames / chosen.output.sample_every);
+        overrides.push_back(set("output.frame_every", std::min(frames, candidate.end)));
+    }
     return changed(scene, overrides);
 }
 

@@ -10,14 +10,12 @@
 namespace drover::run {
 
 namespace {
-bool is_field(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
-
 class Study {
 public:
     Study(const io::Scene& scene, const TradeoffOptions& options)
         : bench_(trial_scene(scene), options), options_(options) {
         found_.wishes = options.wishes;
-        bench_.statistical = !is_field(bench_.scene) || physics::has_noise(scene.model.noise);
+        bench_.statistical = !is_field_scene(bench_.scene) || physics::has_noise(scene.model.noise);
         if (!bench_.statistical) fit_into_budget();
     }
 
@@ -63,7 +61,7 @@ private:
                 "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or a "
                 "larger --budget",
                 base.failure);
-        if (found_.sample_every == 0.0 && bench_.statistical && is_field(bench_.scene)) {
+        if (found_.sample_every == 0.0 && bench_.statistical && is_field_scene(bench_.scene)) {
             found_.sample_every = bench_.sparse_sampling(base);
             if (found_.sample_every > bench_.scene.output.sample_every) {
                 bench_.sample_every(found_.sample_every);
@@ -103,7 +101,7 @@ private:
             if (!finer) trials.push_back(bench_.trial_of(level.overrides));
         }
         if (!bench_.run(trials)) return false;
-        if (levels.size() > 1 && is_field(bench_.scene) && trials.size() < levels.size()) {
+        if (levels.size() > 1 && is_field_scene(bench_.scene) && trials.size() < levels.size()) {
             const auto given = static_cast<std::size_t>(
                 std::find_if(levels.begin(), levels.end(), [](const Level& one) { return is_given(one); }) -
                 levels.begin());
@@ -115,7 +113,7 @@ private:
         const auto on_level = [&](const Level& level) { return bench_.measured(level.overrides); };
         collect(levels, on_level, found_.grids);
         found_.notes.clear();
-        if (is_field(bench_.scene) && levels.size() == 1)
+        if (is_field_scene(bench_.scene) && levels.size() == 1)
             found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
         if (!converges(found_.grids)) {
             // Noise reaches the shortest waves: the grid is part of the model, as given.
@@ -271,9 +269,13 @@ private:
             if (distance >= least) continue;
             least = distance;
             const StepLadder& ladder = ladders_[one.ladder];
-            if (finest.size() == 1 && one.level > 0 && runs[one.ladder][one.level - 1].failure.empty())
-                own = scaled(bench_.differences(runs[one.ladder][one.level - 1], one.run),
-                             1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0));
+            // Two methods may agree by chance: the error is at least that which the ladder itself shows.
+            if (one.level > 0 && runs[one.ladder][one.level - 1].failure.empty()) {
+                const std::vector<Bias> last = scaled(bench_.differences(runs[one.ladder][one.level - 1], one.run),
+                                                      1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0));
+                for (std::size_t w = 0; w < own.size(); ++w)
+                    if (std::abs(last[w].value) > std::abs(own[w].value)) own[w] = last[w];
+            }
             reference_ = on_pilot_grid(ladder.levels[one.level].overrides);
             reference_bias_ = own;
         }
@@ -319,7 +321,7 @@ private:
 
     /// Whether two fine runs without noise have become independent, although each fluctuates.
     bool is_chaotic(const std::vector<std::vector<Measured>>& runs, const Measured& reference) const {
-        if (!is_field(bench_.scene)) return false;
+        if (!is_field_scene(bench_.scene)) return false;
         for (const Finest& one : finest_runs(runs))
             if (bench_.are_independent(one.run, reference)) return true;
         return false;
@@ -328,7 +330,7 @@ private:
     /// What pairing gains: the variance of the difference of two independent runs over that of paired ones, of the
     /// first wish and the given step.
     void find_pairing() {
-        if (!bench_.statistical || !is_field(bench_.scene)) return;
+        if (!bench_.statistical || !is_field_scene(bench_.scene)) return;
         const Measured base = bench_.measured(on_pilot_grid({}));
         for (const LadderFound& ladder : found_.ladders)
             for (const LevelFound& level : ladder.levels) {
