@@ -114,7 +114,9 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
                                           wrong),
                                  .numbers = {}};
     const Report report = make_report(archive);
-    Measured measured{.start_seconds = result->start_seconds, .step_seconds = result->step_seconds / result->end};
+    Measured measured{.start_seconds = result->start_seconds,
+                      .step_seconds = result->step_seconds / result->end,
+                      .end = result->end};
     for (const Wish& wish : wishes_) {
         try {
             measured.numbers.push_back(wanted_number(wish, report, archive));

@@ -18,6 +18,7 @@ using Bias = measure::RoughMean;
 struct Measured {
     std::string failure;
     double start_seconds = 0.0, step_seconds = 0.0;  ///< of a core; step: per second of the scene
+    double end = 0.0;                                ///< of the trial, which may be a longer one of before [s]
     std::vector<WantedNumber> numbers;
 };
 

@@ -46,7 +46,9 @@ bool weigh(const Findings& found, Candidate& one, double end) {
         one.parts.push_back({one.step->biases[w], one.grid->biases[w], one.model->biases[w],
                              statistics_over(found, w, *one.step, one.end), std::nullopt});
         if (checked != found.checked.end()) one.parts.back().whole = checked->biases[w];
-        one.ratio = std::max(one.ratio, one.parts.back().bound() / found.allowed[w]);
+        const double ratio = one.parts.back().bound() / found.allowed[w];
+        if (!std::isfinite(ratio)) return false;
+        one.ratio = std::max(one.ratio, ratio);
     }
     one.seconds = seconds_of(found, one);
     return true;

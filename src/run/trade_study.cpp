@@ -61,6 +61,7 @@ private:
                 "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or a "
                 "larger --budget",
                 base.failure);
+        bench_.duration = std::max(bench_.duration, base.end);  // at least twice the warm-up, which is that of the base
         if (found_.sample_every == 0.0 && bench_.statistical && is_field_scene(bench_.scene)) {
             found_.sample_every = bench_.sparse_sampling(base);
             if (found_.sample_every > bench_.scene.output.sample_every) {

@@ -38,3 +38,9 @@ def test_the_statistical_error_is_the_scatter_of_runs_with_other_seeds(tmp_path)
     average = sum(means) / 12
     scatter = (sum((one - average)**2 for one in means) / 11)**0.5
     assert 0.5 * scatter < row["statistics_error"] / 2 < 2.0 * scatter
+
+
+def test_shorter_trials_in_the_folder_of_longer_ones_use_them(tmp_path):
+    long = tradeoff(tmp_path, scene(tmp_path, NOISY), "--want", "polar_order=2%", "--budget", "1min")["wishes"][0]
+    short = tradeoff(tmp_path, "s.toml", "--want", "polar_order=4%", "--budget", "5s")["wishes"][0]
+    assert short["expected"] < 2.0 * short["allowed"] and short["value"][:3] == long["value"][:3]
