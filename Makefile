@@ -6,9 +6,8 @@ JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 SETUP ?= .ci/setup
 PREFIX ?= /usr/local
 PYTHON := /usr/bin/python3
-SCENE := number-fluctuations
 BUILD := build/release
-DEMO := build/demo/$(SCENE)
+DEMO := build/demo
 SOURCES = $(shell find include src tests -name '*.cpp' -o -name '*.hpp')
 
 .PHONY: help setup configure build demo test test-slow bench format format-check package install clean
@@ -26,14 +25,9 @@ configure: setup
 build: configure  ## compile everything, optimised, in build/release
 	@cmake --build $(BUILD) --parallel $(JOBS)
 
-demo: configure  ## run a first simulation and plot it in build/demo
-	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program
-	@mkdir -p build/demo
-	$(BUILD)/drover run models/$(SCENE).toml --overwrite --output $(DEMO).h5
-	PYTHONPATH=src/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) -m drover.figure $(DEMO).h5 --output $(DEMO).png
-	@test -s $(DEMO).h5 && test -s $(DEMO).png
-	@printf '\nArchive, for h5py, xarray or ParaView:  %s\n' $(DEMO).h5
-	@printf 'Figure:                                 %s\n' $(DEMO).png
+demo: configure  ## a flock of particles, a flock of fields, and theory, on one page in build/demo
+	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program drover_python
+	@PYTHONPATH=$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) -m drover.demo --output $(DEMO)
 
 test: build  ## run the fast tests
 	@ctest --test-dir $(BUILD) --label-regex fast --parallel $(JOBS) --output-on-failure --no-tests=error

@@ -51,7 +51,10 @@ void add_tradeoff(CLI::App& program, Action& action) {
                 return int{run::exit_stopped};
             }
             print_result(found.result, {.json = options->json}, scene, 1);
-            if (!found.recommended) return int{run::exit_run_failed};
+            if (!found.recommended) {
+                if (options->json) std::fprintf(stderr, "%s\n", found.refusal.c_str());
+                return int{run::exit_run_failed};
+            }
             if (!options->json) std::printf("%s: the recommended scene\n", (study.folder / "recommended.toml").c_str());
             return int{run::exit_done};
         };

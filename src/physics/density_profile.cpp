@@ -10,6 +10,8 @@ namespace drover::physics {
 DensityProfile density_profile(std::span<const double> density, double lx) {
     const auto [least, most] = std::minmax_element(density.begin(), density.end());
     const double middle = 0.5 * (*least + *most), range = *most - *least;
+    constexpr double rounding = 1e-12;
+    if (range <= rounding * std::abs(middle)) return {.low = middle, .high = middle};  // uniform
     const std::size_t n = density.size();
     const auto above =
         static_cast<std::size_t>(std::count_if(density.begin(), density.end(), [&](double d) { return d > middle; }));

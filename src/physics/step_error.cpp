@@ -143,6 +143,8 @@ struct StepError::Work {
     Spectra rate_before;                         // the explicit terms at the start of a step that is repeated in halves
     std::optional<numerics::Stepper> turn;       // the linear part alone, over a part of a step
     Spectra state, error, shifted, rate;
+    Spectra state_rate;                // N(a) of the state, at state_time if that is a time
+    std::optional<double> state_time;  // both stages of a step of the error share N(a): the state is held in it
     Spectra drive, driven;  // the local error, without noise per time, and its sum over the steps since the last
     std::shared_ptr<RightHandSide> remainder;
     std::map<std::int64_t, numerics::Stepper> steppers;  // by stride
@@ -181,7 +183,7 @@ StepError::Work::Work(const Equations& the_equations, const Grid& grid, const De
     add(form.bead_velocity, 2, "bead_velocity");
     add(form.polar_order, 2, "polar_order");
     state = Spectra(coarse, numerics::components(layout(form)));
-    error = shifted = rate = drive = driven = state;
+    error = shifted = rate = state_rate = drive = driven = state;
     wave_local.resize(error.values.size());
     wave_error.resize(error.values.size());
     set_reference(reference(equations.model.uniform));
@@ -225,15 +227,17 @@ void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, S
     if (relative == 0.0 || !std::isfinite(relative)) return;
     const double enlarged = std::max(1.0, 1e-5 / relative);
     try {
-        (*remainder)(t, state, rate);
-        for (std::size_t k = 0; k < out.values.size(); ++k) {
-            shifted.values[k] = state.values[k] + enlarged * perturbation.values[k];
-            out.values[k] -= rate.values[k] / enlarged;
+        if (!state_time) {
+            (*remainder)(t, state, state_rate);
+            state_time = t;
         }
-        (*remainder)(t, shifted, rate);
-        for (std::size_t k = 0; k < out.values.size(); ++k) out.values[k] += rate.values[k] / enlarged;
         for (std::size_t k = 0; k < out.values.size(); ++k)
-            rate.values[k] = out.values[k] - (noisy ? Complex(0.0) : driven.values[k]);
+            shifted.values[k] = state.values[k] + enlarged * perturbation.values[k];
+        (*remainder)(*state_time, shifted, rate);
+        for (std::size_t k = 0; k < out.values.size(); ++k) {
+            rate.values[k] = (rate.values[k] - state_rate.values[k]) / enlarged;
+            out.values[k] += rate.values[k];
+        }
         perturbation_growth = relative_size(rate) / relative;
     } catch (const Error&) {  // a density that only the fine grid resolves
         if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
@@ -337,6 +341,7 @@ void StepError::add_local(const Spectra& local, const Spectra& fields) {
 
 /// The fields at the points of the coarse grid.
 void StepError::Work::sample(const Spectra& fine_fields) {
+    state_time.reset();
     std::fill(state.values.begin(), state.values.end(), Complex(0.0));
     for (int c = 0; c < state.count(); ++c)
         for (const ModePair& pair : sampled)

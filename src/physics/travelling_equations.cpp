@@ -343,6 +343,7 @@ TravellingState TravellingEquations::solve(Numbers u) {
     TravellingState found{.state = numerics::Spectra(problem.grid, scratch.count()),
                           .speed = u[n],
                           .parameter = rates->parameter,
+                          .speed_error = (1e-13 + 100.0 * outcome.residual) * smallest_speed(),
                           .residual = outcome.residual,
                           .iterations = outcome.iterations};
     modes->unpack(Values(u).first(n), found.state);

@@ -151,6 +151,9 @@ std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const Tra
     }
     const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues();
     std::vector<std::complex<double>> rates(values.begin(), values.end());
+    const double rounding = 1e-12 * values.cwiseAbs().maxCoeff();
+    const auto cleared = [&](double part) { return std::abs(part) <= rounding ? 0.0 : part; };
+    for (std::complex<double>& rate : rates) rate = {cleared(rate.real()), cleared(rate.imag())};
     std::sort(rates.begin(), rates.end(), [](const auto& x, const auto& y) {
         return x.real() != y.real() ? x.real() > y.real() : x.imag() > y.imag();
     });

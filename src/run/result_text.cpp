@@ -20,7 +20,10 @@ std::string number_text(double value, int digits) {
 std::string value_text(const Entry& entry) {
     struct {
         int digits;
-        std::string operator()(double value) const { return number_text(value, digits); }
+        double rounding;
+        std::string operator()(double value) const {
+            return number_text(std::abs(value) <= rounding ? 0.0 : value, digits);
+        }
         std::string operator()(std::int64_t value) const { return text("{}", value); }
         std::string operator()(bool value) const { return value ? "yes" : "no"; }
         std::string operator()(const std::string& value) const { return value; }
@@ -30,7 +33,7 @@ std::string value_text(const Entry& entry) {
             for (const double value : values) parts.push_back(number_text(value, digits));
             return "(" + joined(parts) + ")";
         }
-    } writer{entry.digits};
+    } writer{entry.digits, entry.rounding};
     return std::visit(writer, entry.value);
 }
 

@@ -199,7 +199,8 @@ std::vector<Entry> state_entries(const Point& point, const physics::Form& form, 
                                 .unit = "mm s-1",
                                 .meaning = "velocity of the state along x",
                                 .value = point.at.speed,
-                                .digits = 12}};
+                                .digits = 12,
+                                .rounding = point.at.speed_error}};
     add_densities(point, form, lx, entries);
     double largest = 0.0;
     for (std::size_t i = 0; i < point.fields.size; ++i)
@@ -294,7 +295,9 @@ Result make_states(const io::Scene& scene, const StatesOptions& options, Threads
     root.entries.push_back({.name = "residual",
                             .unit = "1",
                             .meaning = "largest rate of a mode in the moving frame, relative to its linear terms",
-                            .value = states.front().residual});
+                            .value = states.front().residual,
+                            .digits = 2,
+                            .rounding = 1e-14});
     root.entries.push_back({.name = "iterations",
                             .unit = "1",
                             .meaning = "of Newton's method",

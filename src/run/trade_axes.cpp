@@ -15,8 +15,6 @@ namespace drover::run {
 
 namespace {
 
-bool is_field_scene(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
-
 std::string number(double value) { return text("{:.12g}", value); }
 
 /// TOML needs a decimal point or an exponent.
@@ -24,9 +22,6 @@ std::string toml_number(double value) {
     const std::string result = text("{:.17g}", value);
     return result.find_first_of(".e") == std::string::npos ? result + ".0" : result;
 }
-
-std::string set(const std::string& key, double value) { return key + "=" + toml_number(value); }
-std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
 
 /// Why a scene does not allow changes; "" when it does.
 std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
@@ -42,8 +37,13 @@ Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
     if (!is_field_scene(scene))
         return {text("dt = {} s", number(dt)),
                 {set("time.dt", dt), set("contacts.substep", dt / scene.time.dt * scene.particles.contacts.substep)}};
-    return {text("{}, dt = {} s", method, number(dt)),
-            {text("time.stepper={}", method), set("time.dt", dt), "time.tolerance=0.0"}};
+    Level level{text("{}, dt = {} s", method, number(dt)),
+                {text("time.stepper={}", method), set("time.dt", dt), "time.tolerance=0.0"}};
+    if (dt > scene.output.sample_every) {
+        level.sample_every = dt;
+        level.overrides.push_back(set("output.sample_every", dt));
+    }
+    return level;
 }
 
 Level tolerance_level(const std::string& method, double dt, double tolerance) {
@@ -107,6 +107,11 @@ bool depends_on_position(const std::string& formula) {
     return false;
 }
 }  // namespace
+
+bool is_field_scene(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
+
+std::string set(const std::string& key, double value) { return key + "=" + toml_number(value); }
+std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
 
 io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overrides) {
     return io::parse_scene(io::resolved_text(scene), scene.file, overrides);

@@ -11,7 +11,8 @@ namespace drover::run {
 struct Level {
     std::string name;  ///< "dt = 0.5 s", "96 by 96", "without advection.strength"
     std::vector<std::string> overrides;
-    std::string reason = {};  ///< why the scene cannot be changed so; else ""
+    std::string reason = {};    ///< why the scene cannot be changed so; else ""
+    double sample_every = 0.0;  ///< where it must be longer than that of the scene [s]
 };
 
 /// A method of time stepping (or, of particles, the step alone) with ever shorter steps.
@@ -22,6 +23,12 @@ struct StepLadder {
     double order = 2.0;    ///< of the bias of means, with noise where there is noise
     double shorter = 2.0;  ///< ratio of the steps of two levels
 };
+
+bool is_field_scene(const io::Scene& scene);
+
+/// The override that gives a key a number.
+std::string set(const std::string& key, double value);
+std::string set(const std::string& key, int value);
 
 /// The scene with changes.  Throws an input Error where it does not allow them.
 io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overrides);
@@ -36,7 +43,8 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene);
 void add_shorter(const io::Scene& scene, StepLadder& ladder, int count);
 
 /// Of fields: a quarter, half, the given and twice the points along each axis, as far as they hold the start; of
-/// particles: none.  `same_start`: none where the start is random, and so another on each grid.
+/// particles: none.  `same_start`: none where the start is random, and so another on each grid; false where the wanted
+/// means do not depend on it.
 std::vector<Level> grid_levels(const io::Scene& scene, bool same_start = true);
 
 /// The full model first; then simpler models, those that the scene does not allow with the reason.

@@ -7,6 +7,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/files/archive_reader.hpp"
+#include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "run/trade_axes.hpp"
 
@@ -31,6 +32,26 @@ double late_deviation(const std::vector<double>& values, const std::vector<doubl
     for (std::size_t i = from; i < values.size(); ++i) mean += value(i) / static_cast<double>(values.size() - from);
     for (std::size_t i = from; i < values.size(); ++i) squares += std::pow(value(i) - mean, 2);
     return std::sqrt(squares);
+}
+
+/// Of a single step half a field stops a run; this is the error of all steps so far.
+constexpr double too_wrong = 0.5;
+
+double largest_step_error(const files::ArchiveReader& archive) {
+    const std::string dataset = std::string(field_samples_group) + "/step_error";
+    if (!archive.has(dataset)) return 0.0;
+    const std::vector<double> values = archive.read(dataset).values;
+    return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+}
+
+/// The samples at whole multiples of a longer spacing; none where it is not a multiple.
+std::vector<double> common_samples(const WantedNumber& number, double spacing) {
+    const double times = std::round(spacing / number.spacing);
+    if (std::abs(times * number.spacing / spacing - 1.0) > 1e-9) return {};
+    std::vector<double> result;
+    for (std::size_t i = 0; i < number.series.size(); i += static_cast<std::size_t>(times))
+        result.push_back(number.series[i]);
+    return result;
 }
 }  // namespace
 
@@ -86,6 +107,12 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
     const auto key = std::pair(result->archive.string(), result->end);
     if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
     const files::ArchiveReader archive(result->archive);
+    if (const double wrong = largest_step_error(archive); wrong > too_wrong && !overrides.empty())
+        return measured_[key] = {.failure =
+                                     text("its steps are wrong by {:.2g} of a field: on another path of the noise "
+                                          "it may stop",
+                                          wrong),
+                                 .numbers = {}};
     const Report report = make_report(archive);
     Measured measured{.start_seconds = result->start_seconds, .step_seconds = result->step_seconds / result->end};
     for (const Wish& wish : wishes_) {
@@ -101,30 +128,50 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
     return measured_[key] = measured;
 }
 
-std::size_t TradeBench::skip() const {
-    return static_cast<std::size_t>(std::ceil(warm_up / scene.output.sample_every - 1e-9));
+std::size_t TradeBench::skip(const WantedNumber& number) const {
+    return std::min(number.series.size(), static_cast<std::size_t>(std::ceil(warm_up / number.spacing - 1e-9)));
 }
 
 Bias TradeBench::mean_of(const WantedNumber& number) const {
     Bias mean = number.series.empty() ? Bias{number.mean, number.error.value_or(0.0)}
-                                      : measure::rough_mean(number.series, skip());
+                                      : measure::rough_mean(number.series, skip(number));
     if (!statistical) mean.error = 0.0;
     return mean;
 }
 
-double TradeBench::least_duration(const WantedNumber& number) const {
-    const std::span<const double> series(number.series);
-    const double tau = measure::autocorrelation_time(series.subspan(std::min(skip(), series.size())));
-    constexpr double margin = 2.0;  // tau of a short trial is uncertain
-    return margin * measure::autocorrelation_times_per_block * static_cast<double>(measure::min_blocks) * tau *
-           scene.output.sample_every;
+Correlation TradeBench::correlation_of(const WantedNumber& number) const {
+    const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
+    const double tau = measure::autocorrelation_time(used), window = 5.0 * tau;
+    // Its relative standard error, see autocorrelation_time.
+    const double error =
+        std::sqrt(2.0 * (2.0 * window + 1.0) / static_cast<double>(std::max<std::size_t>(used.size(), 1)));
+    return {tau * number.spacing, std::min(2.0, 1.0 + 2.0 * error)};
+}
+
+double TradeBench::sparse_sampling(const Measured& base) const {
+    constexpr double fewest = 64.0;
+    double times = duration / (fewest * scene.output.sample_every);
+    for (const WantedNumber& number : base.numbers) {
+        const std::span<const double> series(number.series);
+        times = std::min(times, measure::autocorrelation_time(series.subspan(skip(number))) / 2.0);
+    }
+    return scene.output.sample_every * std::exp2(std::floor(std::log2(std::max(times, 1.0))));
+}
+
+void TradeBench::sample_every(double interval) {
+    scene.output.sample_every = interval;
+    duration = interval * std::ceil(duration / interval - 1e-9);
 }
 
 Bias TradeBench::difference(const WantedNumber& a, const WantedNumber& b) const {
     const Bias mean_a = mean_of(a), mean_b = mean_of(b);
     const Bias apart{mean_a.value - mean_b.value, std::hypot(mean_a.error, mean_b.error)};
     if (scene.kind == io::SceneKind::particles || a.series.empty() || b.series.empty()) return apart;
-    Bias paired = measure::paired_difference(a.series, b.series, skip());
+    if (!statistical && a.spacing != b.spacing) return apart;
+    const double spacing = std::max(a.spacing, b.spacing);
+    const std::vector<double> one = common_samples(a, spacing), other = common_samples(b, spacing);
+    if (one.empty() || other.empty()) return apart;
+    Bias paired = measure::paired_difference(one, other, skip(a.spacing > b.spacing ? a : b));
     if (!statistical) paired.error = 0.0;
     return paired.error < apart.error ? paired : apart;
 }

@@ -21,6 +21,12 @@ struct Measured {
     std::vector<WantedNumber> numbers;
 };
 
+/// Of the samples of a wanted number.
+struct Correlation {
+    double time = 0.0;    ///< integrated autocorrelation time [s]
+    double margin = 1.0;  ///< times it: an upper bound
+};
+
 /// Points of a grid; of particles the area of the cell.
 double size_of(const io::Scene& scene);
 
@@ -53,8 +59,14 @@ public:
     /// Mean of a wanted number; its error is 0 where the run is a definite one.
     Bias mean_of(const WantedNumber& number) const;
 
-    /// Time over which a run tells the error of its own mean [s].
-    double least_duration(const WantedNumber& number) const;
+    Correlation correlation_of(const WantedNumber& number) const;
+
+    /// An interval between samples from which the means of a run are as exact as from those that it has: half of the
+    /// shortest autocorrelation time, but a multiple of the scene's, with 64 samples of the trial [s].
+    double sparse_sampling(const Measured& base) const;
+
+    /// The trials to come sample at these intervals, and last a whole number of them.
+    void sample_every(double interval);
 
     /// a - b.  Runs of fields share their noise; those of particles share nothing.
     Bias difference(const WantedNumber& a, const WantedNumber& b) const;
@@ -69,7 +81,7 @@ public:
 private:
     double expected_seconds(const Trial& trial) const;
     void count(const Trial& trial);
-    std::size_t skip() const;
+    std::size_t skip(const WantedNumber& number) const;  ///< samples of the warm-up
 
     std::vector<Wish> wishes_;
     Trials trials_;

@@ -4,23 +4,26 @@
 #include <algorithm>
 
 #include "drover/base/error.hpp"
+#include "run/trade_start.hpp"
 
 namespace drover::run {
 
 namespace {
 Bias sum(const Bias& a, const Bias& b) { return {std::abs(a.value) + std::abs(b.value), std::hypot(a.error, b.error)}; }
 
-/// The standard error of a wanted number over a duration, from that of the trials.
-double statistics_over(const Findings& found, double reference_error, double duration) {
-    if (!found.statistical) return 0.0;
-    return reference_error * std::sqrt((found.duration - found.warm_up) / std::max(duration - found.warm_up, 1e-9));
+/// The autocorrelation time of a wanted number over that of the trials, if samples are as rare as a level needs; of an
+/// exponential correlation, else an upper bound.
+double rarity(const Findings& found, std::size_t wish, const LevelFound& step) {
+    if (step.level.sample_every <= found.sample_every) return 1.0;
+    const double half = 0.5 * step.level.sample_every, tau = found.correlations[wish].time;
+    return std::max(1.0, half / std::tanh(half / tau) / tau);
 }
 
-/// Standard errors of the means of the trials.
-std::vector<double> trial_errors(const Findings& found) {
-    std::vector<double> errors;
-    for (const Bias& reference : found.references) errors.push_back(reference.error);
-    return errors;
+/// The standard error of a wanted number over a duration, from that of the trials.
+double statistics_over(const Findings& found, std::size_t wish, const LevelFound& step, double duration) {
+    if (!found.statistical) return 0.0;
+    return found.references[wish].error * std::sqrt(rarity(found, wish, step) * (found.duration - found.warm_up) /
+                                                    std::max(duration - found.warm_up, 1e-9));
 }
 
 /// The cost of a run with these levels: costs of grid and model multiply, since each was compared on one of the others.
@@ -32,8 +35,8 @@ double seconds_of(const Findings& found, const Candidate& one) {
 }
 
 /// False for a combination whose trial failed.
-bool weigh(const Findings& found, Candidate& one) {
-    const std::vector<double> errors = trial_errors(found);
+bool weigh(const Findings& found, Candidate& one, double end) {
+    one.end = end;
     const std::vector<std::string> overrides = overrides_of(one);
     const auto checked = std::find_if(found.checked.begin(), found.checked.end(),
                                       [&](const Checked& run) { return run.overrides == overrides; });
@@ -41,7 +44,7 @@ bool weigh(const Findings& found, Candidate& one) {
     one.ratio = 0.0;
     for (std::size_t w = 0; w < found.wishes.size(); ++w) {
         one.parts.push_back({one.step->biases[w], one.grid->biases[w], one.model->biases[w],
-                             statistics_over(found, errors[w], one.end), std::nullopt});
+                             statistics_over(found, w, *one.step, one.end), std::nullopt});
         if (checked != found.checked.end()) one.parts.back().whole = checked->biases[w];
         one.ratio = std::max(one.ratio, one.parts.back().bound() / found.allowed[w]);
     }
@@ -49,19 +52,44 @@ bool weigh(const Findings& found, Candidate& one) {
     return true;
 }
 
-/// Durations of runs: that of the scene, or powers of two times that of the trials.
-std::vector<double> durations(const Findings& found, const io::Scene& scene) {
+/// Whole units of time.
+double rounded_up(const Findings& found, const io::Scene& scene, const LevelFound& step, double duration) {
+    const double unit = std::max({unit_of_time(scene), found.sample_every, step.level.sample_every});
+    return unit * std::ceil(duration / unit - 1e-9);
+}
+
+/// Durations of runs: that of the scene; with statistical errors the shortest that tells its own error, and powers of
+/// two times that of the trials.
+std::vector<double> durations(const Findings& found, const io::Scene& scene, const LevelFound& step) {
     if (!found.statistical) return {scene.time.end};
-    const double unit = std::max(scene.output.frame_every, scene.output.sample_every);
-    std::vector<double> result;
+    double shortest = found.warm_up;
+    for (std::size_t w = 0; w < found.wishes.size(); ++w)
+        shortest =
+            std::max(shortest, rarity(found, w, step) * found.correlations[w].margin * found.correlations[w].time *
+                                   measure::autocorrelation_times_per_block * static_cast<double>(measure::min_blocks));
+    std::vector<double> result{rounded_up(found, scene, step, found.warm_up + shortest)};
     constexpr int shorter = 4, longer = 24;
-    for (int k = -shorter; k <= longer; ++k) {
-        const double duration = unit * std::ceil(found.duration * std::exp2(0.5 * k) / unit - 1e-9);
-        if (duration >= found.warm_up + std::max(found.warm_up, found.least_duration) &&
-            (result.empty() || duration > result.back()))
+    for (int k = -shorter; k <= longer; ++k)
+        if (const double duration = rounded_up(found, scene, step, found.duration * std::exp2(0.5 * k));
+            duration > result.back())
             result.push_back(duration);
-    }
     return result;
+}
+
+/// The duration for which a combination just meets the wishes; nothing where its biases do not.
+std::optional<double> sufficient_duration(const Findings& found, const Candidate& one) {
+    if (!found.statistical) return std::nullopt;
+    double longest = 0.0;
+    for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+        const Bias all = one.parts[w].biases();
+        const double room = 0.5 * (found.allowed[w] - std::abs(all.value));
+        if (room <= all.error) return std::nullopt;
+        const double variance =
+            rarity(found, w, *one.step) * std::pow(found.references[w].error, 2) * (found.duration - found.warm_up);
+        longest = std::max(longest, variance / (room * room - all.error * all.error));
+    }
+    constexpr double margin = 1.02;  // rounding of the duration
+    return found.warm_up + margin * longest;
 }
 
 /// A simpler model is worth its bias only if it saves time.
@@ -81,26 +109,35 @@ Candidate linear_theory(const Findings& found) {
 }
 }  // namespace
 
+Bias Parts::biases() const { return whole ? *whole : sum(sum(step, grid), model); }
+
 double Parts::bound() const {
-    const Bias all = whole ? *whole : sum(sum(step, grid), model);
+    const Bias all = biases();
     return std::abs(all.value) + 2.0 * std::hypot(all.error, statistics);
 }
 
 std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, const LevelFound* only) {
     std::vector<Candidate> all;
     if (found.linear_theory && only == nullptr) all.push_back(linear_theory(found));
-    const std::vector<double> ends = durations(found, scene);
     for (const LadderFound& ladder : found.ladders)
-        for (const LevelFound& step : ladder.levels)
+        for (const LevelFound& step : ladder.levels) {
+            const std::vector<double> ends = durations(found, scene, step);
             for (const LevelFound& grid : found.grids)
                 for (const LevelFound& model : found.models) {
                     if (!step.is_measured() || !grid.is_measured() || !is_cheaper(model)) continue;
                     if (only != nullptr && only != &model) continue;
-                    for (const double end : ends) {
-                        Candidate one{.step = &step, .grid = &grid, .model = &model, .end = end, .parts = {}};
-                        if (weigh(found, one)) all.push_back(std::move(one));
-                    }
+                    const Candidate levels{.step = &step, .grid = &grid, .model = &model, .parts = {}};
+                    std::optional<double> sufficient;
+                    for (const double end : ends)
+                        if (Candidate one = levels; weigh(found, one, end)) {
+                            if (!sufficient) sufficient = sufficient_duration(found, one);
+                            all.push_back(std::move(one));
+                        }
+                    if (Candidate one = levels; sufficient && *sufficient > ends.front() &&
+                                                weigh(found, one, rounded_up(found, scene, step, *sufficient)))
+                        all.push_back(std::move(one));
                 }
+        }
     std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
         return a.seconds != b.seconds ? a.seconds < b.seconds : a.ratio < b.ratio;
     });
@@ -122,12 +159,22 @@ std::vector<std::string> overrides_of(const Candidate& candidate) {
 }
 
 io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidate& candidate) {
-    std::vector<std::string> overrides = overrides_of(candidate);
-    overrides.push_back(
-        text("time.end={:.17g}{}", candidate.end, candidate.end == std::floor(candidate.end) ? ".0" : ""));
-    if (found.warm_up > 0.0)
-        overrides.push_back(
-            text("analysis.warm_up={:.17g}{}", found.warm_up, found.warm_up == std::floor(found.warm_up) ? ".0" : ""));
+    std::vector<std::string> overrides;
+    if (found.sample_every > 0.0) overrides.push_back(set("output.sample_every", found.sample_every));
+    for (const std::string& change : overrides_of(candidate)) overrides.push_back(change);
+    overrides.push_back(set("time.end", candidate.end));
+    if (found.warm_up > 0.0) overrides.push_back(set("analysis.warm_up", found.warm_up));
+    // No more frames than were asked for, at whole steps.
+    double frames = scene.output.frame_every;
+    if (frames > 0.0 && is_field_scene(scene)) {
+        overrides.push_back("output.frame_every=0.0");
+        const io::Scene chosen = changed(scene, overrides);
+        frames *= std::max(1.0, std::ceil(candidate.end / scene.time.end - 1e-9));
+        const double steps = frames / chosen.time.dt;
+        if (std::abs(steps - std::round(steps)) > 1e-9 * steps)
+            frames = chosen.output.sample_every * std::ceil(frames / chosen.output.sample_every);
+        overrides.push_back(set("output.frame_every", std::min(frames, candidate.end)));
+    }
     return changed(scene, overrides);
 }
 

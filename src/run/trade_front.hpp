@@ -33,6 +33,7 @@ struct Parts {
     Bias step, grid, model;
     double statistics = 0.0;    ///< standard error of the mean over the duration
     std::optional<Bias> whole;  ///< of all three together, where a trial of the combination gave it
+    Bias biases() const;        ///< the sum of all, or the whole
     /// Of the number: the sum of the biases and twice the standard error of everything.
     double bound() const;
 };
@@ -65,11 +66,12 @@ struct Findings {
     std::size_t pilot_grid = 0;                  ///< of the step, model and rounding trials
     double pilot_start = 1.0, pilot_step = 1.0;  ///< its relative costs
     std::optional<std::vector<Bias>> linear_theory;
-    double duration = 0.0, warm_up = 0.0;  ///< of the trials [s]
-    double least_duration = 0.0;           ///< beyond the warm-up, for a run that tells its own error [s]
-    bool statistical = false;              ///< noisy, chaotic or particles: the duration is free
-    double pairing = 1.0;                  ///< variance of unpaired differences over that of paired ones
-    double seconds = 0.0;                  ///< of a core, of all trials
+    double duration = 0.0, warm_up = 0.0;   ///< of the trials [s]
+    std::vector<Correlation> correlations;  ///< of the wanted numbers
+    double sample_every = 0.0;              ///< interval of samples that loses nothing of the means [s]; 0: as given
+    bool statistical = false;               ///< noisy, chaotic or particles: the duration is free
+    double pairing = 1.0;                   ///< variance of unpaired differences over that of paired ones
+    double seconds = 0.0;                   ///< of a core, of all trials
     std::vector<Checked> checked;
     std::vector<std::string> notes;
     bool is_short = false;  ///< of budget: some trials were not made

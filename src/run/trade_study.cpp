@@ -5,25 +5,22 @@
 
 #include "drover/base/error.hpp"
 #include "drover/physics/stability_rows.hpp"
-#include "drover/run/cost.hpp"
-#include "drover/run/step_choice.hpp"
+#include "run/trade_start.hpp"
 
 namespace drover::run {
 
 namespace {
-bool is_field(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
-
 class Study {
 public:
     Study(const io::Scene& scene, const TradeoffOptions& options)
         : bench_(trial_scene(scene), options), options_(options) {
         found_.wishes = options.wishes;
-        bench_.statistical = !is_field(bench_.scene) || physics::has_noise(scene.model.noise);
+        bench_.statistical = !is_field_scene(bench_.scene) || physics::has_noise(scene.model.noise);
         if (!bench_.statistical) fit_into_budget();
     }
 
     Findings find() {
-        bench_.duration = bench_.statistical ? first_duration() : bench_.scene.time.end;
+        bench_.duration = bench_.statistical ? first_duration(bench_.scene, bench_.budget) : bench_.scene.time.end;
         for (int round = 0;; ++round) {
             if (!measure_axes()) {
                 found_.stopped = true;
@@ -47,58 +44,13 @@ private:
         return found_;
     }
 
-    /// Scalars and spectra are what is compared: few frames, no limit on the estimate of the error.
-    static io::Scene trial_scene(const io::Scene& scene) {
-        require(scene.output.sample_every > 0.0, io::location_of(scene, "output.sample_every"),
-                "output.sample_every = 0; expected samples, from which the wanted numbers follow: give an interval");
-        io::Scene result = with_chosen_step(scene, true);
-        result.time.chosen.clear();
-        result.time.pilot.clear();
-        if (scene.kind == io::SceneKind::fields) result.output.frame_every = 0.0;
-        return result;
-    }
-
     /// Without noise a trial lasts as long as the run.  Where the budget is too small for that, the trials are made on
     /// a coarser grid, whose errors stand for those of the given one.
     void fit_into_budget() {
-        constexpr double part = 0.2;  // of the budget, for the first trial
-        const auto affordable = [&](const io::Scene& scene) {
-            const std::optional<ExpectedTime> expected = expected_time(scene);
-            return !expected || expected->total <= part * bench_.budget;
-        };
-        if (affordable(bench_.scene)) return;
-        const std::vector<Level> levels = grid_levels(bench_.scene, false);
-        for (std::size_t k = levels.size(); k-- > 0;) {
-            if (is_given(levels[k])) continue;
-            const io::Scene coarser = changed(bench_.scene, levels[k].overrides);
-            if (size_of(coarser) > size_of(bench_.scene) || !affordable(coarser)) continue;
-            given_grid_ = text("{} by {}", bench_.scene.grid.nx, bench_.scene.grid.ny);
-            refinement_ = size_of(bench_.scene) / size_of(coarser);
-            bench_.scene = coarser;
-            return;
-        }
-        fail_run(
-            "a run of the scene takes {} of a core, and its trials as long each; the budget of {} is too small: give a "
-            "larger --budget",
-            duration_text(expected_time(bench_.scene)->total), duration_text(bench_.budget));
-    }
-
-    double unit_of_time() const {
-        return bench_.scene.kind == io::SceneKind::particles && bench_.scene.output.frame_every > 0.0
-                   ? bench_.scene.output.frame_every
-                   : bench_.scene.output.sample_every;
-    }
-
-    /// A run of a fortieth of the budget, and of 64 samples at least.
-    double first_duration() {
-        constexpr double part = 1.0 / 40.0, least_samples = 64.0;
-        const std::optional<ExpectedTime> expected = expected_time(bench_.scene);
-        const double affordable = expected
-                                      ? part * bench_.budget * bench_.scene.time.end / std::max(expected->total, 1e-9)
-                                      : bench_.scene.time.end;
-        double duration = unit_of_time() * std::ceil(least_samples * bench_.scene.output.sample_every / unit_of_time());
-        while (2.0 * duration <= std::min(affordable, bench_.scene.time.end)) duration *= 2.0;
-        return duration;
+        const io::Scene affordable = affordable_scene(bench_.scene, bench_.budget);
+        refinement_ = size_of(bench_.scene) / size_of(affordable);
+        if (refinement_ > 1.0) given_grid_ = text("{} by {}", bench_.scene.grid.nx, bench_.scene.grid.ny);
+        bench_.scene = affordable;
     }
 
     bool measure_axes() {
@@ -109,6 +61,13 @@ private:
                 "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or a "
                 "larger --budget",
                 base.failure);
+        if (found_.sample_every == 0.0 && bench_.statistical && is_field_scene(bench_.scene)) {
+            found_.sample_every = bench_.sparse_sampling(base);
+            if (found_.sample_every > bench_.scene.output.sample_every) {
+                bench_.sample_every(found_.sample_every);
+                return measure_axes();
+            }
+        }
         bench_.set_rate(base);
         set_references(base);
         return measure_grids(base) && measure_steps() && measure_models() && measure_rounding_and_cell();
@@ -117,13 +76,12 @@ private:
     void set_references(const Measured& base) {
         found_.units.clear();
         found_.references.clear();
-        found_.least_duration = 0.0;
+        found_.correlations.clear();
         bench_.allowed.clear();
         for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
             found_.units.push_back(base.numbers[w].unit);
             found_.references.push_back(bench_.mean_of(base.numbers[w]));
-            if (bench_.statistical)
-                found_.least_duration = std::max(found_.least_duration, bench_.least_duration(base.numbers[w]));
+            found_.correlations.push_back(bench_.correlation_of(base.numbers[w]));
             const Wish& wish = found_.wishes[w];
             require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
                     "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",
@@ -133,7 +91,7 @@ private:
     }
 
     bool measure_grids(const Measured& base) {
-        std::vector<Level> levels = grid_levels(bench_.scene);
+        std::vector<Level> levels = grid_levels(bench_.scene, !bench_.statistical);
         if (refinement_ > 1.0 && levels.size() > 1) levels.pop_back();
         std::vector<Trial> trials;
         constexpr double small = 0.25;  // of what is allowed: the given grid is fine enough to be the reference
@@ -143,7 +101,7 @@ private:
             if (!finer) trials.push_back(bench_.trial_of(level.overrides));
         }
         if (!bench_.run(trials)) return false;
-        if (levels.size() > 1 && is_field(bench_.scene) && trials.size() < levels.size()) {
+        if (levels.size() > 1 && is_field_scene(bench_.scene) && trials.size() < levels.size()) {
             const auto given = static_cast<std::size_t>(
                 std::find_if(levels.begin(), levels.end(), [](const Level& one) { return is_given(one); }) -
                 levels.begin());
@@ -155,7 +113,7 @@ private:
         const auto on_level = [&](const Level& level) { return bench_.measured(level.overrides); };
         collect(levels, on_level, found_.grids);
         found_.notes.clear();
-        if (is_field(bench_.scene) && levels.size() == 1)
+        if (is_field_scene(bench_.scene) && levels.size() == 1)
             found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
         if (!converges(found_.grids)) {
             // Noise reaches the shortest waves: the grid is part of the model, as given.
@@ -311,9 +269,13 @@ private:
             if (distance >= least) continue;
             least = distance;
             const StepLadder& ladder = ladders_[one.ladder];
-            if (finest.size() == 1 && one.level > 0 && runs[one.ladder][one.level - 1].failure.empty())
-                own = scaled(bench_.differences(runs[one.ladder][one.level - 1], one.run),
-                             1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0));
+            // Two methods may agree by chance: the error is at least that which the ladder itself shows.
+            if (one.level > 0 && runs[one.ladder][one.level - 1].failure.empty()) {
+                const std::vector<Bias> last = scaled(bench_.differences(runs[one.ladder][one.level - 1], one.run),
+                                                      1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0));
+                for (std::size_t w = 0; w < own.size(); ++w)
+                    if (std::abs(last[w].value) > std::abs(own[w].value)) own[w] = last[w];
+            }
             reference_ = on_pilot_grid(ladder.levels[one.level].overrides);
             reference_bias_ = own;
         }
@@ -359,7 +321,7 @@ private:
 
     /// Whether two fine runs without noise have become independent, although each fluctuates.
     bool is_chaotic(const std::vector<std::vector<Measured>>& runs, const Measured& reference) const {
-        if (!is_field(bench_.scene)) return false;
+        if (!is_field_scene(bench_.scene)) return false;
         for (const Finest& one : finest_runs(runs))
             if (bench_.are_independent(one.run, reference)) return true;
         return false;
@@ -368,7 +330,7 @@ private:
     /// What pairing gains: the variance of the difference of two independent runs over that of paired ones, of the
     /// first wish and the given step.
     void find_pairing() {
-        if (!bench_.statistical || !is_field(bench_.scene)) return;
+        if (!bench_.statistical || !is_field_scene(bench_.scene)) return;
         const Measured base = bench_.measured(on_pilot_grid({}));
         for (const LadderFound& ladder : found_.ladders)
             for (const LevelFound& level : ladder.levels) {

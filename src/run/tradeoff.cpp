@@ -21,6 +21,8 @@ namespace drover::run {
 namespace {
 namespace fs = std::filesystem;
 
+constexpr double much_better = 0.1;  // of the error allowed
+
 /// The parts of an error that have a name of their own.
 struct NamedPart {
     const char* name;
@@ -120,7 +122,10 @@ List front_list(const Findings& found, const std::vector<Candidate>& front) {
               .heading = "the cheapest settings for their error (parts: of the wish that is hardest for them)",
               .row = "setting",
               .meaning = "settings, cheapest first"};
-    for (const Candidate& one : front) list.rows.push_back(candidate_record(found, one));
+    for (const Candidate& one : front) {
+        list.rows.push_back(candidate_record(found, one));
+        if (one.ratio < much_better) break;  // the rest is among those of the models
+    }
     return list;
 }
 
@@ -247,12 +252,15 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
         words.push_back(text("all three together: bias {}, from a trial of this combination", part(*parts.whole)));
     if (found.statistical)
         words.push_back(text("{:.6g} s: standard error {}", best.end, error_text(found, w, parts.statistics)));
+    if (found.sample_every > 0.0)
+        words.push_back(text("samples every {:.6g} s: more tell no more of the means",
+                             std::max(found.sample_every, best.step->level.sample_every)));
     words.push_back(advice_on(found, best));
     words.push_back(
         text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.seconds)));
-    constexpr double better = 0.1;
-    const auto ten = std::find_if(front.begin(), front.end(),
-                                  [&](const Candidate& one) { return one.step != nullptr && one.ratio <= better; });
+    const auto ten = std::find_if(front.begin(), front.end(), [&](const Candidate& one) {
+        return one.step != nullptr && one.ratio <= much_better;
+    });
     words.push_back(ten == front.end()
                         ? "a tenth of the error is beyond what the trials can tell: give a larger --budget"
                         : text("a tenth of the error costs {} of a core ({}, {}, {}{})", duration_text(ten->seconds),

@@ -124,7 +124,7 @@ WantedNumber wanted_number(const Wish& wish, const Report& report, const files::
     }
     const std::vector<std::size_t> components = selected(wish, *row);
     const auto count = static_cast<double>(components.size());
-    WantedNumber number{.unit = row->unit};
+    WantedNumber number{.unit = row->unit, .spacing = report.scene.output.sample_every};
     double squares = 0.0;
     for (const std::size_t i : components) {
         number.mean += row->estimates[i].mean / count;

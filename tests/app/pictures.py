@@ -2,6 +2,7 @@
 import itertools
 
 import numpy
+from matplotlib.path import Path
 from matplotlib.legend import Legend
 from matplotlib.quiver import QuiverKey
 from matplotlib.text import Text
@@ -32,3 +33,30 @@ def overlaps(picture):
               if box.x0 < 0 or box.y0 < 0 or box.x1 > picture.bbox.x1 or box.y1 > picture.bbox.y1]
     pairs = (pair for these, those in itertools.combinations(parts, 2) for pair in itertools.product(these, those))
     return beyond + [pair for pair in pairs if pair[0].overlaps(pair[1])]
+
+
+def covered(picture):
+    """Curves and points that pass below the legend of their panel; lines across a panel (axhline) may."""
+    picture.canvas.draw()
+    renderer = picture.canvas.get_renderer()
+    found = []
+    for axes in picture.axes:
+        box = None if axes.get_legend() is None else axes.get_legend().get_window_extent(renderer)
+        for line in axes.lines if box is not None else []:
+            data = numpy.asarray(line.get_xydata(), dtype=float)
+            if line.get_transform() != axes.transData or len(data) == 0:
+                continue
+            places = axes.transData.transform(data)
+            places = places[numpy.isfinite(places).all(axis=1)]
+            is_curve = line.get_linestyle() not in ("None", ":") and len(places) > 1
+            if is_curve and Path(places).intersects_bbox(box, filled=False):
+                found.append((axes.get_title(loc="left"), line.get_label()))
+            elif line.get_marker() not in ("", "None", None) and any(box.contains(*place) for place in places):
+                found.append((axes.get_title(loc="left"), line.get_label()))
+    return found
+
+
+def unlabelled(picture):
+    """Panels with curves and without labels; number fluctuations share the x axis of the panel below them."""
+    return [axes.get_title(loc="left") for axes in picture.axes if axes.lines and axes.axison
+            and not (axes.get_ylabel() and (axes.get_xlabel() or "number fluctuations" in axes.get_title(loc="left")))]

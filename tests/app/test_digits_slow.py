@@ -27,6 +27,8 @@ COMMANDS = {
     "stability": ("stability", "flock"),
     "boundary": ("boundary", "phase-boundary"),
     "explain": ("explain", "flock"),
+    "states of a band": ("states", "band", "--wave", "x", "grid.nx=256", "grid.ny=8"),
+    "states of a kink": ("states", "kink", "--wave", "x"),
 }
 
 

@@ -11,7 +11,10 @@ import tomllib
 import h5py
 import numpy as np
 import pytest
+from pictures import covered, overlaps, unlabelled
 from support import MODELS, drover, drover_json, scenes, settings
+
+import drover as drover_package
 
 # Frames at six phases of the plates, whose period is 5 ms; samples at five.
 OFTEN = ["time.end=0.312", "output.frame_every=0.052", "output.sample_every=0.002"]
@@ -57,6 +60,7 @@ class Ran:
     def __init__(self, folder, scene, keys):
         words = [MODELS / f"{scene}.toml", *settings(keys)]
         drover(folder, "run", *words, "--quiet", "--threads", "1")
+        self.archive = folder / f"{scene}.h5"
         self.told = drover_json(folder, "explain", *words)
         self.scene = tomllib.loads(drover(folder, "check", *words, "--resolved").stdout)
         with h5py.File(folder / f"{scene}.h5") as file:
@@ -141,6 +145,16 @@ def test_an_unmodified_scene_starts_at_rest_without_order(scene, tmp_path):
         # N random directions have a mean longer than 3/sqrt(N) in one of exp(9) = 8000 packings.
         for turns in (1, 2):
             assert abs(np.exp(1j * turns * angles).mean()) < 3.0 / math.sqrt(rods)
+
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_figure_of_a_scene_has_labels_and_no_legend_on_its_data(scene, ran):
+    with drover_package.open_run(ran(scene).archive) as run:
+        picture = drover_package.plot.figure(run)
+    picture.set_dpi(60)  # fewer pixels, same layout
+    assert overlaps(picture) == [] and covered(picture) == [] and unlabelled(picture) == []
+    assert any("time $t$ [s]" == axes.get_xlabel() for axes in picture.axes)
 
 
 # --- every run

@@ -43,6 +43,7 @@ COMMANDS = {
     "info": (drover.info, {"archive": "file", "--scene": "The attribute scene of what it returns"}),
     "export": (drover.export, {"archive": "archive", "--output": "output", "--frame": "frame", "--every": "every",
                                "--bodies": "bodies", "--overwrite": "overwrite"}),
+    "film": (drover.film, {"archive": "run", "--output": "output", "--every": "every", "--rate": "rate"}),
     "schema": (drover.schema, {"--kind": "kind", "--coefficients": "Drover.coefficients"}),
 }
 WITHOUT_COUNTERPART = set()  # commands that are newer than the module

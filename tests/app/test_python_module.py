@@ -333,6 +333,22 @@ def test_numpy_code_of_a_user_joins_in_less_than_ten_lines():
     assert variance[0] == pytest.approx(0.005) and 0.0 < variance[-1] < variance[0]
 
 
+def test_an_observable_of_the_user_is_sampled_with_those_of_the_run_and_changes_nothing():
+    scene = scene_of(**{"time.end": 3.0, "output.sample_every": 0.5})
+    plain, observed = scene.start(), scene.start()
+    observed.observe(lambda frame: float(frame.rod_density.var()), "own_variance", "mm-4")
+    plain.advance()
+    for _ in observed.every(0.7, until=2.8):  # not a multiple of the samples
+        pass
+    observed.advance()
+    series = observed.observables
+    assert series.own_variance.units == "mm-4" and len(series.own_variance) == 7
+    assert np.allclose(series.own_variance, series.variance_rod_density, rtol=1e-9)
+    assert np.array_equal(plain.frame.rod_density, observed.frame.rod_density)
+    with pytest.raises(drover.Error, match="new name"):
+        observed.observe(np.max, "polar_order")
+
+
 def test_the_order_of_the_rods_of_a_cell_is_a_group_of_the_onset(tmp_path):
     table = MODELS / "matched.calibration" / "table.h5"
     theory = drover.onset(table, cell=45.0, points=[(0.6, 0.11), (0.2, 0.05)], output=tmp_path / "onset.h5")

@@ -8,8 +8,11 @@ import re
 import h5py
 import numpy as np
 import pytest
+from pictures import covered, overlaps, unlabelled
 from scipy.optimize import curve_fit
 from support import MODELS, drover, drover_json, scenes, settings
+
+import drover as drover_package
 
 SCENES = scenes("fields")  # those of particles are in test_particle_scenes.py
 
@@ -19,6 +22,7 @@ SHORT = {
     "isotropic-beads": ["time.end=300"],
     "flock": ["grid.nx=48", "grid.ny=48", "grid.lx=48", "grid.ly=48", "time.end=200", "output.frame_every=100"],
     "number-fluctuations": ["grid.nx=64", "grid.ny=64"],
+    "noisy-flock": ["grid.nx=32", "grid.ny=32", "grid.lx=320", "grid.ly=320", "time.end=3000"],
     "band": ["time.dt=0.1", "time.end=50", "grid.ny=8"],
     "banding": ["grid.nx=256", "grid.ny=16", "grid.lx=256", "grid.ly=16", "time.dt=0.2", "time.end=800"],
     "kink": ["grid.ny=4", "grid.ly=1"],
@@ -37,6 +41,7 @@ class Ran:
 
     def __init__(self, folder, scene, more=()):
         name = scene + ".h5"
+        self.archive = folder / name
         self.told = drover_json(folder, "run", MODELS / (scene + ".toml"), "--overwrite", "--quiet", "--threads", "1",
                                 *settings([*SHORT[scene], *more]))
         self.arrays = {}
@@ -93,6 +98,19 @@ def test_a_scene_runs_and_conserves_its_totals(scene, ran):
             assert np.abs(total / total[0] - 1.0).max() < 1e-13, name
 
 
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_figure_of_a_scene_has_labels_and_no_legend_on_its_data(scene, ran):
+    with drover_package.open_run(ran(scene).archive) as run:
+        picture = drover_package.plot.figure(run)
+        picture.set_dpi(60)  # fewer pixels, same layout
+        titles = [axes.get_title(loc="left") for axes in picture.axes]
+        noisy = any(run.scene["noise"].values())
+        assert ("(c) number fluctuations" if noisy else "(c) deviations") in titles
+    assert overlaps(picture) == [] and covered(picture) == [] and unlabelled(picture) == []
+    texts = [axes.get_xlabel() for axes in picture.axes]
+    assert "$x$ [mm]" in texts and "time $t$ [s]" in texts
+
+
 # --- the physics of each scene
 
 def test_fluctuations_of_rods_among_beads_are_those_of_linear_theory(ran):
@@ -134,6 +152,16 @@ def test_rods_have_giant_number_fluctuations(ran):
     assert ratio.max() > 1.5 and ratio.argmax() >= len(ratio) - 3  # free rods: 1
     exponents, errors = run["summary/rod_number_exponent"][:-1], run["summary/rod_number_exponent_error"][:-1]
     assert (exponents - 5.0 * errors > 0.6).any()  # free rods: 0.5, and less on a finite cell
+
+
+def test_a_noisy_flock_has_giant_fluctuations_in_large_boxes_and_shot_noise_in_small_ones(ran):
+    run = ran("noisy-flock")
+    ratio = run["summary/rod_number_deviation"] / np.sqrt(run["summary/rod_number"])
+    linear = run["summary/rod_number_deviation_linear"] / np.sqrt(run["summary/rod_number"])
+    assert ratio.max() > 1.5 and ratio[1] < 1.0  # independent rods: 1
+    # 3000 s contain about 40 correlation times of the longest wave, and the noise reduces the order by 5 per cent.
+    assert np.abs(ratio / linear - 1.0).max() < 0.15
+    assert 0.6 < run.mean("polar_order") < math.sqrt(0.2 / 560) / 0.0267
 
 
 def test_a_band_moves_as_its_formula_predicts(ran):
@@ -314,7 +342,7 @@ def test_order_grows_after_a_quench(ran):
 def test_explain_reports_the_cost_of_a_scene(scene, tmp_path):
     told = drover_json(tmp_path, "explain", MODELS / (scene + ".toml"))
     count = told["transforms_per_right_hand_side"]
-    stages = {"isotropic": 0, "number-fluctuations": 4}.get(scene, 2)
+    stages = {"isotropic": 0, "number-fluctuations": 4, "noisy-flock": 4}.get(scene, 2)
     assert told["right_hand_sides_per_step"] == stages
     assert told["transforms_per_step"] == stages * (count["inverse"] + count["forward"])
     assert (count["inverse"] == count["forward"] == 0) == (scene == "isotropic")

@@ -8,7 +8,7 @@ namespace drover::physics {
 struct DensityProfile {
     double low = 0.0, high = 0.0;                    ///< at the flattest points below and above the middle [1/mm^2]
     bool low_is_flat = false, high_is_flat = false;  ///< plateaus: both are phases that coexist
-    double width = 0.0;                              ///< of the part above the middle [mm]
+    double width = 0.0;                              ///< of the part above the middle [mm]; 0: uniform to rounding
 };
 
 /// `density`: on the points of a line of length lx.

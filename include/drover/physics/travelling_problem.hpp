@@ -19,8 +19,9 @@ struct TravellingState {
     numerics::Spectra state;
     double speed = 0.0;  ///< along x [mm/s]
     double parameter = 0.0;
-    double residual = 0.0;  ///< the largest rate of a mode, relative to the rates of the linear terms
-    int iterations = 0;     ///< of Newton's method
+    double speed_error = 0.0;  ///< mm/s, of rounding and of the residual
+    double residual = 0.0;     ///< the largest rate of a mode, relative to the rates of the linear terms
+    int iterations = 0;        ///< of Newton's method
 };
 
 }  // namespace drover::physics

@@ -28,6 +28,7 @@ struct Entry {
     std::vector<std::string> choices = {};              ///< all values of a text: an archive stores its index
     std::optional<std::string> dataset = std::nullopt;  ///< name in an archive, where it is not `name`
     int digits = 6;                                     ///< significant digits in text
+    double rounding = 0.0;                              ///< text shows 0 for a number no larger than this
     Display shown = {};
 };
 

@@ -30,6 +30,7 @@ struct WantedNumber {
     std::string unit;
     /// Its samples, those of the warm-up included; empty for a result that is no time mean, such as rod_speed.
     std::vector<double> series;
+    double spacing = 0.0;         ///< of the samples [s]
     std::optional<double> error;  ///< of the mean, where there are no samples
     std::optional<double> linear_theory;
 };

@@ -1,4 +1,4 @@
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from os import PathLike
 from pathlib import Path
@@ -90,6 +90,7 @@ class Simulation:
     def frame(self) -> Frame: ...
     @property
     def observables(self) -> xarray.Dataset: ...
+    def observe(self, function: Callable[[Frame], float], name: str | None = ..., unit: str = ...) -> None: ...
     def advance(self, duration: float | None = ..., *, steps: int | None = ...,
                 progress: bool | None = ...) -> Frame: ...
     def every(self, interval: float | None = ..., *, until: float | None = ...,

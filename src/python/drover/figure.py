@@ -11,7 +11,7 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import boundary_figure, onset_figure, panels, particle_figure, stability_figure, trade_panel
+from drover import boundary_figure, onset_figure, panels, particle_figure, smooth_panels, stability_figure, trade_panel
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError
 from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
@@ -30,6 +30,11 @@ WIDE_FROM, TALL_FROM = 2.0, 0.62  # ratio of the sides of the cell, x to y
 TITLES = {"map": "(a) {}", "structure": "(b) structure factors",
           "numbers": "(c) number fluctuations", "exponents": "(d) local exponent of (c)",
           "order": "(e) polar order of the cell"}
+# Of runs without noise, which have no fluctuations: boxes of panels by shape of the cell, and titles.
+SMOOTH_BOXES = {"profiles": (6.35, 5.3, 5.05, 1.65), "growth": (6.35, 3.2, 2.1, 1.35), "length": (9.3, 3.2, 2.1, 1.35)}
+SMOOTH_WIDE = {"profiles": (0.9, 1.25, 2.8, 2.95), "growth": (4.6, 3.15, 2.8, 1.05), "length": (4.6, 1.25, 2.8, 1.05)}
+SMOOTH_TITLES = {"map": "(a) {}", "profiles": "(b) along $x$ through the middle", "growth": "(c) deviations",
+                 "length": "(d) length of the pattern", "order": "(e) polar order of the cell"}
 
 
 def draw(run, frame=-1):
@@ -41,6 +46,11 @@ def draw(run, frame=-1):
     ratio = run.scene["grid"]["lx"] / run.scene["grid"]["ly"]
     one_row = run.scene["grid"]["ny"] == 1
     layout = WIDE if one_row or ratio > WIDE_FROM else TALL if ratio < TALL_FROM else SQUARE
+    smooth = smooth_panels.is_smooth(run)
+    if smooth:
+        layout = {"map": layout["map"], "order": layout["order"],
+                  **(SMOOTH_WIDE if layout is WIDE else SMOOTH_BOXES)}
+    columns = 1 if layout["order"] is WIDE["order"] else 2
     with matplotlib.rc_context(STYLE):
         figure = new_figure()
         boxes = {**layout, "map": layout["map"] if one_row else fitted(layout["map"], ratio)}
@@ -49,12 +59,17 @@ def draw(run, frame=-1):
             blocks = panels.draw_profile(axes["map"], run, frame)
         else:
             blocks = panels.draw_map(axes["map"], add_axes(figure, bar_box(boxes["map"])), run, frame)
-        drawn = panels.draw_structure(axes["structure"], run)
-        drawn += panels.draw_numbers(axes["numbers"], axes["exponents"], run)
-        panels.draw_order(axes["order"], run, columns=1 if layout is WIDE else 2)
-        for name, words in TITLES.items():
+        drawn = [] if smooth else panels.draw_structure(axes["structure"], run)
+        if smooth:
+            smooth_panels.draw_profiles(axes["profiles"], run)
+            smooth_panels.draw_growth(axes["growth"], run)
+            smooth_panels.draw_length(axes["length"], run)
+        else:
+            drawn += panels.draw_numbers(axes["numbers"], axes["exponents"], run)
+        panels.draw_order(axes["order"], run, columns=columns)
+        for name, words in (SMOOTH_TITLES if smooth else TITLES).items():
             axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
-        write_title_and_caption(figure, title(run, frame), caption(run, drawn, blocks))
+        write_title_and_caption(figure, title(run, frame), (smooth_caption if smooth else caption)(run, drawn, blocks))
     return figure
 
 
@@ -98,12 +113,34 @@ def title(run, frame):
             f"seed {seed})")
 
 
+def negative_words(run):
+    """Says why a density is below 0, where a map shows that."""
+    names = [name for name, *_ in panels.COLOURS if name in run.frames]
+    if not names or float(panels.shown_means(run.frames[names[0]].isel(time=-1))[0].min()) >= 0.0:
+        return ""
+    return " (a density of few particles, linear in its equations, may be below 0)"
+
+
+def smooth_caption(run, _, blocks):
+    """Explains the figure of a run without noise."""
+    words = []
+    if blocks is not None:
+        pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
+        words.append(f"(a) Colours are averages over {pixel}, arrows over {arrow}.")
+    words.append("(c) Standard deviations over the cell; those of densities are relative to their means. (d) 2π over "
+                 "the mean wavenumber of the spectrum of the order, or of a density where there is none.")
+    if run.summary is None:
+        words.append("The run is not finished.")
+    words.append("Without noise there are no fluctuations to compare with linear theory.")
+    return " ".join(words)
+
+
 def caption(run, drawn, blocks):
     """Explains the figure to a reader.  Without blocks panel (a) is a profile."""
     words = ["(c) Segments of the line; (d) between each segment and the next longer one."]
     if blocks is not None:
         pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-        words = [f"(a) Colours (centred at the mean) are averages over {pixel}, arrows over {arrow}; (c) boxes with "
+        words = [f"(a) Colours are averages over {pixel}, arrows over {arrow}{negative_words(run)}; (c) boxes with "
                  "equal numbers of grid cells along x and y; (d) between each box and the next larger one."]
     if run.summary is None:
         words.append("The run is not finished: points are means over all samples so far, including the warm-up, "

@@ -27,7 +27,10 @@ SHELLS_PER_DECADE = 12             # points drawn of S(q)
 STEPS = (1, 2, 2.5, 5, 10)           # of ticks
 DECADES_SHOWN = 1e-10              # of S(q), relative to the largest value: smaller values are rounding errors
 ROUNDING = 1e-11                   # relative to a number of rods: smaller fluctuations are rounding errors
+NO_ORDER = 1e-6                    # polar order below is drawn on an axis from 0 to 1
 COLOUR_PART = 0.99                 # fraction of pixels inside the colour range
+FROM_ZERO = 0.6                    # colours start at 0 where the least density is below this part of the largest
+LEAST_PIXELS = 12                  # along the longer side, of averages that make a noisy density positive
 
 
 def unit_text(unit):
@@ -80,13 +83,10 @@ def with_value(words, array):
 def draw_map(axes, bar_axes, run, frame):
     """Draws a density with arrows of the order or the flow; returns the block sizes of both."""
     density, words, symbol = colours_of(run, frame)
-    mean = float(density.mean())
     density, pixel = shown_means(density)
-    spread = float(numpy.quantile(abs(density - mean), COLOUR_PART))
-    if not spread > 1e-12 * abs(mean):
-        spread = 0.1 * abs(mean) or 1.0  # uniform field: middle colour
+    low, high, extend = colour_range(density.values)
     x, y = density["x"].values, density["y"].values
-    image = axes.imshow(density.values, origin="lower", cmap="RdBu_r", norm=Normalize(mean - spread, mean + spread),
+    image = axes.imshow(density.values, origin="lower", cmap="viridis", norm=Normalize(low, high),
                         extent=(x[0] - pixel[0] / 2, x[-1] + pixel[0] / 2, y[0] - pixel[1] / 2, y[-1] + pixel[1] / 2),
                         interpolation="nearest")
     axes.set_xlabel(with_unit("$x$", density["x"]))
@@ -94,10 +94,20 @@ def draw_map(axes, bar_axes, run, frame):
     box, inches = axes.get_position(), axes.figure.get_size_inches()
     axes.xaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.width * inches[0] / 0.5, 1, 8)), steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.height * inches[1] / 0.4, 1, 8)), steps=STEPS))
-    bar = axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, extend="both")
+    bar = axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, extend=extend)
     bar.locator = MaxNLocator(7, steps=STEPS)
     bar.set_label(with_unit(f"{words} ${symbol}$", density))
     return pixel, draw_arrows(axes, run, frame)
+
+
+def colour_range(values):
+    """Ends of the colours of a density, which start at 0 where it comes near, and the ends that values exceed."""
+    low, high = numpy.quantile(values, ((1.0 - COLOUR_PART) / 2, (1.0 + COLOUR_PART) / 2))
+    if not high - low > 1e-12 * abs(high):  # uniform field: middle colour
+        return (0.9 * low, 1.1 * high, "neither") if high > 0.0 else (low - 1.0, high + 1.0, "neither")
+    if 0.0 <= low < FROM_ZERO * high and values.min() >= 0.0:
+        return 0.0, high, "max"
+    return low, high, "both"
 
 
 def draw_profile(axes, run, frame):
@@ -126,23 +136,30 @@ def draw_arrows(axes, run, frame):
     if not longest > 0.0:
         return block
     length, key = 0.95 * min(block) / longest, float(f"{longest:.0e}")
-    arrows = axes.quiver(p_x["x"], p_x["y"], p_x.values, p_y.values, color="black", pivot="mid", angles="xy",
-                         scale_units="xy", scale=1.0 / length, units="inches", width=0.014,
-                         headwidth=4, headlength=4, headaxislength=3.5)
+    arrows = axes.quiver(p_x["x"], p_x["y"], p_x.values, p_y.values, color="white", edgecolor="black",
+                         linewidth=0.3, pivot="mid", angles="xy", scale_units="xy", scale=1.0 / length,
+                         units="inches", width=0.018, headwidth=4, headlength=4, headaxislength=3.5)
     inches, box = axes.figure.get_size_inches(), axes.get_position()
     inches_per_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
     axes.quiverkey(arrows, box.x1 * inches[0] - key * length * inches_per_mm - 0.05, box.y0 * inches[1] - 0.58, key,
-                   coordinates="inches", labelpos="W",
+                   coordinates="inches", labelpos="W", color="black",
                    label=with_value(rf"arrow: $|{symbol}|={key:g}$", p_x))
     return block
 
 
 def shown_means(array):
-    """What a map shows: block averages of a noisy field, every point of a smooth one; and the size of a pixel."""
-    means, block = block_means(array, MAX_PIXELS)
-    if float(means.var()) < (1.0 - MAX_LOST) * float(array.var()):
-        return means, block
-    return array, tuple(float(array[axis][1] - array[axis][0]) for axis in "xy")
+    """What a map shows: block averages of a noisy field, every point of a smooth one; and the size of a pixel.
+
+    The noise of few rods in a cell of the grid makes their density negative there: blocks grow until none is.
+    """
+    shown, pixel = array, tuple(float(array[axis][1] - array[axis][0]) for axis in "xy")
+    pixels = MAX_PIXELS
+    while pixels == MAX_PIXELS or (float(shown.min()) < 0.0 < float(shown.mean()) and pixels >= LEAST_PIXELS):
+        means, block = block_means(array, pixels)
+        pixels /= 2
+        if float(means.var()) < (1.0 - MAX_LOST) * float(shown.var()):
+            shown, pixel = means, block
+    return shown, pixel
 
 
 def block_means(array, count):
@@ -297,7 +314,7 @@ def draw_order(axes, run, columns):
     order = loaded(run.observables["polar_order"], run.path)
     times = order["time"].values
     density = run.frames["polar_order_x"].attrs.get("units") == "mm-2"
-    axes.plot(times, order.values, color=BLUE, linewidth=0.9)
+    axes.plot(times, order.values, color=BLUE, linewidth=0.9, label="polar order")
     most = float(order.max())
     if "bead_velocity_order" in run.observables:
         flow = loaded(run.observables["bead_velocity_order"], run.path)
@@ -315,7 +332,7 @@ def draw_order(axes, run, columns):
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper right", ncol=columns)
     axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
-    axes.set_ylim(0.0, 1.35 * (most if most > ROUNDING else 1.0))  # space for the legend
+    axes.set_ylim(0.0, 1.35 * (most if most > NO_ORDER else 1.0))  # space for the legend
     axes.xaxis.set_major_locator(MaxNLocator(5 * columns, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     axes.set_xlabel(with_unit("time $t$", order["time"]))

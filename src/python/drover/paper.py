@@ -1,4 +1,5 @@
 """drover/paper.py: common layout of figures: style, size, axes in inches, title and caption."""
+import io
 import textwrap
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -9,8 +10,17 @@ STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fo
 SIZE = (11.6, 7.7)  # inches
 
 
+class Shown(Figure):
+    """A figure that a notebook shows, also before pyplot is used."""
+
+    def _repr_png_(self):
+        picture = io.BytesIO()
+        self.savefig(picture, format="png", dpi=100)
+        return picture.getvalue()
+
+
 def new_figure():
-    figure = Figure(figsize=SIZE)
+    figure = Shown(figsize=SIZE)
     FigureCanvasAgg(figure)
     return figure
 

@@ -29,6 +29,12 @@ def figure(thing, frame=None, state=None):
     return (particle_figure if isinstance(run, ParticleRun) else figures).draw(run, -1 if frame is None else frame)
 
 
+def compare(first, second, labels=None, frame=-1):
+    """Two runs of any kind side by side, fields or particles: their maps, and their polar order with means."""
+    from drover.pair_figure import draw
+    return draw(first, second, labels, frame)
+
+
 def map(run, axes=None, frame=-1):
     """Fields: a density with arrows of the order or the flow; profiles of one row.  Particles: the cell from above."""
     run, axes = run_of(run), axes_of(axes)
@@ -68,6 +74,30 @@ def numbers(run, axes=None, exponents=None):
 def order(run, axes=None):
     """The polar order over time, with its mean."""
     return panel("draw_order", run, axes, columns=2)
+
+
+def profiles(run, axes=None, exact=None):
+    """A field of a run without noise along x, at several times; `exact`, a function of x [mm] and t [s], is dotted."""
+    from drover.smooth_panels import draw_profiles
+    run, axes = fields_of(run), axes_of(axes)
+    draw_profiles(axes, run, exact)
+    return axes
+
+
+def growth(run, axes=None):
+    """Standard deviations of the fields over time; those of densities are relative to their means."""
+    from drover.smooth_panels import draw_growth
+    run, axes = fields_of(run), axes_of(axes)
+    draw_growth(axes, run)
+    return axes
+
+
+def length(run, axes=None):
+    """The length of the pattern over time: 2 pi over the mean wavenumber of the spectrum of the order or a density."""
+    from drover.smooth_panels import draw_length
+    run, axes = fields_of(run), axes_of(axes)
+    draw_length(axes, run)
+    return axes
 
 
 def series(run, name, axes=None):

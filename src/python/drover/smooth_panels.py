@@ -1,0 +1,116 @@
+"""drover/smooth_panels.py: panels of runs without noise: profiles over time, growth, and the length of the pattern."""
+import matplotlib
+import numpy
+from matplotlib.ticker import MaxNLocator
+
+from drover import panels
+from drover.archive import loaded
+from drover.panels import BLUE, GREEN, PURPLE, STEPS, VERMILLION
+
+PROFILES = 4         # frames drawn
+LEAST_SPREAD = 1e-6  # relative, of a density that is not uniform
+ROUNDING = 1e-13     # relative deviations below are rounding errors
+PARTS = (("rod_density", r"$\delta\sigma/\sigma$", BLUE), ("bead_density", r"$\delta\rho/\rho$", PURPLE),
+         ("polar_order", r"$\delta p$", VERMILLION), ("bead_velocity", r"$\delta v$", GREEN))
+
+
+def is_smooth(run):
+    """Whether a run has no noise, and frames to compare."""
+    return not any(run.scene.get("noise", {}).values()) and run.frames.sizes["time"] > 2
+
+
+def varying_field(run):
+    """The field that profiles show: the first density that is not uniform, or else a component of the order."""
+    for name, _, symbol in panels.COLOURS:
+        if name in run.frames:
+            field = loaded(run.frames[name], run.path)
+            if float(field.std()) > LEAST_SPREAD * abs(float(field.mean())):
+                return field, symbol
+    parts = {axis: loaded(run.frames[f"polar_order_{axis}"], run.path) for axis in "xy"}
+    axis = max(parts, key=lambda name: float(parts[name].std()))
+    return parts[axis], rf"p_{axis}"
+
+
+def draw_profiles(axes, run, exact=None):
+    """Draws a field along x through the middle of the cell at several times; `exact` is a function of x and t."""
+    field, symbol = varying_field(run)
+    row = field.isel(y=field.sizes["y"] // 2)
+    chosen = numpy.unique(numpy.linspace(0, row.sizes["time"] - 1, PROFILES).round().astype(int))
+    colours = matplotlib.colormaps["viridis"](numpy.linspace(0.0, 0.85, len(chosen)))
+    x = row["x"].values
+    for frame, colour in zip(chosen, colours):
+        time = float(row["time"][frame])
+        axes.plot(x, row.values[frame], color=colour, linewidth=1.4, label=f"{time:g} s")
+        if exact is not None:
+            axes.plot(x, exact(x, time), color="black", linewidth=0.8, linestyle=":",
+                      label="exact" if frame == chosen[-1] else None)
+    axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.55 * (high - low))  # space for the legend
+    axes.legend(loc="upper right", ncols=2, frameon=False)
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
+    axes.yaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
+    axes.set_xlabel(panels.with_unit("$x$", field["x"]))
+    axes.set_ylabel(panels.with_unit(f"${symbol}$", field))
+
+
+def draw_growth(axes, run):
+    """Draws standard deviations of the fields over time, densities relative to their means."""
+    drawn = 0
+    for name, label, colour in PARTS:
+        if f"variance_{name}" not in run.observables:
+            continue
+        variance = loaded(run.observables[f"variance_{name}"], run.path)
+        deviation = numpy.sqrt(numpy.maximum(variance.values, 0.0))
+        if name in run.frames:
+            deviation = deviation / abs(float(run.frames[name].isel(time=0).mean()))
+        if not deviation.max() > ROUNDING:
+            continue
+        deviation = numpy.where(deviation > ROUNDING, deviation, numpy.nan)
+        unit = "" if name in run.frames else unit_of(run, name)
+        axes.plot(variance["time"], deviation, color=colour, linewidth=1.2, label=label + unit)
+        drawn += 1
+    if not drawn:
+        panels.write_instead(axes, "uniform fields")
+        return
+    values = [line.get_ydata() for line in axes.lines]
+    if numpy.nanmax(values) > 10.0 * numpy.nanmin(values):
+        axes.set_yscale("log")
+        panels.make_room_below(axes, -(-drawn // 2))
+        corner = "lower right"
+    else:
+        axes.set_ylim(0.0, (1.3 + 0.25 * -(-drawn // 2)) * numpy.nanmax(values))
+        corner = "upper right"
+    axes.set_xlim(float(run.observables["time"][0]), float(run.observables["time"][-1]))
+    axes.set_xlabel(panels.with_unit("time $t$", run.observables["time"]))
+    axes.set_ylabel("deviation")
+    axes.xaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
+    axes.legend(loc=corner, ncols=2, frameon=False, handlelength=1.2, columnspacing=1.0)
+
+
+def unit_of(run, name):
+    unit = run.frames[f"{name}_x"].attrs.get("units", "1")
+    return "" if unit == "1" else f" [{panels.unit_text(unit)}]"
+
+
+def draw_length(axes, run):
+    """Draws the length of the pattern over time, 2 pi over the mean wavenumber of the spectrum of a field."""
+    names = ("structure_factor_order_along", "structure_factor_order_across")
+    powers = [loaded(run.observables[name], run.path) for name in names if name in run.observables]
+    if not powers or not max(float(power.max()) for power in powers) > 0.0:
+        names = ("structure_factor_rods", "structure_factor_beads")
+        powers = [loaded(run.observables[name], run.path) for name in names if name in run.observables][:1]
+    if not powers or not max(float(power.max()) for power in powers) > 0.0:
+        panels.write_instead(axes, "uniform fields")
+        return
+    q, total = powers[0]["wavenumber"].values, sum(power.values for power in powers)
+    weight = q * numpy.gradient(q) if len(q) > 1 else numpy.ones(1)  # modes of a shell
+    with numpy.errstate(divide="ignore", invalid="ignore"):
+        length = 2.0 * numpy.pi * (total @ weight) / (total @ (weight * q))
+    axes.plot(powers[0]["time"], length, color=BLUE, linewidth=1.2)
+    axes.set_ylim(0.0, None)
+    axes.set_xlim(float(run.observables["time"][0]), float(run.observables["time"][-1]))
+    axes.xaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
+    axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
+    axes.set_xlabel(panels.with_unit("time $t$", run.observables["time"]))
+    axes.set_ylabel(r"$2\pi/\langle q\rangle$ [mm]")

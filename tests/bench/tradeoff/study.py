@@ -1,0 +1,274 @@
+#!/usr/bin/python3
+"""tests/bench/tradeoff/study.py: what drover tradeoff recommends, against finer runs and an exhaustive search.
+
+    study.py --drover PROGRAM --output FOLDER [--count N] [--first N]
+
+draws scenes (number n is the same for everyone): without noise, with noise, and every fifteenth of particles.  For
+wishes of 10, 1 and 0.1 per cent of a time mean it asks `drover tradeoff` for the cheapest run, makes that run, and
+compares its mean with that of a reference: the full model by etdrk4-krogstad with a tenth of the step and twice the
+points along each axis; with noise a quarter of the step, and the same points where the study says that they are part of
+the model; for particles 0.4 of the step and four times the duration.  A search over methods, steps and
+grids of the full model, with the shortest duration that suffices, gives the cheapest run that meets the wish.  Costs
+are core seconds of whole processes.  FOLDER/study.csv has a row for each wish; rows that exist are kept: re-run to
+resume.
+"""
+import argparse
+import csv
+import json
+import math
+import os
+import random
+import resource
+import subprocess
+import tempfile
+from pathlib import Path
+
+COLUMNS = ("scene", "kind", "observable", "wish", "outcome", "mean", "reference", "reference_error", "allowed", "error",
+           "meets", "cost", "cheapest", "ratio", "trials", "production", "recommended", "cheapest_run", "settings")
+WISHES = (0.1, 0.01, 0.001)
+REFERENCE_SECONDS = 20.0  # of a core, for a reference with statistical errors
+
+
+def field_scene(number):
+    draw = random.Random(31415 + number)
+    log = lambda low, high: math.exp(draw.uniform(math.log(low), math.log(high)))  # noqa: E731
+    noisy = number % 2 == 1
+    kind = draw.choice(["order", "order with density", "dynamic", "slaved"])
+    points = draw.choice([16, 24] if noisy else [48, 64])
+    length = 16.0
+    keys = {"grid.nx": points, "grid.ny": points, "grid.lx": length, "grid.ly": length, "run.seed": number,
+            "relaxation.rate": -log(0.2, 1.0), "relaxation.saturation": log(0.5, 2.0),
+            "elasticity.stiffness": log(0.3, 1.5), "advection.strength": draw.choice([0.0, log(0.1, 0.8)]),
+            "current.speed": log(0.3, 1.2), "diffusion.rods": log(0.1, 0.5)}
+    if kind == "order":
+        keys["current.kind"] = "order"
+    else:
+        keys["pressure.rods"] = log(0.1, 0.8)
+    if kind in ("dynamic", "slaved"):
+        keys |= {"fields.bead_density": True, "fields.bead_velocity": kind, "drag.coefficient": log(1.0, 10.0),
+                 "driving.strength": log(0.5, 4.0), "stiffness.beads": log(0.5, 4.0), "diffusion.beads": log(0.1, 0.5),
+                 "weathercock.strength": log(0.2, 1.5), "viscosity.shear": log(0.3, 2.0),
+                 "relaxation.rate": draw.choice([-1.0, 1.0]) * log(0.1, 0.5)}
+        if kind == "dynamic":
+            keys["inertia.bead_mass"] = log(0.1, 1.0)
+    dt = draw.choice([0.02, 0.05, 0.1])
+    steps = draw.choice([400, 800])
+    keys |= {"time.dt": dt, "time.end": round(dt * steps, 6), "output.sample_every": dt * 2}
+    if noisy:
+        keys |= {"noise.order": log(1e-4, 3e-2), "noise.rods": log(1e-4, 1e-2), "time.end": 400.0}
+    else:
+        keys |= {"initial.kind": "formula", "analysis.warm_up": 0.0} | {
+            f"initial.polar_order_{axis}":
+                f"{draw.uniform(0.1, 0.4):.3f} * sin(2*pi*({draw.randint(0, 2)}*x + {draw.randint(0, 2)}*y)/16 + "
+                f"{draw.uniform(0, 6):.2f}) + {draw.uniform(-0.6, 0.6):.3f}" for axis in "xy"}
+    keys["output.frame_every"] = keys["time.end"]
+    wanted = ["polar_order", "variance_rod_density"]
+    if kind in ("dynamic", "slaved"):
+        wanted += ["variance_bead_density", "variance_bead_velocity"]
+    return kind + (", noise" if noisy else ""), keys, draw.choice(wanted)
+
+
+def particle_scene(number):
+    draw = random.Random(27182 + number)
+    keys = {"cell.lx": 8.0, "cell.ly": 8.0, "beads.area_fraction": draw.choice([0.3, 0.5]), "run.seed": number,
+            "time.dt": 2e-5, "time.end": 4.0, "plates.amplitude": draw.choice([0.03, 0.04]),
+            "output.sample_every": 0.0125, "output.frame_every": 4.0}
+    if draw.random() < 0.5:
+        keys["rods.count"] = 2
+    return "particles", keys, draw.choice(["bead_temperature_horizontal", "bead_speed"])
+
+
+def scene(number):
+    return particle_scene(number) if number % 15 == 14 else field_scene(number)
+
+
+def words_of(keys):
+    words = []
+    for key, value in keys.items():
+        written = str(value).lower() if isinstance(value, bool) else json.dumps(value)
+        words += ["--set", f"{key}={written}"]
+    return words
+
+
+def timed(*command):
+    """A process that has ended, and its core seconds."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=1800)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return ended, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+class Bench:
+    def __init__(self, program, folder, keys, observable):
+        self.program, self.folder, self.keys, self.observable = program, folder, keys, observable
+        self.empty = folder / "scene.toml"
+        self.empty.write_text("")
+
+    def run(self, scene, keys):
+        """Mean, its error, correlation time and cost of a run; None where it fails."""
+        archive = self.folder / "run.h5"
+        ended, seconds = timed(self.program, "run", scene, "--quiet", "--overwrite", "--json",
+                               *words_of({**keys, "output.file": str(archive), "run.threads": 1}))
+        if ended.returncode != 0:
+            return None
+        found = json.loads(ended.stdout)["results"][self.observable]
+        return {"mean": found["mean"], "error": found["error"], "tau": found["autocorrelation_time"],
+                "warm_up": found.get("warm_up") or 0.0, "cost": seconds}
+
+    def full(self, method, times, refine, **more):
+        """The scene's full model with another step and grid."""
+        keys = {**self.keys, **more}
+        keys |= {"time.stepper": method, "time.dt": self.keys["time.dt"] * times,
+                 "grid.nx": round(self.keys["grid.nx"] * refine), "grid.ny": round(self.keys["grid.ny"] * refine)}
+        keys["output.sample_every"] = max(keys["output.sample_every"], keys["time.dt"])
+        return self.run(self.empty, keys)
+
+
+def recommended(bench, wish):
+    command = [bench.program, "tradeoff", bench.empty, "--want", f"{bench.observable}={100 * wish}%", "--budget", "60s",
+               "--workers", "1", "--json", "--output", bench.folder / "study", *words_of(bench.keys)]
+    return timed(*command)
+
+
+def refusal_of(ended):
+    """The last sentence of a study that recommends nothing."""
+    return ((ended.stderr.strip() or ended.stdout.strip()).splitlines() or ["no word"])[-1][:300]
+
+
+def reference_of(bench, noisy, particles, refine, longest):
+    """The scene, ten times finer; with statistical errors for as long as its cost allows."""
+    if particles:
+        dt = bench.keys.get("time.dt", 5e-5)
+        return bench.run(bench.empty, {**bench.keys, "time.dt": dt / 2.5, "contacts.substep": dt / 25.0,
+                                       "time.end": 4.0 * bench.keys["time.end"]})
+    if not noisy:
+        return bench.full("etdrk4-krogstad", 0.1, 2)
+    short = bench.full("etdrk4-krogstad", 0.25, refine, **{"time.end": 40.0})
+    if short is None:
+        return None
+    affordable = 40.0 * REFERENCE_SECONDS / short["cost"]
+    end = max(80.0, round(min(longest, affordable) / 40) * 40)
+    found = bench.full("etdrk4-krogstad", 0.25, refine, **{"time.end": end})
+    return found and {**found, "end": end}
+
+
+def search(bench, noisy, reference):
+    """Runs of all methods, steps and grids: name, bias, cost; with noise cost per second."""
+    runs = []
+    if not noisy:
+        for refine in (0.5, 1):
+            for method in ("etdrk2", "etdrk4-krogstad"):
+                for power in range(5, -2, -1):
+                    found = bench.full(method, 2.0**power, refine)
+                    if found and found["mean"] is not None and math.isfinite(found["mean"]):
+                        runs.append((f"{method}, dt times {2.0**power:g}, {refine} of the points",
+                                     found["mean"] - reference["mean"], found["cost"], None))
+        return runs
+    end = {"time.end": 200.0}
+    known = bench.full("etdrk4-krogstad", 0.5, 1, **end)  # on the same noise path
+    for refine in (0.5, 1):
+        for method in ("etdrk2", "etdrk4-krogstad"):
+            for power in range(4, -1, -1):
+                found = bench.full(method, 2.0**power, refine, **end)
+                if found and known and math.isfinite(found["mean"]):
+                    name = f"{method}, dt times {2.0**power:g}, {refine} of the points"
+                    runs.append((name, found["mean"] - known["mean"], found["cost"] / 200.0, found))
+    return runs
+
+
+def cheapest(runs, noisy, reference, allowed):
+    """The cheapest of a search that meets the wish, with the shortest duration that suffices."""
+    best = None
+    for name, bias, cost, run in runs:
+        if abs(bias) >= allowed:
+            continue
+        if noisy:
+            known, span = (run, 200.0) if run["error"] is not None else (reference, reference["end"])
+            statistics = (span - known["warm_up"]) * (2.0 * known["error"] / (allowed - abs(bias)))**2
+            own = 80.0 * max(run["tau"], known["tau"])  # a run tells its error from eight blocks of ten times
+            cost *= known["warm_up"] + max(statistics, own)
+        if best is None or cost < best[1]:
+            best = (name, cost)
+    return best
+
+
+def rows_of(program, number):
+    kind, keys, observable = scene(number)
+    noisy, particles = "noise" in kind or kind == "particles", kind == "particles"
+    with tempfile.TemporaryDirectory() as name:
+        bench = Bench(program, Path(name), keys, observable)
+        reference, runs = None, None
+        for wish in WISHES:
+            row = {"scene": number, "kind": kind, "observable": observable, "wish": wish, "settings": json.dumps(keys)}
+            ended, trials = recommended(bench, wish)
+            row["trials"] = f"{trials:.3g}"
+            if ended.returncode != 0:
+                yield {**row, "outcome": refusal_of(ended)}
+                continue
+            text = (bench.folder / "study" / "recommended.toml").read_text()
+            row["recommended"] = "; ".join(line[4:] for line in text.splitlines() if line.startswith("# - "))[:600]
+            found = bench.run(bench.folder / "study" / "recommended.toml", {})
+            given = bench.full("etdrk2", 1, 1) if not particles else None
+            if reference is None:
+                # Where noise reaches the shortest waves, the study takes the grid as part of the model, and says so.
+                refine = 1 if "part of the model" in text else 2
+                reference = reference_of(bench, noisy, particles, refine, 20000.0)
+                if reference and noisy and reference["error"] is None:
+                    reference = None
+                runs = search(bench, noisy, reference) if reference and not particles else []
+            if not found or not reference:
+                yield {**row, "outcome": "the recommended run fails" if not found else "no reference"}
+                continue
+            allowed = wish * abs(reference["mean"])
+            error = found["mean"] - reference["mean"]
+            limit = math.hypot(allowed, 2.0 * (reference["error"] or 0.0) if noisy else 0.0)
+            row |= {"outcome": "run", "mean": f"{found['mean']:.6g}", "reference": f"{reference['mean']:.6g}",
+                    "reference_error": f"{reference['error'] or 0.0:.2g}" if noisy else "0",
+                    "allowed": f"{allowed:.3g}", "error": f"{error:.3g}", "cost": f"{found['cost']:.3g}",
+                    "meets": "not judged" if noisy and 2.0 * reference["error"] > 2.0 * allowed else
+                             abs(error) <= limit, "production": f"{given['cost']:.3g}" if given else ""}
+            best = cheapest(runs, noisy, reference, allowed)
+            if best:
+                row |= {"cheapest_run": best[0], "cheapest": f"{best[1]:.3g}",
+                        "ratio": f"{found['cost'] / best[1]:.3g}"}
+            yield row
+
+
+def summary(rows):
+    judged = [row for row in rows if row["outcome"] == "run" and row["meets"] in ("True", "False", True, False)]
+    met = sum(str(row["meets"]) == "True" for row in judged)
+    ratios = sorted(float(row["ratio"]) for row in rows if row.get("ratio"))
+    near = sum(ratio <= 1.5 for ratio in ratios)
+    print(f"{len({row['scene'] for row in rows})} scenes, {len(rows)} wishes: {len(judged)} judged, {met} met; "
+          f"cost at most 1.5 times the cheapest in {near} of {len(ratios)}"
+          + (f", median {ratios[len(ratios) // 2]:.2g}" if ratios else "")
+          + f"; {sum(row['outcome'] not in ('run',) for row in rows)} refused")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--drover", default="drover")
+    parser.add_argument("--output", type=Path, required=True)
+    parser.add_argument("--count", type=int, default=60)
+    parser.add_argument("--first", type=int, default=0)
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    table = options.output / "study.csv"
+    rows = []
+    if table.exists():
+        with open(table, newline="") as file:
+            rows = list(csv.DictReader(file))
+    done = {int(row["scene"]) for row in rows}
+    for number in range(options.first, options.first + options.count):
+        if number in done:
+            continue
+        rows += rows_of(os.path.abspath(options.drover), number)
+        with open(table, "w", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(sorted(rows, key=lambda row: (int(row["scene"]), -float(row["wish"]))))
+    summary(rows)
+
+
+if __name__ == "__main__":
+    main()
