@@ -105,10 +105,14 @@ struct NoisyInterval {
     Matrix covariance, propagator;
 };
 
-NoisyInterval noisy_interval(const Block& m, const Block& q, double dt) {
-    const Matrix rates = extended(m);
-    const int doublings = halvings(rates, dt);
-    const Real interval = std::ldexp(Real(dt), -doublings);
+struct ShortNoisyInterval {
+    NoisyInterval interval;
+    Exponential e;
+};
+
+/// |rates| interval <= 1/2.
+ShortNoisyInterval short_noisy_interval(const Matrix& rates, const Block& q, double dt) {
+    const Real interval = dt;
     // sum of interval^(n+1)/(n+1)! applied n times: c -> m c + c m^T, on q.
     Matrix term = extended(q) * interval;
     Matrix covariance = term;
@@ -117,13 +121,27 @@ NoisyInterval noisy_interval(const Block& m, const Block& q, double dt) {
         covariance += term;
     }
     Exponential e = short_exponential(rates * interval);
-    for (int i = 0; i < doublings; ++i) {
-        covariance += (e.propagator * covariance * e.propagator.transpose()).eval();
-        covariance = ((covariance + covariance.transpose()) / 2.0L).eval();
+    return {{covariance, e.propagator}, e};
+}
+
+/// Calls found(k, interval) for intervals of dt/2^k, k < count, from the shortest to dt.
+template <class Found>
+void for_noisy_intervals(const Block& m, const Block& q, double dt, int count, Found found) {
+    const Matrix rates = extended(m);
+    const int doublings = halvings(rates, dt);
+    for (int k = count - 1; k > doublings; --k) found(k, short_noisy_interval(rates, q, std::ldexp(dt, -k)).interval);
+    auto [now, e] = short_noisy_interval(rates, q, std::ldexp(dt, -doublings));
+    for (int k = doublings;; --k) {
+        if (k < count) {
+            refuse_overflow(now.covariance, std::ldexp(dt, -k));
+            found(k, now);
+        }
+        if (k == 0) return;
+        now.covariance += (e.propagator * now.covariance * e.propagator.transpose()).eval();
+        now.covariance = ((now.covariance + now.covariance.transpose()) / 2.0L).eval();
         double_propagator(e);
+        now.propagator = e.propagator;
     }
-    refuse_overflow(covariance, dt);
-    return {covariance, e.propagator};
 }
 
 /// Less than this, relative to the variances, is rounding of their entries, not variance.
@@ -233,11 +251,13 @@ Matrix regression_on(const Matrix& c, const Matrix& cross, const Vector& deviati
 }  // namespace
 
 Block noise_covariance(const Block& m, const Block& q, double dt) {
-    return rounded(noisy_interval(m, q, dt).covariance);
+    Block result;
+    for_noisy_intervals(m, q, dt, 1, [&](int, const NoisyInterval& found) { result = rounded(found.covariance); });
+    return result;
 }
 
-NoiseHalves noise_halves(const Block& m, const Block& q, double dt) {
-    const NoisyInterval half = noisy_interval(m, q, dt);
+namespace {
+NoiseHalves halves_of(const NoisyInterval& half, double dt) {
     const Matrix with_whole = half.covariance * half.propagator.transpose();  // of the first half with the whole
     const Matrix whole = half.propagator * with_whole + half.covariance;
     refuse_overflow(whole, 2.0 * dt);
@@ -252,6 +272,15 @@ NoiseHalves noise_halves(const Block& m, const Block& q, double dt) {
             spread.col(i).setZero();
         }
     return {rounded(regression), rounded(factor_of(spread, deviations(half.covariance))), rounded(half.propagator)};
+}
+}  // namespace
+
+std::vector<NoiseHalves> noise_halves(const Block& m, const Block& q, double dt, int count) {
+    std::vector<NoiseHalves> result(static_cast<std::size_t>(count));
+    for_noisy_intervals(m, q, dt, count, [&](int k, const NoisyInterval& half) {
+        result[static_cast<std::size_t>(k)] = halves_of(half, std::ldexp(dt, -k));
+    });
+    return result;
 }
 
 std::vector<std::complex<double>> eigenvalues(const Block& m) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 
 #include "drover/base/error.hpp"
@@ -64,39 +65,50 @@ const double* NoisePath::row(int level, std::size_t row) const {
 
 /// The matrices of a level and of those above it, of all |q|.
 void NoisePath::prepare(int level) {
-    while (levels_.size() <= static_cast<std::size_t>(level)) {
-        const auto made = static_cast<int>(levels_.size());
-        const double length = std::ldexp(root_, -made);
-        Level now;
+    const auto first = static_cast<int>(levels_.size());
+    if (first > level) return;
+    const auto blocks = [](int size) { return static_cast<std::size_t>(size * size); };
+    const std::size_t entries =
+        blocks(system_.layout.scalars + system_.layout.vectors) + blocks(system_.layout.vectors);
+    std::vector<Level> made(static_cast<std::size_t>(level - first + 1));
+    for (int k = first; k <= level; ++k) {
+        Level& now = made[static_cast<std::size_t>(k - first)];
         now.values.resize(row_begin_.back() * numbers_);
-        const auto blocks = [](int size) { return static_cast<std::size_t>(size * size); };
-        const std::size_t entries =
-            blocks(system_.layout.scalars + system_.layout.vectors) + blocks(system_.layout.vectors);
-        now.draw.resize(wavenumbers_.q.size() * entries * (made == 0 ? 1 : 2));
-        now.propagator.resize(made == 0 ? 0 : wavenumbers_.q.size() * entries);
-        const auto of_wavenumber = [&](std::size_t n) {
-            const IsotropicBlocks m = system_.linear(wavenumbers_.q[n]), covariance = system_.noise(wavenumbers_.q[n]);
-            std::vector<double> draw, propagator;
-            if (made == 0) {
-                append_entries({factor(noise_covariance(m.along, covariance.along, length)),
-                                factor(noise_covariance(m.across, covariance.across, length))},
-                               draw);
-            } else {
-                const NoiseHalves along = noise_halves(m.along, covariance.along, length),
-                                  across = noise_halves(m.across, covariance.across, length);
-                append_entries({along.regression, across.regression}, draw);
-                append_entries({along.spread, across.spread}, draw);
-                append_entries({along.propagator, across.propagator}, propagator);
-            }
-            std::copy(draw.begin(), draw.end(), now.draw.data() + n * draw.size());
-            std::copy(propagator.begin(), propagator.end(), now.propagator.data() + n * propagator.size());
-        };
-        constexpr std::size_t wavenumbers_per_chunk = 64;
-        threads_.for_chunks(wavenumbers_.q.size(), wavenumbers_per_chunk, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t n = begin; n < end; ++n) of_wavenumber(n);
-        });
-        levels_.push_back(std::move(now));
+        now.draw.resize(wavenumbers_.q.size() * entries * (k == 0 ? 1 : 2));
+        now.propagator.resize(k == 0 ? 0 : wavenumbers_.q.size() * entries);
     }
+    const int first_halves = std::max(first, 1), halves = level - first_halves + 1;
+    const auto of_wavenumber = [&](std::size_t n) {
+        const IsotropicBlocks m = system_.linear(wavenumbers_.q[n]), covariance = system_.noise(wavenumbers_.q[n]);
+        std::vector<double> entries_of_n;
+        const auto store = [&](std::vector<double>& to) {
+            std::copy(entries_of_n.begin(), entries_of_n.end(), to.data() + n * entries_of_n.size());
+            entries_of_n.clear();
+        };
+        if (first == 0) {
+            append_entries({factor(noise_covariance(m.along, covariance.along, root_)),
+                            factor(noise_covariance(m.across, covariance.across, root_))},
+                           entries_of_n);
+            store(made.front().draw);
+        }
+        if (halves == 0) return;
+        const double longest = std::ldexp(root_, -first_halves);
+        const std::vector<NoiseHalves> along = noise_halves(m.along, covariance.along, longest, halves),
+                                       across = noise_halves(m.across, covariance.across, longest, halves);
+        for (std::size_t k = 0; k < along.size(); ++k) {
+            Level& now = made[static_cast<std::size_t>(first_halves - first) + k];
+            append_entries({along[k].regression, across[k].regression}, entries_of_n);
+            append_entries({along[k].spread, across[k].spread}, entries_of_n);
+            store(now.draw);
+            append_entries({along[k].propagator, across[k].propagator}, entries_of_n);
+            store(now.propagator);
+        }
+    };
+    constexpr std::size_t wavenumbers_per_chunk = 64;
+    threads_.for_chunks(wavenumbers_.q.size(), wavenumbers_per_chunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) of_wavenumber(n);
+    });
+    std::move(made.begin(), made.end(), std::back_inserter(levels_));
 }
 
 /// body<Scalars, Vectors>(row, number of its kept modes, scratch) for every row that keeps modes.

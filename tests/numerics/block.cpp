@@ -273,7 +273,7 @@ TEST(NoiseHalves, have_the_covariances_of_two_independent_intervals) {
                                           : covariance_by_difference(QuadMatrix(m.along), QuadMatrix(noise), t);
                 };
                 const QuadMatrix half = covariance(dt), whole = covariance(2.0 * dt);
-                const NoiseHalves found = noise_halves(m.along, noise, dt);
+                const NoiseHalves found = noise_halves(m.along, noise, dt, 1).front();
                 const QuadMatrix k(found.regression), s(found.spread), e(found.propagator),
                     with_whole = product(k, whole),
                     first = sum(product(with_whole, transposed(k)), product(s, transposed(s))),
@@ -288,7 +288,7 @@ TEST(NoiseHalves, have_the_covariances_of_two_independent_intervals) {
 }
 
 TEST(NoiseHalves, of_noise_without_a_law_are_a_brownian_bridge) {
-    const NoiseHalves found = noise_halves(Block(1), noise_on(1, {0}), 0.25);
+    const NoiseHalves found = noise_halves(Block(1), noise_on(1, {0}), 0.25, 1).front();
     EXPECT_DOUBLE_EQ(found.regression(0, 0), 0.5);
     EXPECT_DOUBLE_EQ(found.spread(0, 0), std::sqrt(0.7 * 0.25 / 2.0));
     EXPECT_DOUBLE_EQ(found.propagator(0, 0), 1.0);

@@ -40,8 +40,8 @@ struct NoiseHalves {
     Block regression, spread, propagator;
 };
 
-/// dt: the length of a half.  Throws as noise_covariance.
-NoiseHalves noise_halves(const Block& m, const Block& q, double dt);
+/// For halves of the lengths dt, dt/2, ..., dt/2^(count - 1).  Throws as noise_covariance.
+std::vector<NoiseHalves> noise_halves(const Block& m, const Block& q, double dt, int count);
 
 /// The rates of the modes of da/dt = m a, in no order.
 std::vector<std::complex<double>> eigenvalues(const Block& m);

@@ -1,0 +1,313 @@
+#!/usr/bin/python3
+"""tests/bench/peers/xmds2.py: the cost of an error in drover and in XMDS2, on the same equations.
+
+The two-component equations with a smooth start and no noise, in a periodic cell, to t = 4 s.  XMDS2 (Debian package
+`xmds2`) generates a C++ program for them: all fields in one vector, the diffusive linear terms in the interaction
+picture (operators IP), all derivatives by operators EX, compiled with its own options (-O3 -march=native -ffast-math).
+Methods: RK4 with fixed steps, ARK45 with tolerances.
+
+    xmds2.py --drover build/release/drover                   half an hour; writes xmds2.csv and xmds2.md here
+    xmds2.py --drover PATH --free --errors 1e-2 1e-4 --pairs 1 --folder DIR     a few minutes
+
+1. Reference: drover with a step of 1/200 s on the grid of --grid points; XMDS2's own finest run must agree with it.
+2. Each setting (method and step or tolerance; with the free grid also the grid) runs once, which gives its error: the
+   largest over the fields of the root mean square of the difference, relative to that of the field less its mean.
+3. For each error of the ladder, the cheapest settings of both that reach it run again in turns, --pairs times each.
+   Costs are core seconds (user and system) of the whole process, from its start to its files; medians.
+
+drover drops modes beyond a quarter of the grid (exact products); XMDS2 keeps all.  Exit status 1: the two disagree.
+"""
+import argparse
+import csv
+import datetime
+import itertools
+import os
+import platform
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+SIDE, END = 64.0, 4.0
+FIELDS = {"rho": "bead_density", "sigma": "rod_density", "vx": "bead_velocity_x", "vy": "bead_velocity_y",
+          "px": "polar_order_x", "py": "polar_order_y"}
+START = {"rho": "1 + 0.1*sin(2*pi*x/64)", "sigma": "1 + 0.1*cos(2*pi*x/64)*cos(2*pi*y/64)", "vx": "0", "vy": "0",
+         "px": "0.5 + 0.1*sin(2*pi*y/64)", "py": "0.1*cos(2*pi*(x + y)/64)"}
+# drover's keys, with the symbol of each in the XMDS2 script.
+COEFFICIENTS = {"current.speed": ("u", 1.0), "inertia.bead_mass": ("m", 1.0), "drag.coefficient": ("Gamma", 20.0),
+                "viscosity.shear": ("eta", 5.0), "driving.strength": ("alpha", 10.0), "stiffness.beads": ("E", 40.0),
+                "stiffness.rods": ("F", 1.0), "relaxation.rate": ("a", 0.2), "relaxation.saturation": ("b", 1.0),
+                "elasticity.stiffness": ("K", 1.0), "weathercock.strength": ("lambda", 1.0),
+                "advection.strength": ("w", 0.3), "pressure.beads": ("A", 0.5), "pressure.rods": ("B", 0.5),
+                "diffusion.rods": ("D", 0.5)}
+XMDS2 = """<?xml version="1.0" encoding="UTF-8"?>
+<simulation xmds-version="2">
+  <name>peer</name>
+  <features>
+    <fftw plan="{plan}" />
+    <validation kind="run-time" />
+    <arguments>
+      <argument name="points" type="integer" default_value="64" />
+    </arguments>
+    <globals><![CDATA[ {constants} ]]></globals>
+  </features>
+  <geometry>
+    <propagation_dimension>t</propagation_dimension>
+    <transverse_dimensions>
+      <dimension name="x" lattice="points" domain="(0, {side})" />
+      <dimension name="y" lattice="points" domain="(0, {side})" />
+    </transverse_dimensions>
+  </geometry>
+  <vector name="main" type="complex" initial_basis="x y">
+    <components>rho sigma vx vy px py</components>
+    <initialisation><![CDATA[ const double pi = M_PI; {start} ]]></initialisation>
+  </vector>
+  <sequence>
+    <integrate algorithm="{algorithm}" interval="{end}" {control}>
+      <samples>1</samples>
+      <operators>
+        <integration_vectors>main</integration_vectors>
+        <operator kind="ip" constant="yes" type="real">
+          <operator_names>Ls Lv Lp</operator_names>
+          <![CDATA[
+            const double kk = kx*kx + ky*ky;
+            Ls = -D*kk;
+            Lv = -(Gamma + eta*kk)/m;
+            Lp = -a - K*kk;
+          ]]>
+        </operator>
+        <operator kind="ex" constant="yes" type="complex">
+          <operator_names>dx dy lap</operator_names>
+          <![CDATA[ dx = i*kx; dy = i*ky; lap = -(kx*kx + ky*ky); ]]>
+        </operator>
+        <![CDATA[
+          const double r = rho.Re(), pX = px.Re(), pY = py.Re(), vX = vx.Re(), vY = vy.Re();
+          const double rx = dx[rho].Re(), ry = dy[rho].Re(), sx = dx[sigma].Re(), sy = dy[sigma].Re();
+          const double pxx = dx[px].Re(), pxy = dy[px].Re(), pyx = dx[py].Re(), pyy = dy[py].Re();
+          const double over = 1.0/(m*r), rest = over - 1.0/m, b2 = b*(pX*pX + pY*pY);
+          const double gx = rest*(eta*lap[vx].Re() - Gamma*vX) + over*(alpha*pX - E*rx - F*sx);
+          const double gy = rest*(eta*lap[vy].Re() - Gamma*vY) + over*(alpha*pY - E*ry - F*sy);
+          const double hx = lambda*vX - w*(pX*pxx + pY*pxy) - b2*pX - A*rx - B*sx;
+          const double hy = lambda*vY - w*(pX*pyx + pY*pyy) - b2*pY - A*ry - B*sy;
+          drho_dt = -r*(dx[vx].Re() + dy[vy].Re()) - vX*rx - vY*ry;
+          dsigma_dt = Ls[sigma] - u*(pxx + pyy);
+          dvx_dt = Lv[vx] + gx;
+          dvy_dt = Lv[vy] + gy;
+          dpx_dt = Lp[px] + hx;
+          dpy_dt = Lp[py] + hy;
+        ]]>
+      </operators>
+    </integrate>
+  </sequence>
+  <output format="hdf5" filename="peer.xsil">
+    <sampling_group basis="x y" initial_sample="no">
+      <moments>{moments}</moments>
+      <dependencies>main</dependencies>
+      <![CDATA[ {samples} ]]>
+    </sampling_group>
+  </output>
+</simulation>
+"""
+
+
+def parsed(arguments):
+    summary, _, rest = __doc__.partition("\n\n")
+    parser = argparse.ArgumentParser(description=summary, epilog=rest,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--drover", required=True, help="the program")
+    parser.add_argument("--grid", type=int, default=256, help="points along each axis of the fixed grid")
+    parser.add_argument("--free", type=int, nargs="*", default=[32, 64, 128], help="the other grids of the free grid")
+    parser.add_argument("--pairs", type=int, default=3, help="timed runs of each of the chosen settings")
+    parser.add_argument("--errors", type=float, nargs="+", default=[1e-2, 1e-4, 1e-6, 1e-8])
+    parser.add_argument("--plan", default="measure", choices=["estimate", "measure", "patient"], help="FFTW, of XMDS2")
+    parser.add_argument("--folder", type=Path, default=Path(__file__).parent, help="of the tables")
+    return parser.parse_args(arguments)
+
+
+def timed(command, folder):
+    """Core seconds of a process on one core."""
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                               env={**os.environ, "OMP_NUM_THREADS": "1"})
+    messages = process.stderr.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    if status != 0:
+        raise RuntimeError(f"{command[0]} failed: {messages.strip()[-300:]}")
+    return usage.ru_utime + usage.ru_stime
+
+
+class Drover:
+    name = "drover"
+
+    def __init__(self, program, folder):
+        self.program, self.folder = str(Path(program).resolve()), folder
+        sections = {}
+        for key, (_, value) in COEFFICIENTS.items():
+            section, name = key.split(".")
+            sections.setdefault(section, []).append(f"{name} = {value}")
+        sections["fields"] = ["bead_density = true", 'bead_velocity = "dynamic"']
+        sections["uniform"] = ["rod_density = 1.0", "bead_density = 1.0"]
+        sections["initial"] = ['kind = "formula"', *(f'{FIELDS[name]} = "{text}"' for name, text in START.items())]
+        text = "\n".join(f"[{name}]\n" + "\n".join(lines) for name, lines in sections.items())
+        (folder / "peer.toml").write_text(text + "\n")
+
+    def settings(self, grids):
+        steps = (5, 6, 8, 10, 14, 20, 28, 40, 56, 80, 112, 160, 224, 320)
+        for grid, method in itertools.product(grids, ("etdrk2", "etdrk4", "etdrk4-krogstad")):
+            for count in steps:
+                yield {"grid": grid, "method": method, "control": f"{count} steps", "steps": count}
+
+    def command(self, setting):
+        keys = {"grid.nx": setting["grid"], "grid.ny": setting["grid"], "grid.lx": SIDE, "grid.ly": SIDE,
+                "time.dt": END / setting["steps"], "time.end": END, "time.stepper": f'"{setting["method"]}"',
+                "time.max_error": 0.0, "output.frame_every": END, "output.sample_every": END, "run.threads": 1}
+        words = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
+        return [self.program, "run", "peer.toml", "--quiet", "--overwrite", "--output", "peer.h5", *words]
+
+    def run(self, setting):
+        seconds = timed(self.command(setting), self.folder)
+        with h5py.File(self.folder / "peer.h5") as file:
+            return seconds, {name: file[key][-1] for name, key in FIELDS.items()}
+
+
+class Xmds2:
+    name = "XMDS2"
+
+    def __init__(self, plan, folder):
+        self.plan, self.folder, self.made = plan, folder, {}
+
+    def settings(self, grids):
+        for grid in grids:
+            for count in (40, 56, 80, 160, 320):
+                yield {"grid": grid, "method": "RK4", "control": f"{count} steps", "words": f'steps="{count}"'}
+            for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
+                yield {"grid": grid, "method": "ARK45", "control": f"tolerance {tolerance:g}",
+                       "words": f'steps="40" tolerance="{tolerance}"'}
+
+    def program(self, method, control):
+        """Generates and compiles a program, once: the grid is an argument, the steps and the tolerance are not."""
+        if (method, control) not in self.made:
+            folder = self.folder / f"{method}-{len(self.made)}"
+            folder.mkdir()
+            constants = " ".join(f"const double {symbol} = {value};" for symbol, value in COEFFICIENTS.values())
+            (folder / "peer.xmds").write_text(XMDS2.format(
+                plan=self.plan, constants=constants, side=SIDE, end=END, algorithm=method,
+                control=control,
+                start=" ".join(f"{name} = {text};" for name, text in START.items()),
+                moments=" ".join(f"{name}_" for name in FIELDS),
+                samples=" ".join(f"{name}_ = {name}.Re();" for name in FIELDS)))
+            made = subprocess.run(["xmds2", "peer.xmds"], cwd=folder, capture_output=True, text=True, check=False)
+            if made.returncode != 0:
+                raise RuntimeError(f"xmds2 failed: {made.stdout[-2000:]}{made.stderr[-2000:]}")
+            self.made[method, control] = folder
+        return self.made[method, control]
+
+    def run(self, setting):
+        folder = self.program(setting["method"], setting["words"])
+        seconds = timed(["./peer", f"--points={setting['grid']}"], folder)
+        with h5py.File(folder / "peer.h5") as file:
+            group = file["1"]
+            return seconds, {name: np.squeeze(group[f"{name}_"][()]).T for name in FIELDS}
+
+
+def error_of(fields, reference):
+    worst = 0.0
+    for name, wanted in reference.items():
+        every = wanted.shape[0] // fields[name].shape[0]
+        common = wanted[::every, ::every]
+        difference = np.sqrt(np.mean((fields[name] - common) ** 2))
+        if not np.isfinite(difference):
+            return np.inf
+        worst = max(worst, difference / np.sqrt(np.mean((common - common.mean()) ** 2)))
+    return worst
+
+
+def measured(code, grids, reference, least):
+    """Rows of all settings; those with shorter steps are left out once a method is accurate enough."""
+    rows, done = [], set()
+    for setting in code.settings(grids):
+        method = (setting["grid"], setting["method"])
+        if method in done:
+            continue
+        try:
+            seconds, fields = code.run(setting)
+        except (RuntimeError, OSError, KeyError) as problem:
+            print(f"{code.name} {setting}: {problem}", file=sys.stderr)
+            continue
+        rows.append({**setting, "code": code.name, "error": error_of(fields, reference), "seconds": seconds})
+        if rows[-1]["error"] < least:
+            done.add(method)
+        print(f"{code.name:7} {setting['grid']:4} {setting['method']:16} {setting['control']:16} "
+              f"error {rows[-1]['error']:.2e} {seconds:.3f} s", file=sys.stderr)
+    return rows
+
+
+def compared(codes, rows, errors, pairs, label):
+    """A row for each error: the cheapest setting of each code, timed in turns."""
+    table = []
+    for wanted in errors:
+        best = [min((row for row in rows if row["code"] == code.name and row["error"] <= wanted), default=None,
+                    key=lambda row: row["seconds"]) for code in codes]
+        if None in best:
+            continue
+        seconds = [[], []]
+        for _ in range(pairs):
+            for k, code in enumerate(codes):
+                seconds[k].append(code.run(best[k])[0])
+        medians = [statistics.median(values) for values in seconds]
+        row = {"grid": label, "wanted": wanted, "ratio": medians[1] / medians[0]}
+        for code, chosen, median in zip(codes, best, medians):
+            row |= {f"{code.name} {key}": chosen[key] for key in ("method", "control", "grid", "error")}
+            row[f"{code.name} seconds"] = median
+        table.append(row)
+    return table
+
+
+def write_tables(table, folder, versions):
+    with open(folder / "xmds2.csv", "w", newline="", encoding="utf-8") as file:
+        file.write(f"# {versions}\n")
+        writer = csv.DictWriter(file, table[0].keys())
+        writer.writeheader()
+        writer.writerows({key: f"{value:.4g}" if isinstance(value, float) else value for key, value in row.items()}
+                         for row in table)
+    lines = [f"{versions}. Core seconds of the whole process, one core, medians of alternate runs.", "",
+             "| grid | error | drover | | XMDS2 | | ratio |", "|---|---|---|---|---|---|---|"]
+    for row in table:
+        cells = [f"{row[f'{code} method']}, {row[f'{code} control']}, {row[f'{code} grid']}² | "
+                 f"{row[f'{code} seconds']:.2f} s" for code in ("drover", "XMDS2")]
+        lines.append(f"| {row['grid']} | {row['wanted']:g} | {cells[0]} | {cells[1]} | {row['ratio']:.1f} |")
+    (folder / "xmds2.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    print("\n".join(lines))
+
+
+def main(arguments):
+    options = parsed(arguments)
+    if not shutil.which("xmds2"):
+        sys.exit("error: xmds2 is not installed; install the Debian package xmds2")
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        codes = [Drover(options.drover, folder), Xmds2(options.plan, folder)]
+        fine = {"grid": options.grid, "method": "etdrk4-krogstad", "steps": 800}
+        reference = codes[0].run(fine)[1]
+        least = min(options.errors)
+        rows = [row for code in codes for row in measured(code, [options.grid], reference, least)]
+        closest = min(row["error"] for row in rows if row["code"] == "XMDS2")
+        table = compared(codes, rows, options.errors, options.pairs, "fixed")
+        if options.free:
+            rows += [row for code in codes for row in measured(code, options.free, reference, least)]
+            table += compared(codes, rows, options.errors, options.pairs, "free")
+        version = subprocess.run([codes[0].program, "--version"], capture_output=True, text=True,
+                                 check=True).stdout.split("\n")[0]
+        write_tables(table, options.folder, f"{datetime.date.today()}, {platform.processor() or platform.machine()}, "
+                     f"{version}, XMDS2 3.1 (FFTW: {options.plan}), {options.grid}², t = {END:g} s, no noise")
+    print(f"\nXMDS2 agrees with the reference of drover to {closest:.1e}")
+    return 0 if closest < 1e-6 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
