@@ -1,5 +1,4 @@
-"""tests/app/test_tradeoff_slow.py: the parts of an error that a trade of speed for accuracy predicts, against true errors.
-"""
+"""tests/app/test_tradeoff_slow.py: what a trade of speed for accuracy predicts of errors, against true errors."""
 from test_tradeoff import NOISY, WAVES, mean, scene, tradeoff
 
 
