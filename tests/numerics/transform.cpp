@@ -66,6 +66,35 @@ TEST(Transform, backward_inverts_forward_for_fields_of_kept_modes) {
     }
 }
 
+// Lines beyond the second-level cache are transformed in two passes.
+TEST(Transform, long_lines_have_the_coefficients_of_the_definition_and_are_inverted) {
+    Threads threads(2);
+    for (const Grid grid : {Grid{16384, 1, 1, 1}, Grid{12288, 1, 1, 1}, Grid{4, 8192, 1, 1}})
+        for (const int degree : {1, 2}) {
+            const Transform transform(grid, degree, threads);
+            const Fields fields = random_fields(grid, 3);  // a pair and one alone
+            Spectra spectra(grid, 3), again(grid, 3);
+            Fields kept(grid, 3);
+            transform.forward(fields, spectra);
+            transform.backward(spectra, kept);
+            transform.forward(kept, again);
+            for (const int k : {0, 1, 777, 2500}) {
+                const int kx = grid.ny == 1 ? k : 1, ky = grid.ny == 1 ? 0 : k;
+                for (int c = 0; c < 3; ++c) {
+                    const Complex found =
+                        spectra[c][static_cast<std::size_t>(ky) * columns(grid) + static_cast<std::size_t>(kx)];
+                    // Rounding of a direct sum of 16384 numbers of size 1, divided by as many.
+                    EXPECT_NEAR(std::abs(found - coefficient(grid, fields[c], kx, ky)), 0.0, 1e-14)
+                        << grid.nx << " " << k;
+                }
+            }
+            double largest = 0.0;
+            for (std::size_t m = 0; m < spectra.values.size(); ++m)
+                largest = std::max(largest, std::abs(again.values[m] - spectra.values[m]));
+            EXPECT_LT(largest, 1e-15);  // of coefficients of size 1e-2
+        }
+}
+
 TEST(Transform, modes_that_are_not_kept_count_as_zero_and_the_input_is_unchanged) {
     Threads threads(1);
     const Grid grid{16, 16, 1, 1};

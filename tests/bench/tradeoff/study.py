@@ -65,7 +65,10 @@ def field_scene(number):
     wanted = ["polar_order", "variance_rod_density"]
     if kind in ("dynamic", "slaved"):
         wanted += ["variance_bead_density", "variance_bead_velocity"]
-    return kind + (", noise" if noisy else ""), keys, draw.choice(wanted)
+    observable = draw.choice(wanted)
+    if kind == "slaved" and observable == "variance_bead_velocity":
+        observable = "variance_bead_density"  # a slaved velocity has no variance of its own
+    return kind + (", noise" if noisy else ""), keys, observable
 
 
 def particle_scene(number):
