@@ -145,7 +145,8 @@ std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, c
     });
     std::vector<Candidate> front;
     for (Candidate& one : all)
-        if (std::isfinite(one.ratio) && (front.empty() || one.ratio < 0.95 * front.back().ratio))
+        if (front.empty() || one.ratio < 0.95 * front.back().ratio ||
+            (one.ratio <= 1.0 && front.back().ratio > 1.0))  // the cheapest that is good enough, by however little
             front.push_back(std::move(one));
     return front;
 }
