@@ -1,5 +1,11 @@
 """tests/app/test_tradeoff_slow.py: what a trade of speed for accuracy predicts of errors, against true errors."""
+import sys
+from pathlib import Path
+
 from test_tradeoff import NOISY, WAVES, mean, scene, tradeoff
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench" / "tradeoff"))
+import study  # noqa: E402
 
 
 def keys_of(step, grid, model):
@@ -43,3 +49,11 @@ def test_shorter_trials_in_the_folder_of_longer_ones_use_them(tmp_path):
     long = tradeoff(tmp_path, scene(tmp_path, NOISY), "--want", "polar_order=2%", "--budget", "1min")["wishes"][0]
     short = tradeoff(tmp_path, "s.toml", "--want", "polar_order=4%", "--budget", "5s")["wishes"][0]
     assert short["expected"] < 2.0 * short["allowed"] and short["value"][:3] == long["value"][:3]
+
+
+def test_a_flow_that_dies_away_is_not_taken_for_chaos(tmp_path):
+    """A less accurate method differs from the others by more than what is left of the flow at the end."""
+    _, keys, observable = study.scene(36)
+    (tmp_path / "s.toml").write_text("")
+    found = tradeoff(tmp_path, "s.toml", *study.words_of(keys), "--want", f"{observable}=10%", "--budget", "1min")
+    assert {row["duration"] for row in found["front"] if row["step"] != "-"} == {"as given"}
