@@ -24,13 +24,13 @@ std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
 }
 
 namespace {
-/// Of the last quarter of a series, or of its difference from another; not divided by the number of samples.
-double late_deviation(const std::vector<double>& values, const std::vector<double>* less) {
-    const std::size_t from = values.size() - values.size() / 4;
+/// Root mean square deviation of the samples from `from` on, of a series or of its difference from another.
+double deviation(const std::vector<double>& values, std::size_t from, const std::vector<double>* less = nullptr) {
+    const auto count = static_cast<double>(values.size() - from);
     const auto value = [&](std::size_t i) { return values[i] - (less == nullptr ? 0.0 : (*less)[i]); };
     double mean = 0.0, squares = 0.0;
-    for (std::size_t i = from; i < values.size(); ++i) mean += value(i) / static_cast<double>(values.size() - from);
-    for (std::size_t i = from; i < values.size(); ++i) squares += std::pow(value(i) - mean, 2);
+    for (std::size_t i = from; i < values.size(); ++i) mean += value(i) / count;
+    for (std::size_t i = from; i < values.size(); ++i) squares += std::pow(value(i) - mean, 2) / count;
     return std::sqrt(squares);
 }
 
@@ -191,14 +191,16 @@ double TradeBench::ratio(const std::vector<Bias>& biases) const {
 }
 
 bool TradeBench::are_independent(const Measured& a, const Measured& b) const {
-    constexpr double much = 0.5;  // of the fluctuations
+    constexpr double much = 0.5;   // of the fluctuations
+    constexpr double alive = 0.1;  // of the whole series: what has all but died away does not fluctuate
     constexpr std::size_t fewest = 32;
     if (ratio(differences(a, b)) <= 1.0) return false;
     for (std::size_t w = 0; w < wishes_.size(); ++w) {
         const std::vector<double>&one = a.numbers[w].series, &other = b.numbers[w].series;
         if (one.size() < fewest || one.size() != other.size()) continue;
-        const double apart = late_deviation(one, &other);
-        if (apart > 0.0 && apart > much * late_deviation(other, nullptr)) return true;
+        const std::size_t late = other.size() - other.size() / 4;
+        const double fluctuation = deviation(other, late);
+        if (fluctuation > alive * deviation(other, 0) && deviation(one, late, &other) > much * fluctuation) return true;
     }
     return false;
 }

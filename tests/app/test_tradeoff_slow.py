@@ -2,6 +2,7 @@
 import sys
 from pathlib import Path
 
+import pytest
 from test_tradeoff import NOISY, WAVES, mean, scene, tradeoff
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench" / "tradeoff"))
@@ -51,9 +52,11 @@ def test_shorter_trials_in_the_folder_of_longer_ones_use_them(tmp_path):
     assert short["expected"] < 2.0 * short["allowed"] and short["value"][:3] == long["value"][:3]
 
 
-def test_a_flow_that_dies_away_is_not_taken_for_chaos(tmp_path):
+@pytest.mark.parametrize("number, per_cent", [(36, 10), (42, 0.1)])
+def test_a_flow_that_dies_away_is_not_taken_for_chaos(tmp_path, number, per_cent):
     """A less accurate method differs from the others by more than what is left of the flow at the end."""
-    _, keys, observable = study.scene(36)
+    _, keys, observable = study.scene(number)
     (tmp_path / "s.toml").write_text("")
-    found = tradeoff(tmp_path, "s.toml", *study.words_of(keys), "--want", f"{observable}=10%", "--budget", "1min")
+    found = tradeoff(tmp_path, "s.toml", *study.words_of(keys), "--want", f"{observable}={per_cent}%", "--budget",
+                     "1min")
     assert {row["duration"] for row in found["front"] if row["step"] != "-"} == {"as given"}
