@@ -147,7 +147,7 @@ Correlation TradeBench::correlation_of(const WantedNumber& number) const {
     // Its relative standard error, see autocorrelation_time.
     const double error =
         std::sqrt(2.0 * (2.0 * window + 1.0) / static_cast<double>(std::max<std::size_t>(used.size(), 1)));
-    // The run finds its own tau, over 80 m of it with a relative error of sqrt(20/(80 m)): within m with 95 % from 1.75.
+    // The run finds its own tau, over 80 m of it with a relative error of sqrt(20/(80 m)): below m with 95 % for 1.75.
     constexpr double own = 1.75, most = 2.5;
     return {tau * number.spacing, std::min(most, own * (1.0 + error))};
 }
