@@ -29,12 +29,13 @@ TALL = {**SQUARE, "map": (0.8, 1.6, 3.3, 5.35), "order": (6.35, 1.2, 5.05, 1.1)}
 WIDE_FROM, TALL_FROM = 2.0, 0.62  # ratio of the sides of the cell, x to y
 TITLES = {"map": "(a) {}", "structure": "(b) structure factors",
           "numbers": "(c) number fluctuations", "exponents": "(d) local exponent of (c)",
-          "order": "(e) polar order of the cell"}
+          "order": "(e) order of the cell"}
 # Of runs without noise, which have no fluctuations: boxes of panels by shape of the cell, and titles.
-SMOOTH_BOXES = {"profiles": (6.35, 5.3, 5.05, 1.65), "growth": (6.35, 3.2, 2.1, 1.35), "length": (9.3, 3.2, 2.1, 1.35)}
-SMOOTH_WIDE = {"profiles": (0.9, 1.25, 2.8, 2.95), "growth": (4.6, 3.15, 2.8, 1.05), "length": (4.6, 1.25, 2.8, 1.05)}
+SMOOTH_BOXES = {"profiles": (6.55, 5.3, 4.85, 1.65), "growth": (6.55, 3.2, 2.0, 1.35), "length": (9.4, 3.2, 2.0, 1.35)}
+SMOOTH_WIDE = {"profiles": (0.8, 3.05, 9.5, 1.25), "growth": (0.9, 1.25, 2.8, 1.0), "length": (4.6, 1.25, 2.8, 1.0),
+               "order": (8.4, 1.25, 3.0, 1.0)}
 SMOOTH_TITLES = {"map": "(a) {}", "profiles": "(b) along $x$ through the middle", "growth": "(c) deviations",
-                 "length": "(d) length of the pattern", "order": "(e) polar order of the cell"}
+                 "length": "(d) length of the pattern", "order": "(e) order of the cell"}
 
 
 def draw(run, frame=-1):
@@ -45,12 +46,12 @@ def draw(run, frame=-1):
                           "from the end")
     ratio = run.scene["grid"]["lx"] / run.scene["grid"]["ly"]
     one_row = run.scene["grid"]["ny"] == 1
-    layout = WIDE if one_row or ratio > WIDE_FROM else TALL if ratio < TALL_FROM else SQUARE
+    is_wide = one_row or ratio > WIDE_FROM
+    layout = WIDE if is_wide else TALL if ratio < TALL_FROM else SQUARE
     smooth = smooth_panels.is_smooth(run)
     if smooth:
         layout = {"map": layout["map"], "order": layout["order"],
-                  **(SMOOTH_WIDE if layout is WIDE else SMOOTH_BOXES)}
-    columns = 1 if layout["order"] is WIDE["order"] else 2
+                  **(SMOOTH_WIDE if is_wide else SMOOTH_BOXES)}
     with matplotlib.rc_context(STYLE):
         figure = new_figure()
         boxes = {**layout, "map": layout["map"] if one_row else fitted(layout["map"], ratio)}
@@ -66,7 +67,7 @@ def draw(run, frame=-1):
             smooth_panels.draw_length(axes["length"], run)
         else:
             drawn += panels.draw_numbers(axes["numbers"], axes["exponents"], run)
-        panels.draw_order(axes["order"], run, columns=columns)
+        panels.draw_order(axes["order"], run)
         for name, words in (SMOOTH_TITLES if smooth else TITLES).items():
             axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
         write_title_and_caption(figure, title(run, frame), (smooth_caption if smooth else caption)(run, drawn, blocks))
@@ -121,14 +122,18 @@ def negative_words(run):
     return " (a density of few particles, linear in its equations, may be below 0)"
 
 
+def block_words(blocks):
+    """What the colours and arrows of a map are averages over."""
+    pixel, arrow = (side and f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
+    return f"Colours are averages over {pixel}, " + (f"arrows over {arrow}" if arrow else "lines follow the flow")
+
+
 def smooth_caption(run, _, blocks):
     """Explains the figure of a run without noise."""
-    words = []
-    if blocks is not None:
-        pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-        words.append(f"(a) Colours are averages over {pixel}, arrows over {arrow}.")
-    words.append("(c) Standard deviations over the cell; those of densities are relative to their means. (d) 2π over "
-                 "the mean wavenumber of the spectrum of the order, or of a density where there is none.")
+    words = [] if blocks is None else [f"(a) {block_words(blocks)}."]
+    words.append("(b) Dotted, where it is known: the start moved at a constant speed, or the exact solution. (c) "
+                 "Standard deviations over the cell; those of densities are relative to their means. (d) 2π over the "
+                 "mean wavenumber of the spectrum of the order, or of a density where there is none.")
     if run.summary is None:
         words.append("The run is not finished.")
     words.append("Without noise there are no fluctuations to compare with linear theory.")
@@ -139,8 +144,7 @@ def caption(run, drawn, blocks):
     """Explains the figure to a reader.  Without blocks panel (a) is a profile."""
     words = ["(c) Segments of the line; (d) between each segment and the next longer one."]
     if blocks is not None:
-        pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-        words = [f"(a) Colours are averages over {pixel}, arrows over {arrow}{negative_words(run)}; (c) boxes with "
+        words = [f"(a) {block_words(blocks)}{negative_words(run)}; (c) boxes with "
                  "equal numbers of grid cells along x and y; (d) between each box and the next larger one."]
     if run.summary is None:
         words.append("The run is not finished: points are means over all samples so far, including the warm-up, "
