@@ -2,6 +2,7 @@
 
     python3 -m drover.figure tradeoff.json [--output PNG]
     python3 -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME]
+    python3 -m drover.figure ARCHIVE --watch
 """
 import argparse
 import io
@@ -11,13 +12,16 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import boundary_figure, onset_figure, panels, particle_figure, smooth_panels, stability_figure, trade_panel
+from drover import (boundary_figure, live, onset_figure, panels, particle_figure, smooth_panels, stability_figure,
+                    trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError
-from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
+from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
 from drover.particles import ParticleRun
+from drover.stored import state_of
 from drover.theory import open_any
 
+WATCH_EVERY = 0.5  # s
 # Functions that draw theory, by kind of archive; a stability figure also takes a state.
 THEORY = {"boundary": boundary_figure.draw, "onset": onset_figure.draw}
 # Boxes of panels by shape of the cell: left, bottom, width, height in inches; the map is fitted into its box.
@@ -100,13 +104,6 @@ def draw_theory(theory, state=None):
     return THEORY[theory.kind](theory)
 
 
-def fitted(box, ratio):
-    """The largest box with this aspect ratio inside a box, at its upper left."""
-    left, bottom, width, height = box
-    fitted_width = min(width, height * ratio)
-    return left, bottom + height - fitted_width / ratio, fitted_width, fitted_width / ratio
-
-
 def title(run, frame):
     grid, time = run.scene["grid"], float(run.frames["time"][frame])
     name, seed = (run.attributes.get(key, "?") for key in ("scene_file", "seed"))
@@ -173,6 +170,17 @@ def write(figure, path):
         raise DroverError(f"{path} cannot be written ({error.strerror}); choose another path with --output") from error
 
 
+def watch(path):
+    """Shows the figure of a run in a window, redrawn when the run has written more, until the window is closed."""
+    screen, shown = live.screen(), None
+    while screen.is_open:
+        now = state_of(path)
+        if now != shown:
+            screen.show(settled(path, lambda: draw_file(path)))
+            shown = now
+        screen.wait(WATCH_EVERY)
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python3 -m drover.figure", description="Draws a figure of an archive: a "
                                      "run, the "
@@ -185,9 +193,14 @@ def main(arguments=None):
     parser.add_argument("--frame", type=int, help="for runs: number of the frame from 0; -1, the default, is the last")
     parser.add_argument("--state", help="for drover stability: the uniform state, such as isotropic; default: the most "
                         "ordered one")
+    parser.add_argument("--watch", action="store_true", help="show the figure in a window and redraw it while the run "
+                        "writes the file; writes nothing")
     options = parser.parse_args(arguments)
     output = options.output or options.archive.with_suffix(".png")
     try:
+        if options.watch:
+            watch(options.archive)
+            return 0
         write(settled(options.archive, lambda: draw_file(options.archive, options.frame, options.state)),
               output)
     except DroverError as error:
