@@ -40,8 +40,8 @@ def test_the_flow_of_beads_that_move_together_is_their_velocity_also_across_the_
     velocity = np.array([1.5, -0.7, 0.0])
     times = np.array([0.0, 2.0])
     run = run_of(times, bead_position=start + times[:, None, None] * velocity)
-    flow, place, block, time = motion.mean_flow(run, -1, SIDES)
-    assert time == 2.0 and len(flow[0]) == 48  # 600/12 beads: 8 by 6 blocks
+    flow, place, block, time, beads = motion.mean_flow(run, -1, SIDES)
+    assert time == 2.0 and len(flow[0]) == 48 and beads == 12.5  # 8 by 6 blocks
     assert flow[0] == pytest.approx(1.5) and flow[1] == pytest.approx(-0.7)
     assert (np.abs(place) <= 0.5 * SIDES[:, None]).all() and block == pytest.approx(10.0 / 8.0)
 

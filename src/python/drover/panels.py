@@ -223,9 +223,9 @@ def minor_ticks(axis):
 
 
 def minor_label(value, axis):
-    """Labels 2 and 5 of each decade on axes that span about a decade or less."""
+    """Labels 2 and 5 of each decade on axes that span few decades."""
     low, high = axis.get_view_interval()
-    return f"{value:g}" if high < 12.0 * low and f"{value:.3e}"[:5] in ("2.000", "5.000") else ""
+    return f"{value:g}" if high < 30.0 * low and f"{value:.3e}"[:5] in ("2.000", "5.000") else ""
 
 
 def make_room_below(axes, entries):

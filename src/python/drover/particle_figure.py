@@ -8,7 +8,7 @@ from drover.error import DroverError
 from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 from drover.particles import sides_of
 
-MAP, WHEEL, BESIDE = (0.7, 1.15, 6.3, 5.85), (7.55, 5.15, 1.75, 1.75), (7.35, 5.4, 1.25, 1.25)  # inches
+MAP, WHEEL, BESIDE = (0.7, 1.15, 6.3, 5.85), (7.55, 5.15, 1.75, 1.75), (7.22, 5.4, 1.25, 1.25)  # inches
 WAKE, BAR = (9.4, 5.35, 1.25, 1.25), (10.75, 5.35, 0.1, 1.25)
 SERIES = ((7.95, 3.25, 3.4, 1.35), (7.95, 1.25, 3.4, 1.35))
 FLOW = ("bead_velocity_order", "bead_velocity_size", "energy_kinetic")  # the first available is drawn
@@ -55,9 +55,9 @@ def draw_map(axes, run, frame):
     panels.draw_beads(axes, run, frame, sides)
     panels.draw_rods(axes, run, frame, sides, periodic and view is None)
     if beads and rods > motion.FEW_RODS:
-        time = motion.draw_flow(axes, run, frame, sides)
-        about += [f"Arrows are displacements of beads in {time:.3g} s, divided by this time and averaged over about "
-                  f"{motion.BEADS_PER_ARROW} of them."] if time else []
+        drawn = motion.draw_flow(axes, run, frame, sides)
+        about += ["Arrows are displacements of beads in {:.3g} s, divided by this time and averaged over about {:.0f} "
+                  "of them.".format(*drawn)] if drawn else []
     panels.draw_scale(axes, panels.whole(sides) if view is None else view)
     if view is not None:
         about.append("The periodic cell is larger than what is shown.")

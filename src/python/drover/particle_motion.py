@@ -6,12 +6,12 @@ from matplotlib.ticker import MaxNLocator
 
 from drover import particle_panels as panels
 from drover.archive import loaded
-from drover.panels import BLUE, GREEN, GREY, STEPS, VERMILLION, make_room_above, unit_text
+from drover.panels import BLUE, GREEN, GREY, MAX_ARROWS, STEPS, VERMILLION, make_room_above, unit_text
 
 LOOKS = (BLUE, VERMILLION, GREEN)
 FEW_RODS = 3             # of which whole paths are drawn
 PATH_PART = 0.5          # of the shorter side of the cell: the mean length of other paths
-BEADS_PER_ARROW = 12     # on average
+BEADS_PER_ARROW = 12     # at least, on average
 LEAST_DENSITY = 0.5      # of beads around a rod, relative to the median: bins with less lie in the rod
 MAX_LAGS = 60            # of the memory of direction, up to this part of the run
 LONGEST_LAG = 0.3
@@ -68,11 +68,13 @@ def draw_paths(axes, run, places, frame, sides, periodic):
 
 
 def mean_flow(run, frame, sides):
-    """Displacement of the beads per time [mm/s] since the frame before, averaged over blocks; their places; the time."""
+    """Displacements of the beads since the frame before, divided by that time and averaged over blocks [mm/s]; mean
+    places; the size of a block; the time; the mean number of beads in a block."""
     last = max(1, range(run.frames.sizes["time"])[frame])
     before, now = (frame_places(run, "bead_position", k)[:, :2] for k in (last - 1, last))
     time = float(run.frames["time"][last] - run.frames["time"][last - 1])
-    counts = numpy.maximum(2, numpy.rint(numpy.sqrt(len(now) / BEADS_PER_ARROW * sides / sides[::-1]))).astype(int)
+    longer = numpy.clip(numpy.sqrt(len(now) / BEADS_PER_ARROW * max(sides) / min(sides)), 2, MAX_ARROWS)
+    counts = numpy.maximum(1, numpy.rint(longer * sides / max(sides))).astype(int)
     middle = 0.5 * (before + now)
     if panels.is_periodic(run):
         middle = middle - sides * numpy.floor(middle / sides + 0.5)
@@ -81,14 +83,14 @@ def mean_flow(run, frame, sides):
     full = number >= BEADS_PER_ARROW / 3
     flow, place = ([numpy.histogram2d(*middle.T, edges, weights=part)[0][full] / number[full] for part in parts]
                    for parts in (((now - before) / time).T, middle.T))
-    return flow, place, min(sides / counts), time
+    return flow, place, min(sides / counts), time, number[full].mean()
 
 
 def draw_flow(axes, run, frame, sides):
-    """Draws arrows of the mean velocity of the beads since the frame before; returns that time, or None without one."""
+    """Draws arrows of the mean velocity of the beads since the frame before; returns that time and beads per arrow."""
     if run.frames.sizes["time"] < 2 or "bead_position" not in run.frames:
         return None
-    flow, place, block, time = mean_flow(run, frame, sides)
+    flow, place, block, time, beads = mean_flow(run, frame, sides)
     longest = float(numpy.hypot(*flow).max(initial=0.0))
     if not longest > 0.0:
         return None
@@ -99,7 +101,7 @@ def draw_flow(axes, run, frame, sides):
     right, low = 0.5 * sides[0], -0.5 * sides[1] - 0.035 * max(sides)
     axes.quiverkey(arrows, right - value * block / longest, low, value, coordinates="data", labelpos="W",
                    label=rf"beads: $|\mathbf{{v}}|={value:g}$ mm s$^{{-1}}$")
-    return time
+    return time, beads
 
 
 def draw_wake(axes, run, bar_axes=None):
