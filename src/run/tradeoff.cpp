@@ -173,6 +173,11 @@ List level_list(const Findings& found) {
     for (const LadderFound& ladder : found.ladders) add_levels(found, "step", ladder.levels, list);
     add_levels(found, "grid", found.grids, list);
     add_levels(found, "model", found.models, list);
+    if (found.linear_theory)
+        add_levels(
+            found, "model",
+            {{.level = {.name = "linear theory", .overrides = {}}, .failure = "", .biases = *found.linear_theory}},
+            list);
     return list;
 }
 
@@ -256,6 +261,10 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
         words.push_back(text("samples every {:.6g} s: more tell no more of the means",
                              std::max(found.sample_every, best.step->level.sample_every)));
     words.push_back(advice_on(found, best));
+    if (front.front().step == nullptr && front.front().ratio <= 1.0)
+        words.push_back(text("linear theory, which needs no run, has an error of {}",
+                             error_text(found, hardest_wish(found, front.front()),
+                                        front.front().parts[hardest_wish(found, front.front())].bound())));
     words.push_back(
         text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.seconds)));
     const auto ten = std::find_if(front.begin(), front.end(), [&](const Candidate& one) {
