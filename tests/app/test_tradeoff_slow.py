@@ -59,7 +59,7 @@ def test_a_flow_that_dies_away_is_not_taken_for_chaos(tmp_path, number, per_cent
     """A less accurate method differs from the others by more than what is left of the flow at the end."""
     _, keys, observable = study.scene(number)
     (tmp_path / "s.toml").write_text("")
-    found = tradeoff(tmp_path, "s.toml", *study.words_of(keys), "--want", f"{observable}={per_cent}%", "--budget",
+    found = tradeoff(tmp_path, "s.toml", *study.settings_of(keys), "--want", f"{observable}={per_cent}%", "--budget",
                      "1min")
     assert {row["duration"] for row in found["front"] if row["step"] != "-"} == {"as given"}
 

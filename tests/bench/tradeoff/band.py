@@ -4,17 +4,19 @@
     band.py --drover PROGRAM
 
 runs the exact band of models/band.toml, whose speed is sqrt(4/3) mm/s, in a square cell of 192 mm with 512 by 512
-points, where its fronts do not feel each other, and on one line of 512.  The speed is that of the longest wave between the first and the last frame.  Costs are core seconds
-of whole processes, less those of a process that takes one step.
+points, where its fronts do not feel each other, and on one line of 512.  The speed is that of the longest wave between
+the first and the last frame.  Costs are core seconds of whole processes, less those of a process that takes one step.
 """
 import argparse
-import resource
-import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import h5py
 import numpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from studies import settings_of, timed  # noqa: E402
 
 BAND = Path(__file__).resolve().parents[3] / "models" / "band.toml"
 SIDE, STEP, STEPS = 192.0, 0.05, 40
@@ -23,16 +25,14 @@ FRONTS = "(1 / (1 + exp((x - 144) / sqrt(3))) + 1 / (1 + exp(-(x - 48) / sqrt(12
 
 def run(program, archive, rows, steps):
     """Core seconds of a run."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     end = STEP * steps
-    keys = {"grid.ny": rows, "grid.lx": SIDE, "grid.ly": SIDE, "initial.rod_density": f'"5/6 + 0.5 * {FRONTS}"',
-            "initial.polar_order_x": f'"1 / sqrt(3) * {FRONTS}"', "time.stepper": '"etdrk4-krogstad"', "time.dt": STEP, "time.end": end,
-            "output.frame_every": end, "output.sample_every": end, "run.threads": 1}
-    subprocess.run([program, "run", BAND, "--quiet", "--overwrite", "-o", archive,
-                    *(word for key, value in keys.items() for word in ("--set", f"{key}={value}"))],
-                   check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    keys = {"grid.ny": rows, "grid.lx": SIDE, "grid.ly": SIDE, "initial.rod_density": f"5/6 + 0.5 * {FRONTS}",
+            "initial.polar_order_x": f"1 / sqrt(3) * {FRONTS}", "time.stepper": "etdrk4-krogstad", "time.dt": STEP,
+            "time.end": end, "output.frame_every": end, "output.sample_every": end, "run.threads": 1}
+    ended, seconds = timed(program, "run", BAND, "--quiet", "--overwrite", "-o", archive, *settings_of(keys))
+    if ended.returncode != 0:
+        raise SystemExit(ended.stderr)
+    return seconds
 
 
 def speed_of(archive):
