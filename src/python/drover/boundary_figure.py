@@ -91,6 +91,8 @@ def write_keys(figure, codes, lines, conventions):
 def caption(theory, codes, lines, conventions, angles):
     """Explains the figure to a reader."""
     words = ["Lines where a uniform state becomes unstable to long waves, q → 0, from linear theory"
+             + ("; binodal: the densities of two phases that travel or stand side by side"
+                if any(line.limit == panels.BINODAL for line in lines) else "")
              + ("; where two coincide, the narrow line is drawn on the wide one."
                 if len({line.limit for line in lines}) > 1 else ".")]
     if codes:
