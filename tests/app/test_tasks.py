@@ -16,7 +16,8 @@ matplotlib.use("Agg")
 
 PAGE = (MODELS.parent / "src" / "docs" / "commands.md").read_text(encoding="utf-8")
 SECTION = re.search(r"^## Common tasks\n(.*?)^## ", PAGE, re.M | re.S)[1]
-SHELL, PYTHON = (part.strip("\n").replace("\\\n", "").splitlines() for part in re.findall(r"(?:^    .+\n)+", SECTION, re.M))
+SHELL, PYTHON = (part.strip("\n").replace("\\\n", "").splitlines()
+                 for part in re.findall(r"(?:^    .+\n)+", SECTION, re.M))
 # Settings that make runs short, before those of a line; one line is about the size of the grid.
 SHORT = {"quench": ["grid.nx=32", "grid.ny=32", "grid.lx=16", "grid.ly=16", "time.end=20"],
          "noisy-flock": ["grid.nx=16", "grid.ny=16", "grid.lx=160", "grid.ly=160", "time.end=200"]}
