@@ -108,7 +108,7 @@ def draw_wake(axes, run, bar_axes=None):
     density = loaded(run.summary["flow_density"], run.path).transpose("across_rod", "along_rod").values
     is_rod = ~(density > LEAST_DENSITY * numpy.nanmedian(density))  # of few beads there, or none
     along, across = (numpy.ma.array(part, mask=is_rod | ~numpy.isfinite(part)) for part in (along, across))
-    most = float(numpy.quantile(numpy.abs(along).compressed(), 0.99)) if along.count() else 1.0
+    most = (float(numpy.quantile(numpy.abs(along).compressed(), 0.99)) if along.count() else 0.0) or 1.0
     image = axes.pcolormesh(x, y, along, cmap="RdBu_r", vmin=-most, vmax=most, shading="nearest", rasterized=True)
     stride = max(1, len(x) // 9)
     axes.quiver(x[::stride], y[::stride], along[::stride, ::stride], across[::stride, ::stride], color="black",
