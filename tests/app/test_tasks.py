@@ -30,9 +30,9 @@ def words_of(line):
         return [sys.executable, *words[1:]]
     short = next((keys for name, keys in SHORT.items() if f"models/{name}.toml" in words), [])
     if "grid.nx=512" in words:
-        short = ["time.end=0.4", "output.frame_every=0.4", "output.sample_every=0.4"]
+        short = ["output.frame_every=0.4", "output.sample_every=0.4"]
     return [DROVER, *words[1:3], *(word for key in short for word in ("--set", key)),
-            *("time.end=30" if word == "time.end=200" else word for word in words[3:])]
+            *({"time.end=200": "time.end=30", "time.end=50": "time.end=0.4"}.get(word, word) for word in words[3:])]
 
 
 @pytest.fixture(scope="module", name="folder")
