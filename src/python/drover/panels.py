@@ -51,6 +51,11 @@ def with_unit(label, array):
     return label if unit == "1" else f"{label} [{unit_text(unit)}]"
 
 
+def with_error(value, error):
+    """A mean with its standard error; exact means have the error 0."""
+    return f"{value:.3g}" + (rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate")
+
+
 def colours_of(run, frame):
     """The field shown by colours, its name and symbol: a density or, in a form without one, the size of the order."""
     for name, words, symbol in COLOURS:
@@ -360,6 +365,5 @@ def draw_mean(axes, run, times):
                             for name in ("warm_up", "polar_order", "polar_order_error"))
     if warm_up > 0.0:
         axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label="warm-up, excluded")
-    sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate"
     axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
-              label=f"mean {mean:.3g}{sign}")
+              label=f"mean {with_error(mean, error)}")

@@ -6,7 +6,7 @@ from matplotlib.ticker import MaxNLocator
 
 from drover import particle_panels as panels
 from drover.archive import loaded
-from drover.panels import BLUE, GREEN, GREY, MAX_ARROWS, STEPS, VERMILLION, make_room_above, unit_text
+from drover.panels import BLUE, GREEN, GREY, MAX_ARROWS, STEPS, VERMILLION, make_room_above, unit_text, with_error
 
 LOOKS = (BLUE, VERMILLION, GREEN)
 FEW_RODS = 3             # of which whole paths are drawn
@@ -24,14 +24,10 @@ def paths(run, frame, sides):
     places = run.frames["rod_position"]
     first = 0
     if run.frames.sizes["rod"] > FEW_RODS and last > 0:
-        step = [frame_places(run, "rod_position", k)[:, :2] for k in (last - 1, last)]
+        step = [panels.frame_of(run, "rod_position", k)[:, :2] for k in (last - 1, last)]
         length = float(numpy.hypot(*(step[1] - step[0]).T).mean())
         first = max(0, last - max(1, int(PATH_PART * min(sides) / max(length, 1e-12))))
     return loaded(places.isel(time=slice(first, last + 1)), run.path).values[..., :2]
-
-
-def frame_places(run, name, frame):
-    return loaded(run.frames[name].isel(time=frame), run.path).values
 
 
 def view_of(places, sides):
@@ -53,7 +49,7 @@ def draw_paths(axes, run, places, frame, sides, periodic):
     if periodic:
         starts = starts - sides * numpy.floor(starts / sides + 0.5)
         ends = ends - sides * numpy.floor(ends / sides + 0.5)
-    n = frame_places(run, "rod_axis", frame)
+    n = panels.frame_of(run, "rod_axis", frame)
     colours = 0.8 * panels.direction_colours(numpy.arctan2(n[:, 1], n[:, 0]))
     fade = numpy.linspace(1.0, 0.15, len(steps))[::-1]
     rgba = numpy.concatenate([numpy.broadcast_to(colours, (len(steps), *colours.shape)),
@@ -71,7 +67,7 @@ def mean_flow(run, frame, sides):
     """Displacements of the beads since the frame before, divided by that time and averaged over blocks [mm/s]; mean
     places; the size of a block; the time; the mean number of beads in a block."""
     last = max(1, range(run.frames.sizes["time"])[frame])
-    before, now = (frame_places(run, "bead_position", k)[:, :2] for k in (last - 1, last))
+    before, now = (panels.frame_of(run, "bead_position", k)[:, :2] for k in (last - 1, last))
     time = float(run.frames["time"][last] - run.frames["time"][last - 1])
     longer = numpy.clip(numpy.sqrt(len(now) / BEADS_PER_ARROW * max(sides) / min(sides)), 2, MAX_ARROWS)
     counts = numpy.maximum(1, numpy.rint(longer * sides / max(sides))).astype(int)
@@ -112,7 +108,7 @@ def draw_wake(axes, run, bar_axes=None):
     density = loaded(run.summary["flow_density"], run.path).transpose("across_rod", "along_rod").values
     is_rod = ~(density > LEAST_DENSITY * numpy.nanmedian(density))  # of few beads there, or none
     along, across = (numpy.ma.array(part, mask=is_rod | ~numpy.isfinite(part)) for part in (along, across))
-    most = float(numpy.quantile(numpy.abs(along).compressed(), 0.99)) if along.count() else 1.0
+    most = (float(numpy.quantile(numpy.abs(along).compressed(), 0.99)) if along.count() else 0.0) or 1.0
     image = axes.pcolormesh(x, y, along, cmap="RdBu_r", vmin=-most, vmax=most, shading="nearest", rasterized=True)
     stride = max(1, len(x) // 9)
     axes.quiver(x[::stride], y[::stride], along[::stride, ::stride], across[::stride, ::stride], color="black",
@@ -183,14 +179,11 @@ def draw_speed(axes, run, now):
               color=BLUE, linewidth=0.9)
     if run.summary is not None and "rod_speed" in run.summary:
         mean, error = (float(loaded(run.summary[f"rod_speed{end}"], run.path)) for end in ("", "_error"))
-        axes.plot(times[[0, -1]], [mean, mean], color=VERMILLION, linestyle="--", label=f"mean {number(mean, error)}")
+        axes.plot(times[[0, -1]], [mean, mean], color=VERMILLION, linestyle="--",
+                  label=f"mean {with_error(mean, error)}")
     axes.axvline(now, color="#b0b0b0", linewidth=0.7, zorder=0)
     frame_series(axes, times)
     axes.set_ylabel(r"$\mathbf{v}\cdot\mathbf{n}$ [mm s$^{-1}$]")
-
-
-def number(mean, error):
-    return f"{mean:.3g}" + (rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate")
 
 
 def frame_series(axes, times):
@@ -237,7 +230,7 @@ def mean_words(run, name):
     """The mean of a finished run, for a legend."""
     if run.summary is None or f"{name}_error" not in run.summary:
         return ""
-    return ": " + number(*(float(loaded(run.summary[f"{name}{end}"], run.path)) for end in ("", "_error")))
+    return ": " + with_error(*(float(loaded(run.summary[f"{name}{end}"], run.path)) for end in ("", "_error")))
 
 
 def draw_pairs(axes, run):

@@ -7,7 +7,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from drover.archive import loaded
-from drover.panels import BLUE, ROUNDING, STEPS, VERMILLION, unit_text
+from drover.panels import BLUE, ROUNDING, STEPS, VERMILLION, unit_text, with_error
 
 BEAD, BEAD_EDGE, LIGHTNESS, CHROMA = "#d4d4d4", "#9a9a9a", 66.0, 40.0
 WORDS = {"polar_order": ("polar order", r"$|\langle\mathbf{n}\rangle|$"),
@@ -77,22 +77,21 @@ def fixed_of(run, name):
 
 
 def draw_beads(axes, run, frame, sides):
-    """Draws beads as discs; returns whether there are any."""
+    """Draws beads, if any, as discs."""
     if "bead_position" not in run.frames:
-        return False
+        return
     places, radius = frame_of(run, "bead_position", frame)[:, :2], fixed_of(run, "bead_radius")
     which, where = shifted(places, radius, sides, is_periodic(run))
     discs = PatchCollection([Circle(place, radius[bead]) for bead, place in zip(which, where)], facecolor=BEAD,
                             edgecolor=BEAD_EDGE, linewidth=0.3, zorder=2)
     axes.add_collection(discs)
     clip(discs, axes, run, sides)
-    return True
 
 
 def draw_rods(axes, run, frame, sides, periodic):
-    """Draws rods as outlines coloured by direction, in a periodic cell with images; returns whether there are any."""
+    """Draws rods, if any, as outlines coloured by direction, in a periodic cell with images."""
     if "rod_position" not in run.frames:
-        return False
+        return
     places, axis = (frame_of(run, name, frame) for name in ("rod_position", "rod_axis"))
     at, radius = fixed_of(run, "rod_sphere_at"), fixed_of(run, "rod_sphere_radius")
     polygons, colours = rod_outlines(places, axis, at, radius, sides, periodic)
@@ -100,7 +99,6 @@ def draw_rods(axes, run, frame, sides, periodic):
     axes.add_collection(drawn)
     if periodic:
         clip(drawn, axes, run, sides)
-    return True
 
 
 def rod_outlines(places, axis, at, radius, sides, periodic):
@@ -206,9 +204,8 @@ def draw_series(axes, run, name, now):
         warm_up, mean, error = (float(loaded(run.summary[key], run.path)) for key in ("warm_up", name, f"{name}_error"))
         if warm_up > 0.0:
             axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0)
-        sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate"
-        axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--", label=f"mean "
-                  f"{mean:.3g}{sign}")
+        axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
+                  label=f"mean {with_error(mean, error)}")
         axes.legend(loc="upper right")
     most = float(numpy.nanmax(numpy.abs(series.values))) if series.size else 1.0
     axes.set_ylim(0.0 if (series.values >= 0.0).all() else -1.1 * most, 1.45 * (most if most > ROUNDING else 1.0))
