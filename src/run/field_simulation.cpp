@@ -342,10 +342,10 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         return values;
     };
     simulation.restore = [world](std::span<const double> values) {
-        const std::size_t before = world->evolution.saved_numbers() + 1;
-        require(values.size() == before + 2 * world->state.values.size(), {},
-                "the checkpoint holds {} numbers; this scene's state has {}", values.size(),
-                before + 2 * world->state.values.size());
+        const std::size_t numbers = 2 * world->state.values.size();
+        require(values.size() > numbers, {}, "the checkpoint holds {} numbers; this scene's state has more than {}",
+                values.size(), numbers);
+        const std::size_t before = values.size() - numbers;
         world->evolution.restore(values.first(before - 1));
         world->time = values[before - 1];
         for (std::size_t m = 0; m < world->state.values.size(); ++m)

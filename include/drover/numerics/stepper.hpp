@@ -1,7 +1,9 @@
-// numerics/stepper.hpp: steps of a System: linear part and noise exact, the rest by an exponential Runge-Kutta table.
+// numerics/stepper.hpp: steps of a System: linear part and noise exact, the rest by the table of an exponential method.
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "drover/base/random.hpp"
 #include "drover/base/threads.hpp"
@@ -24,10 +26,24 @@ public:
     Stepper(Stepper&&) noexcept;
 
     /// From a(t) to a(t + dt) in place.  Modes that are not kept must be zero.  The noise is that of the interval
-    /// `step_number` of length dt.
+    /// `step_number` of length dt.  A multistep method starts anew where step_number does not follow that of the last
+    /// call; otherwise `state` must be the result of that call.
     void step(double t, std::uint64_t step_number, Spectra& state);
 
-    /// Whether the method has an embedded error estimate.
+    /// Of the last step of a multistep method: its error, the new state less a more accurate one.  False, and `error`
+    /// as it was, for other methods, and while the method has too few earlier rates.
+    bool last_error(double t_end, const Spectra& state, Spectra& error);
+    /// The number of steps from the last one to the next with such an error; 0: none has.
+    std::int64_t steps_to_error() const;
+
+    /// Right-hand sides of the last step of a multistep method; 0 of other methods.
+    std::int64_t right_hand_sides() const;
+
+    /// The rates of earlier steps of a multistep method; empty for other methods and before the first step.
+    std::vector<double> save_history() const;
+    void restore_history(std::span<const double> saved);
+
+    /// Whether the method has an embedded error estimate for steps of any length.
     bool estimates_error() const;
 
     /// A step that may still be rejected: next = a(t + dt), error = an estimate of its local error, with noise that on
