@@ -47,10 +47,11 @@ Stepper& AdaptiveStepper::stepper(int division) {
     if (const auto found = steppers_.find(division); found != steppers_.end()) return found->second;
     const StepperTable& table = stepper_table(control_.method);
     const auto made =
-        steppers_.emplace(division, noise_
-                                        ? Stepper(system_, table, control_.dt,
-                                                  std::bit_width(static_cast<unsigned>(division)) - 1, noise_, threads_)
-                                        : Stepper(system_, table, control_.dt / division, seed_, threads_));
+        steppers_.emplace(division,
+                          noise_
+                              ? Stepper(system_, table, control_.dt,
+                                        std::bit_width(static_cast<unsigned>(division)) - 1, noise_, threads_, scratch_)
+                              : Stepper(system_, table, control_.dt / division, seed_, threads_, scratch_));
     // Divisions in use are neighbours; others only hold memory.
     constexpr std::size_t kept = 4;
     while (steppers_.size() > kept) {

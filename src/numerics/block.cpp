@@ -4,8 +4,10 @@
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "drover/base/error.hpp"
 #include "lyapunov_solver.hpp"

@@ -78,8 +78,9 @@ struct Stepper::Work {
     DistinctWavenumbers wavenumbers;
     std::vector<Combination> combinations;  // of each stage
     Combination estimate;                   // of the local error; without uses: the table has none
-    std::vector<Spectra> rates;             // in the order of StepperTable
-    Spectra stage, next;
+    std::shared_ptr<StepperScratch> arrays;
+    std::vector<Spectra>& rates;
+    Spectra &stage, &next;
 
     // Of a multistep method; rates[0] is that of the start of the last step.
     std::unique_ptr<Stepper> starter;
@@ -90,7 +91,7 @@ struct Stepper::Work {
     std::int64_t right_hand_sides = 0;  // of the last step
 
     Work(const System& the_system, const StepperTable& the_table, double the_dt, std::shared_ptr<NoisePath> the_noise,
-         int halvings, Threads& the_threads);
+         int halvings, Threads& the_threads, std::shared_ptr<StepperScratch> the_scratch);
     void prepare_stages();
     /// noise_level: of the increments to add; -1: none.
     void combine(const Combination& combination, const Spectra& old, int noise_level, Spectra& out);
@@ -105,17 +106,23 @@ struct Stepper::Work {
 };
 
 Stepper::Work::Work(const System& the_system, const StepperTable& the_table, double the_dt,
-                    std::shared_ptr<NoisePath> the_noise, int halvings, Threads& the_threads)
+                    std::shared_ptr<NoisePath> the_noise, int halvings, Threads& the_threads,
+                    std::shared_ptr<StepperScratch> the_scratch)
     : system(the_system),
       table(the_system.nonlinear ? &the_table : &linear_table()),
       dt(the_dt),
       noise(std::move(the_noise)),
       noise_level(noise ? noise->level() + halvings : -1),
       threads(the_threads),
-      wavenumbers(distinct_wavenumbers(the_system.grid, the_system.degree)) {
+      wavenumbers(distinct_wavenumbers(the_system.grid, the_system.degree)),
+      arrays(the_scratch && table->history == 0 ? std::move(the_scratch) : std::make_shared<StepperScratch>()),
+      rates(arrays->rates),
+      stage(arrays->stage),
+      next(arrays->next) {
     require(std::isfinite(dt) && dt > 0.0, {}, "dt = {}; expected a positive time", dt);
     require(table->history == 0 || !noise, {}, "stepper \"{}\" with noise; expected a system without", table->name);
     prepare_stages();
+    if (next.size > 0) return;  // shared
     const int count = components(system.layout);
     if (system.nonlinear) {
         rates.assign(std::max(table->stages.size(), table->error.size()), Spectra(system.grid, count));
@@ -259,11 +266,14 @@ void Stepper::Work::enforce_hermitian(Spectra& state) const {
     }
 }
 
-Stepper::Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads)
-    : work_(std::make_unique<Work>(system, table, dt, make_noise_path(system, dt, seed, threads), 0, threads)) {}
+Stepper::Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads,
+                 std::shared_ptr<StepperScratch> scratch)
+    : work_(std::make_unique<Work>(system, table, dt, make_noise_path(system, dt, seed, threads), 0, threads,
+                                   std::move(scratch))) {}
 Stepper::Stepper(const System& system, const StepperTable& table, double dt, int halvings,
-                 std::shared_ptr<NoisePath> noise, Threads& threads)
-    : work_(std::make_unique<Work>(system, table, std::ldexp(dt, -halvings), std::move(noise), halvings, threads)) {}
+                 std::shared_ptr<NoisePath> noise, Threads& threads, std::shared_ptr<StepperScratch> scratch)
+    : work_(std::make_unique<Work>(system, table, std::ldexp(dt, -halvings), std::move(noise), halvings, threads,
+                                   std::move(scratch))) {}
 Stepper::~Stepper() = default;
 Stepper::Stepper(Stepper&&) noexcept = default;
 
@@ -391,9 +401,7 @@ void Stepper::attempt(double t, std::uint64_t step_number, const Spectra& state,
     std::copy(w.next.values.begin(), w.next.values.end(), next.values.begin());
 }
 
-double Stepper::bytes() const { return stepper_bytes(work_->system, *work_->table); }
-
-double stepper_bytes(const System& system, const StepperTable& table) {
+double stepper_bytes(const System& system, const StepperTable& table, int count) {
     const StepperTable& used = system.nonlinear ? table : linear_table();
     const double spectra = static_cast<double>(modes(system.grid)) * components(system.layout) * sizeof(Complex);
     double matrices = 0.0;
@@ -404,8 +412,9 @@ double stepper_bytes(const System& system, const StepperTable& table) {
     const int along = system.layout.scalars + system.layout.vectors, across = system.layout.vectors;
     // At most a quarter of the kept modes have distinct |q|, an eighth on a square.
     const double distinct = static_cast<double>(modes(system.grid)) / (system.grid.lx == system.grid.ly ? 4.0 : 2.0);
-    return spectra * held + distinct * matrices * (along * along + across * across) * sizeof(double) +
-           static_cast<double>(modes(system.grid)) * sizeof(std::int32_t);
+    return spectra * held * (used.history > 0 ? count : 1) +
+           count * (distinct * matrices * (along * along + across * across) * sizeof(double) +
+                    static_cast<double>(modes(system.grid)) * sizeof(std::int32_t));
 }
 
 }  // namespace drover::numerics

@@ -212,12 +212,13 @@ double field_simulation_bytes(const io::Scene& scene) {
     // The state, the last two healthy ones, a copy for the checkpoint and its file; fields; scratch; shells, sectors
     // and powers.
     const numerics::SundialsMethod* sundials = numerics::find_sundials_method(scene.time.stepper);
-    const double stepper = sundials ? numerics::sundials_stepper_bytes(system, *sundials)
-                                    : numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper));
-    const double steppers = scene.time.tolerance > 0.0 && !sundials ? 4.0 : 2.0;
+    const int count_of_steppers = scene.time.tolerance > 0.0 && !sundials ? 4 : 2;
+    const double steppers =
+        sundials ? count_of_steppers * numerics::sundials_stepper_bytes(system, *sundials)
+                 : numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper), count_of_steppers);
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
-    return numerics::noise_path_bytes(system, scene.time.dt, halvings) +
-           steppers * (stepper + physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
+    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers +
+           2.0 * physics::right_hand_side_bytes(equations, scene.grid, system.degree) +
            (5.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
 

@@ -150,6 +150,24 @@ TEST(MultistepStepper, rejects_noise) {
     EXPECT_THROW(Stepper(system, stepper_table("etd-abm4"), 0.1, 1, threads), Error);
 }
 
+TEST(Stepper, shares_its_arrays_with_others_and_keeps_its_bits) {
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    const System system = small_flock(transform);
+    const StepperTable& table = stepper_table("etdrk4-krogstad");
+    const auto scratch = std::make_shared<StepperScratch>();
+    Stepper alone(system, table, 0.1, 1, threads), sharing(system, table, 0.1, 1, threads, scratch),
+        other(system, table, 0.05, 1, threads, scratch);
+    Spectra expected = start(transform), state = expected, elsewhere = expected;
+    for (std::uint64_t n = 0; n < 5; ++n) {
+        alone.step(0.1 * static_cast<double>(n), n, expected);
+        sharing.step(0.1 * static_cast<double>(n), n, state);
+        other.step(0.05 * static_cast<double>(n), n, elsewhere);
+    }
+    EXPECT_EQ(state.values, expected.values);
+    EXPECT_NE(elsewhere.values, expected.values);
+}
+
 TEST(Stepper, one_step_of_a_linear_system_equals_many) {
     Threads threads(1);
     System system{

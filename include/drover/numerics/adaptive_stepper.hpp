@@ -82,7 +82,8 @@ private:
     Threads& threads_;
     System system_;
     std::shared_ptr<NoisePath> noise_;  // nullptr: none
-    std::map<int, Stepper> steppers_;   // by division, for the present system
+    std::shared_ptr<StepperScratch> scratch_ = std::make_shared<StepperScratch>();
+    std::map<int, Stepper> steppers_;  // by division, for the present system
     std::optional<SundialsStepper> sundials_, finer_sundials_;
     int division_ = 1, taken_ = 1;  // parts of the next dt, of the last one
     Spectra next_, error_;

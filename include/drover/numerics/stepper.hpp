@@ -13,15 +13,22 @@
 
 namespace drover::numerics {
 
+/// Arrays that hold nothing between steps: Runge-Kutta steppers of one method, grid and layout can share them.
+struct StepperScratch {
+    std::vector<Spectra> rates;  ///< in the order of StepperTable
+    Spectra stage, next;
+};
+
 /// A method applied to one system with one step.  The blocks of each |q| are computed at construction.
 class Stepper {
 public:
     /// A stepper with a noise path of its own.  Throws a run Error if a linear mode grows beyond the range of numbers
     /// in one step.
-    Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads);
+    Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads,
+            std::shared_ptr<StepperScratch> scratch = nullptr);
     /// Steps of dt/2^halvings on a noise path made for dt.
     Stepper(const System& system, const StepperTable& table, double dt, int halvings, std::shared_ptr<NoisePath> noise,
-            Threads& threads);
+            Threads& threads, std::shared_ptr<StepperScratch> scratch = nullptr);
     ~Stepper();
     Stepper(Stepper&&) noexcept;
 
@@ -51,15 +58,14 @@ public:
     void attempt(double t, std::uint64_t step_number, const Spectra& state, Spectra& next, Spectra& error);
 
     double dt() const;
-    double bytes() const;  ///< memory, stages included
 
 private:
     struct Work;
     std::unique_ptr<Work> work_;
 };
 
-/// Memory of a Stepper, without its noise path [bytes].
-double stepper_bytes(const System& system, const StepperTable& table);
+/// Memory of `count` steppers of a method that share what they can, without their noise path [bytes].
+double stepper_bytes(const System& system, const StepperTable& table, int count);
 
 /// A sample of the stationary distribution of the linear system; modes at q = 0 that do not decay are zero.
 /// Throws a run Error where a mode with q != 0 grows or does not decay.
