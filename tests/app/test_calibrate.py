@@ -153,6 +153,39 @@ def test_a_smaller_target_error_and_more_points_use_the_stored_trials(tmp_path):
     assert again["trials_run"] == 0 and again["coefficients"] == first["coefficients"]  # only the first trials
 
 
+def test_wanted_numbers_run_only_the_trials_that_they_need_and_a_smaller_error_continues(tmp_path):
+    scene = write_tiny(tmp_path, {"calibrate.max_trials": 200})
+
+    def wanted(wish, *more, status=0):
+        return json.loads(drover(tmp_path, "calibrate", scene, "--json", "--want", wish, *more, status=status).stdout)
+
+    first = wanted("damping_rate=30%")
+    assert {path.stem for path in (tmp_path / "tiny.calibration").glob("*.trials")} == {"damping-bead-0.2",
+                                                                                       "damping-bead-0.4"}
+    assert all(one["reached"] and 0 < one["error"] <= one["wanted_error"] for one in first["want"]["numbers"])
+    assert first["want"]["core_seconds"] > 0 and first["want"]["assays"][0]["assay"] == "damping"
+    assert first["trials_run"] == 16  # eight of each show that this is more than enough
+    assert wanted("damping_rate=30%")["trials_run"] == 0
+    second = wanted("damping_rate(Phi_b<0.3)=0.9%")
+    assert second["trials_found"] == 8 and second["trials_run"] > 2
+    assert [one["number"] for one in second["want"]["numbers"]] == ["damping_rate at bead area fraction 0.2"]
+    points = second["coefficients"]["damping_rate"]["points"]
+    assert points[0]["trials"] == 8 + second["trials_run"] and points[1]["trials"] == 8
+    refused = wanted("damping_rate=0.01%", "--budget", "1s", status=1)["want"]["numbers"]
+    assert not any(one["reached"] for one in refused) and "budget" in refused[0]["note"]
+    # Without a wish the same trials have every assay reach its own target.
+    whole = drover(tmp_path, "calibrate", scene, "--collect", "--json", status=1)
+    assert "not finished" in json.loads(whole.stdout)["coefficients"]["drag"]["points"][0]["remark"]
+
+
+def test_wishes_that_a_calibration_cannot_answer_are_rejected(tmp_path):
+    scene = write_tiny(tmp_path)
+    for wish, expected in (("onsett=5%", "did you mean onset?"), ("onset(q<1)=5%", "expected Phi_b, Phi_r"),
+                           ("onset", "OBSERVABLE=ERROR"), ("onset(Phi_r>0.5)=5%", "no point of the table")):
+        assert expected in drover(tmp_path, "calibrate", scene, "--want", wish, status=2).stderr
+    assert not list(tmp_path.glob("*.calibration/*.trials"))
+
+
 def test_another_plan_of_one_assay_keeps_the_trials_of_the_others(tmp_path):
     scene = write_tiny(tmp_path, ONE)
     first = json.loads(drover(tmp_path, "calibrate", scene, "--json").stdout)
