@@ -7,13 +7,15 @@
 #include "drover/base/log.hpp"
 #include "drover/run/calibration.hpp"
 #include "drover/run/slurm_script.hpp"
+#include "drover/run/tradeoff.hpp"
 #include "run/json.hpp"
 
 namespace drover::app {
 
 namespace {
 struct Options : SceneOptions {
-    std::string share;
+    std::string share, budget;
+    std::vector<std::string> wishes;
     int workers = 0, slurm = 0;
     bool collect = false, json = false, quiet = false;
 };
@@ -29,13 +31,15 @@ void read_share(const std::string& written, run::CalibrationOptions& to) {
 
 int print_outcome(const Options& options, const run::CalibrationOutcome& outcome) {
     if (outcome.table && options.json) {
-        const nlohmann::json result{{"table", outcome.file.string()},
-                                    {"trials_run", outcome.trials},
-                                    {"trials_found", outcome.already},
-                                    {"coefficients", run::table_json(*outcome.table)}};
+        nlohmann::json result{{"table", outcome.file.string()},
+                              {"trials_run", outcome.trials},
+                              {"trials_found", outcome.already},
+                              {"coefficients", run::table_json(*outcome.table)}};
+        if (outcome.want) result["want"] = run::result_json(*outcome.want);
         print_json(result);
     } else if (outcome.table) {
         std::fputs(run::calibration_text(*outcome.table).c_str(), stdout);
+        if (outcome.want) std::printf("\n%s", run::result_text(*outcome.want).c_str());
         std::printf("\n%s: all coefficients, with errors, trials and origins; as text: table.toml\n",
                     outcome.file.c_str());
     }
@@ -50,7 +54,10 @@ int print_outcome(const Options& options, const run::CalibrationOutcome& outcome
     if (outcome.unfinished > 0)
         log_warning("{} of {} measurements are not finished; re-run the same command without --collect to resume",
                     outcome.unfinished, outcome.units);
-    return outcome.failed + outcome.unfinished > 0 ? run::exit_run_failed : run::exit_done;
+    if (outcome.unmet_wants > 0)
+        log_warning("{} wanted numbers did not reach their errors; the reasons are listed with them",
+                    outcome.unmet_wants);
+    return outcome.failed + outcome.unfinished + outcome.unmet_wants > 0 ? run::exit_run_failed : run::exit_done;
 }
 
 int calibrate_scene(const Options& options) {
@@ -63,6 +70,8 @@ int calibrate_scene(const Options& options) {
                                 .collect = options.collect,
                                 .quiet = options.quiet};
     if (!options.share.empty()) read_share(options.share, how);
+    for (const std::string& wish : options.wishes) how.wishes.push_back(run::parse_wish(wish));
+    if (!options.budget.empty()) how.budget = run::seconds_of(options.budget);
     require(!options.json || options.share.empty(), {},
             "--json with --share, which makes no table; give --json to --collect");
     if (options.slurm > 0) {
@@ -87,11 +96,22 @@ void add_calibrate(CLI::App& program, Action& action) {
     add_scene_options(*command, *options);
     command->add_option("-o,--output", options->output,
                         "Folder of the trials and the table; default: the name of the scene with .calibration");
+    CLI::Option* want =
+        command
+            ->add_option("--want", options->wishes,
+                         "A number and its standard error: onset=5%, \"onset(Phi_r<0.06)=0.02\", "
+                         "\"alignment(0.35<Phi_b<0.45)=10%\"; trials are spread so that it is reached at the least "
+                         "cost, and calibrate.relative_error and round have no effect; repeatable")
+            ->type_name("NUMBER=ERROR");
+    command->add_option("--budget", options->budget, "Core time of all trials for --want: 90s, 20min, 2h")
+        ->type_name("TIME")
+        ->needs(want);
     command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
     CLI::Option* share =
         command
             ->add_option("--share", options->share, "Run only the I-th of N shares in a common folder; writes no table")
-            ->type_name("I/N");
+            ->type_name("I/N")
+            ->excludes(want);
     CLI::Option* collect =
         command->add_flag("--collect", options->collect, "Run no trials: make the table from those that have ended")
             ->excludes(share);
@@ -100,7 +120,8 @@ void add_calibrate(CLI::App& program, Action& action) {
         ->type_name("N")
         ->check(CLI::Range(1, 100000))
         ->excludes(share)
-        ->excludes(collect);
+        ->excludes(collect)
+        ->excludes(want);
     command->add_flag("--json", options->json, "Print the table as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] { action = [options] { return calibrate_scene(*options); }; });

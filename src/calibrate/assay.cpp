@@ -103,7 +103,7 @@ Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions&
     return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
 }
 
-std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials) {
+Resampling resample(const Assay& assay, std::span<const Trial> trials) {
     require(trials.size() >= 2, {}, "{}: {} trials; expected at least two", assay.name, trials.size());
     for (const Trial& trial : trials)
         require(trial.size() == trials.front().size(), {},
@@ -112,19 +112,22 @@ std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Tria
     const Estimator estimator = assay.estimator(trials);
     std::vector<std::size_t> chosen(trials.size());
     for (std::size_t t = 0; t < chosen.size(); ++t) chosen[t] = t;
-    std::vector<measure::Estimate> estimates;
+    Resampling found;
     for (const double value : estimator(means_of(trials, chosen)))
-        estimates.push_back({.mean = value, .samples = trials.size(), .blocks = trials.size()});
+        found.estimates.push_back({.mean = value, .samples = trials.size(), .blocks = trials.size()});
     std::vector<double> drawn(trials.size());
-    std::vector<std::vector<double>> values;
     for (std::size_t r = 0; r < resamples; ++r) {
         fill_uniform({.stream = Stream::bootstrap, .step = r}, 0, 1, drawn);
         for (std::size_t t = 0; t < chosen.size(); ++t)
             chosen[t] = static_cast<std::size_t>(drawn[t] * static_cast<double>(trials.size()));
-        values.push_back(estimator(means_of(trials, chosen)));
+        found.values.push_back(estimator(means_of(trials, chosen)));
     }
-    for (std::size_t q = 0; q < estimates.size(); ++q) set_error_and_bias(estimates[q], values, q);
-    return estimates;
+    for (std::size_t q = 0; q < found.estimates.size(); ++q) set_error_and_bias(found.estimates[q], found.values, q);
+    return found;
+}
+
+std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials) {
+    return resample(assay, trials).estimates;
 }
 
 StoppingDecision judge(const Assay& assay, std::span<const Trial> trials, const Goal& goal) {

@@ -145,16 +145,45 @@ Crossing crossing_of(const Coefficients& measured, const std::vector<Coefficient
     return crossing;
 }
 
+void check_axes(const Table& table) {
+    require(table.bead_fractions.size() >= 2 && !table.rod_fractions.empty(), {},
+            "the table has {} area fractions of beads and {} of rods; a boundary needs at least two of beads and one "
+            "of rods",
+            table.bead_fractions.size(), table.rod_fractions.size());
+}
 }  // namespace
+
+std::vector<OnsetPlace> find_crossings(const Table& table, std::size_t varied, const std::vector<double>& rod_fractions,
+                                       int subdivisions) {
+    check_axes(table);
+    const Coefficients measured(table, varied);
+    const std::vector<double> beads = refined(table.bead_fractions, subdivisions);
+    std::vector<OnsetPlace> places;
+    for (const double rod : rod_fractions) {
+        OnsetPlace place{.bead_fraction = first_crossing(measured, beads, rod, Convention::mean),
+                         .excess = measured.excess(beads.front(), rod, Convention::mean)};
+        place.above_all = place.excess >= 0.0;
+        constexpr double step = 1e-4;
+        const double low = std::max(place.bead_fraction - step, beads.front()),
+                     high = std::min(place.bead_fraction + step, beads.back());
+        place.slope =
+            std::isnan(place.bead_fraction)
+                ? none
+                : (measured.excess(high, rod, Convention::mean) - measured.excess(low, rod, Convention::mean)) /
+                      (high - low);
+        if (!place.above_all)
+            for (const double bead : table.bead_fractions)
+                place.excess = std::max(place.excess, measured.excess(bead, rod, Convention::mean));
+        places.push_back(place);
+    }
+    return places;
+}
 
 Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int redrawn) {
     require(subdivisions >= 1 && redrawn >= 0, {},
             "{} subdivisions of an interval, {} redrawn tables; expected at least 1 and at least 0", subdivisions,
             redrawn);
-    require(table.bead_fractions.size() >= 2 && !table.rod_fractions.empty(), {},
-            "the table has {} area fractions of beads and {} of rods; a boundary needs at least two of beads and one "
-            "of rods",
-            table.bead_fractions.size(), table.rod_fractions.size());
+    check_axes(table);
     const Table few = onset_rows(table);
     const Coefficients measured(few, varied);
     std::vector<Coefficients> others;

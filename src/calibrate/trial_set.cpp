@@ -17,7 +17,8 @@ TrialSet::TrialSet(Assay assay, const Goal& goal, double max_failed)
 
 void TrialSet::add(Attempt attempt) {
     const std::uint64_t number = attempt.number;
-    attempts_.emplace(number, std::move(attempt));
+    const double seconds = attempt.core_seconds;
+    if (attempts_.emplace(number, std::move(attempt)).second && seconds > 0.0) ++timed_, core_seconds_ += seconds;
     while (!ended() && attempts_.contains(taken_)) {
         const Attempt& next = attempts_.at(taken_++);
         if (next.failure.empty()) successful_.push_back(next.numbers);
@@ -35,13 +36,29 @@ std::optional<Measurement> TrialSet::so_far() const {
     return judge(assay_, successful_, goal).measurement;
 }
 
+void TrialSet::fail() {
+    failure_reason_ = text("{}: {} of {} trials failed; expected at most {:.3g} %: {}", assay_.name, failed_, taken_,
+                           100.0 * max_failed_, first_failure_);
+}
+
+Goal TrialSet::no_goal() {
+    constexpr std::size_t never = 1000000;
+    return {.relative_error = 1e300, .round = never, .min_rounds = 1, .max_trials = never};
+}
+
+std::vector<std::vector<double>> TrialSet::take_all() {
+    if (ended() || taken_ == 0) return {};
+    if (static_cast<double>(failed_) > max_failed_ * static_cast<double>(taken_)) fail();
+    if (ended() || successful_.size() < 2) return {};
+    Resampling found = resample(assay_, successful_);
+    measurement_ = {.estimates = std::move(found.estimates), .trials = successful_.size(), .reached = true};
+    measurement_->diagnosis = assay_.conclude ? assay_.conclude(measurement_->estimates) : "";
+    return std::move(found.values);
+}
+
 void TrialSet::evaluate() {
     const double tried = static_cast<double>(taken_), failed = static_cast<double>(failed_);
     const double allowed = max_failed_ * tried;
-    const auto fail = [&] {
-        failure_reason_ = text("{}: {} of {} trials failed; expected at most {:.3g} %: {}", assay_.name, failed_,
-                               taken_, 100.0 * max_failed_, first_failure_);
-    };
     // Two standard deviations above the allowed number: further trials will not help.
     if (failed > allowed + 2.0 * std::sqrt(allowed)) return fail();
     // Do not repeat evaluations that asked for more trials.

@@ -12,6 +12,7 @@ std::vector<std::byte> encoded(const calibrate::Attempt& attempt) {
     files::put(bytes, attempt.number);
     files::put_list(bytes, std::span<const double>(attempt.numbers));
     files::put_list(bytes, std::span<const char>(attempt.failure));
+    if (attempt.core_seconds > 0.0) files::put(bytes, attempt.core_seconds);
     return bytes;
 }
 
@@ -20,6 +21,7 @@ std::optional<calibrate::Attempt> decoded(std::span<const std::byte> bytes) {
     calibrate::Attempt attempt{.number = reader.take<std::uint64_t>(), .numbers = {}, .failure = {}};
     attempt.numbers = reader.take_list<std::vector<double>>();
     attempt.failure = reader.take_list<std::string>();
+    if (reader.is_complete && !reader.rest.empty()) attempt.core_seconds = reader.take<double>();
     if (!reader.is_complete || !reader.rest.empty()) return std::nullopt;
     return attempt;
 }

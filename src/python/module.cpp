@@ -254,11 +254,23 @@ py::dict outcome_dict(const run::RunOutcome& outcome) {
     return result;
 }
 
+/// Wished errors, as texts.
+std::vector<run::Wish> wishes_of(const std::vector<std::string>& texts) {
+    std::vector<run::Wish> wishes;
+    for (const std::string& one : texts) wishes.push_back(run::parse_wish(one));
+    return wishes;
+}
+
 std::string calibrate(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
-                      bool quiet) {
-    const run::CalibrationOutcome outcome =
-        run::run_calibration(scene,
-                             {.folder = folder, .share = share, .shares = shares, .collect = collect, .quiet = quiet});
+                      const std::vector<std::string>& want, const std::string& budget, bool quiet) {
+    run::CalibrationOptions options{.folder = folder,
+                                    .share = share,
+                                    .shares = shares,
+                                    .collect = collect,
+                                    .quiet = quiet,
+                                    .wishes = wishes_of(want)};
+    if (!budget.empty()) options.budget = run::seconds_of(budget);
+    const run::CalibrationOutcome outcome = run::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
                           {"units", outcome.units},
                           {"trials_run", outcome.trials},
@@ -269,14 +281,11 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
                           {"stopped", outcome.stopped},
                           {"text", outcome.table ? run::calibration_text(*outcome.table) : ""}};
     if (outcome.table) result["coefficients"] = run::table_json(*outcome.table);
+    if (outcome.want) {
+        result["want"] = run::result_json(*outcome.want);
+        result["text"] = result["text"].get<std::string>() + "\n" + run::result_text(*outcome.want);
+    }
     return result.dump();
-}
-
-/// Wished errors, as texts.
-std::vector<run::Wish> wishes_of(const std::vector<std::string>& texts) {
-    std::vector<run::Wish> wishes;
-    for (const std::string& one : texts) wishes.push_back(run::parse_wish(one));
-    return wishes;
 }
 
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
@@ -331,7 +340,7 @@ void bind_runs(py::module_& module) {
     module.def("with_accuracy", &with_accuracy, py::arg("scene"), py::arg("want"), py::arg("quiet"));
     module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("quiet"));
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
-               py::arg("collect"), py::arg("quiet"));
+               py::arg("collect"), py::arg("want"), py::arg("budget"), py::arg("quiet"));
     module.def("leave_signals_to_python", &run::leave_signals_to_host, py::arg("leave"));
     module.def(
         "slurm_script",

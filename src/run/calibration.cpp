@@ -11,9 +11,11 @@
 #include "drover/files/new_file.hpp"
 #include "drover/io/calibration.hpp"
 #include "drover/io/trial_file.hpp"
+#include "drover/run/loop.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/signals.hpp"
 #include "drover/run/worker_pool.hpp"
+#include "run/want_plan.hpp"
 
 namespace drover::run {
 
@@ -40,14 +42,25 @@ std::string result_text(const calibrate::TrialSet& trial_set) {
                 quantity.unit, found.trials, failed, found.reached ? "" : ", with a larger error than requested");
 }
 
+WantLimits limits_of(const io::Scene& scene, const CalibrationOptions& options, int workers) {
+    return {.max_trials = static_cast<std::size_t>(scene.calibration.max_trials),
+            .budget = options.budget,
+            .workers = static_cast<std::size_t>(workers)};
+}
+
 /// The trials of one process: its locked trial files and the trials still needed.
 class Work {
 public:
-    Work(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options)
+    Work(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options, int workers)
         : layout_(layout), options_(options), factory_(calibrate::system_factory(scene.time.dt)) {
-        for (std::size_t u = 0; u < layout.units.size(); ++u)
-            if (u % static_cast<std::size_t>(options.shares) == static_cast<std::size_t>(options.share - 1))
+        if (!options.wishes.empty()) plan_.emplace(layout, options.wishes, limits_of(scene, options, workers));
+        for (std::size_t u = 0; u < layout.units.size(); ++u) {
+            none_.push_back(trial_set_of(layout, layout.units[u], scene.calibration.max_failed));
+            const bool is_wanted = !plan_ || plan_->needs(u);
+            if (is_wanted &&
+                u % static_cast<std::size_t>(options.shares) == static_cast<std::size_t>(options.share - 1))
                 open(u, scene.calibration.max_failed);
+        }
     }
 
     std::size_t units() const { return units_.size(); }
@@ -66,9 +79,10 @@ private:
         std::size_t unit;
         io::TrialFile file;
         calibrate::TrialSet trial_set;
-        std::uint64_t next = 0;  ///< trials below it are done or running
-        bool crashed = false;    ///< a worker crashed in it
-        bool warned = false;     ///< of a failed trial
+        std::uint64_t next = 0;     ///< trials below it are done or running
+        std::uint64_t planned = 0;  ///< for wanted numbers: trials below it are to run
+        bool crashed = false;       ///< a worker crashed in it
+        bool warned = false;        ///< of a failed trial
     };
     struct Job {
         std::size_t unit;
@@ -91,15 +105,35 @@ private:
     }
 
     std::optional<std::size_t> next() {
+        const std::optional<std::size_t> job = next_needed();
+        if (job || !plan_ || planned_at_ == ended_) return job;
+        planned_at_ = ended_;
+        make_plan();
+        return next_needed();
+    }
+
+    std::optional<std::size_t> next_needed() {
         for (std::size_t m = 0; m < units_.size(); ++m) {
             Unit& one = units_[m];
             if (one.crashed || one.trial_set.ended()) continue;
-            while (one.next < one.trial_set.needed() && one.trial_set.has(one.next)) ++one.next;
-            if (one.next >= one.trial_set.needed()) continue;
+            const std::uint64_t needed = plan_ ? one.planned : one.trial_set.needed();
+            while (one.next < needed && one.trial_set.has(one.next)) ++one.next;
+            if (one.next >= needed) continue;
             jobs_.push_back({.unit = m, .trial = one.next++});
             return jobs_.size() - 1;
         }
         return std::nullopt;
+    }
+
+    void make_plan() {
+        std::vector<UnitProgress> progress;
+        for (const calibrate::TrialSet& none : none_) progress.push_back({.trials = &none});
+        for (const Unit& one : units_)
+            progress[one.unit] = {.trials = &one.trial_set,
+                                  .given = std::max<std::uint64_t>(one.next, one.trial_set.count()),
+                                  .has_crashed = one.crashed};
+        const std::vector<std::uint64_t> needed = plan_->next(progress);
+        for (Unit& one : units_) one.planned = needed[one.unit];
     }
 
     /// In the worker.
@@ -112,6 +146,7 @@ private:
         } catch (const Error& error) {
             attempt.failure = error.what();
         }
+        if (plan_) attempt.core_seconds = core_seconds();
         result = io::attempt_bytes(attempt);
         return 0;
     }
@@ -120,6 +155,7 @@ private:
         const auto& [m, trial] = jobs_[job];
         Unit& one = units_[m];
         const std::string& name = layout_.units[one.unit].name;
+        ++ended_;
         if (status != 0) {
             if (stop_signal() != 0) return;  // interrupted: runs again on resume
             log_warning("{}: the worker of trial {} ended with status {}; skipping this measurement", name, trial,
@@ -143,9 +179,16 @@ private:
         const auto now = Clock::now();
         if (now - reported_ < pause) return;
         reported_ = now;
+        const double seconds = std::chrono::duration<double>(now - start_).count();
+        if (plan_) {
+            for (const WantedValue& value : plan_->values())
+                log_information("{}: {}, wanted to {:.2g}", value.text,
+                                measured_text_with_error(value.result.value, value.cautious_error),
+                                value.result.allowed);
+            return log_information("{} trials in {}", ran_, duration_text(seconds));
+        }
         const auto ended =
             std::count_if(units_.begin(), units_.end(), [](const Unit& m) { return m.trial_set.ended(); });
-        const double seconds = std::chrono::duration<double>(now - start_).count();
         log_information("{} of {} measurements done; {} trials in {}, one every {}; {}: {} of at least {} trials",
                         ended, units_.size(), ran_, duration_text(seconds),
                         duration_text(seconds / static_cast<double>(ran_)), name, one.trial_set.count(),
@@ -157,7 +200,10 @@ private:
     calibrate::SystemFactory factory_;
     std::vector<Unit> units_;
     std::vector<Job> jobs_;
-    std::size_t already_ = 0, ran_ = 0;
+    std::optional<WantPlan> plan_;           // for wanted numbers
+    std::vector<calibrate::TrialSet> none_;  // by unit of the layout: no trials
+    std::optional<std::size_t> planned_at_;  // trials that had ended at the last plan
+    std::size_t already_ = 0, ran_ = 0, ended_ = 0;
     Clock::time_point start_ = Clock::now(), reported_ = start_;
 };
 
@@ -212,8 +258,8 @@ void claim(const CalibrationLayout& layout, const CalibrationOptions& options) {
 void run_share(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options,
                CalibrationOutcome& outcome) {
     claim(layout, options);
-    Work work(scene, layout, options);
     const int workers = scene.calibration.workers > 0 ? scene.calibration.workers : usable_cores();
+    Work work(scene, layout, options, workers);
     outcome.units = work.units();
     outcome.already = work.already();
     if (!options.quiet)
@@ -234,17 +280,47 @@ bool has_result(const calibrate::TrialSet& trial_set) {
             return false;
     return true;
 }
+
+/// The layout of the assays that the wanted numbers need and of those that have trials in the folder, without a goal
+/// for each.
+CalibrationLayout wanted_layout(const io::Scene& scene, const CalibrationOptions& options) {
+    CalibrationLayout layout = plan_calibration(scene);
+    io::Scene part = scene;
+    part.calibration.assays = needed_assays(layout, options.wishes);
+    for (const CalibrationUnit& unit : layout.units)
+        if (fs::exists(trials_of(options.folder, unit)))
+            part.calibration.assays.push_back(layout.assays[unit.assay].name);
+    layout = plan_calibration(part);
+    layout.goal = calibrate::TrialSet::no_goal();
+    return layout;
+}
+
+/// Takes all trials, and says what they give for the wanted numbers.
+void conclude_want(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options,
+                   std::vector<calibrate::TrialSet>& trial_sets, CalibrationOutcome& outcome) {
+    WantPlan plan(layout, options.wishes, limits_of(scene, options, 1));
+    std::vector<UnitProgress> progress;
+    for (const calibrate::TrialSet& one : trial_sets) progress.push_back({.trials = &one, .given = one.count()});
+    plan.next(progress);
+    outcome.want = want_result(layout, plan, progress);
+    for (const WantedValue& value : plan.values())
+        if (!value.reached) ++outcome.unmet_wants;
+    for (calibrate::TrialSet& one : trial_sets) one.take_all();
+}
 }  // namespace
 
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options) {
-    const CalibrationLayout layout = plan_calibration(scene);
+    const bool has_wishes = !options.wishes.empty();
+    require(!has_wishes || options.shares == 1, {}, "wanted numbers with shares; expected all trials in one call");
+    const CalibrationLayout layout = has_wishes ? wanted_layout(scene, options) : plan_calibration(scene);
     CalibrationOutcome outcome{.units = layout.units.size()};
     require(!options.collect || fs::is_directory(options.folder), {.file = options.folder.string()},
             "no such folder; expected the output folder of drover calibrate: set it with --output");
     if (options.collect) claim(layout, options);
     else run_share(scene, layout, options, outcome);
-    const std::vector<calibrate::TrialSet> trial_sets = stored_trial_sets(scene, layout, options.folder);
-    for (std::size_t u = 0; u < trial_sets.size(); ++u) {
+    std::vector<calibrate::TrialSet> trial_sets = stored_trial_sets(scene, layout, options.folder);
+    if (has_wishes) conclude_want(scene, layout, options, trial_sets, outcome);
+    for (std::size_t u = 0; !has_wishes && u < trial_sets.size(); ++u) {
         if (u % static_cast<std::size_t>(options.shares) != static_cast<std::size_t>(options.share - 1)) continue;
         const calibrate::TrialSet& one = trial_sets[u];
         if (!one.ended()) ++outcome.unfinished;

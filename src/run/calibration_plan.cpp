@@ -5,7 +5,7 @@
 #include "drover/calibrate/catalogue.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/trial_file.hpp"
-#include "drover/run/calibration.hpp"
+#include "drover/run/calibration_layout.hpp"
 #include "run/number_lists.hpp"
 
 namespace drover::run {

@@ -97,6 +97,8 @@ constexpr std::array<SetupRow, 6> setup_rows{
       &Content::bead_area},
      {"rod_area", "mm^2", "Phi_r/sigma: projected area of one rod that lies", false, true, &Content::rod_area}}};
 
+}  // namespace
+
 void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
     for (const SetupRow& row : setup_rows) {
         if (row.by_rods && table.rod_fractions.empty()) continue;
@@ -114,10 +116,9 @@ void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
         if (added.entries.front().origin == Origin::set) table.rows.push_back(std::move(added));
     }
 }
-}  // namespace
 
-calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& trial_sets) {
-    calibrate::Table table = layout.axes;
+void add_measured_rows(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& trial_sets,
+                       calibrate::Table& table) {
     std::vector<std::optional<calibrate::Measurement>> found;  // once for all quantities of a unit
     for (const calibrate::TrialSet& trial_set : trial_sets) found.push_back(result_of(trial_set));
     for (std::size_t a = 0; a < layout.assays.size(); ++a) {
@@ -139,6 +140,11 @@ calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<cal
             table.rows.push_back(std::move(row));
         }
     }
+}
+
+calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& trial_sets) {
+    calibrate::Table table = layout.axes;
+    add_measured_rows(layout, trial_sets, table);
     add_setup_rows(layout, table);
     calibrate::add_derived(table);
     return table;

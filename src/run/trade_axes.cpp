@@ -126,6 +126,7 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene) {
         ladders.push_back(tolerance_ladder(scene, given, scene.time.dt, std::min(0.1, 100.0 * scene.time.tolerance),
                                            scene.time.tolerance));
     std::vector<std::string> methods{"etdrk2", "etdrk4-krogstad"};
+    if (!noisy) methods.emplace_back("etd-abm4");
     if (scene.time.tolerance == 0.0 && !numerics::time_method(given).needs_tolerance) {
         std::erase(methods, given);
         methods.insert(methods.begin(), given);
@@ -136,7 +137,7 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene) {
             if (method != given || scene.time.tolerance == 0.0)
                 ladders.push_back(tolerance_ladder(scene, method, io::longest_step(scene), 1e-1, 1e-3));
     for (StepLadder& ladder : ladders)
-        if (!noisy && ladder.shorter == 2.0 && ladder.method.starts_with("etdrk4")) ladder.order = 4.0;
+        if (!noisy && ladder.shorter == 2.0) ladder.order = numerics::time_method(ladder.method).order;
     std::erase_if(ladders, [](const StepLadder& ladder) { return ladder.levels.empty(); });
     return ladders;
 }

@@ -9,6 +9,7 @@
 #include "drover/base/schema.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "run/number_lists.hpp"
 
 namespace drover::run {
 
@@ -34,7 +35,8 @@ std::string trimmed(const std::string& text) {
 }
 
 /// "q<1", "q>1" or "0.5<q<1".
-void read_range(const std::string& given, const std::string& range, Wish& wish) {
+AxisRange read_range(const std::string& given, const std::string& range) {
+    AxisRange read;
     std::vector<std::string> parts;
     std::string signs;
     for (std::size_t from = 0;;) {
@@ -45,45 +47,47 @@ void read_range(const std::string& given, const std::string& range, Wish& wish) 
         from = sign + 1;
     }
     if (signs == "<" || signs == ">") {
-        wish.axis = parts[0];
-        (signs == "<" ? wish.max : wish.min) = number_in(given, parts[1]);
+        read.axis = parts[0];
+        (signs == "<" ? read.max : read.min) = number_in(given, parts[1]);
     } else if (signs == "<<") {
-        wish.min = number_in(given, parts[0]);
-        wish.axis = parts[1];
-        wish.max = number_in(given, parts[2]);
+        read.min = number_in(given, parts[0]);
+        read.axis = parts[1];
+        read.max = number_in(given, parts[2]);
     }
-    if (wish.axis.empty()) fail_wish(given, "\"" + range + "\" is not a range");
+    if (read.axis.empty()) fail_wish(given, "\"" + range + "\" is not a range");
+    return read;
 }
 
 /// The components of a row that a wish selects.
 std::vector<std::size_t> selected(const Wish& wish, const measure::SummaryRow& row) {
     const SourceLocation where{.file = "--want " + wish.text};
     if (row.axes.empty()) {
-        require(wish.axis.empty(), where, "{} is one number; expected a range only of an array: leave out ({})",
-                wish.observable, wish.axis);
+        require(wish.ranges.empty(), where, "{} is one number; expected a range only of an array: leave out ({})",
+                wish.observable, wish.ranges.empty() ? "" : wish.ranges.front().axis);
         return {0};
     }
     std::vector<std::size_t> result;
-    if (wish.axis.empty()) {
+    if (wish.ranges.empty()) {
         for (std::size_t i = 0; i < measure::size_of(row.axes); ++i) result.push_back(i);
         return result;
     }
+    require(wish.ranges.size() == 1, where, "{} ranges; expected one", wish.ranges.size());
+    const AxisRange& range = wish.ranges.front();
     const std::vector<std::string> names = measure::names_of(row.axes);
-    const auto named = std::find(names.begin(), names.end(), wish.axis == "q" ? "wavenumber" : wish.axis);
-    require(named != names.end(), where, "{} has no axis \"{}\"; expected {}", wish.observable, wish.axis,
+    const auto named = std::find(names.begin(), names.end(), range.axis == "q" ? "wavenumber" : range.axis);
+    require(named != names.end(), where, "{} has no axis \"{}\"; expected {}", wish.observable, range.axis,
             joined(names));
     const auto axis = static_cast<std::size_t>(named - names.begin());
     std::size_t inner = 1;
     for (std::size_t k = axis + 1; k < row.axes.size(); ++k) inner *= row.axes[k].values.size();
     const std::vector<double>& values = row.axes[axis].values;
     for (std::size_t i = 0; i < measure::size_of(row.axes); ++i) {
-        const double value = values[i / inner % values.size()];
-        if (wish.min < value && value < wish.max) result.push_back(i);
+        if (range.holds(values[i / inner % values.size()])) result.push_back(i);
     }
     require(!result.empty(), where,
             "{} has no component with {:.6g} < {} < {:.6g}; expected a range that meets {:.6g} "
             "to {:.6g}",
-            wish.observable, wish.min, wish.axis, wish.max, *std::min_element(values.begin(), values.end()),
+            wish.observable, range.min, range.axis, range.max, *std::min_element(values.begin(), values.end()),
             *std::max_element(values.begin(), values.end()));
     return result;
 }
@@ -99,7 +103,9 @@ Wish parse_wish(const std::string& given) {
     const std::size_t open = name.find('(');
     if (open != std::string::npos && name.ends_with(')')) {
         wish.text = name;
-        read_range(given, name.substr(open + 1, name.size() - open - 2), wish);
+        for (const std::string& range : split(name.substr(open + 1, name.size() - open - 2), ','))
+            wish.ranges.push_back(read_range(given, range));
+        if (wish.ranges.empty()) fail_wish(given, "() holds no range");
         name = trimmed(name.substr(0, open));
     }
     const bool is_name = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {

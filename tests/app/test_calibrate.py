@@ -17,8 +17,7 @@ from calibration import (TINY, UNITS, already_done, assert_same_tables, kill_rep
                          write_tiny)
 from rejection import rejected
 from support import (DROVER, MODELS, SMALL, attributes, drover, drover_json, end_group, environment, group_is_alive,
-                     scene_text, scenes,
-                     settings, start, wait_until)
+                     not_sanitized, scene_text, scenes, settings, start, wait_until)
 
 ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
 
@@ -135,6 +134,7 @@ def test_re_running_a_finished_calibration_runs_nothing_and_writes_the_same_byte
     assert_same_tables(tmp_path / "again", whole[0])
 
 
+@not_sanitized
 def test_the_table_is_the_same_for_any_number_of_workers_and_after_kills(whole, tmp_path):
     # Kills hit it with two workers; the rest runs on all cores.
     assert kill_repeatedly(tmp_path, write_tiny(tmp_path), whole[0], 3, random.Random(5), 0.5) >= 1
@@ -151,6 +151,39 @@ def test_a_smaller_target_error_and_more_points_use_the_stored_trials(tmp_path):
     assert points[1]["trials"] > first["coefficients"]["damping_rate"]["points"][0]["trials"]
     again = json.loads(drover(tmp_path, "calibrate", scene, "--json").stdout)
     assert again["trials_run"] == 0 and again["coefficients"] == first["coefficients"]  # only the first trials
+
+
+def test_wanted_numbers_run_only_the_trials_that_they_need_and_a_smaller_error_continues(tmp_path):
+    scene = write_tiny(tmp_path, {"calibrate.max_trials": 200})
+
+    def wanted(wish, *more, status=0):
+        return json.loads(drover(tmp_path, "calibrate", scene, "--json", "--want", wish, *more, status=status).stdout)
+
+    first = wanted("damping_rate=30%")
+    assert {path.stem for path in (tmp_path / "tiny.calibration").glob("*.trials")} == {"damping-bead-0.2",
+                                                                                       "damping-bead-0.4"}
+    assert all(one["reached"] and 0 < one["error"] <= one["wanted_error"] for one in first["want"]["numbers"])
+    assert first["want"]["core_seconds"] > 0 and first["want"]["assays"][0]["assay"] == "damping"
+    assert first["trials_run"] == 16  # eight of each show that this is more than enough
+    assert wanted("damping_rate=30%")["trials_run"] == 0
+    second = wanted("damping_rate(Phi_b<0.3)=0.9%")
+    assert second["trials_found"] == 8 and second["trials_run"] > 2
+    assert [one["number"] for one in second["want"]["numbers"]] == ["damping_rate at bead area fraction 0.2"]
+    points = second["coefficients"]["damping_rate"]["points"]
+    assert points[0]["trials"] == 8 + second["trials_run"] and points[1]["trials"] == 8
+    refused = wanted("damping_rate=0.01%", "--budget", "1s", status=1)["want"]["numbers"]
+    assert not any(one["reached"] for one in refused) and "budget" in refused[0]["note"]
+    # Without a wish the same trials have every assay reach its own target.
+    whole = drover(tmp_path, "calibrate", scene, "--collect", "--json", status=1)
+    assert "not finished" in json.loads(whole.stdout)["coefficients"]["drag"]["points"][0]["remark"]
+
+
+def test_wishes_that_a_calibration_cannot_answer_are_rejected(tmp_path):
+    scene = write_tiny(tmp_path)
+    for wish, expected in (("onsett=5%", "did you mean onset?"), ("onset(q<1)=5%", "expected Phi_b, Phi_r"),
+                           ("onset", "OBSERVABLE=ERROR"), ("onset(Phi_r>0.5)=5%", "no point of the table")):
+        assert expected in drover(tmp_path, "calibrate", scene, "--want", wish, status=2).stderr
+    assert not list(tmp_path.glob("*.calibration/*.trials"))
 
 
 def test_another_plan_of_one_assay_keeps_the_trials_of_the_others(tmp_path):
@@ -207,6 +240,7 @@ echo "4711;cluster"
 """
 
 
+@not_sanitized
 def test_the_script_for_slurm_gives_the_same_table_in_shares(whole, tmp_path):
     binaries = tmp_path / "bin"
     binaries.mkdir()

@@ -6,7 +6,8 @@ import math
 import h5py
 import numpy as np
 import pytest
-from support import (assert_same_bytes, drover, drover_json, end_group, group_is_alive, start, wait_until, write_scene)
+from support import (assert_same_bytes, drover, drover_json, end_group, group_is_alive, not_sanitized, start,
+                     wait_until, write_scene)
 
 BRIEF = {"time.end": 10.0, "output.frame_every": 5.0, "output.sample_every": 0.5}
 
@@ -126,6 +127,7 @@ def test_a_failed_run_does_not_affect_the_others(tmp_path):
     assert rows[0]["polar_order [1]"] and rows[2]["polar_order [1]"] and not rows[1].get("polar_order [1]")
 
 
+@not_sanitized
 @pytest.mark.parametrize("ramp", ["none", "up"])
 def test_a_killed_sweep_resumes_to_the_same_table(ramp, tmp_path):
     scene = write_scene(tmp_path, {"time.end": 400.0, "output.frame_every": 20.0})
@@ -154,6 +156,7 @@ def test_a_killed_sweep_resumes_to_the_same_table(ramp, tmp_path):
     assert names[0] == names[1]
 
 
+@not_sanitized
 def test_susceptibility_and_binder_cumulant_are_those_of_the_linear_model(tmp_path):
     # Each component of <p> is an independent Ornstein-Uhlenbeck process: Gaussian, with variance Delta/(2 a area).
     # So P = |<p>|/sigma has a Rayleigh distribution, whose moments are exact.

@@ -18,14 +18,19 @@ TEST(Wish, reads_a_name_a_range_and_a_relative_or_absolute_error) {
     EXPECT_DOUBLE_EQ(absolute.error, 0.02);
     EXPECT_FALSE(absolute.is_relative);
     const Wish below = parse_wish("structure_factor_rods(q<1)=3%");
-    EXPECT_EQ(below.axis, "q");
-    EXPECT_EQ(below.max, 1.0);
-    EXPECT_EQ(below.min, -INFINITY);
+    ASSERT_EQ(below.ranges.size(), 1u);
+    EXPECT_EQ(below.ranges[0].axis, "q");
+    EXPECT_EQ(below.ranges[0].max, 1.0);
+    EXPECT_EQ(below.ranges[0].min, -INFINITY);
     const Wish between = parse_wish("structure_factor_rods(0.5 < wavenumber < 2)=3%");
-    EXPECT_EQ(between.axis, "wavenumber");
-    EXPECT_EQ(between.min, 0.5);
-    EXPECT_EQ(between.max, 2.0);
-    EXPECT_EQ(parse_wish("g(r>1)=3%").min, 1.0);
+    EXPECT_EQ(between.ranges[0].axis, "wavenumber");
+    EXPECT_EQ(between.ranges[0].min, 0.5);
+    EXPECT_EQ(between.ranges[0].max, 2.0);
+    EXPECT_EQ(parse_wish("g(r>1)=3%").ranges[0].min, 1.0);
+    const Wish both = parse_wish("alignment(0.35<Phi_b<0.45, Phi_r<0.06)=5%");
+    ASSERT_EQ(both.ranges.size(), 2u);
+    EXPECT_EQ(both.ranges[1].axis, "Phi_r");
+    EXPECT_EQ(both.ranges[1].max, 0.06);
 }
 
 TEST(Wish, that_is_not_one_is_refused_with_the_form_expected) {

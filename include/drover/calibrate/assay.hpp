@@ -95,6 +95,13 @@ Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions&
 /// Source: Efron & Tibshirani, An introduction to the bootstrap (1993), ch. 6 and 10.
 std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials);
 
+/// Estimates, and the values of the resamples that their errors come from.
+struct Resampling {
+    std::vector<measure::Estimate> estimates;
+    std::vector<std::vector<double>> values;  ///< [resample][quantity]; NaN where a resample gives none
+};
+Resampling resample(const Assay& assay, std::span<const Trial> trials);
+
 /// Evaluates the first whole rounds of these trials, in order, until they suffice; later trials have no effect, so
 /// trials may run in any order and number at a time.  Throws an input Error for an invalid goal, or for trials of
 /// different lengths.

@@ -52,4 +52,17 @@ struct Onset {
 /// Throws an input Error for a table without these rows or with missing entries in them.
 Onset find_onset(const Table& table, std::size_t varied = 0, int subdivisions = 10, int redrawn = 400);
 
+/// The measured crossing of Convention::mean, without its error.
+struct OnsetPlace {
+    double bead_fraction = 0.0;  ///< NaN if there is none
+    /// lambda alpha/Gamma + c sigma - a [1/s] that decides whether there is one: at the smallest area fraction of beads
+    /// where flocks are predicted there already, else the largest at those of the table.
+    double excess = 0.0;
+    bool above_all = false;  ///< flocks are predicted at the smallest area fraction of beads
+    double slope = 0.0;  ///< of the excess by the area fraction of beads at the crossing [1/s]; NaN if there is none
+};
+/// At each of these area fractions of rods; throws as find_onset().
+std::vector<OnsetPlace> find_crossings(const Table& table, std::size_t varied, const std::vector<double>& rod_fractions,
+                                       int subdivisions = 10);
+
 }  // namespace drover::calibrate

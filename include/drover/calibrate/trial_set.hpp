@@ -8,9 +8,10 @@ namespace drover::calibrate {
 
 /// Outcome of one trial.
 struct Attempt {
-    std::uint64_t number = 0;  ///< from 0: the trial of run_trial()
-    Trial numbers;             ///< empty if it failed
-    std::string failure;       ///< the error message; "" if it did not fail
+    std::uint64_t number = 0;   ///< from 0: the trial of run_trial()
+    Trial numbers;              ///< empty if it failed
+    std::string failure;        ///< the error message; "" if it did not fail
+    double core_seconds = 0.0;  ///< that it took; 0: not recorded
 };
 
 /// Trials of an assay, added in any order.  The trials that are needed, and the result, depend on the trials alone:
@@ -27,6 +28,9 @@ public:
     const Assay& assay() const { return assay_; }
     bool has(std::uint64_t number) const { return attempts_.contains(number); }
     std::size_t count() const { return attempts_.size(); }
+    /// Of those trials whose time was recorded: their number, and the sum.
+    std::size_t timed() const { return timed_; }
+    double core_seconds() const { return core_seconds_; }
     /// Trials below this number are needed; after the end, only those that decided it.
     std::uint64_t needed() const { return next_evaluation_; }
     bool ended() const { return measurement_ || !failure_reason_.empty(); }
@@ -40,8 +44,17 @@ public:
     /// Why the measurement failed; "" unless too many trials failed.
     const std::string& failure_reason() const { return failure_reason_; }
 
+    /// A goal that no number of trials meets: the set collects them, and take_all() gives its result.
+    static Goal no_goal();
+    /// The trials that did not fail, in order, up to the first missing one.
+    const std::vector<Trial>& successful() const { return successful_; }
+    /// Ends a set that has at least two successful trials with the result of all of them, and returns the values of
+    /// the resamples; see Resampling.
+    std::vector<std::vector<double>> take_all();
+
 private:
     void evaluate();
+    void fail();
 
     Assay assay_;
     Goal goal_;
@@ -49,7 +62,8 @@ private:
     std::map<std::uint64_t, Attempt> attempts_;
     std::vector<Trial> successful_;  // of the attempts below taken_, in order
     std::uint64_t taken_ = 0, next_evaluation_ = 0;
-    std::size_t judged_rounds_ = 0, failed_ = 0;
+    std::size_t judged_rounds_ = 0, failed_ = 0, timed_ = 0;
+    double core_seconds_ = 0.0;
     std::string first_failure_, failure_reason_;
     std::optional<Measurement> measurement_;
 };

@@ -1,45 +1,27 @@
 // run/calibration.hpp: assays over area fractions: trials on workers, resumable at any time, into one table.
 #pragma once
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/table.hpp"
-#include "drover/calibrate/trial_set.hpp"
-#include "drover/files/archive.hpp"
 #include "drover/io/scene.hpp"
+#include "drover/run/calibration_layout.hpp"
+#include "drover/run/result.hpp"
+#include "drover/run/wish.hpp"
 
 namespace drover::run {
-
-/// One assay at one point, with its own trials and errors.
-struct CalibrationUnit {
-    std::string name;  ///< of its trial file, without .trials: "drag-bead-0.3-rod-0.05"
-    std::size_t assay = 0;
-    std::size_t varied = 0, bead = 0,
-                rod = 0;               ///< indices into the axes of the table; rod is 0 if it does not depend on rods
-    calibrate::Conditions conditions;  ///< the seed follows from run.seed and the point, not from the order
-    std::uint64_t identity = 0;        ///< fingerprint of everything that its trials depend on
-};
-
-/// The plan of a calibration.
-struct CalibrationLayout {
-    std::vector<calibrate::Assay> assays;
-    calibrate::Goal goal;
-    calibrate::Table axes;  ///< without rows
-    std::vector<CalibrationUnit> units;
-    std::string manifest;  ///< the keys that all trials depend on, as scene text, without the plans of the assays
-};
-
-/// Throws an input Error, with its location, for a scene without [calibrate] lists, without a periodic cell, or with an
-/// invalid value.
-CalibrationLayout plan_calibration(const io::Scene& scene);
 
 struct CalibrationOptions {
     std::filesystem::path folder;
     int share = 1, shares = 1;  ///< runs the units share - 1, share - 1 + shares, ... of the layout; 1 of 1: all
     bool collect = false;       ///< runs nothing; writes the table of the trials present
     bool quiet = false;
+    /// Wanted numbers: trials are spread so that these reach their errors soonest; without any, every assay at every
+    /// point reaches calibrate.relative_error.  Not with shares.
+    std::vector<Wish> wishes;
+    double budget = INFINITY;  ///< core seconds of all trials for wanted numbers
 };
 
 struct CalibrationOutcome {
@@ -52,6 +34,8 @@ struct CalibrationOutcome {
     bool stopped = false;
     std::optional<calibrate::Table> table;  ///< not for a share
     std::filesystem::path file;             ///< of the table; "" for a share
+    std::optional<Result> want;             ///< wanted numbers and what their errors come from
+    std::size_t unmet_wants = 0;            ///< wanted numbers that did not reach their errors
 };
 
 /// Runs the missing trials in `folder`, which has a trial file for each unit.  Call it again to resume after a stop,
@@ -59,9 +43,6 @@ struct CalibrationOutcome {
 /// on the scene and the trials alone.  The same folder accepts other goals, more points and more assays of the same
 /// scene.  Throws an input Error if it holds the trials of another scene, or if another process is using it.
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options);
-
-/// The table of the results so far, with the derived rows.
-calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& trial_sets);
 
 /// Human-readable: one line per point, then remarks.
 std::string calibration_text(const calibrate::Table& table);

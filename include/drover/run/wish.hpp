@@ -10,18 +10,25 @@
 
 namespace drover::run {
 
-/// The time mean of an observable; of an array, the mean of its components on part of its axis.
-struct Wish {
-    std::string text;                        ///< as given, without the error: "structure_factor_rods(q<1)"
-    std::string observable;                  ///< of the summary of a run
-    std::string axis;                        ///< ""; that of the observable
-    double min = -INFINITY, max = INFINITY;  ///< components with min < axis < max
-    double error = 0.0;                      ///< 95 % of the runs are within it
-    bool is_relative = true;                 ///< the error is a fraction of the mean
+/// Part of an axis: min < axis < max.
+struct AxisRange {
+    std::string axis;
+    double min = -INFINITY, max = INFINITY;
+    bool holds(double value) const { return min < value && value < max; }
 };
 
-/// Reads "polar_order=1%", "polar_order=0.01" (an absolute error) and "structure_factor_rods(q<1)=3%"; (q>1) and
-/// (0.5<q<1) too.  Throws an input Error for another text, and for an error that is not positive.
+/// Of a run: the time mean of an observable; of an array, the mean of its components on part of its axis, within which
+/// 95 % of the runs are.  Of a calibration: the onset or a coefficient, each on part of the table, to a standard error.
+struct Wish {
+    std::string text;               ///< as given, without the error: "structure_factor_rods(q<1)"
+    std::string observable;         ///< of the summary of a run, or of a calibration
+    std::vector<AxisRange> ranges;  ///< each of another axis
+    double error = 0.0;
+    bool is_relative = true;  ///< the error is a fraction of the mean
+};
+
+/// Reads "polar_order=1%", "polar_order=0.01" (an absolute error) and "structure_factor_rods(q<1)=3%"; (q>1),
+/// (0.5<q<1) and (q<1, w>2) too.  Throws an input Error for another text, and for an error that is not positive.
 Wish parse_wish(const std::string& given);
 
 /// The wanted number of one run.

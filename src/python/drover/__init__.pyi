@@ -147,6 +147,7 @@ class Calibration:
     failed: int
     unfinished: int
     unmet: int
+    want: dict[str, Any] | None
     text: str
     def onset(self, varied: float | None = ...) -> Theory: ...
 
@@ -173,8 +174,9 @@ class Tradeoff:
 
 def tradeoff(scene: Scene, want: str | Sequence[str], budget: str = ..., *, folder: File | None = ...,
              workers: int = ..., quiet: bool = ...) -> Tradeoff: ...
-def calibrate(scene: Scene, folder: File | None = ..., *, workers: int = ..., share: tuple[int, int] = ...,
-              collect: bool = ..., quiet: bool = ...) -> Calibration: ...
+def calibrate(scene: Scene, folder: File | None = ..., *, want: str | Sequence[str] = ..., budget: str = ...,
+              workers: int = ..., share: tuple[int, int] = ..., collect: bool = ...,
+              quiet: bool = ...) -> Calibration: ...
 def slurm_script(scene: Scene, shares: int, folder: File | None = ...) -> str: ...
 def onset(table: File, *, varied: float | None = ..., cell: float | None = ...,
           points: Sequence[tuple[float, float]] = ..., output: File | None = ..., overwrite: bool = ...) -> Theory: ...

@@ -14,6 +14,7 @@ class Calibration:
         self.coefficients = result.get("coefficients")  # {name: {unit, formula, points: [{value, error, ...}]}}
         self.trials_run, self.trials_found = result["trials_run"], result["trials_found"]
         self.failed, self.unfinished, self.unmet = result["failed"], result["unfinished"], result["unmet"]
+        self.want = result.get("want")  # wanted numbers, what their errors come from, and core seconds
         self.text = result["text"]
 
     def __repr__(self):
@@ -25,17 +26,20 @@ class Calibration:
         return onset(self.file, varied=varied)
 
 
-def calibrate(scene, folder=None, *, workers=0, share=(1, 1), collect=False, quiet=True):
+def calibrate(scene, folder=None, *, want=(), budget="", workers=0, share=(1, 1), collect=False, quiet=True):
     """Measures the coefficients of a scene with [calibrate], as `drover calibrate`; the same call resumes.
 
     `folder` holds the trials and the table; default: the name of the scene with .calibration.  `share` = (2, 8) runs
     the second of eight shares and makes no table; `collect` runs nothing and makes the table of what has ended.
+    `want`: "onset=5%" or a list of such texts: trials are spread so that these numbers reach their standard errors at
+    the least cost, in a core time of `budget` ("2h").
     """
     if workers:
         scene = scene.set("calibrate.workers", workers)
     first, shares = share
+    wishes = [want] if isinstance(want, str) else list(want)
     return Calibration(call("calibrate", scene, folder=folder_of(scene, folder), share=first, shares=shares,
-                            collect=collect, quiet=quiet))
+                            collect=collect, want=wishes, budget=budget, quiet=quiet))
 
 
 def slurm_script(scene, shares, folder=None):

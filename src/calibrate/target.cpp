@@ -1,0 +1,311 @@
+// calibrate/target.cpp: errors of targets from resampled measurements, and the choice of the next trials.
+#include "drover/calibrate/target.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "calibrate/closures.hpp"
+#include "drover/calibrate/onset.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+constexpr double none = std::numeric_limits<double>::quiet_NaN(), beyond = std::numeric_limits<double>::infinity();
+
+constexpr int subdivisions = 5;  // enough to see a crossing and a fall back between two area fractions
+
+bool is_onset(const Target& target) { return target.row.empty(); }
+
+/// A target in one table.
+struct Value {
+    double value = none;
+    double excess = none, slope = none;  ///< of an onset, see OnsetPlace
+};
+
+/// Those of the onset that share a value of the varied key are found together.
+void add_onsets(const std::vector<Target>& targets, const Table& table, std::vector<Value>& values) {
+    for (std::size_t varied = 0; varied < table.varied.size(); ++varied) {
+        std::vector<std::size_t> which;
+        std::vector<double> rods;
+        for (std::size_t k = 0; k < targets.size(); ++k)
+            if (is_onset(targets[k]) && targets[k].varied == varied) {
+                which.push_back(k);
+                rods.push_back(table.rod_fractions.at(targets[k].rod));
+            }
+        if (which.empty()) continue;
+        const std::vector<OnsetPlace> places = find_crossings(table, varied, rods, subdivisions);
+        for (std::size_t i = 0; i < which.size(); ++i) {
+            const OnsetPlace& place = places[i];
+            const bool crosses = !std::isnan(place.bead_fraction);
+            values[which[i]] = {.value = crosses           ? place.bead_fraction
+                                         : place.above_all ? -beyond
+                                                           : beyond,
+                                .excess = place.excess,
+                                .slope = place.slope};
+        }
+    }
+}
+
+/// The table with all that follows from its rows and is needed.
+std::vector<Value> values_of(const std::vector<Target>& targets, Table table) {
+    std::vector<Value> values(targets.size());
+    if (std::all_of(targets.begin(), targets.end(), is_onset)) add_contact_alignment(table);
+    else add_derived(table);
+    add_onsets(targets, table, values);
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+        if (is_onset(targets[k])) continue;
+        const Target& target = targets[k];
+        const TableRow& row = *find_row(table, target.row);
+        const std::size_t index = entry_index(table, row, target.varied, target.bead, target.rod);
+        const TableEntry& entry = row.entries[index];
+        require(entry.origin != Origin::missing, {}, "{} at {}: {}", row.name, point_text(table, row.by_rods, index),
+                entry.remark);
+        values[k].value = entry.value;
+    }
+    return values;
+}
+
+/// The rows that the resampled tables need, without what makes copies slow.
+Table slim(const Table& table, const std::vector<Target>& targets) {
+    std::vector<std::string> names, inputs;
+    for (const TableRow& row : table.rows) names.push_back(row.name);
+    for (const Target& target : targets)
+        for (const std::string& row : inputs_of(target, names)) inputs.push_back(row);
+    const auto is_used = [&](const TableRow& row) {
+        return row.entries.front().origin == Origin::set ||
+               std::find(inputs.begin(), inputs.end(), row.name) != inputs.end();
+    };
+    Table few = table;
+    std::erase_if(few.rows, [&](const TableRow& row) { return !is_used(row); });
+    for (TableRow& row : few.rows) {
+        row.formula.clear();
+        for (TableEntry& entry : row.entries)
+            if (entry.origin != Origin::missing) entry.remark.clear();
+    }
+    return few;
+}
+
+TableRow& row_of(Table& table, const std::string& name) {
+    return *std::find_if(table.rows.begin(), table.rows.end(), [&](const TableRow& row) { return row.name == name; });
+}
+double& entry_value(Table& table, const Scatter& scatter) {
+    return row_of(table, scatter.row).entries[scatter.entry].value;
+}
+
+/// NaN for all if the table has no values.
+std::vector<Value> values_or_none(const std::vector<Target>& targets, const Table& table) {
+    try {
+        return values_of(targets, table);
+    } catch (const Error&) {
+        return std::vector<Value>(targets.size());
+    }
+}
+
+/// Slopes of all targets by one result, from steps of half its standard deviation; 0 where there is none.
+std::vector<double> slopes_by(const Scatter& scatter, const std::vector<Target>& targets,
+                              const std::vector<Value>& centre, Table& table) {
+    double squares = 0.0;
+    for (const double one : scatter.deviations) squares += one * one;
+    const double step = 0.5 * std::sqrt(squares / static_cast<double>(scatter.deviations.size()));
+    std::vector<double> slopes(targets.size(), 0.0);
+    if (step == 0.0) return slopes;
+    double& value = entry_value(table, scatter);
+    const double held = value;
+    value = held + step;
+    const std::vector<Value> above = values_or_none(targets, table);
+    value = held - step;
+    const std::vector<Value> below = values_or_none(targets, table);
+    value = held;
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+        const bool by_excess = !std::isfinite(centre[k].value);
+        const auto of = [&](const Value& one) { return by_excess ? one.excess : one.value; };
+        const double up = of(above[k]), middle = of(centre[k]), down = of(below[k]);
+        if (std::isfinite(up) && std::isfinite(down)) slopes[k] = 0.5 * (up - down) / step;
+        else if (std::isfinite(up)) slopes[k] = (up - middle) / step;
+        else if (std::isfinite(down)) slopes[k] = (middle - down) / step;
+    }
+    return slopes;
+}
+
+/// The part of one source in the variances of all targets, to first order.
+std::vector<double> variances_by(const Source& source, const std::vector<Target>& targets,
+                                 const std::vector<Value>& centre, Table& table) {
+    std::vector<double> variances(targets.size(), 0.0);
+    if (source.empty()) return variances;
+    const std::size_t resamples = source.front().deviations.size();
+    std::vector<std::vector<double>> slopes;
+    for (const Scatter& scatter : source) slopes.push_back(slopes_by(scatter, targets, centre, table));
+    for (std::size_t k = 0; k < targets.size(); ++k)
+        for (std::size_t r = 0; r < resamples; ++r) {
+            double deviation = 0.0;
+            for (std::size_t i = 0; i < source.size(); ++i) deviation += slopes[i][k] * source[i].deviations[r];
+            variances[k] += deviation * deviation / static_cast<double>(resamples);
+        }
+    return variances;
+}
+
+/// The values of each target in tables in which every source is replaced by one of its resamples.
+std::vector<std::vector<Value>> redrawn_values(const std::vector<Target>& targets, const Table& measured,
+                                               const std::vector<Source>& sources) {
+    std::size_t resamples = 0;
+    for (const Source& source : sources)
+        if (!source.empty()) resamples = source.front().deviations.size();
+    std::vector<std::vector<Value>> values(targets.size());
+    for (std::size_t r = 0; r < resamples; ++r) {
+        Table table = measured;
+        // Resamples of equally many trials are of the same numbers in every source: pair different ones.
+        for (std::size_t s = 0; s < sources.size(); ++s)
+            for (const Scatter& scatter : sources[s])
+                entry_value(table, scatter) += scatter.deviations[(r + s) % resamples];
+        const std::vector<Value> found = values_or_none(targets, table);
+        for (std::size_t k = 0; k < targets.size(); ++k)
+            if (!std::isnan(found[k].value)) values[k].push_back(found[k]);
+    }
+    return values;
+}
+
+/// 16, 50 and 84 %.
+std::array<double, 3> quantiles_of(const std::vector<double>& sorted) {
+    const auto at = [&](double part) { return sorted[static_cast<std::size_t>(part * double(sorted.size() - 1))]; };
+    return {at(0.16), at(0.5), at(0.84)};
+}
+
+void set_error(const Target& target, const std::vector<Value>& redrawn, TargetResult& result) {
+    std::vector<double> values{result.value}, slopes;
+    for (const Value& one : redrawn) {
+        values.push_back(one.value);
+        if (std::isfinite(one.slope)) slopes.push_back(one.slope);
+    }
+    std::sort(values.begin(), values.end());
+    std::sort(slopes.begin(), slopes.end());
+    result.quantiles = quantiles_of(values);
+    const auto [low, median, high] = result.quantiles;
+    const auto same = static_cast<double>(std::count(values.begin(), values.end(), median));
+    constexpr double nearly_all = 0.975;
+    result.is_beyond = std::isinf(median) && same >= nearly_all * static_cast<double>(values.size());
+    result.error = std::isfinite(low) && std::isfinite(high) ? 0.5 * (high - low) : beyond;
+    result.allowed = target.error * (target.is_relative ? std::abs(median) : 1.0);
+    if (slopes.empty()) return;
+    const auto [shallow, middle, steep] = quantiles_of(slopes);
+    result.slope_error = 0.5 * (steep - shallow) / middle;
+}
+}  // namespace
+
+std::vector<TargetResult> evaluate(const std::vector<Target>& targets, const Table& measured,
+                                   const std::vector<Source>& sources) {
+    Table table = slim(measured, targets);
+    std::vector<TargetResult> results(targets.size());
+    for (TargetResult& result : results) result.parts.assign(sources.size(), 0.0);
+    std::vector<Value> centre;
+    try {
+        centre = values_of(targets, table);
+    } catch (const Error& error) {
+        for (TargetResult& result : results)
+            result = {.value = none, .error = beyond, .parts = result.parts, .missing = error.what()};
+        return results;
+    }
+    const std::vector<std::vector<Value>> redrawn = redrawn_values(targets, table, sources);
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+        const std::vector<double> variances = variances_by(sources[s], targets, centre, table);
+        for (std::size_t k = 0; k < targets.size(); ++k) results[k].parts[s] = variances[k];
+    }
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+        double sum = 0.0;
+        for (const double part : results[k].parts) sum += part;
+        if (sum > 0.0)
+            for (double& part : results[k].parts) part /= sum;
+        results[k].value = centre[k].value;
+        set_error(targets[k], redrawn[k], results[k]);
+    }
+    return results;
+}
+
+namespace {
+/// Of contact_alignment, whichever assays there are.
+const std::vector<std::string>& contact_rows() {
+    static const std::vector<std::string> rows{"alignment_steady", "alignment_drift",    "alignment_reference",
+                                               row_name(drag),     row_name(relaxation), "contact_steady",
+                                               "contact_slope",    "contact_reference",  row_name(weathercock)};
+    return rows;
+}
+
+/// The inputs of the row of a target.
+std::vector<Input> closure_inputs(const Target& target, std::vector<std::string> names) {
+    if (is_onset(target)) return {drag, relaxation, weathercock, contact};
+    if (target.row == row_name(contact)) return {contact};
+    for (const Closure& closure : closures()) {
+        if (closure.row.empty()) continue;
+        if (closure.row == target.row)
+            return scaled(closure, {rod_area, speed}, [](const Measured&) { return 1.0; }).of;
+        names.push_back(closure.row);
+    }
+    names.insert(names.end(), {"onset", row_name(contact)});
+    const std::string near = nearest_name(target.row, names);
+    fail_input({}, "a calibration has no number {}; {}expected onset, alignment or another row of its table",
+               target.row, near.empty() ? "" : "did you mean " + near + "? ");
+}
+}  // namespace
+
+std::vector<std::string> inputs_of(const Target& target, const std::vector<std::string>& measured_rows) {
+    const auto is_measured = [&](const std::string& row) {
+        return std::find(measured_rows.begin(), measured_rows.end(), row) != measured_rows.end();
+    };
+    if (is_measured(target.row)) return {target.row};
+    std::vector<std::string> rows;
+    for (const Input input : closure_inputs(target, measured_rows)) {
+        const bool is_of_setup = input == bead_area || input == rod_area || input == bead_mass;
+        if (input == contact) {
+            if (is_measured("alignment_reference") || is_measured("contact_reference"))
+                for (const std::string& row : contact_rows())
+                    if (is_measured(row)) rows.push_back(row);
+        } else if (!is_of_setup && input != stiffness) {
+            rows.push_back(row_name(input));
+        }
+    }
+    for (const std::string& row : rows)
+        require(is_measured(row), {},
+                "{} needs {}, which no assay of the scene measures; add its assay to "
+                "calibrate.assays",
+                is_onset(target) ? "the onset" : target.row, row);
+    return rows;
+}
+
+namespace {
+/// By how much the variances above 1 fall with one more trial, for a core second.
+double gain(const TrialCosts& source, const std::vector<double>& sums) {
+    double fall = 0.0;
+    for (std::size_t k = 0; k < sums.size(); ++k)
+        if (sums[k] > 1.0) fall += source.variances[k] * source.caution;
+    return fall / (static_cast<double>(source.trials + 1) * source.seconds);
+}
+}  // namespace
+
+std::vector<std::size_t> allocate(std::vector<TrialCosts> sources, double seconds) {
+    std::vector<std::size_t> added(sources.size(), 0);
+    if (sources.empty()) return added;
+    std::vector<double> sums(sources.front().variances.size(), 0.0);
+    for (const TrialCosts& source : sources)
+        for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += source.variances[k];
+    while (seconds > 0.0) {
+        std::size_t best = sources.size();
+        double most = 0.0;
+        for (std::size_t s = 0; s < sources.size(); ++s)
+            if (const double here = gain(sources[s], sums); here > most && sources[s].trials < sources[s].max_trials)
+                best = s, most = here;
+        if (best == sources.size()) break;
+        TrialCosts& source = sources[best];
+        const double ratio = static_cast<double>(source.trials) / static_cast<double>(source.trials + 1);
+        for (std::size_t k = 0; k < sums.size(); ++k) {
+            sums[k] -= source.variances[k] * (1.0 - ratio);
+            source.variances[k] *= ratio;
+        }
+        ++source.trials;
+        ++added[best];
+        seconds -= source.seconds;
+    }
+    return added;
+}
+
+}  // namespace drover::calibrate

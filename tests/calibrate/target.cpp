@@ -1,0 +1,148 @@
+// tests/calibrate/target.cpp: errors of wanted numbers from resampled measurements, and the choice of further trials.
+#include "drover/calibrate/target.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "base/refusal.hpp"
+#include "drover/base/random.hpp"
+
+namespace drover::calibrate {
+namespace {
+
+constexpr std::size_t resamples = 400;
+
+/// alpha/Gamma = 1 + 4 Phi_b, a = 0.3, lambda = 0.1: flocks from Phi_b = 0.5, where the slope of alpha/Gamma is 4.
+Table straight_table() {
+    Table table{.varied_key = {},
+                .bead_fractions = {0.2, 0.3, 0.4, 0.5, 0.6, 0.7},
+                .rod_fractions = {0.05},
+                .rows = {}};
+    for (const auto& [name, by_rods] : {std::pair{"drag", true}, std::pair{"relaxation_rate", false},
+                                        std::pair{"weathercock", false}, std::pair{"rod_area", false}}) {
+        TableRow row{.name = name, .unit = "x", .formula = "x", .by_rods = by_rods};
+        for (const double bead : table.bead_fractions)
+            row.entries.push_back({.value = row.name == "drag"              ? 1.0 + 4.0 * bead
+                                            : row.name == "relaxation_rate" ? 0.3
+                                            : row.name == "weathercock"     ? 0.1
+                                                                            : 4.0,
+                                   .error = 0.01,
+                                   .origin = row.name == "rod_area" ? Origin::set : Origin::measured});
+        table.rows.push_back(row);
+    }
+    return table;
+}
+
+/// Normal deviations of one entry.
+Scatter scatter_of(const char* row, std::size_t entry, double error, std::uint64_t seed) {
+    Scatter scatter{.row = row, .entry = entry, .deviations = std::vector<double>(resamples)};
+    fill_normal({.seed = seed, .stream = Stream::test}, 0, 1, scatter.deviations);
+    for (double& one : scatter.deviations) one *= error;
+    return scatter;
+}
+
+TEST(Target, of_an_onset_has_the_errors_of_the_measurements_next_to_it) {
+    std::vector<Source> sources;
+    for (std::size_t bead = 0; bead < 6; ++bead) {
+        sources.push_back({scatter_of("drag", bead, 0.04, 10 + bead)});
+        sources.push_back({scatter_of("relaxation_rate", bead, 0.002, 20 + bead)});
+    }
+    const TargetResult onset = evaluate({{.error = 0.02}}, straight_table(), sources)[0];
+    EXPECT_NEAR(onset.value, 0.5, 1e-9);
+    // At a node: 0.04/4 by the drag and 0.002/(0.1 4) by the relaxation; 400 resamples know an error to 4 %, and with
+    // quantiles to 6 %.
+    EXPECT_NEAR(onset.error, std::hypot(0.01, 0.005), 0.15 * std::hypot(0.01, 0.005));
+    EXPECT_NEAR(onset.allowed, 0.02 * onset.quantiles[1], 1e-12);
+    EXPECT_NEAR(onset.parts[6], 0.8, 0.1);  // the drag at Phi_b = 0.5
+    EXPECT_NEAR(onset.parts[7], 0.2, 0.1);
+    EXPECT_NEAR(onset.parts[0] + onset.parts[1], 0.0, 1e-3);  // Phi_b = 0.2 does not matter
+    EXPECT_NEAR(std::accumulate(onset.parts.begin(), onset.parts.end(), 0.0), 1.0, 1e-12);
+}
+
+TEST(Target, keeps_what_two_inputs_share) {
+    // Contacts from rods that also align by the flow: c sigma contains -lambda alpha/Gamma, so lambda cancels at the only
+    // area fraction of rods.
+    Table table = straight_table();
+    for (const auto& [name, value] :
+         {std::pair{"alignment_steady", 1.5}, std::pair{"alignment_drift", 0.0}, std::pair{"alignment_reference", 1.5}})
+        table.rows.push_back(
+            {.name = name,
+             .unit = "1",
+             .formula = "x",
+             .by_rods = true,
+             .entries = std::vector<TableEntry>(6, {.value = value, .error = 0.1, .origin = Origin::measured})});
+    for (std::size_t bead = 0; bead < 6; ++bead)
+        table.rows[4].entries[bead].value = 1.0 + 2.0 * table.bead_fractions[bead];  // g = 2 at Phi_b = 0.5
+    std::vector<Source> sources;
+    for (std::size_t bead = 0; bead < 6; ++bead) {
+        sources.push_back({scatter_of("weathercock", bead, 0.02, 10 + bead)});
+        sources.push_back({scatter_of("alignment_steady", bead, 0.02, 20 + bead)});
+    }
+    const TargetResult onset = evaluate({{.error = 0.02}}, table, sources)[0];
+    EXPECT_NEAR(onset.value, 0.5, 1e-9);
+    double by_weathercock = 0.0;
+    for (std::size_t s = 0; s < sources.size(); s += 2) by_weathercock += onset.parts[s];
+    EXPECT_LT(by_weathercock, 1e-9);
+    EXPECT_NEAR(onset.error, 0.01, 0.0015);  // 0.02/2; 400 resamples
+}
+
+TEST(Target, of_an_onset_beyond_the_table_says_so) {
+    Table table = straight_table();
+    for (TableEntry& entry : table.rows[0].entries) entry.value -= 1.0;  // reaches 2.8 of 3 mm/s
+    const auto with_error = [&](double error) {
+        return evaluate({{.error = 0.02}}, table, {{scatter_of("drag", 5, error, 1)}})[0];
+    };
+    const TargetResult clear = with_error(0.05), open = with_error(0.3);
+    EXPECT_EQ(clear.value, INFINITY);
+    EXPECT_TRUE(clear.is_beyond);
+    EXPECT_FALSE(open.is_beyond);
+    EXPECT_TRUE(std::isinf(open.error));
+    EXPECT_NEAR(open.parts[0], 1.0, 1e-12);
+}
+
+TEST(Target, of_a_coefficient_is_its_entry) {
+    const TargetResult drag = evaluate({{.row = "drag", .bead = 2, .error = 0.1, .is_relative = false}},
+                                       straight_table(), {{scatter_of("drag", 2, 0.04, 1)}})[0];
+    EXPECT_NEAR(drag.value, 2.6, 1e-12);
+    EXPECT_NEAR(drag.error, 0.04, 0.006);  // 400 resamples
+    EXPECT_EQ(drag.allowed, 0.1);
+}
+
+TEST(Target, needs_the_rows_of_its_formula) {
+    const std::vector<std::string> all{"drag", "relaxation_rate", "weathercock", "propulsion"};
+    EXPECT_EQ(inputs_of({}, all).size(), 3u);
+    EXPECT_EQ(inputs_of({.row = "propulsion"}, all), std::vector<std::string>{"propulsion"});
+    EXPECT_NE(refusal_of([&] { inputs_of({.row = "alignmnt"}, all); }).find("did you mean alignment?"),
+              std::string::npos);
+    EXPECT_NE(refusal_of([&] { inputs_of({}, {"drag"}); }).find("add its assay to calibrate.assays"),
+              std::string::npos);
+}
+
+TEST(Allocation, gives_trials_as_deviation_over_the_root_of_the_cost) {
+    // Neyman: standard deviations 4, 2, 2 and costs 1, 1, 4 give 4 : 2 : 1.  Variances are of 10 trials.
+    const std::vector<std::size_t> added =
+        allocate({{.trials = 10, .max_trials = 100000, .seconds = 1.0, .variances = {160.0}},
+                  {.trials = 10, .max_trials = 100000, .seconds = 1.0, .variances = {40.0}},
+                  {.trials = 10, .max_trials = 100000, .seconds = 4.0, .variances = {40.0}}},
+                 INFINITY);
+    const double first = static_cast<double>(added[0] + 10), second = static_cast<double>(added[1] + 10),
+                 third = static_cast<double>(added[2] + 10);
+    EXPECT_NEAR(first / second, 2.0, 0.02);  // whole trials
+    EXPECT_NEAR(second / third, 2.0, 0.02);
+    EXPECT_NEAR(1600.0 / first + 400.0 / second + 400.0 / third, 1.0, 0.01);  // the variance that is allowed
+}
+
+TEST(Allocation, respects_limits_and_gives_nothing_to_targets_that_are_reached) {
+    const std::vector<std::size_t> added =
+        allocate({{.trials = 10, .max_trials = 12, .seconds = 1.0, .variances = {9.0, 0.0}},
+                  {.trials = 10, .max_trials = 100, .seconds = 1.0, .variances = {0.0, 0.9}}},
+                 INFINITY);
+    EXPECT_EQ(added, (std::vector<std::size_t>{2, 0}));
+    EXPECT_EQ(allocate({{.trials = 10, .max_trials = 100, .seconds = 2.0, .variances = {9.0}}}, 7.0),
+              (std::vector<std::size_t>{4}));
+}
+
+}  // namespace
+}  // namespace drover::calibrate
