@@ -246,9 +246,9 @@ time = 3.0
 bend = false
 )";
 
-/// "turning": rods turn little in the flow, with much noise, so that weathercock dominates.  "drag": they turn strongly,
-/// and the flow that they drive fluctuates.  alpha/Gamma grows and lambda_s grows with the area fraction of beads; rods
-/// align by contacts in neither.
+/// "turning": rods turn little in the flow, with much noise, so that weathercock dominates.  "drag": they turn
+/// strongly, and the flow that they drive fluctuates.  alpha/Gamma grows and lambda_s grows with the area fraction of
+/// beads; rods align by contacts in neither.
 calibrate::Truth truth_at(const std::string& name, const dem::Setup& setup) {
     const double bead = setup.beads.area_fraction, rod = setup.rods.area_fraction;
     calibrate::Truth truth{.diffusion = 0.4, .drag = 0.4 + 3.0 * bead + 6.0 * rod, .step = 0.02};
