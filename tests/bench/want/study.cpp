@@ -1,7 +1,7 @@
 // tests/bench/want/study.cpp: core seconds to a wanted error of the onset, by wanted numbers and by equal targets.
 //
 //     ninja drover_want_study
-//     drover_want_study costs SCENE [POINT...]          core seconds of one trial of every unit, or of those that end so
+//     drover_want_study costs SCENE [POINT...]          core seconds of one trial of every unit, or of those
 //     drover_want_study stored FOLDER costs.csv ERROR RANGE REPEATS
 //     drover_want_study synthetic WORLD ERROR REPEATS   WORLD: drag or turning
 //
