@@ -38,9 +38,10 @@ struct WantedValue {
 };
 
 /// Decides which trials run next.  Every unit that a wanted number needs has a few trials first.  Then, again and
-/// again: errors and slopes of the wanted numbers from resampled trials, and some trials more where their variances fall
-/// most for a core second.  A number is reached when its error, enlarged by what the finite numbers of trials leave
-/// uncertain in it, is the wanted one: else the first error that is too small by chance would end the calibration.
+/// again: errors and slopes of the wanted numbers from resampled trials, and some trials more where their variances
+/// fall most for a core second.  A number is reached when its error, enlarged by what the finite numbers of trials
+/// leave uncertain in it, is the wanted one: else the first error that is too small by chance would end the
+/// calibration.
 class WantPlan {
 public:
     /// Throws an input Error for a wish that the layout cannot answer.

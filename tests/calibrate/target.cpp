@@ -62,8 +62,8 @@ TEST(Target, of_an_onset_has_the_errors_of_the_measurements_next_to_it) {
 }
 
 TEST(Target, keeps_what_two_inputs_share) {
-    // Contacts from rods that also align by the flow: c sigma contains -lambda alpha/Gamma, so lambda cancels at the only
-    // area fraction of rods.
+    // Contacts from rods that also align by the flow: c sigma contains -lambda alpha/Gamma, so lambda cancels at the
+    // only area fraction of rods.
     Table table = straight_table();
     for (const auto& [name, value] :
          {std::pair{"alignment_steady", 1.5}, std::pair{"alignment_drift", 0.0}, std::pair{"alignment_reference", 1.5}})

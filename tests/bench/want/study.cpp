@@ -5,11 +5,12 @@
 //     drover_want_study stored FOLDER COSTS WISH REPEATS [in-order]
 //     drover_want_study synthetic WORLD WISH REPEATS   WORLD: rods, flow or particles
 //
-// A world is a pool of trials of every unit: the stored trials of models/calibrate-matched.toml; normal numbers with a
-// known onset, whose error comes from a and lambda (rods) or from alpha/Gamma (flow); or trials of the synthetic
-// particles of the tests.  A repeat draws trials with replacement, the same for all ways ("in-order": first the stored
-// trials as they are).  The true onset is that of the pool.  Equal targets: calibrate.relative_error falls until the
-// onset has the wanted error, with the margin of wanted numbers or without it; only the assays that the onset needs run.
+// A world is a pool of trials of every unit: the stored trials of models/calibrate-matched.toml; normal numbers with
+// a known onset, whose error comes from a and lambda (rods) or from alpha/Gamma (flow); or trials of the synthetic
+// particles of the tests.  A repeat draws trials with replacement, the same for all ways ("in-order": first the
+// stored trials as they are).  The true onset is that of the pool.  Equal targets: calibrate.relative_error falls
+// until the onset has the wanted error, with the margin of wanted numbers or without it; only the assays that the
+// onset needs run.
 
 #include <algorithm>
 #include <cmath>
@@ -251,8 +252,8 @@ time = 3.0
 bend = false
 )";
 
-/// Rods turn little in the flow, with much noise; alpha/Gamma and lambda_s grow with the area fraction of beads, and rods
-/// do not align by contacts.
+/// Rods turn little in the flow, with much noise; alpha/Gamma and lambda_s grow with the area fraction of beads, and
+/// rods do not align by contacts.
 calibrate::Truth truth_at(const dem::Setup& setup) {
     const double bead = setup.beads.area_fraction, rod = setup.rods.area_fraction;
     return {.turning = 0.08 + 0.6 * bead,
