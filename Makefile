@@ -35,10 +35,11 @@ test: build  ## run the fast tests
 test-slow: build  ## run the slow tests
 	@ctest --test-dir $(BUILD) --label-regex slow --parallel $(JOBS) --output-on-failure --no-tests=error
 
-bench: setup  ## run the benchmarks
+bench: setup  ## run the benchmarks; fail if a ratio of costs is worse than listed
 	@cmake --preset release --log-level=WARNING -D DROVER_BENCHMARKS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_bench
 	$(BUILD)/tests/drover_bench
+	$(PYTHON) tests/bench/ratios.py $(BUILD)/tests/drover_bench
 
 format: setup  ## format the C++ sources with clang-format
 	@clang-format-14 -i $(SOURCES)

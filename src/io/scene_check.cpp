@@ -51,6 +51,10 @@ double longest_step(const Scene& scene) {
 namespace {
 void check_time_method(const Scene& scene, const LocationOf& at) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    require(scene.time.tolerance == 0.0 || method.start.empty(), at("time.tolerance"),
+            "time.tolerance = {} with the stepper \"{}\", a multistep method, whose steps are all equal; choose etdrk2 "
+            "or etdrk4-krogstad, or leave out the tolerance",
+            scene.time.tolerance, method.name);
     require(
         scene.time.tolerance == 0.0 || method.estimates_error, at("time.tolerance"),
         "time.tolerance = {} with the stepper \"{}\", which has no embedded error estimate; choose etdrk2 or etdrk4",
@@ -59,7 +63,7 @@ void check_time_method(const Scene& scene, const LocationOf& at) {
             "time.stepper = \"{}\" with time.tolerance = 0; expected a tolerance, such as 1e-6: the method chooses its "
             "steps by it",
             method.name);
-    require(method.is_exponential || !physics::has_noise(scene.model.noise), at("time.stepper"),
+    require(method.allows_noise || !physics::has_noise(scene.model.noise), at("time.stepper"),
             "time.stepper = \"{}\" with noise; expected a model without: choose etdrk2, or set noise.order, noise.rods "
             "and noise.beads to 0",
             method.name);
@@ -320,10 +324,10 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
         {.name = "y", .member = &BoundaryPlan::y, .doc = axis},
         {.name = "lines",
          .member = &BoundaryPlan::lines,
-         .choices = {"onset", "phase-separation", "banding", "oblique"},
+         .choices = {"onset", "phase-separation", "banding", "oblique", "binodal"},
          .doc = "boundaries to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of "
-                "the flock, "
-                "along p0), oblique (of the flock, at other angles)"},
+                "the flock, along p0), oblique (of the flock, at other angles), binodal (densities of phases that "
+                "coexist; the initial fields are the guess of such a state)"},
         {.name = "conventions",
          .member = &BoundaryPlan::conventions,
          .choices = {"mean", "single-rod"},

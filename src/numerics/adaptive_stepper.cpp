@@ -47,10 +47,11 @@ Stepper& AdaptiveStepper::stepper(int division) {
     if (const auto found = steppers_.find(division); found != steppers_.end()) return found->second;
     const StepperTable& table = stepper_table(control_.method);
     const auto made =
-        steppers_.emplace(division, noise_
-                                        ? Stepper(system_, table, control_.dt,
-                                                  std::bit_width(static_cast<unsigned>(division)) - 1, noise_, threads_)
-                                        : Stepper(system_, table, control_.dt / division, seed_, threads_));
+        steppers_.emplace(division,
+                          noise_
+                              ? Stepper(system_, table, control_.dt,
+                                        std::bit_width(static_cast<unsigned>(division)) - 1, noise_, threads_, scratch_)
+                              : Stepper(system_, table, control_.dt / division, seed_, threads_, scratch_));
     // Divisions in use are neighbours; others only hold memory.
     constexpr std::size_t kept = 4;
     while (steppers_.size() > kept) {
@@ -135,8 +136,10 @@ void AdaptiveStepper::advance(std::int64_t step, Spectra& state) {
     } else if (control_.tolerance > 0.0 && system_.nonlinear) {
         advance_in_parts(step, state);
     } else {
-        stepper(1).step(static_cast<double>(step) * control_.dt, static_cast<std::uint64_t>(step), state);
+        Stepper& whole = stepper(1);
+        whole.step(static_cast<double>(step) * control_.dt, static_cast<std::uint64_t>(step), state);
         ++count_.accepted;
+        count_.right_hand_sides += whole.right_hand_sides();
     }
 }
 
@@ -171,23 +174,37 @@ void AdaptiveStepper::repeat_finer(std::int64_t step, Spectra& state) {
                    state);
 }
 
+/// The error of repeat_finer(), relative to that of advance().
 double AdaptiveStepper::finer_error() const {
     if (sundials_ && control_.tolerance > 0.0) return finer_tolerance;
     // Of a method of order n, half a step makes an error 2^(n+1) times smaller, twice; with noise the strong order of
     // all but Euler's is near 1.5.
-    return std::exp2(noise_ ? -1.5 : -static_cast<double>(time_method(control_.method).order));
+    const TimeMethod& method = time_method(control_.method);
+    const int order = method.start.empty() ? method.order : time_method(method.start).order;
+    return std::exp2(noise_ ? -1.5 : -static_cast<double>(order));
 }
+
+void AdaptiveStepper::find_error(std::int64_t step, const Spectra& after, Spectra& before) {
+    if (!sundials_ && stepper(1).last_error(static_cast<double>(step + 1) * control_.dt, after, before)) return;
+    repeat_finer(step, before);
+    const double factor = 1.0 / (1.0 - finer_error());
+    for (std::size_t k = 0; k < before.values.size(); ++k)
+        before.values[k] = factor * (after.values[k] - before.values[k]);
+}
+
+std::int64_t AdaptiveStepper::steps_to_cheap_error() { return sundials_ ? 0 : stepper(1).steps_to_error(); }
 
 double AdaptiveStepper::last_step() const { return sundials_ ? sundials_->last_step() : control_.dt / division_; }
 
 std::vector<double> AdaptiveStepper::save_history() const {
-    return sundials_ ? sundials_->save() : std::vector<double>{};
+    if (sundials_) return sundials_->save();
+    const auto found = steppers_.find(1);
+    return found == steppers_.end() ? std::vector<double>{} : found->second.save_history();
 }
 
 void AdaptiveStepper::restore_history(std::span<const double> saved) {
     if (sundials_) sundials_->restore(saved);
+    else stepper(1).restore_history(saved);
 }
-
-std::size_t AdaptiveStepper::history_numbers() const { return sundials_ ? sundials_->saved_numbers() : 0; }
 
 }  // namespace drover::numerics

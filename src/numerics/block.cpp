@@ -4,8 +4,10 @@
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "drover/base/error.hpp"
 #include "lyapunov_solver.hpp"
@@ -51,23 +53,30 @@ void refuse_overflow(const Matrix& result, double dt) {
 }
 
 struct Exponential {
-    Matrix propagator;  // exp(z)
-    Matrix growth;      // exp(z) - 1, which keeps the digits of slow modes beside fast ones
-    Matrix phi1, phi2, phi3;
+    Matrix propagator;        // exp(z)
+    Matrix growth;            // exp(z) - 1, which keeps the digits of slow modes beside fast ones
+    std::vector<Matrix> phi;  // from phi_1 on; [0] is not used
 };
+
+constexpr std::array<Real, max_phi + 1> factorials = [] {
+    std::array<Real, max_phi + 1> result{1.0L};
+    for (std::size_t n = 1; n < result.size(); ++n) result[n] = static_cast<Real>(n) * result[n - 1];
+    return result;
+}();
 
 Matrix identity_like(const Matrix& m) { return Matrix::Identity(m.rows(), m.cols()); }
 
 /// phi functions of z, |z| <= 1/2: the series of the highest, the others by phi_k = z phi_{k+1} + 1/k!.
-Exponential short_exponential(const Matrix& z) {
+Exponential short_exponential(const Matrix& z, std::size_t highest = 3) {
     const Matrix identity = identity_like(z);
-    Exponential e;
-    e.phi3 = identity;
-    for (int n = taylor_terms; n >= 1; --n) e.phi3 = (z * e.phi3 / Real(n + 3) + identity).eval();
-    e.phi3 /= 6.0L;
-    e.phi2 = z * e.phi3 + identity / 2.0L;
-    e.phi1 = z * e.phi2 + identity;
-    e.growth = z * e.phi1;
+    Exponential e{.propagator = {}, .growth = {}, .phi = std::vector<Matrix>(highest + 1)};
+    e.phi[highest] = identity;
+    for (int n = taylor_terms; n >= 1; --n)
+        e.phi[highest] =
+            (z * e.phi[highest] / static_cast<Real>(static_cast<std::size_t>(n) + highest) + identity).eval();
+    e.phi[highest] /= factorials[highest];
+    for (std::size_t k = highest - 1; k >= 1; --k) e.phi[k] = z * e.phi[k + 1] + identity / factorials[k];
+    e.growth = z * e.phi[1];
     e.propagator = identity + e.growth;
     return e;
 }
@@ -84,20 +93,28 @@ void double_propagator(Exponential& e) {
 }
 
 void double_interval(Exponential& e) {
-    e.phi3 = ((e.phi1 * e.phi2 + e.phi2 + 2.0L * e.phi3) / 8.0L).eval();
-    e.phi2 = ((e.phi1 * e.phi1 + 2.0L * e.phi2) / 4.0L).eval();
-    e.phi1 = (e.phi1 + e.growth * e.phi1 / 2.0L).eval();
+    for (std::size_t n = e.phi.size() - 1; n >= 2; --n) {
+        const std::size_t lower = n / 2, upper = n - lower;
+        Matrix sum = e.phi[lower] * e.phi[upper];
+        if (upper > lower) sum += e.phi[upper] / factorials[lower];
+        for (std::size_t j = upper + 1; j <= n; ++j) sum += 2.0L / factorials[n - j] * e.phi[j];
+        e.phi[n] = std::ldexp(1.0L, -static_cast<int>(n)) * sum;
+    }
+    e.phi[1] = (e.phi[1] + e.growth * e.phi[1] / 2.0L).eval();
     double_propagator(e);
 }
 }  // namespace
 
-PhiFunctions phi_functions(const Block& m, double dt) {
+PhiFunctions phi_functions(const Block& m, double dt, int highest) {
+    require(highest >= 3 && highest <= max_phi, {}, "phi functions up to {}; expected 3 to {}", highest, max_phi);
     const Matrix rates = extended(m);
     const int doublings = halvings(rates, dt);
-    Exponential e = short_exponential(rates * std::ldexp(Real(dt), -doublings));
+    Exponential e = short_exponential(rates * std::ldexp(Real(dt), -doublings), static_cast<std::size_t>(highest));
     for (int i = 0; i < doublings; ++i) double_interval(e);
     refuse_overflow(e.propagator, dt);
-    return {rounded(e.propagator), rounded(e.phi1), rounded(e.phi2), rounded(e.phi3)};
+    PhiFunctions result{rounded(e.propagator)};
+    for (std::size_t k = 1; k < e.phi.size(); ++k) result.push_back(rounded(e.phi[k]));
+    return result;
 }
 
 namespace {

@@ -13,7 +13,7 @@ using Weights = std::map<std::pair<int, double>, double>;
 
 Weights weights_of(const std::vector<PhiTerm>& terms, double sign, Weights sum = {}) {
     for (const PhiTerm& term : terms) sum[{term.order, term.at}] += sign * term.weight;
-    std::erase_if(sum, [](const auto& entry) { return entry.second == 0.0; });
+    std::erase_if(sum, [](const auto& entry) { return std::abs(entry.second) < 1e-12; });
     return sum;
 }
 
@@ -23,12 +23,13 @@ std::vector<PhiTerm> terms_of(const Weights& weights) {
     return terms;
 }
 
-/// The number f with b = f a, if it exists.  Weights are small fractions, whose ratios are exact.
+/// The number f with b = f a, if it exists.  Weights are small fractions: their ratios are equal to rounding or differ
+/// by much more.
 std::optional<double> ratio(const Weights& a, const Weights& b) {
     if (a.size() != b.size() || a.empty()) return std::nullopt;
     const double factor = b.begin()->second / a.begin()->second;
     for (auto i = a.begin(), k = b.begin(); i != a.end(); ++i, ++k)
-        if (i->first != k->first || std::abs(k->second - factor * i->second) > 1e-15 * std::abs(k->second))
+        if (i->first != k->first || std::abs(k->second - factor * i->second) > 1e-12 * std::abs(k->second))
             return std::nullopt;
     return factor;
 }

@@ -1,4 +1,4 @@
-// numerics/combination.hpp: one stage of an exponential Runge-Kutta method with the fewest matrices.
+// numerics/combination.hpp: one stage of an exponential method with the fewest matrices.
 #pragma once
 #include <vector>
 
@@ -6,7 +6,7 @@
 
 namespace drover::numerics {
 
-/// weight * input; inputs: 0 is the old state, j + 1 the rate of stage j.
+/// weight * input; inputs: 0 is the old state, j + 1 the rate numbered j: see StepperTable.
 struct WeightedInput {
     int input = 0;
     double weight = 1.0;

@@ -1,4 +1,4 @@
-// numerics/stepper.cpp: exponential Runge-Kutta steps with exact linear part and exact noise.
+// numerics/stepper.cpp: exponential Runge-Kutta and multistep methods with exact linear part and exact noise.
 #include "drover/numerics/stepper.hpp"
 
 #include <algorithm>
@@ -25,23 +25,32 @@ struct Source {
     const Complex* values = nullptr;
     std::size_t stride = 0;
 };
-constexpr std::size_t max_uses = 8;
+constexpr std::size_t max_uses = 10;
 
 Block combined(const std::vector<PhiTerm>& terms, const std::map<double, PhiFunctions>& phi, double dt) {
-    Block result(phi.begin()->second.phi0.size);
+    Block result(phi.begin()->second.front().size);
     for (const PhiTerm& term : terms) {
         const PhiFunctions& f = phi.at(term.at);
-        const Block& block = term.order == 1 ? f.phi1 : term.order == 2 ? f.phi2 : f.phi3;
+        const Block& block = f[static_cast<std::size_t>(term.order)];
         for (std::size_t k = 0; k < block.values.size(); ++k) result.values[k] += dt * term.weight * block.values[k];
     }
     return result;
 }
 
+/// The highest order of phi functions that a table uses, at least that for which they are accurate.
+int highest_phi(const StepperTable& table) {
+    int highest = 3;
+    for (const auto& terms : table.error)
+        for (const PhiTerm& term : terms) highest = std::max(highest, term.order);
+    return highest;
+}
+
 /// exp and phi functions at every fraction of the step that a table uses.
 std::map<double, PhiFunctions> phi_at_fractions(const StepperTable& table, const Block& m, double dt) {
     std::map<double, PhiFunctions> result;
+    const int highest = highest_phi(table);
     const auto add = [&](double at) {
-        if (!result.contains(at)) result.emplace(at, phi_functions(m, at * dt));
+        if (!result.contains(at)) result.emplace(at, phi_functions(m, at * dt, highest));
     };
     for (const StepperStage& stage : table.stages) {
         add(stage.c);
@@ -69,31 +78,51 @@ struct Stepper::Work {
     DistinctWavenumbers wavenumbers;
     std::vector<Combination> combinations;  // of each stage
     Combination estimate;                   // of the local error; without uses: the table has none
-    std::vector<Spectra> rates;
-    Spectra stage, next;
+    std::shared_ptr<StepperScratch> arrays;
+    std::vector<Spectra>& rates;
+    Spectra &stage, &next;
+
+    // Of a multistep method; rates[0] is that of the start of the last step.
+    std::unique_ptr<Stepper> starter;
+    std::uint64_t following_step = 0;
+    std::size_t known_rates = 0;  // of the last step and of those before it
+    bool knows_new_rate = false;  // rates[stages] is that of the state after the last step
+    bool can_estimate = false;
+    std::int64_t right_hand_sides = 0;  // of the last step
 
     Work(const System& the_system, const StepperTable& the_table, double the_dt, std::shared_ptr<NoisePath> the_noise,
-         int halvings, Threads& the_threads);
+         int halvings, Threads& the_threads, std::shared_ptr<StepperScratch> the_scratch);
     void prepare_stages();
     /// noise_level: of the increments to add; -1: none.
     void combine(const Combination& combination, const Spectra& old, int noise_level, Spectra& out);
     Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first, std::size_t count,
                      Complex* scratch) const;
-    void take_stages(double t, std::uint64_t step_number, const Spectra& state);
+    void take_stages(double t, std::uint64_t step_number, const Spectra& state, bool knows_first_rate = false);
+    std::size_t first_old_rate() const { return table->stages.size() + 1; }
+    void keep_last_rate();
+    void step_with_history(double t, std::uint64_t step_number, Spectra& state);
+    void start_step(double t, std::uint64_t step_number, Spectra& state);
     void enforce_hermitian(Spectra& state) const;
 };
 
 Stepper::Work::Work(const System& the_system, const StepperTable& the_table, double the_dt,
-                    std::shared_ptr<NoisePath> the_noise, int halvings, Threads& the_threads)
+                    std::shared_ptr<NoisePath> the_noise, int halvings, Threads& the_threads,
+                    std::shared_ptr<StepperScratch> the_scratch)
     : system(the_system),
       table(the_system.nonlinear ? &the_table : &linear_table()),
       dt(the_dt),
       noise(std::move(the_noise)),
       noise_level(noise ? noise->level() + halvings : -1),
       threads(the_threads),
-      wavenumbers(distinct_wavenumbers(the_system.grid, the_system.degree)) {
+      wavenumbers(distinct_wavenumbers(the_system.grid, the_system.degree)),
+      arrays(the_scratch && table->history == 0 ? std::move(the_scratch) : std::make_shared<StepperScratch>()),
+      rates(arrays->rates),
+      stage(arrays->stage),
+      next(arrays->next) {
     require(std::isfinite(dt) && dt > 0.0, {}, "dt = {}; expected a positive time", dt);
+    require(table->history == 0 || !noise, {}, "stepper \"{}\" with noise; expected a system without", table->name);
     prepare_stages();
+    if (next.size > 0) return;  // shared
     const int count = components(system.layout);
     if (system.nonlinear) {
         rates.assign(std::max(table->stages.size(), table->error.size()), Spectra(system.grid, count));
@@ -105,10 +134,12 @@ Stepper::Work::Work(const System& the_system, const StepperTable& the_table, dou
 void Stepper::Work::prepare_stages() {
     for (StagePlan& plan : stage_plans(*table)) combinations.push_back({.plan = std::move(plan), .matrices = {}});
     estimate.plan = error_plan(*table);
-    for (const Combination& combination : combinations)
-        require(combination.plan.uses.size() <= max_uses, {},
-                "stepper \"{}\": a stage of {} matrices; expected at most {}", table->name,
-                combination.plan.uses.size(), max_uses);
+    const auto check = [&](const StagePlan& plan) {
+        require(plan.uses.size() <= max_uses, {}, "stepper \"{}\": a stage of {} matrices; expected at most {}",
+                table->name, plan.uses.size(), max_uses);
+    };
+    for (const Combination& combination : combinations) check(combination.plan);
+    check(estimate.plan);
     for (std::size_t s = 0; s < table->stages.size(); ++s) {
         int exponent = 0;
         const bool is_power_of_two = std::frexp(table->stages[s].c, &exponent) == 0.5;  // exact in any rounding mode
@@ -134,7 +165,7 @@ void Stepper::Work::prepare_stages() {
             made.clear();
             for (const MatrixUse& use : to.plan.uses)
                 append_entries(use.terms.empty()
-                                   ? IsotropicBlocks{along.at(c).phi0, across.at(c).phi0}
+                                   ? IsotropicBlocks{along.at(c).front(), across.at(c).front()}
                                    : IsotropicBlocks{combined(use.terms, along, dt), combined(use.terms, across, dt)},
                                made);
             std::copy(made.begin(), made.end(), to.matrices.begin() + static_cast<std::ptrdiff_t>(n * made.size()));
@@ -235,22 +266,26 @@ void Stepper::Work::enforce_hermitian(Spectra& state) const {
     }
 }
 
-Stepper::Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads)
-    : work_(std::make_unique<Work>(system, table, dt, make_noise_path(system, dt, seed, threads), 0, threads)) {}
+Stepper::Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads,
+                 std::shared_ptr<StepperScratch> scratch)
+    : work_(std::make_unique<Work>(system, table, dt, make_noise_path(system, dt, seed, threads), 0, threads,
+                                   std::move(scratch))) {}
 Stepper::Stepper(const System& system, const StepperTable& table, double dt, int halvings,
-                 std::shared_ptr<NoisePath> noise, Threads& threads)
-    : work_(std::make_unique<Work>(system, table, std::ldexp(dt, -halvings), std::move(noise), halvings, threads)) {}
+                 std::shared_ptr<NoisePath> noise, Threads& threads, std::shared_ptr<StepperScratch> scratch)
+    : work_(std::make_unique<Work>(system, table, std::ldexp(dt, -halvings), std::move(noise), halvings, threads,
+                                   std::move(scratch))) {}
 Stepper::~Stepper() = default;
 Stepper::Stepper(Stepper&&) noexcept = default;
 
 double Stepper::dt() const { return work_->dt; }
 
-void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spectra& state) {
+void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spectra& state, bool knows_first_rate) {
     const std::size_t last = table->stages.size() - 1;
     if (system.set_step) system.set_step(dt);
     for (std::size_t s = 0; s <= last; ++s) {
         const double c = s == 0 ? 0.0 : table->stages[s - 1].c;
-        if (system.nonlinear) system.nonlinear(t + c * dt, s == 0 ? state : stage, rates[s]);
+        if (system.nonlinear && !(s == 0 && knows_first_rate))
+            system.nonlinear(t + c * dt, s == 0 ? state : stage, rates[s]);
         const Combination& combination = combinations[s];
         const bool with_noise = noise && !combination.plan.from_previous;
         const int level = noise_level + combination.halvings;
@@ -261,11 +296,101 @@ void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spect
 }
 
 void Stepper::step(double t, std::uint64_t step_number, Spectra& state) {
+    if (work_->table->history > 0) return work_->step_with_history(t, step_number, state);
     work_->take_stages(t, step_number, state);
     std::swap(state.values, work_->next.values);
 }
 
-bool Stepper::estimates_error() const { return !work_->estimate.plan.uses.empty(); }
+/// The rate at the start of the last step becomes the newest of the old ones; the oldest is overwritten next.
+void Stepper::Work::keep_last_rate() {
+    for (std::size_t k = rates.size() - 1; k > first_old_rate(); --k) std::swap(rates[k].values, rates[k - 1].values);
+    std::swap(rates[first_old_rate()].values, rates[0].values);
+}
+
+void Stepper::Work::step_with_history(double t, std::uint64_t step_number, Spectra& state) {
+    if (step_number != following_step) known_rates = 0;
+    if (known_rates == 0) knows_new_rate = false;
+    else keep_last_rate();
+    if (system.set_step) system.set_step(dt);
+    if (knows_new_rate) std::swap(rates[0].values, rates[table->stages.size()].values);
+    else system.nonlinear(t, state, rates[0]);
+    knows_new_rate = false;
+    const std::size_t old_rates = rates.size() - first_old_rate();
+    can_estimate = known_rates >= old_rates;
+    if (known_rates < static_cast<std::size_t>(table->history)) {
+        start_step(t, step_number, state);
+    } else {
+        starter.reset();
+        right_hand_sides = static_cast<std::int64_t>(table->stages.size());
+        take_stages(t, step_number, state, true);
+        std::swap(state.values, next.values);
+    }
+    known_rates = std::min(known_rates + 1, old_rates);
+    following_step = step_number + 1;
+}
+
+void Stepper::Work::start_step(double t, std::uint64_t step_number, Spectra& state) {
+    const int parts = table->start_parts;
+    const StepperTable& start = stepper_table(table->start);
+    right_hand_sides = 1 + parts * static_cast<std::int64_t>(start.stages.size());
+    if (!starter) starter = std::make_unique<Stepper>(system, start, dt / parts, 0, threads);
+    for (int part = 0; part < parts; ++part)
+        starter->step(t + dt * part / parts,
+                      step_number * static_cast<std::uint64_t>(parts) + static_cast<std::uint64_t>(part), state);
+}
+
+bool Stepper::last_error(double t_end, const Spectra& state, Spectra& error) {
+    Work& w = *work_;
+    if (!w.can_estimate) return false;
+    if (!w.knows_new_rate) w.system.nonlinear(t_end, state, w.rates[w.table->stages.size()]);
+    w.knows_new_rate = true;
+    w.combine(w.estimate, state, -1, error);
+    return true;
+}
+
+std::int64_t Stepper::steps_to_error() const {
+    const Work& w = *work_;
+    if (w.table->history == 0) return 0;
+    return static_cast<std::int64_t>(w.rates.size() - w.first_old_rate() - w.known_rates) + 1;
+}
+
+std::int64_t Stepper::right_hand_sides() const { return work_->right_hand_sides; }
+
+std::vector<double> Stepper::save_history() const {
+    const Work& w = *work_;
+    if (w.known_rates == 0) return {};
+    std::vector<double> saved{static_cast<double>(w.following_step)};
+    for (std::size_t k = 0; k < w.known_rates; ++k)
+        for (const Complex value : w.rates[k == 0 ? 0 : w.first_old_rate() + k - 1].values) {
+            saved.push_back(value.real());
+            saved.push_back(value.imag());
+        }
+    return saved;
+}
+
+void Stepper::restore_history(std::span<const double> saved) {
+    Work& w = *work_;
+    w.known_rates = 0;
+    w.can_estimate = w.knows_new_rate = false;
+    if (saved.empty()) return;
+    const std::size_t numbers = 2 * w.next.values.size(), count = (saved.size() - 1) / numbers;
+    const std::size_t most = w.table->history == 0 ? 0 : w.rates.size() - w.first_old_rate();
+    require(saved.size() == 1 + count * numbers && count >= 1 && count <= most && saved[0] >= 0.0 && saved[0] < 0x1p53,
+            {},
+            "the checkpoint contains {} numbers of the history of \"{}\"; expected 1 + {} for each of at most {} "
+            "rates; use the other checkpoint",
+            saved.size(), w.table->name, numbers, most);
+    w.following_step = static_cast<std::uint64_t>(saved[0]);
+    w.known_rates = count;
+    const double* from = saved.data() + 1;
+    for (std::size_t k = 0; k < count; ++k)
+        for (Complex& value : w.rates[k == 0 ? 0 : w.first_old_rate() + k - 1].values) {
+            value = {from[0], from[1]};
+            from += 2;
+        }
+}
+
+bool Stepper::estimates_error() const { return work_->table->history == 0 && !work_->estimate.plan.uses.empty(); }
 
 void Stepper::attempt(double t, std::uint64_t step_number, const Spectra& state, Spectra& next, Spectra& error) {
     Work& w = *work_;
@@ -276,9 +401,7 @@ void Stepper::attempt(double t, std::uint64_t step_number, const Spectra& state,
     std::copy(w.next.values.begin(), w.next.values.end(), next.values.begin());
 }
 
-double Stepper::bytes() const { return stepper_bytes(work_->system, *work_->table); }
-
-double stepper_bytes(const System& system, const StepperTable& table) {
+double stepper_bytes(const System& system, const StepperTable& table, int count) {
     const StepperTable& used = system.nonlinear ? table : linear_table();
     const double spectra = static_cast<double>(modes(system.grid)) * components(system.layout) * sizeof(Complex);
     double matrices = 0.0;
@@ -289,8 +412,9 @@ double stepper_bytes(const System& system, const StepperTable& table) {
     const int along = system.layout.scalars + system.layout.vectors, across = system.layout.vectors;
     // At most a quarter of the kept modes have distinct |q|, an eighth on a square.
     const double distinct = static_cast<double>(modes(system.grid)) / (system.grid.lx == system.grid.ly ? 4.0 : 2.0);
-    return spectra * held + distinct * matrices * (along * along + across * across) * sizeof(double) +
-           static_cast<double>(modes(system.grid)) * sizeof(std::int32_t);
+    return spectra * held * (used.history > 0 ? count : 1) +
+           count * (distinct * matrices * (along * along + across * across) * sizeof(double) +
+                    static_cast<double>(modes(system.grid)) * sizeof(std::int32_t));
 }
 
 }  // namespace drover::numerics

@@ -18,9 +18,11 @@ const std::vector<TimeMethod>& time_methods() {
                            .order = table.order,
                            .citation = table.citation,
                            .is_exponential = true,
-                           .estimates_error = !table.error.empty(),
+                           .allows_noise = table.history == 0,
+                           .estimates_error = table.history == 0 && !table.error.empty(),
                            .stages = stages,
-                           .stages_with_tolerance = std::max(stages, static_cast<int>(table.error.size()))});
+                           .stages_with_tolerance = std::max(stages, static_cast<int>(table.error.size())),
+                           .start = table.start});
         }
         for (const SundialsMethod& method : sundials_methods())
             all.push_back({.name = method.name,

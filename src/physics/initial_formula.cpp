@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "drover/numerics/transform.hpp"
 
@@ -44,9 +45,12 @@ double fraction_cut(const Expression& formula, const Grid& grid, int degree) {
          {std::pair{0.6180339887, 0.4142135624}, std::pair{0.2360679775, 0.7320508076}}) {
         const double shift_x = part_x * grid.lx / grid.nx, shift_y = part_y * grid.ly / grid.ny;
         numerics::Spectra shifted = modes;
-        for (std::size_t m = 0; m < shifted.size; ++m) {
-            const numerics::Wavevector q = numerics::wavevector(grid, m % width, m / width);
-            shifted[0][m] *= std::polar(1.0, q.x * shift_x + q.y * shift_y);
+        std::vector<numerics::Complex> turn_x;
+        for (std::size_t i = 0; i < width; ++i)
+            turn_x.push_back(std::polar(1.0, numerics::wavevector(grid, i, 0).x * shift_x));
+        for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j) {
+            const numerics::Complex turn_y = std::polar(1.0, numerics::wavevector(grid, 0, j).y * shift_y);
+            for (std::size_t i = 0; i < width; ++i) shifted[0][j * width + i] *= turn_x[i] * turn_y;
         }
         numerics::Fields kept(grid, 1);
         transform.backward(shifted, kept);

@@ -212,12 +212,13 @@ double field_simulation_bytes(const io::Scene& scene) {
     // The state, the last two healthy ones, a copy for the checkpoint and its file; fields; scratch; shells, sectors
     // and powers.
     const numerics::SundialsMethod* sundials = numerics::find_sundials_method(scene.time.stepper);
-    const double stepper = sundials ? numerics::sundials_stepper_bytes(system, *sundials)
-                                    : numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper));
-    const double steppers = scene.time.tolerance > 0.0 && !sundials ? 4.0 : 2.0;
+    const int count_of_steppers = scene.time.tolerance > 0.0 && !sundials ? 4 : 2;
+    const double steppers =
+        sundials ? count_of_steppers * numerics::sundials_stepper_bytes(system, *sundials)
+                 : numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper), count_of_steppers);
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
-    return numerics::noise_path_bytes(system, scene.time.dt, halvings) +
-           steppers * (stepper + physics::right_hand_side_bytes(equations, scene.grid, system.degree)) +
+    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers +
+           2.0 * physics::right_hand_side_bytes(equations, scene.grid, system.degree) +
            (5.0 * count + count) * spectra + count * reals + 3.0 * reals;
 }
 
@@ -342,10 +343,10 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         return values;
     };
     simulation.restore = [world](std::span<const double> values) {
-        const std::size_t before = world->evolution.saved_numbers() + 1;
-        require(values.size() == before + 2 * world->state.values.size(), {},
-                "the checkpoint holds {} numbers; this scene's state has {}", values.size(),
-                before + 2 * world->state.values.size());
+        const std::size_t numbers = 2 * world->state.values.size();
+        require(values.size() > numbers, {}, "the checkpoint holds {} numbers; this scene's state has more than {}",
+                values.size(), numbers);
+        const std::size_t before = values.size() - numbers;
         world->evolution.restore(values.first(before - 1));
         world->time = values[before - 1];
         for (std::size_t m = 0; m < world->state.values.size(); ++m)

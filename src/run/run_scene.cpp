@@ -51,11 +51,11 @@ std::vector<std::string> log_start(const io::Scene& scene, const Simulation& sim
     return warnings;
 }
 
-RunOutcome finish(const LoopOutcome& loop, const std::filesystem::path& path, double dt, files::Archive archive,
-                  bool quiet, const std::vector<std::string>& logged) {
+RunOutcome finish(const io::Scene& scene, const LoopOutcome& loop, const std::filesystem::path& path, double dt,
+                  files::Archive archive, bool quiet, const std::vector<std::string>& logged) {
     std::optional<Report> report;
     if (loop.signal == 0) {
-        report = make_report(files::ArchiveReader(path));
+        report = kind_of(scene).report(files::ArchiveReader(path), scene);
         archive.replace(result_table(*report));
         archive.commit();
         if (!quiet)
@@ -170,7 +170,7 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
         throw;
     }
     signals.reset();  // what follows can be repeated by a restart
-    return finish(loop, path, simulation.dt, std::move(archive), options.quiet, logged);
+    return finish(scene, loop, path, simulation.dt, std::move(archive), options.quiet, logged);
 }
 
 }  // namespace
@@ -224,7 +224,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
         return run_loop(simulation, checkpoint.step, archive, files, options.quiet);
     }();
     signals.reset();
-    return finish(loop, path, simulation.dt, std::move(archive), options.quiet, logged);
+    return finish(scene, loop, path, simulation.dt, std::move(archive), options.quiet, logged);
 }
 
 }  // namespace drover::run

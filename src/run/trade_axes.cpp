@@ -8,6 +8,7 @@
 #include "drover/base/error.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/numerics/time_method.hpp"
+#include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/kind.hpp"
 
@@ -16,12 +17,6 @@ namespace drover::run {
 namespace {
 
 std::string number(double value) { return text("{:.12g}", value); }
-
-/// TOML needs a decimal point or an exponent.
-std::string toml_number(double value) {
-    const std::string result = text("{:.17g}", value);
-    return result.find_first_of(".e") == std::string::npos ? result + ".0" : result;
-}
 
 /// Why a scene does not allow changes; "" when it does.
 std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
@@ -110,7 +105,7 @@ bool depends_on_position(const std::string& formula) {
 
 bool is_field_scene(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
 
-std::string set(const std::string& key, double value) { return key + "=" + toml_number(value); }
+std::string set(const std::string& key, double value) { return key + "=" + toml_text(value); }
 std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
 
 io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overrides) {
@@ -131,6 +126,7 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene) {
         ladders.push_back(tolerance_ladder(scene, given, scene.time.dt, std::min(0.1, 100.0 * scene.time.tolerance),
                                            scene.time.tolerance));
     std::vector<std::string> methods{"etdrk2", "etdrk4-krogstad"};
+    if (!noisy) methods.emplace_back("etd-abm4");
     if (scene.time.tolerance == 0.0 && !numerics::time_method(given).needs_tolerance) {
         std::erase(methods, given);
         methods.insert(methods.begin(), given);
@@ -141,7 +137,7 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene) {
             if (method != given || scene.time.tolerance == 0.0)
                 ladders.push_back(tolerance_ladder(scene, method, io::longest_step(scene), 1e-1, 1e-3));
     for (StepLadder& ladder : ladders)
-        if (!noisy && ladder.shorter == 2.0 && ladder.method.starts_with("etdrk4")) ladder.order = 4.0;
+        if (!noisy && ladder.shorter == 2.0) ladder.order = numerics::time_method(ladder.method).order;
     std::erase_if(ladders, [](const StepLadder& ladder) { return ladder.levels.empty(); });
     return ladders;
 }
@@ -204,6 +200,9 @@ std::vector<Level> model_levels(const io::Scene& scene) {
             const bool may_be_zero = row.range.min < 0.0 || (row.range.min == 0.0 && !row.range.min_open);
             if (active && may_be_zero) levels.push_back({"without " + row.key(), without(row)});
         }
+        // Saves no time, but tells whether the waves act on each other.
+        if (physics::is_nonlinear(physics::Equations(model)) && !model.approximation.quasi_linear)
+            levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
     }
     for (Level& level : levels) level.reason = reason_against(scene, level.overrides);
     return levels;

@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 import h5py
+import pytest
 
 if not os.environ.get("DROVER"):
     raise RuntimeError("DROVER is not set; expected the program, as in DROVER=build/release/drover pytest tests/app")
@@ -35,6 +36,9 @@ SMALL = {
     "output.sample_every": 0.5,
     "run.seed": 7,
 }
+
+# For tests that repeat for long what others show under sanitizers too.
+not_sanitized = pytest.mark.skipif(bool(os.environ.get("DROVER_SANITIZE")), reason="too slow under sanitizers")
 
 
 def scenes(kind):

@@ -88,6 +88,10 @@ MODELS = {
                                                  ["bad.toml:2:1", "time.stepper", "expected a tolerance"]),
     "a method of SUNDIALS with noise": ('[time]\ntolerance = 1e-6\nstepper = "arkode-ark548l2sa"\n[noise]\norder = 1\n',
                                         ["bad.toml:3:1", "time.stepper", "with noise", "choose etdrk2"]),
+    "a multistep method with noise": ('[time]\nstepper = "etd-abm4"\n[noise]\norder = 1\n',
+                                      ["bad.toml:2:1", "time.stepper", "with noise", "choose etdrk2"]),
+    "a multistep method with a tolerance": ('[time]\ntolerance = 1e-3\nstepper = "etd-abm4"\n',
+                                            ["bad.toml:2:1", "time.tolerance", "multistep", "choose etdrk2"]),
     "a formula for another start": ('[initial]\npolar_order_x = "1"\n',
                                     ["bad.toml:2:1", "initial.polar_order_x", 'expected "formula"']),
     "a formula for a field that is not there": (

@@ -17,8 +17,7 @@ from calibration import (TINY, UNITS, already_done, assert_same_tables, kill_rep
                          write_tiny)
 from rejection import rejected
 from support import (DROVER, MODELS, SMALL, attributes, drover, drover_json, end_group, environment, group_is_alive,
-                     scene_text, scenes,
-                     settings, start, wait_until)
+                     not_sanitized, scene_text, scenes, settings, start, wait_until)
 
 ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
 
@@ -72,7 +71,7 @@ def test_table_files_and_info_agree_with_the_output_of_the_command(whole):
         for name, row in output["coefficients"].items():
             points = row["points"]
             assert group[name].attrs["units"].decode() == row["unit"] == summary[name]["unit"]
-            assert group[name].attrs["long_name"].decode() == row["formula"] == summary[name]["formula"]
+            assert group[name].attrs["comment"].decode() == row["formula"] == summary[name]["formula"]
             for key, dataset in (("value", name), ("error", name + "_error"), ("trials", name + "_trials")):
                 values = np.array([math.nan if point[key] is None else point[key] for point in points], float)
                 assert np.array_equal(group[dataset][()].ravel(), values, equal_nan=True), dataset
@@ -135,6 +134,7 @@ def test_re_running_a_finished_calibration_runs_nothing_and_writes_the_same_byte
     assert_same_tables(tmp_path / "again", whole[0])
 
 
+@not_sanitized
 def test_the_table_is_the_same_for_any_number_of_workers_and_after_kills(whole, tmp_path):
     # Kills hit it with two workers; the rest runs on all cores.
     assert kill_repeatedly(tmp_path, write_tiny(tmp_path), whole[0], 3, random.Random(5), 0.5) >= 1
@@ -240,6 +240,7 @@ echo "4711;cluster"
 """
 
 
+@not_sanitized
 def test_the_script_for_slurm_gives_the_same_table_in_shares(whole, tmp_path):
     binaries = tmp_path / "bin"
     binaries.mkdir()

@@ -10,8 +10,8 @@ import pytest
 from matplotlib import image
 from pictures import overlaps
 from rejection import rejected
-from support import (contents, drover, drover_json, end_group, environment, scene_text, settings, start, tree,
-                     wait_until, write_scene)
+from support import (contents, drover, drover_json, end_group, environment, not_sanitized, scene_text, settings, start,
+                     tree, wait_until, write_scene)
 
 import drover as package
 from drover import particle_figure, particle_panels
@@ -89,6 +89,7 @@ def test_half_a_run_and_a_restart_equal_an_uninterrupted_run(ran, tmp_path):
     assert_same(ran / "tiny.h5", tmp_path / "tiny.h5")
 
 
+@not_sanitized
 @pytest.mark.parametrize("sent, status", [(signal.SIGTERM, 3), (signal.SIGKILL, -9)])
 def test_a_stopped_or_killed_run_resumes_to_the_same_bytes(sent, status, tmp_path):
     drover(tmp_path, "run", write_tiny(tmp_path, base=LONG, name="whole.toml"), "--quiet")

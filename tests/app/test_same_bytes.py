@@ -98,6 +98,7 @@ EVOLUTIONS = {
     "an adaptive step": {"time.tolerance": 1e-5},
     "an adaptive step of fourth order": {"time.tolerance": 1e-6, "time.stepper": "etdrk4-krogstad"},
     "an adaptive step with noise": {"time.tolerance": 1e-2, "noise.order": 1e-4},
+    "a multistep method": {"time.stepper": "etd-abm4"},
     "a slaved velocity": {"fields.bead_velocity": "slaved", "time.tolerance": 1e-4},
     "powers": {"output.powers": True},
 }

@@ -2,7 +2,11 @@
 #include <benchmark/benchmark.h>
 
 #include <chrono>
+#include <filesystem>
+#include <random>
 
+#include "drover/base/text.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/field_evolution.hpp"
@@ -150,6 +154,49 @@ void flock_transforms(benchmark::State& state) {
     state.counters["transforms"] = transforms_of(flock);
 }
 
+/// Everything before the second step of a run of the flock: the blocks of each |q|, the initial state, the first step
+/// and its repetition in halves.
+void flock_start(benchmark::State& state) {
+    Threads threads(static_cast<int>(state.range(1)));
+    for (auto _ : state) {
+        physics::FieldEvolution evolution(flock, grid_of(state), {}, {.method = "etdrk2", .dt = 0.02}, 1, threads);
+        numerics::Spectra fields =
+            physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, evolution.system(), 1, threads);
+        evolution.start(fields);
+        evolution.advance(0, fields);
+    }
+}
+
+/// A frame of the flock: transforms to the grid and compression, without the commit.
+void flock_frame(benchmark::State& state) {
+    Threads threads(static_cast<int>(state.range(1)));
+    const numerics::System system = physics::linear_system(flock, grid_of(state));
+    const numerics::Transform transform(system.grid, system.degree, threads);
+    const int count = numerics::components(system.layout);
+    const numerics::Spectra spectra =
+        physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, system, 1, threads);
+    numerics::Fields fields(system.grid, count);
+    const auto axis = [](const char* name, int points) {
+        return files::Axis{name, "mm", name, std::vector<double>(static_cast<std::size_t>(points))};
+    };
+    files::Recording frames{.group = "/",
+                            .axes = {axis("y", system.grid.ny), axis("x", system.grid.nx)},
+                            .quantities = {},
+                            .rows_per_chunk = 1};
+    for (int c = 0; c < count; ++c) frames.quantities.push_back({text("field_{}", c), "1", "a field", {"y", "x"}});
+    const auto file = std::filesystem::temp_directory_path() / text("drover_bench_{}.h5", std::random_device{}());
+    files::Archive archive = files::Archive::create(file, {frames}, {}, true);
+    std::vector<std::span<const double>> arrays;
+    for (int c = 0; c < count; ++c) arrays.push_back(std::as_const(fields)[c]);
+    double time = 0.0;
+    for (auto _ : state) {
+        transform.backward(spectra, fields);
+        archive.append(0, time, arrays);
+        time += 1.0;
+    }
+    std::filesystem::remove(file);
+}
+
 void sizes_and_threads(benchmark::internal::Benchmark* benchmark) {
     benchmark->ArgNames({"n", "threads"})
         ->ArgsProduct({{128, 256, 512, 1024}, {1, 2}})
@@ -161,6 +208,13 @@ BENCHMARK(flock_step_without_noise)->Apply(sizes_and_threads);
 BENCHMARK(band_step)->Apply(sizes_and_threads);
 BENCHMARK(band_step_as_text)->Apply(sizes_and_threads);
 BENCHMARK(flock_transforms)->Apply(sizes_and_threads);
+BENCHMARK(flock_start)->ArgNames({"n", "threads"})->Args({256, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(flock_frame)
+    ->ArgNames({"n", "threads"})
+    ->Args({256, 1})
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(20)
+    ->UseRealTime();
 BENCHMARK(flock_watch)
     ->ArgNames({"n", "threads"})
     ->ArgsProduct({{128, 256}, {1}})

@@ -77,11 +77,11 @@ void expect_right_on_every_mode(const Block& block, double dt_rate, double q) {
     const Mode* slowest = &modes.front();
     for (const Mode& mode : modes) {
         const double scale = std::max(1.0, std::exp(mode.rate.real() * dt));
-        EXPECT_LT(difference_on(phi.phi0, reference, mode.vector), 1e-11 * scale)
+        EXPECT_LT(difference_on(phi[0], reference, mode.vector), 1e-11 * scale)
             << "q = " << q << ", s = " << mode.rate << ", dt|s|max = " << dt_rate;
         if (std::abs(mode.rate) < std::abs(slowest->rate)) slowest = &mode;
     }
-    EXPECT_LT(difference_on(phi.phi0, reference, slowest->vector), 1e-11 * std::exp(slowest->rate.real() * dt))
+    EXPECT_LT(difference_on(phi[0], reference, slowest->vector), 1e-11 * std::exp(slowest->rate.real() * dt))
         << "slowest mode, q = " << q << ", s = " << slowest->rate << ", dt|s|max = " << dt_rate;
 }
 
@@ -115,21 +115,24 @@ TEST(Propagator, order_grows_only_below_the_mean_field_threshold) {
 }
 
 // phi_k of the augmented matrix [[z, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]: its exponential holds phi_1
-// to phi_3 in its first row.  For a scalar z this is an independent reference for all of them.
+// to phi_3 in its first row, that of a larger one the higher ones too.  For a scalar z this is an independent reference.
 TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_to_huge_arguments) {
     for (const double z : {-1e9, -4e3, -100.0, -3.0, -0.4, -1e-3, -1e-9, 0.0, 1e-9, 0.3, 2.0, 30.0}) {
         Block m(1);
         m(0, 0) = z;
-        const PhiFunctions phi = phi_functions(m, 1.0);
-        QuadMatrix augmented(4);
+        QuadMatrix augmented(max_phi + 1);
         augmented(0, 0) = z;
-        for (int i = 0; i < 3; ++i) augmented(i, i + 1) = 1;
+        for (int i = 0; i < max_phi; ++i) augmented(i, i + 1) = 1;
         const QuadMatrix e = test::exponential(augmented, 1);
-        const double found[] = {phi.phi0(0, 0), phi.phi1(0, 0), phi.phi2(0, 0), phi.phi3(0, 0)};
-        for (int k = 0; k < 4; ++k) {
-            const double expected = static_cast<double>(e(0, k));
-            // Rounding of the result, and the error of 30 squarings of the reference at z = -1e9.
-            EXPECT_NEAR(found[k], expected, 4e-16 * std::abs(expected) + 1e-300) << "phi_" << k << "(" << z << ")";
+        for (const int highest : {3, 6, max_phi}) {
+            const PhiFunctions phi = phi_functions(m, 1.0, highest);
+            ASSERT_EQ(phi.size(), static_cast<std::size_t>(highest) + 1);
+            for (int k = 0; k <= highest; ++k) {
+                const double expected = static_cast<double>(e(0, k));
+                // Rounding of the result, and the error of 30 squarings of the reference at z = -1e9.
+                EXPECT_NEAR(phi[static_cast<std::size_t>(k)](0, 0), expected, 4e-16 * std::abs(expected) + 1e-300)
+                    << "phi_" << k << "(" << z << ") of " << highest;
+            }
         }
     }
 }
@@ -137,18 +140,16 @@ TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_
 TEST(PhiFunctions, of_blocks_obey_their_recurrence) {
     for (const double dt : {1e-4, 0.05, 3.0}) {
         const Block m = test::rod_bead_operator(decaying, 0.7).along;
-        const PhiFunctions phi = phi_functions(m, dt);
-        const Block* chain[] = {&phi.phi0, &phi.phi1, &phi.phi2, &phi.phi3};
-        const double factorial[] = {1.0, 1.0, 2.0};
+        const PhiFunctions phi = phi_functions(m, dt, max_phi);
         double norm = 0.0;
         for (const double value : m.values) norm = std::max(norm, std::abs(value) * dt);
-        for (int k = 0; k < 3; ++k)
+        for (std::size_t k = 0; k + 1 < phi.size(); ++k)
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 4; ++j) {
-                    double product = i == j ? 1.0 / factorial[k] : 0.0;
-                    for (int l = 0; l < 4; ++l) product += dt * m(i, l) * (*chain[k + 1])(l, j);
+                    double product = i == j ? 1.0 / std::tgamma(static_cast<double>(k) + 1.0) : 0.0;
+                    for (int l = 0; l < 4; ++l) product += dt * m(i, l) * phi[k + 1](l, j);
                     // Rounded entries times entries of z.
-                    EXPECT_NEAR((*chain[k])(i, j), product, 1e-15 * (1.0 + 16.0 * norm)) << k << i << j << " dt " << dt;
+                    EXPECT_NEAR(phi[k](i, j), product, 1e-15 * (1.0 + 16.0 * norm)) << k << i << j << " dt " << dt;
                 }
     }
 }
@@ -223,7 +224,7 @@ TEST(NoiseCovariance, a_slow_mode_beside_one_faster_by_1e12_is_accurate) {
     for (const double dt : {1e-12, 1e-6, 1e-3, 1.0, 10.0}) {
         expect_right_covariance(m, noise_on(2, {1}), dt, false, "dt " + std::to_string(dt));
         const QuadMatrix reference = test::exponential(QuadMatrix(m), dt);
-        EXPECT_NEAR(phi_functions(m, dt).phi0(1, 1), static_cast<double>(reference(1, 1)),
+        EXPECT_NEAR(phi_functions(m, dt)[0](1, 1), static_cast<double>(reference(1, 1)),
                     1e-14 * static_cast<double>(reference(1, 1)));
     }
 }

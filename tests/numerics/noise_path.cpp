@@ -66,7 +66,7 @@ TEST(NoisePath, the_halves_of_an_interval_compose_to_its_own_increment) {
                 for (std::size_t i = 0; i < kept_in_row(system.grid, wavenumbers, row); ++i, at += 12) {
                     const auto n = static_cast<std::size_t>(wavenumbers.of_mode[row * 9 + i]);
                     const IsotropicBlocks m = system.linear(wavenumbers.q[n]);
-                    const Block along = phi_functions(m.along, half).phi0, across = phi_functions(m.across, half).phi0;
+                    const Block along = phi_functions(m.along, half)[0], across = phi_functions(m.across, half)[0];
                     for (std::size_t k = 0; k < 12; ++k) {
                         const bool is_along = k < 8;
                         const Block& propagator = is_along ? along : across;

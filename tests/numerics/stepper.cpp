@@ -31,10 +31,12 @@ TEST(Stepper, every_method_has_its_order_over_four_halvings) {
     constexpr double end = 1.0;
     const Spectra exact = after(system, stepper_table("etdrk4-krogstad"), 2048, end, from, threads);
     for (const StepperTable& table : stepper_tables()) {
-        const int coarsest = table.order >= 4 ? 8 : 32;
+        // Multistep methods reach their order only where a step is short beside the time of their history.
+        const int coarsest = table.history > 2 ? 64 : table.order >= 4 ? 8 : 32;
         double before = distance(after(system, table, coarsest, end, from, threads), exact);
         for (int halving = 1; halving <= 4; ++halving) {
             const double error = distance(after(system, table, coarsest << halving, end, from, threads), exact);
+            if (before < 1e-11) break;  // rounding of the reference
             // The order is approached from either side; the margin is a tenth.
             EXPECT_GE(std::log2(before / error), table.order - 0.1)
                 << table.name << ", halving " << halving << ", error " << error;
@@ -57,6 +59,113 @@ TEST(Stepper, every_method_is_exact_for_a_constant_rate) {
     for (const StepperTable& table : stepper_tables())
         for (const int steps : {1, 3})
             EXPECT_LT(distance(after(system, table, steps, 2.0, from, threads), exact), 1e-13) << table.name;
+}
+
+TEST(MultistepStepper, resumes_with_its_history_to_the_same_bits_from_any_step) {
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    const System system = small_flock(transform);
+    const StepperTable& table = stepper_table("etd-abm5");
+    const double dt = 0.05;
+    const auto advance = [&](Stepper& stepper, int first, int last, Spectra& state) {
+        for (int n = first; n < last; ++n) stepper.step(n * dt, static_cast<std::uint64_t>(n), state);
+    };
+    Stepper whole(system, table, dt, 1, threads);
+    Spectra state = start(transform), error = state;
+    advance(whole, 0, 12, state);
+    for (const int middle : {0, 1, 2, 3, 4, 8}) {
+        Stepper first(system, table, dt, 1, threads), second(system, table, dt, 1, threads),
+            without(system, table, dt, 1, threads);
+        Spectra resumed = start(transform);
+        advance(first, 0, middle, resumed);
+        first.last_error(middle * dt, resumed, error);  // which knows the rate at the new state already
+        Spectra cold = resumed;
+        second.restore_history(first.save_history());
+        advance(second, middle, 12, resumed);
+        EXPECT_EQ(resumed.values, state.values) << middle;
+        advance(without, middle, 12, cold);
+        EXPECT_EQ(cold.values == state.values, middle == 0) << middle << ": a start instead of the history";
+        std::vector<double> wrong = first.save_history();
+        if (middle == 0) continue;
+        wrong.pop_back();
+        EXPECT_THROW(second.restore_history(wrong), Error);
+    }
+}
+
+TEST(MultistepStepper, starts_anew_where_a_step_does_not_follow_the_last_one) {
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    const System system = small_flock(transform);
+    const double dt = 0.05;
+    Stepper used(system, stepper_table("etd-abm4"), dt, 1, threads),
+        fresh(system, stepper_table("etd-abm4"), dt, 1, threads);
+    Spectra state = start(transform), expected = start(transform);
+    for (std::uint64_t n = 0; n < 6; ++n) used.step(static_cast<double>(n) * dt, n, state);
+    state = start(transform);
+    for (std::uint64_t n = 20; n < 26; ++n) {
+        used.step(static_cast<double>(n) * dt, n, state);
+        fresh.step(static_cast<double>(n) * dt, n, expected);
+    }
+    EXPECT_EQ(state.values, expected.values);
+}
+
+TEST(MultistepStepper, estimates_the_error_of_each_step) {
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    const System system = small_flock(transform);
+    for (const char* method : {"etd-abm3", "etd-abm4", "etd-abm5", "etd-abm6"}) {
+        const StepperTable& table = stepper_table(method);
+        const double dt = 1.0 / 64.0;
+        Stepper stepper(system, table, dt, 1, threads),
+            fine(system, stepper_table("etdrk4-krogstad"), dt / 32.0, 1, threads);
+        Spectra state = start(transform), exact = state, estimate = state;
+        for (std::uint64_t n = 0; n < 18; ++n) {
+            const double t = static_cast<double>(n) * dt;
+            exact = state;
+            for (std::uint64_t part = 0; part < 32; ++part)
+                fine.step(t + static_cast<double>(part) * dt / 32.0, 32 * n + part, exact);
+            stepper.step(t, n, state);
+            // Its corrector of the next order needs one rate more than a step.
+            const auto needed = static_cast<std::uint64_t>(table.history) + 1;
+            ASSERT_EQ(stepper.last_error(t + dt, state, estimate), n >= needed) << method << ", step " << n;
+            if (n < 14) continue;  // the first errors change within a step
+            Spectra difference = state;
+            for (std::size_t k = 0; k < difference.values.size(); ++k) difference.values[k] -= exact.values[k];
+            // The terms of the next order.
+            const double size = distance(difference, Spectra(small_grid, 3));
+            EXPECT_LT(distance(estimate, difference), 0.3 * size) << method << ", step " << n;
+        }
+    }
+}
+
+TEST(MultistepStepper, rejects_noise) {
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    System system = small_flock(transform);
+    system.noise = [](double) {
+        IsotropicBlocks q{Block(2), Block(1)};
+        q.along(1, 1) = q.across(0, 0) = 1e-3;
+        return q;
+    };
+    EXPECT_THROW(Stepper(system, stepper_table("etd-abm4"), 0.1, 1, threads), Error);
+}
+
+TEST(Stepper, shares_its_arrays_with_others_and_keeps_its_bits) {
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    const System system = small_flock(transform);
+    const StepperTable& table = stepper_table("etdrk4-krogstad");
+    const auto scratch = std::make_shared<StepperScratch>();
+    Stepper alone(system, table, 0.1, 1, threads), sharing(system, table, 0.1, 1, threads, scratch),
+        other(system, table, 0.05, 1, threads, scratch);
+    Spectra expected = start(transform), state = expected, elsewhere = expected;
+    for (std::uint64_t n = 0; n < 5; ++n) {
+        alone.step(0.1 * static_cast<double>(n), n, expected);
+        sharing.step(0.1 * static_cast<double>(n), n, state);
+        other.step(0.05 * static_cast<double>(n), n, elsewhere);
+    }
+    EXPECT_EQ(state.values, expected.values);
+    EXPECT_NE(elsewhere.values, expected.values);
 }
 
 TEST(Stepper, one_step_of_a_linear_system_equals_many) {

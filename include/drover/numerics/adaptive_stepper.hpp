@@ -14,7 +14,7 @@ namespace drover::numerics {
 /// Steps taken so far.
 struct StepCount {
     std::int64_t accepted = 0, rejected = 0;
-    std::int64_t right_hand_sides = 0;  ///< of the methods of SUNDIALS
+    std::int64_t right_hand_sides = 0;  ///< of multistep methods and of those of SUNDIALS
     double largest_error = 0.0;         ///< of an accepted part, relative; only with a tolerance, not of SUNDIALS
 };
 
@@ -43,11 +43,12 @@ public:
     /// From step to step + 1 of dt.  Throws a run Error where no part meets the tolerance.
     void advance(std::int64_t step, Spectra& state);
 
-    /// The step that advance() has just taken from `state`, in twice as many parts, without control; by methods of
-    /// SUNDIALS that vary their step, with a hundredth of the tolerance.
-    void repeat_finer(std::int64_t step, Spectra& state);
-    /// The error of repeat_finer(), relative to that of advance().
-    double finer_error() const;
+    /// Writes the error of the step that advance() has just taken from `before` to `after` over `before`.  A multistep
+    /// method has an estimate.  The step is taken again by others, and by that while it starts, in twice as many parts
+    /// without control, or by methods of SUNDIALS that vary their step, with a hundredth of the tolerance.
+    void find_error(std::int64_t step, const Spectra& after, Spectra& before);
+    /// The number of steps from the last one to the next whose error costs no right-hand side; 0: those of all do.
+    std::int64_t steps_to_cheap_error();
 
     const System& system() const { return system_; }
     const std::string& method() const { return control_.method; }
@@ -59,10 +60,9 @@ public:
     void set_division(int division) { division_ = division; }
     static constexpr int max_division = 1 << 16;
 
-    /// The history of a method of SUNDIALS, for checkpoints; restored for the present system.
+    /// The history of a multistep method or of one of SUNDIALS, for checkpoints; restored for the present system.
     std::vector<double> save_history() const;
     void restore_history(std::span<const double> saved);
-    std::size_t history_numbers() const;
     /// The length of the last step [s].
     double last_step() const;
 
@@ -72,6 +72,8 @@ private:
     double attempt(double t, std::uint64_t part, const Spectra& state);
     void advance_in_parts(std::int64_t step, Spectra& state);
     void advance_by_sundials(std::int64_t step, Spectra& state);
+    void repeat_finer(std::int64_t step, Spectra& state);
+    double finer_error() const;
     void make_sundials();
     double relative_error(const Spectra& before, const Spectra& after, const Spectra& error) const;
 
@@ -80,7 +82,8 @@ private:
     Threads& threads_;
     System system_;
     std::shared_ptr<NoisePath> noise_;  // nullptr: none
-    std::map<int, Stepper> steppers_;   // by division, for the present system
+    std::shared_ptr<StepperScratch> scratch_ = std::make_shared<StepperScratch>();
+    std::map<int, Stepper> steppers_;  // by division, for the present system
     std::optional<SundialsStepper> sundials_, finer_sundials_;
     int division_ = 1, taken_ = 1;  // parts of the next dt, of the last one
     Spectra next_, error_;

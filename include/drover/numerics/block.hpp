@@ -19,16 +19,16 @@ struct Block {
     std::array<double, max_block * max_block> values{};
 };
 
-/// phi_0 = exp, phi_k(z) = sum_n z^n / (n + k)!, of the matrix z = m * dt.
-struct PhiFunctions {
-    Block phi0, phi1, phi2, phi3;
-};
+/// phi_0 = exp, phi_k(z) = sum_n z^n / (n + k)!, of the matrix z = m * dt: [k] is phi_k.
+using PhiFunctions = std::vector<Block>;
+inline constexpr int max_phi = 8;
 
-/// Every entry to rounding, however stiff m is: Taylor series on a short interval in extended precision, then the
-/// doubling formulas for exp(z) - 1 in place of exp(z), so that slow modes beside fast ones keep all their digits.
-/// Throws a run Error when a mode overflows in one step. Source: Hochbruck & Ostermann, Acta Numerica 19, 209 (2010),
-/// eq. (2.10); doubling: Skaflestad & Wright, Appl. Numer. Math. 59, 783 (2009).
-PhiFunctions phi_functions(const Block& m, double dt);
+/// phi_0 to phi_highest, 3 <= highest <= max_phi.  Every entry to rounding, however stiff m is: Taylor series on a short
+/// interval in extended precision, then the doubling formulas for exp(z) - 1 in place of exp(z), so that slow modes
+/// beside fast ones keep all their digits.  Throws a run Error when a mode overflows in one step.
+/// Source: Hochbruck & Ostermann, Acta Numerica 19, 209 (2010), eq. (2.10); doubling: Skaflestad & Wright, Appl. Numer.
+/// Math. 59, 783 (2009).
+PhiFunctions phi_functions(const Block& m, double dt, int highest = 3);
 
 /// Covariance of the increment over dt of da = m a dt + noise of covariance q dt: integral of exp(m s) q exp(m s)^T
 /// over 0 < s < dt.  q symmetric, semi-definite.  Any dt >= 0; throws as phi_functions.

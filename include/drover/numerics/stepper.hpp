@@ -1,7 +1,9 @@
-// numerics/stepper.hpp: steps of a System: linear part and noise exact, the rest by an exponential Runge-Kutta table.
+// numerics/stepper.hpp: steps of a System: linear part and noise exact, the rest by the table of an exponential method.
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "drover/base/random.hpp"
 #include "drover/base/threads.hpp"
@@ -11,23 +13,44 @@
 
 namespace drover::numerics {
 
+/// Arrays that hold nothing between steps: Runge-Kutta steppers of one method, grid and layout can share them.
+struct StepperScratch {
+    std::vector<Spectra> rates;  ///< in the order of StepperTable
+    Spectra stage, next;
+};
+
 /// A method applied to one system with one step.  The blocks of each |q| are computed at construction.
 class Stepper {
 public:
     /// A stepper with a noise path of its own.  Throws a run Error if a linear mode grows beyond the range of numbers
     /// in one step.
-    Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads);
+    Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads,
+            std::shared_ptr<StepperScratch> scratch = nullptr);
     /// Steps of dt/2^halvings on a noise path made for dt.
     Stepper(const System& system, const StepperTable& table, double dt, int halvings, std::shared_ptr<NoisePath> noise,
-            Threads& threads);
+            Threads& threads, std::shared_ptr<StepperScratch> scratch = nullptr);
     ~Stepper();
     Stepper(Stepper&&) noexcept;
 
     /// From a(t) to a(t + dt) in place.  Modes that are not kept must be zero.  The noise is that of the interval
-    /// `step_number` of length dt.
+    /// `step_number` of length dt.  A multistep method starts anew where step_number does not follow that of the last
+    /// call; otherwise `state` must be the result of that call.
     void step(double t, std::uint64_t step_number, Spectra& state);
 
-    /// Whether the method has an embedded error estimate.
+    /// Of the last step of a multistep method: its error, the new state less a more accurate one.  False, and `error`
+    /// as it was, for other methods, and while the method has too few earlier rates.
+    bool last_error(double t_end, const Spectra& state, Spectra& error);
+    /// The number of steps from the last one to the next with such an error; 0: none has.
+    std::int64_t steps_to_error() const;
+
+    /// Right-hand sides of the last step of a multistep method; 0 of other methods.
+    std::int64_t right_hand_sides() const;
+
+    /// The rates of earlier steps of a multistep method; empty for other methods and before the first step.
+    std::vector<double> save_history() const;
+    void restore_history(std::span<const double> saved);
+
+    /// Whether the method has an embedded error estimate for steps of any length.
     bool estimates_error() const;
 
     /// A step that may still be rejected: next = a(t + dt), error = an estimate of its local error, with noise that on
@@ -35,15 +58,14 @@ public:
     void attempt(double t, std::uint64_t step_number, const Spectra& state, Spectra& next, Spectra& error);
 
     double dt() const;
-    double bytes() const;  ///< memory, stages included
 
 private:
     struct Work;
     std::unique_ptr<Work> work_;
 };
 
-/// Memory of a Stepper, without its noise path [bytes].
-double stepper_bytes(const System& system, const StepperTable& table);
+/// Memory of `count` steppers of a method that share what they can, without their noise path [bytes].
+double stepper_bytes(const System& system, const StepperTable& table, int count);
 
 /// A sample of the stationary distribution of the linear system; modes at q = 0 that do not decay are zero.
 /// Throws a run Error where a mode with q != 0 grows or does not decay.

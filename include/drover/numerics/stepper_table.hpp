@@ -1,4 +1,4 @@
-// numerics/stepper_table.hpp: exponential Runge-Kutta methods as tables of coefficients.
+// numerics/stepper_table.hpp: exponential Runge-Kutta and multistep methods as tables of coefficients.
 #pragma once
 #include <span>
 #include <string>
@@ -9,7 +9,7 @@ namespace drover::numerics {
 /// weight * phi_order(at * dt * L).
 struct PhiTerm {
     double weight = 0.0;
-    int order = 1;    ///< 1, 2 or 3
+    int order = 1;    ///< 1 to max_phi
     double at = 1.0;  ///< fraction of the step
 };
 
@@ -21,15 +21,22 @@ struct StepperStage {
 
 /// One method.  The last stage is the new state: its c is 1.  With noise, a stage at c includes the noise from t to
 /// t + c dt, exact for the linear system; the rate at c = 0 includes none.
+///
+/// A multistep method uses rates of earlier steps too.  The lists of its stages and of its error are those of the
+/// rates of the stages, then that of the rate at the new state, then those of the rates at t - dt, t - 2 dt, ...
 struct StepperTable {
     std::string name;
     int order = 1;  ///< of the error without noise
     std::string citation;
     std::vector<StepperStage> stages;  ///< stages[0]: the second; the first is the old state itself
     /// The embedded estimate of the local error, dt sum_j (sum of error[j]) N_j: one list for each stage, and one more
-    /// where the rate at the new state is needed.  Empty: no estimate.
+    /// where the rate at the new state is needed.  Empty: no estimate.  Of a multistep method: the new state less a
+    /// more accurate one.
     std::vector<std::vector<PhiTerm>> error = {};
     std::string error_citation = {};
+    int history = 0;         ///< rates of earlier steps that a step needs; 0: a Runge-Kutta method
+    std::string start = {};  ///< the Runge-Kutta method of the first steps of a multistep method
+    int start_parts = 1;     ///< equal parts of a step at the start
 };
 
 /// All methods.

@@ -46,9 +46,6 @@ public:
     /// The values that a checkpoint stores besides the fields.
     std::vector<double> save() const;
     void restore(std::span<const double> values);
-    std::size_t saved_numbers() const {
-        return 3 + stepper_.history_numbers() + (error_ ? error_->saved_numbers() : 0);
-    }
 
 private:
     /// The equations about one reference.

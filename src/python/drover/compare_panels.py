@@ -4,7 +4,7 @@ import numpy
 from matplotlib.ticker import MaxNLocator
 
 from drover import panels
-from drover.panels import BLUE, GREY, ROUNDING, STEPS, VERMILLION, key_of
+from drover.panels import BLUE, GREY, ROUNDING, STEPS, VERMILLION, key_of, with_error
 from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 
 BOXES = ((0.9, 4.5, 4.75, 2.4), (6.5, 4.5, 4.75, 2.4), (0.9, 1.3, 4.75, 2.4), (6.5, 1.3, 4.75, 2.4))  # inches
@@ -51,10 +51,6 @@ def draw_series(axes, comparison, key, expected):
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     axes.set_xlabel("time $t$ [s]")
     axes.legend(handles=keys, loc="upper right")
-
-
-def with_error(value, error):
-    return f"{value:.3g}" + (rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate")
 
 
 def draw_factors(axes, results):

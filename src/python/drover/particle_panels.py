@@ -7,7 +7,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from drover.archive import loaded
-from drover.panels import BLUE, ROUNDING, STEPS, VERMILLION, unit_text
+from drover.panels import BLUE, ROUNDING, STEPS, VERMILLION, unit_text, with_error
 
 BEAD, BEAD_EDGE, LIGHTNESS, CHROMA = "#d4d4d4", "#9a9a9a", 66.0, 40.0
 WORDS = {"polar_order": ("polar order", r"$|\langle\mathbf{n}\rangle|$"),
@@ -77,29 +77,28 @@ def fixed_of(run, name):
 
 
 def draw_beads(axes, run, frame, sides):
-    """Draws beads as discs; returns whether there are any."""
+    """Draws beads, if any, as discs."""
     if "bead_position" not in run.frames:
-        return False
+        return
     places, radius = frame_of(run, "bead_position", frame)[:, :2], fixed_of(run, "bead_radius")
     which, where = shifted(places, radius, sides, is_periodic(run))
     discs = PatchCollection([Circle(place, radius[bead]) for bead, place in zip(which, where)], facecolor=BEAD,
                             edgecolor=BEAD_EDGE, linewidth=0.3, zorder=2)
     axes.add_collection(discs)
     clip(discs, axes, run, sides)
-    return True
 
 
-def draw_rods(axes, run, frame, sides):
-    """Draws rods as outlines coloured by direction; returns whether there are any."""
+def draw_rods(axes, run, frame, sides, periodic):
+    """Draws rods, if any, as outlines coloured by direction, in a periodic cell with images."""
     if "rod_position" not in run.frames:
-        return False
+        return
     places, axis = (frame_of(run, name, frame) for name in ("rod_position", "rod_axis"))
     at, radius = fixed_of(run, "rod_sphere_at"), fixed_of(run, "rod_sphere_radius")
-    polygons, colours = rod_outlines(places, axis, at, radius, sides, is_periodic(run))
+    polygons, colours = rod_outlines(places, axis, at, radius, sides, periodic)
     drawn = PolyCollection(polygons, facecolors=colours, edgecolors="#303030", linewidths=0.4, zorder=3)
     axes.add_collection(drawn)
-    clip(drawn, axes, run, sides)
-    return True
+    if periodic:
+        clip(drawn, axes, run, sides)
 
 
 def rod_outlines(places, axis, at, radius, sides, periodic):
@@ -147,26 +146,37 @@ def wall_line(cell, sides):
     return numpy.concatenate([*points, points[0][:1]])
 
 
-def draw_cell(axes, run, sides):
-    line = wall_line(run.scene["cell"], sides)
+def draw_cell(axes, run, sides, view=None):
+    """Draws the wall or the edge of the cell, or sets limits for a view (left, right, bottom, top) of part of it."""
     periodic = is_periodic(run)
-    axes.plot(line[:, 0], line[:, 1], color="#808080" if periodic else "black", linewidth=0.8 if periodic else 1.4,
-              linestyle=(0, (4, 3)) if periodic else "-", zorder=4, clip_on=False)
-    margin = 0.015 * max(sides)
-    axes.set_xlim(-0.5 * sides[0] - margin, 0.5 * sides[0] + margin)
-    axes.set_ylim(-0.5 * sides[1] - margin - 0.05 * max(sides), 0.5 * sides[1] + margin)
+    if view is None:
+        line = wall_line(run.scene["cell"], sides)
+        axes.plot(line[:, 0], line[:, 1], color="#808080" if periodic else "black",
+                  linewidth=0.8 if periodic else 1.4, linestyle=(0, (4, 3)) if periodic else "-", zorder=4,
+                  clip_on=False)
+        view = whole(sides)
+    left, right, bottom, top = view
+    margin = 0.015 * max(right - left, top - bottom)
+    axes.set_xlim(left - margin, right + margin)
+    axes.set_ylim(bottom - margin - 0.05 * max(right - left, top - bottom), top + margin)
     axes.set_aspect("equal", anchor="NW")
     axes.set_axis_off()
 
 
-def draw_scale(axes, sides):
-    """Draws a scale bar below the cell, about a fifth of it."""
-    wish = max(sides) / 5.0
-    decade = 10.0 ** numpy.floor(numpy.log10(wish))
-    length = max(step for step in (decade, 2 * decade, 5 * decade) if step <= wish * 1.0001)
-    x, y = -0.5 * sides[0], -0.5 * sides[1] - 0.035 * max(sides)
+def whole(sides):
+    """The view of the whole cell: left, right, bottom, top [mm]."""
+    return numpy.array([-0.5 * sides[0], 0.5 * sides[0], -0.5 * sides[1], 0.5 * sides[1]])
+
+
+def draw_scale(axes, view):
+    """Draws a scale bar below a view, about a fifth of it."""
+    left, right, bottom, top = view
+    side = max(right - left, top - bottom)
+    decade = 10.0 ** numpy.floor(numpy.log10(side / 5.0))
+    length = max(step for step in (decade, 2 * decade, 5 * decade) if step <= side / 5.0 * 1.0001)
+    x, y = left, bottom - 0.035 * side
     axes.add_line(Line2D([x, x + length], [y, y], color="black", linewidth=2.2, solid_capstyle="butt"))
-    axes.text(x + length + 0.012 * max(sides), y, f"{length:g} mm", va="center", ha="left")
+    axes.text(x + length + 0.012 * side, y, f"{length:g} mm", va="center", ha="left")
 
 
 def draw_wheel(figure, box):
@@ -194,9 +204,8 @@ def draw_series(axes, run, name, now):
         warm_up, mean, error = (float(loaded(run.summary[key], run.path)) for key in ("warm_up", name, f"{name}_error"))
         if warm_up > 0.0:
             axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0)
-        sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate"
-        axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--", label=f"mean "
-                  f"{mean:.3g}{sign}")
+        axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
+                  label=f"mean {with_error(mean, error)}")
         axes.legend(loc="upper right")
     most = float(numpy.nanmax(numpy.abs(series.values))) if series.size else 1.0
     axes.set_ylim(0.0 if (series.values >= 0.0).all() else -1.1 * most, 1.45 * (most if most > ROUNDING else 1.0))

@@ -27,7 +27,7 @@ FIELDS = (("bead_density",), ("rod_density",), ("bead_velocity_x", "bead_velocit
 COLUMNS = ("scene", "method", "dt", "tolerance", "right_hand_sides", "cpu_seconds", "error")
 SUNDIALS = ("cvode-bdf", "cvode-adams", "arkode-ark324l2sa", "arkode-ark436l2sa", "arkode-ark437l2sa",
             "arkode-ark548l2sa", "arkode-ark548l2sab")
-OWN = ("exponential-euler", "etdrk2", "etdrk4", "etdrk4-krogstad")
+OWN = ("exponential-euler", "etdrk2", "etdrk4", "etdrk4-krogstad", "etd-abm3", "etd-abm4", "etd-abm5", "etd-abm6")
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 FLOCK = {"noise.order": 0.0, "grid.nx": 64, "grid.ny": 64, "grid.lx": 64.0, "grid.ly": 64.0, "initial.amplitude": 0.0,
          "initial.polar_order_x": "0.5 + 0.2 * cos(2*pi*y/64 + 0.4) + 0.1 * sin(2*pi*(x + y)/64)",

@@ -34,6 +34,7 @@ import h5py
 import numpy as np
 
 SIDE, END = 64.0, 4.0
+METHODS = ("etdrk2", "etdrk4", "etdrk4-krogstad", "etd-abm4", "etd-abm5", "etd-abm6")
 FIELDS = {"rho": "bead_density", "sigma": "rod_density", "vx": "bead_velocity_x", "vy": "bead_velocity_y",
           "px": "polar_order_x", "py": "polar_order_y"}
 START = {"rho": "1 + 0.1*sin(2*pi*x/64)", "sigma": "1 + 0.1*cos(2*pi*x/64)*cos(2*pi*y/64)", "vx": "0", "vy": "0",
@@ -157,7 +158,7 @@ class Drover:
 
     def settings(self, grids):
         steps = (5, 6, 8, 10, 14, 20, 28, 40, 56, 80, 112, 160, 224, 320)
-        for grid, method in itertools.product(grids, ("etdrk2", "etdrk4", "etdrk4-krogstad")):
+        for grid, method in itertools.product(grids, METHODS):
             for count in steps:
                 yield {"grid": grid, "method": method, "control": f"{count} steps", "steps": count}
 
