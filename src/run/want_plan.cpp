@@ -10,8 +10,9 @@ using calibrate::Table;
 using calibrate::Target;
 using calibrate::TrialSet;
 
-/// Trials of every needed unit before anything is known: the least that show a scatter.
-constexpr std::size_t pilot_trials = measure::min_blocks;
+/// Trials of every needed unit before anything is known, and of those that may make this part of a variance.
+constexpr std::size_t pilot_trials = 4, relevant_trials = measure::min_blocks;
+constexpr double relevant_part = 0.03;
 /// Errors count as larger by this many of their own standard errors, and slopes of the excess as smaller.
 constexpr double margin = 1.0;
 /// A variance that few trials make too small by chance must not keep its unit from more: for the choice of the next
@@ -19,6 +20,11 @@ constexpr double margin = 1.0;
 constexpr double caution = 1.5;
 /// Core seconds of the next trials, as a fraction of those spent: what is known of scatter and slopes still changes.
 constexpr double growth = 0.25;
+
+/// By how much a variance may be larger than these trials show.
+double caution_of(std::size_t trials) {
+    return trials > 1 ? std::exp(caution * std::sqrt(2.0 / (static_cast<double>(trials) - 1.0))) : 1.0;
+}
 
 /// The axis of the table that a range is of; nullptr if there is none.
 const std::vector<double>* axis_of(const Table& table, const std::string& name) {
@@ -225,6 +231,22 @@ std::vector<double> WantPlan::seconds_each(const std::vector<UnitProgress>& unit
     return seconds;
 }
 
+bool WantPlan::add_for_relevant(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {
+    bool any = false;
+    for (std::size_t u = 0; u < units.size(); ++u) {
+        const std::size_t trials = ended_[u].successful().size();
+        double part = 0.0;
+        for (const WantedValue& value : values_) part = std::max(part, value.result.parts[u]);
+        if (part * caution_of(trials) < relevant_part || trials >= relevant_trials || !lacks_trials(u, units[u]))
+            continue;
+        const std::uint64_t wanted =
+            std::min<std::uint64_t>(relevant_trials + units[u].trials->failed(), limits_.max_trials);
+        needed[u] = std::max(needed[u], wanted);
+        any = any || needed[u] > units[u].trials->count();
+    }
+    return any;
+}
+
 void WantPlan::add_for_missing(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {
     for (std::size_t u = 0; u < units.size(); ++u) {
         const auto& quantities = layout_.assays[layout_.units[u].assay].quantities;
@@ -249,7 +271,7 @@ void WantPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vecto
                                    .seconds = seconds[u],
                                    .variances = {}};
         cost.max_trials = lacks_trials(u, units[u]) ? cost.trials + limits_.max_trials - units[u].given : 0;
-        cost.caution = done > 1.0 ? std::exp(caution * std::sqrt(2.0 / (done - 1.0))) : 1.0;
+        cost.caution = caution_of(ended_[u].successful().size());
         for (const WantedValue& value : values_) {
             constexpr double unknown = 4.0;  // of an onset that may lie beyond the table: look again soon
             const bool is_open = !value.reached && !value.result.is_beyond && value.result.missing.empty();
@@ -285,6 +307,7 @@ std::vector<std::uint64_t> WantPlan::next(const std::vector<UnitProgress>& units
     }
     if (is_pilot) return needed;
     evaluate_targets(units);
+    if (add_for_relevant(units, needed)) return needed;
     const bool is_done = std::all_of(values_.begin(), values_.end(), [](const WantedValue& value) {
         return value.reached || (value.result.missing.empty() && value.result.is_beyond);
     });

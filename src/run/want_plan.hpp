@@ -63,6 +63,7 @@ private:
     bool is_spent(const std::vector<UnitProgress>& units) const;
     std::string note_on(const WantedValue& value, const std::vector<UnitProgress>& units) const;
     std::vector<double> seconds_each(const std::vector<UnitProgress>& units) const;
+    bool add_for_relevant(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const;
     void add_for_missing(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const;
     void add_for_errors(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const;
 

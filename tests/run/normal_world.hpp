@@ -41,16 +41,21 @@ assays = ["relaxation", "weathercock", "drag"]
     return layout;
 }
 
+/// Relative standard deviations over trials.
+struct NormalScatter {
+    double rods = 0.3;   ///< of a and lambda
+    double drag = 0.02;  ///< of alpha/Gamma, which costs ten times as much
+};
+
 inline calibrate::Attempt trial_of(const CalibrationLayout& layout, std::size_t u, std::uint64_t number,
-                                   std::uint64_t seed) {
+                                   std::uint64_t seed, const NormalScatter& scatter = {}) {
     const CalibrationUnit& unit = layout.units[u];
     const double bead = layout.axes.bead_fractions[unit.bead];
     const double mean = unit.assay == 0 ? 0.28 : unit.assay == 1 ? 0.1 : 1.0 + 4.0 * bead;
     std::vector<double> normal(1);
     fill_normal({.seed = seed, .stream = Stream::test, .step = u}, number, 1, normal);
-    // Drag is certain and expensive.
     return {.number = number,
-            .numbers = {mean * (1.0 + (unit.assay == 2 ? 0.02 : 0.3) * normal[0])},
+            .numbers = {mean * (1.0 + (unit.assay == 2 ? scatter.drag : scatter.rods) * normal[0])},
             .failure = {},
             .core_seconds = unit.assay == 2 ? 10.0 : 1.0};
 }
