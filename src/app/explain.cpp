@@ -38,6 +38,9 @@ void print(const io::Scene& scene, const run::FieldExplanation& e) {
     std::printf("terms\n");
     for (const physics::ActiveTerm& term : e.terms)
         std::printf("  %-21s %s\n", term.name.c_str(), term.equation.c_str());
+    if (scene.model.approximation.quasi_linear)
+        std::printf("quasi-linear: waves with |q| > %g /mm act on the others and these on them, not on each other\n",
+                    scene.model.approximation.quasi_linear_above);
     std::printf("coefficients\n");
     for (const physics::CoefficientValue& one : e.coefficients)
         std::printf("  %-21s %-11s = %s %s\n", one.key.c_str(), one.symbol.c_str(), one.value.c_str(),

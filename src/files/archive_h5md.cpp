@@ -45,7 +45,7 @@ void write_fixed(hid_t group, const FixedArray& array, const Hdf5Errors& errors)
     const Handle dataset = make_dataset(group, array.name, extent_of(shape, 0), array.is_integer, errors);
     errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()),
                  text("writing {}", array.name));
-    write_description(dataset, array.unit, array.meaning, errors);
+    write_description(dataset, array.name, array.unit, array.meaning, errors);
 }
 
 void make_box(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
@@ -76,15 +76,15 @@ GroupDatasets make_trajectory(hid_t file, const GroupPlan& plan, const Hdf5Error
         if (path == first) {
             const Extent extent = extent_of({}, std::max(time_rows_per_chunk, rows));
             created.time = make_dataset(element, "time", extent, false, errors);
-            write_description(created.time, "s", "time since the start of the run", errors);
+            write_description(created.time, "time", "s", "time since the start of the run", errors);
             created.step = make_dataset(element, "step", extent, true, errors);
-            write_description(created.step, "1", "steps since the start of the run", errors);
+            write_description(created.step, "step", "1", "steps since the start of the run", errors);
         } else {
             for (const char* shared : {"/time", "/step"}) link(file, first + shared, path + shared, errors);
         }
         created.quantities.push_back(
             make_dataset(element, "value", extent_of(shape_of(plan, quantity), rows), quantity.is_integer, errors));
-        write_description(created.quantities.back(), quantity.unit, quantity.meaning, errors);
+        write_description(created.quantities.back(), quantity.name, quantity.unit, quantity.meaning, errors);
     }
     for (const FixedArray& array : plan.trajectory->fixed) write_fixed(group, array, errors);
     return created;

@@ -121,7 +121,7 @@ void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
     const Handle dataset = make_dataset(group, axis.name, extent_of({axis.values.size()}, 0), false, errors);
     errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.values.data()),
                  text("writing axis {}", axis.name));
-    write_description(dataset, axis.unit, axis.meaning, errors);
+    write_description(dataset, axis.name, axis.unit, axis.meaning, errors);
     // Without the attribute `axis`, with which VTK and ParaView take x and y for longitude and latitude, on a sphere.
     mark_as_scale(dataset, axis.name, errors);
 }
@@ -130,7 +130,7 @@ void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
 Handle make_time(hid_t group, int rows_per_chunk, const Hdf5Errors& errors) {
     const std::size_t rows = std::max(time_rows_per_chunk, static_cast<std::size_t>(rows_per_chunk));
     Handle dataset = make_dataset(group, "time", extent_of({}, rows), false, errors);
-    write_description(dataset, "s", "time since the start of the run", errors);
+    write_description(dataset, "time", "s", "time since the start of the run", errors);
     write_text(dataset, "axis", "T", H5T_STR_NULLPAD, errors);
     mark_as_scale(dataset, "time", errors);
     return dataset;
@@ -138,9 +138,13 @@ Handle make_time(hid_t group, int rows_per_chunk, const Hdf5Errors& errors) {
 
 }  // namespace
 
-void write_description(hid_t dataset, const std::string& unit, const std::string& meaning, const Hdf5Errors& errors) {
+void write_description(hid_t dataset, const std::string& name, const std::string& unit, const std::string& meaning,
+                       const Hdf5Errors& errors) {
+    std::string words = name;
+    std::replace(words.begin(), words.end(), '_', ' ');
     write_text(dataset, "units", unit, H5T_STR_NULLPAD, errors);
-    write_text(dataset, "long_name", meaning, H5T_STR_NULLPAD, errors);
+    write_text(dataset, "long_name", words, H5T_STR_NULLPAD, errors);
+    write_text(dataset, "comment", meaning, H5T_STR_NULLPAD, errors);
 }
 
 Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk) {
@@ -278,7 +282,7 @@ GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& er
     for (const Quantity& quantity : plan.quantities) {
         const Extent extent = extent_of(shape_of(plan, quantity), static_cast<std::size_t>(plan.rows_per_chunk));
         created.quantities.push_back(make_dataset(group, quantity.name, extent, quantity.is_integer, errors));
-        write_description(created.quantities.back(), quantity.unit, quantity.meaning, errors);
+        write_description(created.quantities.back(), quantity.name, quantity.unit, quantity.meaning, errors);
     }
     attach_scales(group, plan, errors);
     return created;

@@ -59,7 +59,9 @@ struct Extent {
 Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk);
 Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool is_integer,
                     const Hdf5Errors& errors);
-void write_description(hid_t dataset, const std::string& unit, const std::string& meaning, const Hdf5Errors& errors);
+/// Attributes: units; long_name, the name in words, for labels; comment, the meaning in full.
+void write_description(hid_t dataset, const std::string& name, const std::string& unit, const std::string& meaning,
+                       const Hdf5Errors& errors);
 
 /// Creates the group, or opens an existing one.
 Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf5Errors& errors);

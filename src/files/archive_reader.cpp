@@ -302,6 +302,12 @@ std::string ArchiveReader::text_attribute(const std::string& name) const {
     return *words;
 }
 
+bool ArchiveReader::has_attribute(const std::string& dataset, const std::string& name) const {
+    return file_->steady([&](const View& view) {
+        return H5Aexists(open_dataset(view.hdf5.id(), dataset, view.errors), name.c_str()) > 0;
+    });
+}
+
 std::string ArchiveReader::text_attribute(const std::string& dataset, const std::string& name) const {
     return file_->steady([&](const View& view) {
         const Hdf5Errors& errors = view.errors;

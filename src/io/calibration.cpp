@@ -150,7 +150,8 @@ void read_row(const files::ArchiveReader& archive, const SourceLocation& where, 
                                .origin = origin_of(origins[i], row.name, where)});
     }
     row.unit = archive.text_attribute(path_of(row.name), "units");
-    row.formula = archive.text_attribute(path_of(row.name), "long_name");
+    const bool is_old = !archive.has_attribute(path_of(row.name), "comment");
+    row.formula = archive.text_attribute(path_of(row.name), is_old ? "long_name" : "comment");
 }
 
 /// Assigns "drag[3]: remark" to its entry; ignores other lines.

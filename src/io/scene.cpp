@@ -142,6 +142,14 @@ ModelNumber model_number(const std::string& key, const SourceLocation& where, co
                         return m.parameters.at(name);
                     }};
     }
+    for (const auto& [name, density] : {std::pair{"uniform.rod_density", &physics::UniformState::rod_density},
+                                        std::pair{"uniform.bead_density", &physics::UniformState::bead_density}}) {
+        numbers.emplace_back(name);
+        if (name == key)
+            return {.unit = "1/mm^2", .range = positive, .in = [density](physics::Model& m) -> double& {
+                        return m.uniform.*density;
+                    }};
+    }
     for (const physics::ModelSection& section : physics::model_sections())
         for (const physics::ModelKey& one : section.keys) {
             if (!one.number) continue;

@@ -324,10 +324,10 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
         {.name = "y", .member = &BoundaryPlan::y, .doc = axis},
         {.name = "lines",
          .member = &BoundaryPlan::lines,
-         .choices = {"onset", "phase-separation", "banding", "oblique"},
+         .choices = {"onset", "phase-separation", "banding", "oblique", "binodal"},
          .doc = "boundaries to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of "
-                "the flock, "
-                "along p0), oblique (of the flock, at other angles)"},
+                "the flock, along p0), oblique (of the flock, at other angles), binodal (densities of phases that "
+                "coexist; the initial fields are the guess of such a state)"},
         {.name = "conventions",
          .member = &BoundaryPlan::conventions,
          .choices = {"mean", "single-rod"},

@@ -318,6 +318,7 @@ void add_other_keys(const std::string& section, const CoefficientRegistry& regis
     if (section == "uniform") add_keys(&Model::uniform, keys);
     if (section == "force") add_keys(&Model::force, keys);
     if (section == "orienting_field") add_keys(&Model::orienting_field, keys);
+    if (section == "approximation") add_keys(&Model::approximation, keys);
     if (section == "current")
         keys.push_back(word_key(
             "kind", [](Model& m) -> std::string& { return m.current.kind; }, {"order", "density-order"},
@@ -360,6 +361,7 @@ std::vector<ModelSection> model_sections(const CoefficientRegistry& registry) {
                                        {"noise", "Strengths of the noise.", {}},
                                        {"force", "A body force on the beads.", {}},
                                        {"orienting_field", "A field that orients rods.", {}},
+                                       {"approximation", "What the equations leave out.", {}},
                                        {"table", "Coefficients measured on a mesh of densities.", {}}};
     for (ModelSection& section : sections) {
         for (const CoefficientRow& row : registry) {

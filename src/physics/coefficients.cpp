@@ -63,4 +63,18 @@ const std::vector<Row<physics::OrientingField>>& schema<physics::OrientingField>
     return rows;
 }
 
+template <>
+const std::vector<Row<physics::Approximation>>& schema<physics::Approximation>() {
+    static const std::vector<Row<physics::Approximation>> rows{
+        {.name = "quasi_linear",
+         .member = &physics::Approximation::quasi_linear,
+         .doc = "short waves act on the long ones and these on them, and not short waves on each other"},
+        {.name = "quasi_linear_above",
+         .member = &physics::Approximation::quasi_linear_above,
+         .unit = "1/mm",
+         .range = not_negative,
+         .doc = "with quasi_linear: the largest |q| of a long wave; 0: only the means are long"}};
+    return rows;
+}
+
 }  // namespace drover

@@ -17,7 +17,7 @@ DensityProfile density_profile(std::span<const double> density, double lx) {
         static_cast<std::size_t>(std::count_if(density.begin(), density.end(), [&](double d) { return d > middle; }));
     DensityProfile profile{.width = lx * static_cast<double>(above) / static_cast<double>(n)};
     constexpr double flat = 1e-3;  // of the range, over a quarter of the part
-    const auto flattest = [&](bool is_high, double& value, bool& is_flat) {
+    const auto flattest = [&](bool is_high, std::size_t& place, bool& is_flat) {
         const std::size_t reach = (is_high ? above : n - above) / 8;
         double smallest = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < n; ++i) {
@@ -27,12 +27,14 @@ DensityProfile density_profile(std::span<const double> density, double lx) {
                 deviation = std::max(deviation, std::abs(density[(i + k) % n] - density[i]));
             if (deviation >= smallest) continue;
             smallest = deviation;
-            value = density[i];
+            place = i;
         }
         is_flat = reach > 1 && smallest < flat * range;
     };
-    flattest(false, profile.low, profile.low_is_flat);
-    flattest(true, profile.high, profile.high_is_flat);
+    flattest(false, profile.low_at, profile.low_is_flat);
+    flattest(true, profile.high_at, profile.high_is_flat);
+    profile.low = density[profile.low_at];
+    profile.high = density[profile.high_at];
     return profile;
 }
 

@@ -5,12 +5,14 @@
 #include <complex>
 
 #include "point_arrays.hpp"
+#include "quasi_linear.hpp"
 
 namespace drover::physics {
 
 TransformCount transform_count(const Equations& equations) {
     const Arrays arrays = arrays_of(equations);
-    return {.inverse = arrays.forward > 0 ? arrays.inverse : 0, .forward = arrays.forward};
+    const int times = evaluations(equations);
+    return {.inverse = arrays.forward > 0 ? times * arrays.inverse : 0, .forward = times * arrays.forward};
 }
 
 bool is_nonlinear(const Equations& equations) {
@@ -27,7 +29,10 @@ double right_hand_side_bytes(const Equations& equations, const numerics::Grid& g
     for (int input = Input::d_x; input < Input::x; ++input)
         if (arrays.in[static_cast<std::size_t>(input)] >= 0) ++derived;
     const double spectra = static_cast<double>(numerics::modes(grid)) * sizeof(std::complex<double>);
-    return spectra * (2.0 + derived + arrays.forward + 2.0 * (arrays.inverse + arrays.forward) / (degree + 1));
+    const double displaced =
+        evaluations(equations) > 1 ? 2.0 * static_cast<double>(component_names(equations.form).size()) : 0.0;
+    return spectra *
+           (2.0 + displaced + derived + arrays.forward + 2.0 * (arrays.inverse + arrays.forward) / (degree + 1));
 }
 
 }  // namespace drover::physics

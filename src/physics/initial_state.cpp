@@ -50,6 +50,9 @@ void add_mode(const InitialState& initial, const Form& form, const numerics::Sys
     if (column == 0) state[c][(rows - row) % rows * width] += std::conj(half);
 }
 
+constexpr std::array component_keys{"bead_density",    "rod_density",   "bead_velocity_x",
+                                    "bead_velocity_y", "polar_order_x", "polar_order_y"};
+
 /// The formula of a component with its key; "" if it is not set.
 std::pair<const char*, const std::string*> formula_of(const InitialState& initial, const std::string& component) {
     for (const auto& [name, key, written] :
@@ -136,6 +139,20 @@ void check_stationary(const Model& model, const numerics::Grid& grid, const Deal
             "= {:.3g} /mm; expected every mode to decay; choose another initial.kind",
             growth.rate, growth.q);
 }
+/// Formulas belong to the kind "formula"; the message names all, since a scene often gives several.
+void check_kind_of_formulas(const InitialState& initial, const LocationOf& place) {
+    std::vector<std::string> keys;
+    for (const char* component : component_keys)
+        if (const auto [key, written] = formula_of(initial, component); !written->empty()) keys.emplace_back(key);
+    if (keys.empty() || initial.kind == "formula") return;
+    std::string cleared;
+    for (const std::string& key : keys) cleared += text(" --set '{}=\"\"'", key);
+    fail_input(place(keys.front()),
+               "{} {} given with initial.kind = \"{}\"; expected \"formula\"; for another start remove {}, or "
+               "override {}:{}",
+               joined(keys), keys.size() == 1 ? "is" : "are", initial.kind, keys.size() == 1 ? "it" : "them",
+               keys.size() == 1 ? "it" : "them", cleared);
+}
 }  // namespace
 
 void check(const InitialState& initial, const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
@@ -144,14 +161,12 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
     if (initial.kind == "file")
         require(!initial.file.empty(), place("initial.kind"),
                 "initial.kind = \"file\" without initial.file; name the archive");
+    check_kind_of_formulas(initial, place);
     std::vector<std::string> names;
     for (const Component& component : component_names(form(model))) names.push_back(component.name);
-    for (const char* component :
-         {"bead_density", "rod_density", "bead_velocity_x", "bead_velocity_y", "polar_order_x", "polar_order_y"}) {
+    for (const char* component : component_keys) {
         const auto [key, written] = formula_of(initial, component);
         if (written->empty()) continue;
-        require(initial.kind == "formula", place(key), "{} is given with initial.kind = \"{}\"; expected \"formula\"",
-                key, initial.kind);
         require(std::find(names.begin(), names.end(), component) != names.end(), place(key),
                 "{} is given, but the model has no such field; expected one of {}", key, joined(names));
         const Expression formula = expression_in_x_y(*written, place(key));

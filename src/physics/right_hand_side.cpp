@@ -11,6 +11,7 @@
 #include "linear_rows.hpp"
 #include "moving_density.hpp"
 #include "point_arrays.hpp"
+#include "quasi_linear.hpp"
 #include "term_shapes.hpp"
 
 namespace drover::physics {
@@ -35,6 +36,7 @@ struct RightHandSide::Work {
     numerics::DistinctWavenumbers wavenumbers;
     std::vector<VelocityRow> velocity_rows;  // of each |q|
     LinearRemainder remainder;
+    QuasiLinear quasi_linear;
     std::vector<const Term*> force_terms, point_terms;  // slaved: forces apart, for they make the velocity
     std::vector<const Term*> sources;
     Spectra scratch;                          // velocity or force (2), derived inputs, outputs
@@ -47,6 +49,7 @@ struct RightHandSide::Work {
     Extremes extremes{};
 
     Work(const Equations& equations, const numerics::System& linear, const Reference& reference, Threads& the_threads);
+    void evaluate(double t, const Spectra& state, Spectra& rate);
     void prepare(double t, const Spectra& state);
     void compute_linear_velocity(double t, const Spectra& state);
     numerics::Fields bead_velocity(double t, const Spectra& state, const numerics::Transform& to);
@@ -76,18 +79,9 @@ struct RightHandSide::Work {
     const Complex* field(const Spectra& state, int index) const;
     const Complex* component(const Spectra& state, int c) const { return c < 0 ? nullptr : state[c].data(); }
     FieldModes mode_of(const Spectra& state, std::size_t m) const;
-    /// body(mode, |q| index, q) for every kept mode, on any thread.
     template <class Body>
     void for_modes(Body body) const {
-        const std::size_t width = numerics::columns(grid);
-        threads.for_chunks(static_cast<std::size_t>(grid.ny), 8, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t j = begin; j < end; ++j)
-                for (std::size_t i = 0; i < width; ++i) {
-                    const std::int32_t n = wavenumbers.of_mode[j * width + i];
-                    if (n < 0) break;  // a row's kept modes are its first
-                    body(j * width + i, static_cast<std::size_t>(n), numerics::wavevector(grid, i, j));
-                }
-        });
+        numerics::for_kept_modes(grid, wavenumbers, threads, body);
     }
 };
 
@@ -102,6 +96,7 @@ RightHandSide::Work::Work(const Equations& equations, const numerics::System& li
       transform(grid, degree, threads),
       wavenumbers(numerics::distinct_wavenumbers(grid, degree)),
       remainder(e, ref, wavenumbers.q),
+      quasi_linear(e, grid, degree),
       pointwise_velocity(has_pointwise_velocity(e)),
       force_varies(false),
       reads_place(false),
@@ -465,18 +460,23 @@ RightHandSide::RightHandSide(const Equations& equations, const numerics::System&
     : work_(std::make_unique<Work>(equations, linear, reference, threads)) {}
 RightHandSide::~RightHandSide() = default;
 
+void RightHandSide::Work::evaluate(double t, const Spectra& state, Spectra& rate) {
+    prepare(t, state);
+    if (arrays.forward > 0) {
+        transform.products(sources_of_inputs(state), targets(rate),
+                           [&](const numerics::Strip& strip) { at_points(t, strip); });
+        check_extremes(e, extremes,
+                       {.by_bead_density = arrays.linear_force >= 0,
+                        .by_drag = pointwise_velocity && arrays.of(Input::bead_velocity_x) >= 0});
+    }
+    assemble(t, state, rate);
+}
+
 void RightHandSide::operator()(double t, const Spectra& state, Spectra& rate) {
     Work& w = *work_;
     w.extremes = {};
-    w.prepare(t, state);
-    if (w.arrays.forward > 0) {
-        w.transform.products(w.sources_of_inputs(state), w.targets(rate),
-                             [&](const numerics::Strip& strip) { w.at_points(t, strip); });
-        check_extremes(w.e, w.extremes,
-                       {.by_bead_density = w.arrays.linear_force >= 0,
-                        .by_drag = w.pointwise_velocity && w.arrays.of(Input::bead_velocity_x) >= 0});
-    }
-    w.assemble(t, state, rate);
+    w.quasi_linear.write(
+        state, [&](const Spectra& at, Spectra& to) { w.evaluate(t, at, to); }, rate);
 }
 
 void RightHandSide::set_step(double dt) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "drover/physics/regimes.hpp"
+#include "run/binodal_lines.hpp"
 #include "run/boundary_plan.hpp"
 
 namespace drover::run {
@@ -38,7 +39,7 @@ Shift shift_of(const physics::Plane& plane, const physics::BoundaryPoint& point)
     return {.along_x = squared / std::abs(by_x) * width, .along_y = squared / std::abs(by_y) * height};
 }
 
-Record point_record(const Described& described, const physics::BoundaryPoint& point, physics::Limit limit) {
+Record point_record(const Described& described, const physics::BoundaryPoint& point, bool shows_angle) {
     const physics::Plane& plane = described.plane;
     const Shift shift = shift_of(plane, point);
     const Display errors{.text = described.has_errors};
@@ -72,10 +73,10 @@ Record point_record(const Described& described, const physics::BoundaryPoint& po
                          .meaning = "angle from p0 of the wave that becomes unstable",
                          .value = point.angle / degree,
                          .digits = 3,
-                         .shown = {.text = limit == physics::Limit::oblique}}}};
+                         .shown = {.text = shows_angle}}}};
 }
 
-List line_list(const Described& described, const physics::Boundary& boundary) {
+List line_list(const Described& described, const physics::Boundary& boundary, bool shows_angles) {
     List lines{.name = "lines", .row = "line"};
     for (const physics::BoundaryLine& line : boundary.lines) {
         List points{.name = "points",
@@ -84,7 +85,7 @@ List line_list(const Described& described, const physics::Boundary& boundary) {
                     .group = "/boundary",
                     .max_rows = 9};
         for (const physics::BoundaryPoint& point : line.points)
-            points.rows.push_back(point_record(described, point, line.limit));
+            points.rows.push_back(point_record(described, point, shows_angles));
         lines.rows.push_back(
             {.heading = text("{} line of {} points", line.closed ? "closed" : "open", line.points.size()),
              .entries = {{.name = "closed",
@@ -117,19 +118,15 @@ List singular_point_list(const Described& described, const physics::Boundary& bo
     return list;
 }
 
-Record traced_record(const Described& described, physics::Limit limit, const std::string& convention,
+Record traced_record(const Described& described, const std::string& name, const std::string& convention,
                      const physics::Boundary& boundary) {
-    std::vector<std::string> limits;
-    for (const physics::Limit one :
-         {physics::Limit::onset, physics::Limit::phase_separation, physics::Limit::banding, physics::Limit::oblique})
-        limits.push_back(physics::limit_name(one));
-    Record record{.heading = text("{} ({} convention of lambda): {} line{}", physics::limit_name(limit), convention,
-                                  boundary.lines.size(), boundary.lines.size() == 1 ? "" : "s"),
+    Record record{.heading = text("{} ({} convention of lambda): {} line{}", name, convention, boundary.lines.size(),
+                                  boundary.lines.size() == 1 ? "" : "s"),
                   .entries = {{.name = "limit",
                                .unit = "",
-                               .meaning = "the instability that begins",
-                               .value = physics::limit_name(limit),
-                               .choices = limits,
+                               .meaning = "the instability that begins, or binodal: densities of phases that coexist",
+                               .value = name,
+                               .choices = line_names(),
                                .shown = {.text = false}},
                               {.name = "convention",
                                .unit = "",
@@ -147,7 +144,8 @@ Record traced_record(const Described& described, physics::Limit limit, const std
                                .meaning = "evaluations of the stability margin",
                                .value = static_cast<std::int64_t>(boundary.evaluations),
                                .shown = {.text = false, .archive = false}}},
-                  .lists = {line_list(described, boundary), singular_point_list(described, boundary)}};
+                  .lists = {line_list(described, boundary, name == physics::limit_name(physics::Limit::oblique)),
+                            singular_point_list(described, boundary)}};
     if (!boundary.complete)
         record.footer.push_back(
             "incomplete: the limit of evaluations was reached; the lines may be coarser than boundary.chord");
@@ -235,8 +233,13 @@ Result make_boundary(const io::Scene& scene, Threads& threads) {
             const physics::Boundary boundary =
                 physics::trace_boundary(plane, limit, planned.uncertain, options, threads);
             complete = complete && boundary.complete;
-            traced.rows.push_back(traced_record(described, limit, convention, boundary));
+            traced.rows.push_back(traced_record(described, physics::limit_name(limit), convention, boundary));
         }
+        if (!planned.has_binodal) continue;
+        const BinodalLines binodal = trace_binodal_lines(scene, plane, threads);
+        Record record = traced_record(described, binodal_name, convention, binodal.boundary);
+        record.footer = binodal.ends;
+        traced.rows.push_back(std::move(record));
     }
     Result result{.root = plane_record(described, scene, planned.uncertain.size(), complete, std::move(traced)),
                   .attributes = {{"boundary_x", plane.x.name}, {"boundary_y", plane.y.name}}};

@@ -104,6 +104,15 @@ std::vector<std::string> conventions_of(const io::Scene& scene) {
 }
 }  // namespace
 
+std::vector<std::string> line_names() {
+    std::vector<std::string> names;
+    for (const physics::Limit limit :
+         {physics::Limit::onset, physics::Limit::phase_separation, physics::Limit::banding, physics::Limit::oblique})
+        names.push_back(physics::limit_name(limit));
+    names.emplace_back(binodal_name);
+    return names;
+}
+
 PlannedBoundary plan_boundary(const io::Scene& scene) {
     const io::BoundaryPlan& plan = scene.boundary;
     PlannedBoundary planned{.plane = {.model = scene.model,
@@ -111,15 +120,18 @@ PlannedBoundary plan_boundary(const io::Scene& scene) {
                                       .y = axis_of(scene, "boundary.y", plan.y)},
                             .uncertain = {},
                             .conventions = {},
-                            .limits = {}};
+                            .limits = {},
+                            .has_binodal = false};
     const physics::Plane& plane = planned.plane;
     require(!physics::is_same_axis(plane.x.name, plane.y.name), io::location_of(scene, "boundary.y"),
             "boundary.x is {} and boundary.y is {}; expected two different numbers", plane.x.name, plane.y.name);
     require(!plan.lines.empty(), io::location_of(scene, "boundary.lines"),
-            "boundary.lines is empty; expected at least one of onset, phase-separation, banding, oblique");
+            "boundary.lines is empty; expected at least one of {}", joined(line_names()));
     planned.uncertain = uncertain_numbers(scene, plane);
     planned.conventions = conventions_of(scene);
-    for (const std::string& name : plan.lines) planned.limits.push_back(physics::limit_of(name));
+    for (const std::string& name : plan.lines)
+        if (name == binodal_name) planned.has_binodal = true;
+        else planned.limits.push_back(physics::limit_of(name));
     return planned;
 }
 

@@ -12,8 +12,13 @@ struct PlannedBoundary {
     physics::Plane plane;
     std::vector<physics::Uncertain> uncertain;
     std::vector<std::string> conventions;  ///< of lambda: at least one
-    std::vector<physics::Limit> limits;    ///< at least one
+    std::vector<physics::Limit> limits;
+    bool has_binodal = false;  ///< with it or a limit
 };
+
+/// The lines that a plane may show: the limits, and the binodals of phases that coexist.
+inline constexpr const char* binodal_name = "binodal";
+std::vector<std::string> line_names();
 
 /// Throws an input Error at the key that is wrong.
 PlannedBoundary plan_boundary(const io::Scene& scene);

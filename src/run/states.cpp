@@ -5,77 +5,19 @@
 #include <cmath>
 #include <limits>
 
-#include "drover/base/log.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/density_profile.hpp"
-#include "drover/physics/field_evolution.hpp"
-#include "drover/physics/regimes.hpp"
+#include "drover/physics/right_hand_side.hpp"
 #include "drover/physics/travelling_state.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/signals.hpp"
 #include "run/number_lists.hpp"
+#include "run/travelling_start.hpp"
 
 namespace drover::run {
 
 namespace {
 using physics::TravellingState;
-
-void check_signals() {
-    if (stop_signal() != 0) fail_run("stopped by signal {} before the states were found", stop_signal());
-}
-
-/// The scene on one row of points.
-io::Scene line_of(const io::Scene& scene) {
-    io::Scene line = scene;
-    line.grid.ny = 1;
-    line.model.noise = {};
-    return line;
-}
-
-/// The average over y of the initial fields, which may be those of an archive.
-numerics::Spectra guess_of(const io::Scene& scene, const io::Scene& line, Threads& threads) {
-    const numerics::Spectra whole = initial_fields(scene, threads);
-    numerics::Spectra guess(line.grid, whole.count());
-    for (int c = 0; c < guess.count(); ++c) std::copy_n(whole[c].begin(), guess.size, guess[c].begin());
-    return guess;
-}
-
-/// Evolves a guess: it comes nearer to a stable state.
-void settle(const io::Scene& line, double duration, Threads& threads, numerics::Spectra& state) {
-    if (duration == 0.0) return;
-    const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
-    const double steps = std::ceil(duration / longest);
-    physics::FieldEvolution evolution(
-        line.model, line.grid, line.dealiasing,
-        {.method = "etdrk4-krogstad", .dt = duration / steps, .tolerance = 1e-4, .watches_error = false}, 0, threads);
-    evolution.start(state);
-    for (std::int64_t step = 0; step < std::llround(steps); ++step) {
-        check_signals();
-        evolution.advance(step, state);
-    }
-}
-
-/// From a guess that settles for longer until Newton's method succeeds, unless its time is given.
-TravellingState find_state(const io::Scene& line, const numerics::Spectra& guess, const StatesOptions& options,
-                           physics::TravellingSolver& solver, Threads& threads) {
-    std::vector<double> durations{options.settle.value_or(0.0)};
-    if (!options.settle)
-        for (const double part : {0.001, 0.01, 0.1, 1.0}) durations.push_back(part * line.time.end);
-    std::string problem;
-    for (const double duration : durations) {
-        try {
-            numerics::Spectra settled = guess;
-            settle(line, duration, threads, settled);
-            TravellingState found = solver.find(settled, options.speed);
-            if (!problem.empty()) log_information("the state was found from a guess that settled for {} s", duration);
-            return found;
-        } catch (const Error& error) {
-            if (error.fault() != Fault::run || stop_signal() != 0) throw;
-            if (problem.empty()) problem = error.what();
-        }
-    }
-    fail_run("{}", problem);
-}
 
 /// What --follow names.
 struct Followed {
@@ -89,17 +31,6 @@ struct Family {
     std::optional<Followed> followed;
 };
 
-/// A mean density, or another number of the model.
-io::ModelNumber followed_number(const std::string& key, const SourceLocation& where, const physics::Model& model) {
-    using physics::DensityAxis;
-    const DensityAxis axis = key.starts_with("uniform.") ? physics::density_axis(key) : DensityAxis::none;
-    if (axis == DensityAxis::none) return io::model_number(key, where, model);
-    const bool is_beads = axis == DensityAxis::beads;
-    return {.unit = "1/mm^2", .range = positive, .in = [is_beads](physics::Model& m) -> double& {
-                return is_beads ? m.uniform.bead_density : m.uniform.rod_density;
-            }};
-}
-
 Family family_of(const io::Scene& line, const std::string& follow) {
     Family family{.problem = {.model = [model = line.model](double) { return model; },
                               .parameter = 0.0,
@@ -110,14 +41,14 @@ Family family_of(const io::Scene& line, const std::string& follow) {
     const std::string list = "--follow", example = "\"relaxation.rate = 1.2\"";
     const SourceLocation where{.file = list};
     const auto [key, value] = read_assignment(follow, list, example, where);
-    const io::ModelNumber number = followed_number(key, where, line.model);
+    const io::ModelNumber number = io::model_number(key, where, line.model);
     const double last = read_number(value, follow, list, example, where);
     physics::Model model = line.model;
     family.problem.parameter = number.in(model);
     require(last != family.problem.parameter, where, "{} is {} already; expected another value to follow the state to",
             key, last);
     family.problem.model = [model, in = number.in](double parameter) {
-        check_signals();
+        check_stop_signal();
         physics::Model changed = model;
         in(changed) = parameter;
         return changed;
@@ -280,9 +211,10 @@ Result make_states(const io::Scene& scene, const StatesOptions& options, Threads
     const physics::Form form = physics::form(line.model);
     Family family = family_of(line, options.follow);
     physics::TravellingSolver solver(family.problem, threads);
-    std::vector<TravellingState> states{find_state(line, guess_of(scene, line, threads), options, solver, threads)};
+    std::vector<TravellingState> states{
+        find_state(scene, line, {.speed = options.speed, .settle = options.settle}, solver, threads)};
     if (family.followed) states = solver.follow(states.front(), family.followed->last, options.max_points);
-    check_signals();  // the curve ends at an error
+    check_stop_signal();  // the curve ends at an error
     const numerics::Transform transform(line.grid,
                                         physics::linear_system(line.model, line.grid, line.dealiasing).degree, threads);
     constexpr std::size_t max_of_curve = 800;  // beyond, the eigenvalues of each point take seconds

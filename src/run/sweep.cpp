@@ -34,13 +34,15 @@ io::Scene scene_of(const io::Scene& scene, const fs::path& folder, const SweepRu
     std::vector<std::string> overrides = run.overrides;
     overrides.push_back("output.file=" + toml_text(archive_of(folder, run).string()));
     if (scene.run.threads == 0) overrides.push_back("run.threads=1");
+    io::Scene base = scene;
     if (before != nullptr) {
+        base.initial = {};  // its formulas belong to the first point only
         const std::string start = kind_of(scene).start;
         overrides.push_back(start + ".kind=file");
         overrides.push_back(start + ".file=" + toml_text(fs::absolute(archive_of(folder, *before)).string()));
         overrides.push_back(start + ".frame=-1");
     }
-    return io::parse_scene(io::resolved_text(scene), scene.file, overrides);
+    return io::parse_scene(io::resolved_text(base), scene.file, overrides);
 }
 
 int run_chain(const io::Scene& scene, const fs::path& folder, const std::vector<SweepRun>& chain) {

@@ -8,6 +8,7 @@
 #include "drover/base/error.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/numerics/time_method.hpp"
+#include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/kind.hpp"
 
@@ -16,12 +17,6 @@ namespace drover::run {
 namespace {
 
 std::string number(double value) { return text("{:.12g}", value); }
-
-/// TOML needs a decimal point or an exponent.
-std::string toml_number(double value) {
-    const std::string result = text("{:.17g}", value);
-    return result.find_first_of(".e") == std::string::npos ? result + ".0" : result;
-}
 
 /// Why a scene does not allow changes; "" when it does.
 std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
@@ -110,7 +105,7 @@ bool depends_on_position(const std::string& formula) {
 
 bool is_field_scene(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
 
-std::string set(const std::string& key, double value) { return key + "=" + toml_number(value); }
+std::string set(const std::string& key, double value) { return key + "=" + toml_text(value); }
 std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
 
 io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overrides) {
@@ -205,6 +200,9 @@ std::vector<Level> model_levels(const io::Scene& scene) {
             const bool may_be_zero = row.range.min < 0.0 || (row.range.min == 0.0 && !row.range.min_open);
             if (active && may_be_zero) levels.push_back({"without " + row.key(), without(row)});
         }
+        // Saves no time, but tells whether the waves act on each other.
+        if (physics::is_nonlinear(physics::Equations(model)) && !model.approximation.quasi_linear)
+            levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
     }
     for (Level& level : levels) level.reason = reason_against(scene, level.overrides);
     return levels;

@@ -109,7 +109,8 @@ private:
             const Measured coarser =
                 given > 0 ? bench_.measured(levels[given - 1].overrides) : Measured{.failure = "none"};
             const bool converged = coarser.failure.empty() && bench_.ratio(bench_.differences(coarser, base)) < small;
-            if (!converged && !bench_.run({bench_.trial_of(levels.back().overrides)})) return false;
+            if (converged) levels.pop_back();
+            else if (!bench_.run({bench_.trial_of(levels.back().overrides)})) return false;
         }
         const auto on_level = [&](const Level& level) { return bench_.measured(level.overrides); };
         collect(levels, on_level, found_.grids);

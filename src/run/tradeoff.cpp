@@ -173,6 +173,11 @@ List level_list(const Findings& found) {
     for (const LadderFound& ladder : found.ladders) add_levels(found, "step", ladder.levels, list);
     add_levels(found, "grid", found.grids, list);
     add_levels(found, "model", found.models, list);
+    if (found.linear_theory)
+        add_levels(
+            found, "model",
+            {{.level = {.name = "linear theory", .overrides = {}}, .failure = "", .biases = *found.linear_theory}},
+            list);
     return list;
 }
 
@@ -224,14 +229,19 @@ std::string refusal(const Findings& found, const std::vector<Candidate>& front, 
         if (enough == nullptr && one.ratio <= 1.0) enough = &one;
         if (one.seconds <= budget) affordable = &one;
     }
-    std::string words = text("no setting meets the wishes within {}", duration_text(budget));
+    const bool is_limited = std::isfinite(budget);
+    std::string words = is_limited ? text("no setting meets the wishes within {}", duration_text(budget))
+                                   : "no setting that the trials could judge meets the wishes";
     if (enough != nullptr) words += text(": it takes {} of a core", duration_text(enough->seconds));
     if (affordable != nullptr)
-        words += text("; the best within it has {:.2g} times the error allowed ({}, {}, {}, {} s)", affordable->ratio,
-                      affordable->model->level.name, affordable->grid->level.name, affordable->step->level.name,
-                      affordable->end);
+        words += text("; the best {}has {:.2g} times the error allowed ({}, {}, {}, {} s)",
+                      is_limited ? "within it " : "", affordable->ratio, affordable->model->level.name,
+                      affordable->grid->level.name, affordable->step->level.name, affordable->end);
     if (affordable != nullptr) words += "; " + advice_on(found, *affordable);
-    return words + "; give a larger --budget or a larger error";
+    if (found.is_short) words += "; some trials were not made for want of budget: they go on from those that are kept";
+    return words + (is_limited
+                        ? "; give a larger --budget or a larger error"
+                        : "; give a larger error, or look for settings by drover tradeoff with a larger --budget");
 }
 
 /// What is said of the recommended run.
@@ -256,6 +266,10 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
         words.push_back(text("samples every {:.6g} s: more tell no more of the means",
                              std::max(found.sample_every, best.step->level.sample_every)));
     words.push_back(advice_on(found, best));
+    if (front.front().step == nullptr && front.front().ratio <= 1.0)
+        words.push_back(text("linear theory, which needs no run, has an error of {}",
+                             error_text(found, hardest_wish(found, front.front()),
+                                        front.front().parts[hardest_wish(found, front.front())].bound())));
     words.push_back(
         text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.seconds)));
     const auto ten = std::find_if(front.begin(), front.end(), [&](const Candidate& one) {

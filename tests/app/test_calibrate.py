@@ -72,7 +72,7 @@ def test_table_files_and_info_agree_with_the_output_of_the_command(whole):
         for name, row in output["coefficients"].items():
             points = row["points"]
             assert group[name].attrs["units"].decode() == row["unit"] == summary[name]["unit"]
-            assert group[name].attrs["long_name"].decode() == row["formula"] == summary[name]["formula"]
+            assert group[name].attrs["comment"].decode() == row["formula"] == summary[name]["formula"]
             for key, dataset in (("value", name), ("error", name + "_error"), ("trials", name + "_trials")):
                 values = np.array([math.nan if point[key] is None else point[key] for point in points], float)
                 assert np.array_equal(group[dataset][()].ravel(), values, equal_nan=True), dataset

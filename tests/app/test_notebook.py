@@ -25,12 +25,20 @@ assert changed.observables.polar_order.values[-1] > 0.5 > changed.observables.po
 assert (folder / "flock.mp4").stat().st_size > 10_000 and list(folder.glob("flock*.vtk"))
 assert variations["512 squared"].check() == []
 """),
-    "your-own": (5, """
+    "your-own": (6, """
 times, turned = np.transpose(angles)
 assert np.allclose(turned, 0.3 * times, atol=1e-3)  # second order in the step of 0.05 s
 series = run.observables.enstrophy
-assert len(series) == 21 and float(series[-1]) == enstrophy(run.frame) and abs(series[0] / series[-1] - 1) > 0.02
+assert len(series) == 25 and run.time == 12.0 and float(series[-1]) == enstrophy(run.frame)
+assert abs(series[0] / series[20] - 1) > 0.02
 assert 0 < correlation[0] and abs(correlation[16] / correlation[0]) < 1
+"""),
+    "paper": (5, """
+assert [row[0] for row in verdicts if row[4] == "misses"] == ["2a", "2g-j"]
+assert {row[0] for row in verdicts if "missing" in row[4]} == {
+    "3e-f", "5", "S: chirality", "S: amorphous", "S: circle", "S: G_tot"}
+assert abs(speed - 3.6) < 2 * error and 0.5 < dense < 0.9 and agree.mean() > 0.6
+assert all(len(row) == 5 and all(row) for row in verdicts)
 """),
     "theory-and-stability": (4, """
 assert abs(crossing / q_c - 1) < 0.005  # the theory has discrete wavenumbers

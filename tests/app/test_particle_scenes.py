@@ -148,10 +148,22 @@ def test_an_unmodified_scene_starts_at_rest_without_order(scene, tmp_path):
 
 
 
+def panel_of(scene):
+    """What the figure of a scene shows beside the bodies: what its header is about."""
+    if scene == "bead-gas":
+        return "pair correlation of the beads"
+    if scene in ("circle-flock", "flower-flock", "flower-poor"):
+        return "polar order about the centre"
+    return "memory of the direction" if scene not in WITH_BEADS or scene == "rod-in-beads" else "bead velocity order"
+
+
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_figure_of_a_scene_has_labels_and_no_legend_on_its_data(scene, ran):
     with drover_package.open_run(ran(scene).archive) as run:
         picture = drover_package.plot.figure(run)
+        titles = [axes.get_title(loc="left") for axes in picture.axes]
+    assert any(panel_of(scene) in title for title in titles)
+    assert ("(b) beads around a rod" in titles) == (scene in WITH_RODS and scene in WITH_BEADS)
     picture.set_dpi(60)  # fewer pixels, same layout
     assert overlaps(picture) == [] and covered(picture) == [] and unlabelled(picture) == []
     assert any("time $t$ [s]" == axes.get_xlabel() for axes in picture.axes)

@@ -14,6 +14,7 @@ from support import MODELS, SMALL, drover as program, write_scene
 import drover
 from drover import panels
 from drover.sweeping import Sweep
+from drover.trade_panel import draw_trade
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  # after the backend is chosen
@@ -83,7 +84,10 @@ def test_two_runs_of_any_kind_are_drawn_side_by_side(kinds):
     titles = [axes.get_title(loc="left") for axes in picture.axes]
     assert {"(a) one", "(b) other", "(c) polar order"} <= set(titles)
     orders = next(axes for axes in picture.axes if axes.get_title(loc="left") == "(c) polar order")
+    scaled = kinds[0] != kinds[1]  # 2 s of fields and 0.02 s of particles
+    assert orders.get_xlabel() == ("time over duration $t/T$" if scaled else "time $t$ [s]")
     for run, line in zip(runs, orders.lines):
+        assert line.get_xdata()[-1] == pytest.approx(1.0 if scaled else run.time)
         assert np.array_equal(line.get_ydata(), run.observables.polar_order.values)
     picture.set_dpi(60)
     assert overlaps(picture) == [] and covered(picture) == []
@@ -131,14 +135,42 @@ def test_a_sweep_of_one_key_is_drawn_at_its_values_with_open_symbols_without_err
               if line.get_marker() == "o" for point in line.get_xydata()}
     assert set(points) == {(1.0, 1.0), (2.0, 4.0), (3.0, 9.0)}
     assert points[1.0, 1.0] == "white" and points[2.0, 4.0] != "white"
-    assert axes.get_xlabel() == "relaxation.rate" and axes.get_ylabel() == "polar order [mm$^{-2}$]"
+    assert axes.get_xlabel() == "relaxation.rate [1/s]" and axes.get_ylabel() == "polar order [mm$^{-2}$]"
+    assert clear(axes)
 
 
 def test_a_sweep_of_two_keys_is_drawn_as_a_map_of_its_values():
     axes = sweep_of({"relaxation.rate": [1.0, 2.0], "current.speed": [1.0, 2.0, 3.0]},
                     lambda rate, speed: 10.0 * rate + speed).plot("polar_order")
     assert axes.collections[0].get_array().reshape(2, 3).tolist() == [[11.0, 12.0, 13.0], [21.0, 22.0, 23.0]]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("current.speed", "relaxation.rate")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("current.speed [mm/s]", "relaxation.rate [1/s]")
+    assert list(axes.get_xticks()) == [1.0, 2.0, 3.0] and list(axes.get_yticks()) == [1.0, 2.0]  # the values
+    assert clear(axes)
+
+
+def test_both_branches_of_a_ramp_are_named_and_hide_no_point():
+    up_and_down = {"keys": ["relaxation.rate"], "warnings": [], "failed": 0, "text": "", "rows": [
+        {**row, "branch": branch} for branch in ("up", "down") for row in rows(
+            {"relaxation.rate": [1.0, 2.0, 3.0]}, lambda rate: rate + (branch == "down"))]}
+    axes = Sweep(up_and_down).plot("polar_order")
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["up", "down"] and clear(axes)
+
+
+def test_the_front_of_a_study_has_labels_and_a_legend_beside_it():
+    by_model = [{"model": model, "cost": cost, "error_of_allowed": error / cost}
+                for model, error in (("full", 2.0), ("one-dimensional", 6.0)) for cost in (0.5, 1.0, 4.0)]
+    axes = draw_trade({"by_model": by_model, "front": by_model[:3]})
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("work [s of a core]", "error over error allowed")
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["full", "one-dimensional", "cheapest that is allowed"]
+    axes.figure.canvas.draw()
+    assert axes.get_legend().get_window_extent().x0 > axes.get_window_extent().x1  # beside the data
+    assert axes.get_legend().get_window_extent().x1 <= axes.figure.bbox.x1 and clear(axes)
+
+
+def clear(axes):
+    """Whether nothing overlaps and nothing lies below the legend."""
+    return overlaps(axes.figure) == [] and covered(axes.figure) == []
 
 
 def test_a_plot_of_what_a_sweep_has_not_measured_lists_what_it_has():

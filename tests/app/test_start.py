@@ -25,6 +25,15 @@ def test_a_formula_of_which_the_grid_cuts_more_than_half_is_rejected(tmp_path, f
         rejected(tmp_path, [command, "start.toml"], ["initial.rod_density", "the grid cuts", "choose grid.n"])
 
 
+def test_formulas_with_another_kind_of_start_are_rejected_with_the_settings_that_clear_them(tmp_path):
+    (tmp_path / "start.toml").write_text(scene_text({**GRID, "initial.rod_density": "1", "initial.polar_order_x": "1"}))
+    words = ["check", "start.toml", "--set", "initial.kind=random"]
+    clear = ["--set", 'initial.rod_density=""', "--set", 'initial.polar_order_x=""']
+    rejected(tmp_path, words, ['initial.rod_density, initial.polar_order_x are given with initial.kind = "random"',
+                               """--set 'initial.rod_density=""' --set 'initial.polar_order_x=""'"""])
+    drover(tmp_path, *words, *clear)
+
+
 def test_the_grid_that_a_rejection_names_is_accepted_without_a_warning(tmp_path):
     formula = "1 + 0.1*cos(2*pi*20*x/32)"
     (tmp_path / "start.toml").write_text(scene_text({**GRID, "initial.rod_density": formula}))

@@ -36,6 +36,24 @@ def test_binodals_follow_the_rate(tmp_path):
     assert found["rod_high"] == pytest.approx(7 / 6, abs=1e-6)
 
 
+def test_boundary_draws_both_binodals_over_the_rate(tmp_path):
+    """With the rate a = r - sigma, all densities of the band shift with r: r - 1/6 and r + 1/3."""
+    plane = ["--x", "uniform.rod_density = 0.5:1.5", "--y", "relaxation.rate = 0.8:1.1"]
+    found = json.loads(drover(tmp_path, "boundary", BAND, *LONG, *plane, "--set", 'boundary.lines=["binodal"]',
+                              "--json").stdout)
+    low, high = found["traced"][0]["lines"]
+    for line, shift in ((low, -1 / 6), (high, 1 / 3)):
+        points = np.array([(point["x"], point["y"]) for point in line["points"]])
+        assert np.abs(points[:, 0] - points[:, 1] - shift).max() < 1e-6
+        assert (points[0, 1], points[-1, 1]) == (0.8, 1.1)
+    swapped = drover(tmp_path, "boundary", BAND, "--y", plane[1], "--x", "pressure.rods = 0.9:1.1", "--set",
+                     'boundary.lines=["binodal"]', "--set", "boundary.map=0").stdout
+    assert "2 lines" in swapped
+    refused = drover(tmp_path, "boundary", BAND, "--x", "pressure.rods = 0.9:1.1", *plane[2:], "--set",
+                     'boundary.lines=["binodal"]', status=2)
+    assert "expected the mean density of a field as one axis" in refused.stderr
+
+
 def test_a_run_from_the_archive_of_a_state_moves_at_its_speed_without_change(tmp_path):
     small = ["--set", "grid.nx=256", "--set", "grid.ny=8"]
     found = states(tmp_path, BAND, *small, "-o", "state.h5")

@@ -101,6 +101,12 @@ def test_a_ramp_passes_the_state_on_up_and_down(tmp_path):
                     assert np.abs(before[name][0] - after[name][0]).max() > 1e-3  # and not from the same initial state
 
 
+def test_a_ramp_may_start_from_formulas(tmp_path):
+    scene = write_scene(tmp_path, {**BRIEF, "initial.kind": "formula", "initial.polar_order_x": "0.1"})
+    drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 1, 2", "--ramp", "up-down", "--quiet")
+    assert [row["branch"] for row in table_of(tmp_path / "flock.sweep")] == ["up", "up", "down"]
+
+
 def test_the_points_of_a_ramp_have_independent_noise(tmp_path):
     # With the same noise again, the difference of two runs of the linear model decays as exp(-a t), here to exp(-20):
     # both branches would agree for any model.

@@ -178,7 +178,8 @@ def test_regimes_lines_conventions_errors_and_angles_are_drawn(plane):
     assert {"isotropic", "flock", "onset of a flock", "mean convention", "single-rod convention",
             "± one standard error"} <= set(labels), labels
     axes = picture.axes[0]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("bead area fraction", "rod area fraction")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == (
+        r"area fraction of beads $\Phi_b$", r"area fraction of rods $\Phi_r$")
     assert axes.get_xlim() == (0.26, 0.74) and axes.get_ylim() == (0.03, 0.19)
     assert {line.get_linestyle() for line in axes.lines} == {"-", "--"}
     assert len(axes.patches) == len([line for line in boundary_panels.lines_of(opened(plane, "boundary"))

@@ -142,6 +142,11 @@ def test_rungs_of_models_are_exact_in_their_limits_and_tell_their_bias_elsewhere
     rung = level(found, "slaved velocity")
     assert abs(slaved - full) > 0.001 * full
     assert rung["bias"] == pytest.approx(slaved - full, rel=1e-3)  # that is on the coarser grid of the trials
+    quasi_linear = mean(tmp_path, "s.toml", "polar_order", "--set", "approximation.quasi_linear=true")
+    assert level(found, "quasi-linear")["bias"] == pytest.approx(quasi_linear - full, rel=0.02)
+    assert abs(quasi_linear - full) > 0.001 * full
+    every_wave = ["--set", "approximation.quasi_linear=true", "--set", "approximation.quasi_linear_above=100.0"]
+    assert mean(tmp_path, "s.toml", "polar_order", *every_wave) == full
 
 
 def test_bias_of_a_slaved_velocity_is_proportional_to_the_mass_of_beads(tmp_path):

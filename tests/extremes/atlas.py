@@ -22,14 +22,15 @@ Rows that exist are kept: re-run to resume.  The status is 1 when an outcome is 
 """
 import argparse
 import collections
-import csv
 import sys
 import tempfile
 from pathlib import Path
 
-import bodies
-import plane_waves
-import waves
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import bodies  # noqa: E402
+import plane_waves  # noqa: E402
+import waves  # noqa: E402
+from studies import KeptTable  # noqa: E402
 
 KINDS = {"fields": waves, "theory": plane_waves, "particles": bodies}
 COLUMNS = ("scene", "outcome", "measure", "what", "message")
@@ -51,26 +52,17 @@ def main():
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--first", type=int, default=0)
     options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
-    table = options.output / f"{options.kind}.csv"
-    known = set()
-    if table.exists():
-        with open(table, newline="") as file:
-            known = {int(row["scene"]) for row in csv.DictReader(file)}
+    table = KeptTable(options.output / f"{options.kind}.csv", COLUMNS)
+    known = {int(row["scene"]) for row in table.rows}
     outcomes = collections.Counter()
-    with open(table, "a", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        if not known:
-            writer.writeheader()
-        for number in range(options.first, options.first + options.count):
-            if number in known:
-                continue
-            row = row_of(options.kind, options.drover, number)
-            writer.writerow(row)
-            file.flush()
-            outcomes[row["outcome"]] += 1
-            if row["outcome"].isupper():
-                print(number, row["outcome"], row["measure"], row["what"], row["message"], flush=True)
+    for number in range(options.first, options.first + options.count):
+        if number in known:
+            continue
+        row = row_of(options.kind, options.drover, number)
+        table.add(row)
+        outcomes[row["outcome"]] += 1
+        if row["outcome"].isupper():
+            print(number, row["outcome"], row["measure"], row["what"], row["message"], flush=True)
     print(dict(outcomes))
     return 1 if outcomes["SILENT"] or outcomes["CRASH"] else 0
 

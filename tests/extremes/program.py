@@ -1,6 +1,7 @@
 """tests/extremes/program.py: one run of the program, and the outcomes that need no physics."""
-import json
 import subprocess
+
+from studies import settings_of
 
 SECONDS = 60
 
@@ -8,12 +9,9 @@ SECONDS = 60
 def call(program, folder, command, keys, *words):
     """Status, standard output and standard error of a command on the scene of these keys; status None: no end."""
     (folder / "empty.toml").write_text("")
-    settings = []
-    for key, value in keys.items():
-        settings += ["--set", f"{key}={json.dumps(value)}"]
     try:
-        ended = subprocess.run([program, command, "empty.toml", *settings, *words], cwd=folder, capture_output=True,
-                               text=True, errors="replace", timeout=SECONDS, check=False)
+        ended = subprocess.run([program, command, "empty.toml", *settings_of(keys), *words], cwd=folder,
+                               capture_output=True, text=True, errors="replace", timeout=SECONDS, check=False)
     except subprocess.TimeoutExpired:
         return None, "", ""
     return ended.returncode, ended.stdout, ended.stderr

@@ -45,7 +45,7 @@ for dim, scale in ((0, "time"), (1, "y"), (2, "x")):
     assert h5py.h5ds.is_attached(file["rod_density"].id, file[scale].id, dim)
 def look(name, item):
     if isinstance(item, h5py.Dataset):
-        assert item.attrs["units"] and item.attrs["long_name"], name
+        assert item.attrs["units"] and item.attrs["long_name"] and item.attrs["comment"], name
         assert h5py.h5a.open(item.id, b"units").get_type().get_cset() == h5py.h5t.CSET_ASCII
         assert not h5py.h5a.open(item.id, b"units").get_type().is_variable_str()
         if item.ndim: assert (item.compression, item.shuffle, item.fletcher32) == ("gzip", True, True), name
@@ -100,7 +100,8 @@ assert root["rod_density"].dims == ("time", "y", "x") and root["time"].dtype == 
 assert list(root["time"].values) == [0, 0.5, 1] and list(root["x"].values) == [0.5, 1.5, 2.5, 3.5, 4.5]
 assert numpy.isclose(root["rod_density"].values[2, 3, 4], numpy.sin(1 + 202 + 19*3))
 assert observables["spectrum_density"].dims == ("time", "shell") and observables["time"].dtype == numpy.float64
-assert root["rod_density"].attrs == {"units": "mm-2", "long_name": "rods per area, sigma"}
+assert root["rod_density"].attrs == {"units": "mm-2", "long_name": "rod density",
+                                     "comment": "rods per area, sigma"}
 assert float(summary["order_mean"]) == 0.5 and summary["number_variance"].dims == ("box",)
 print("well")
 )",

@@ -14,7 +14,7 @@ namespace drover::files {
 struct Axis {
     std::string name;            ///< "x"
     std::string unit;            ///< UDUNITS text; "1" for a pure number
-    std::string meaning;         ///< CF long_name
+    std::string meaning;         ///< CF comment
     std::vector<double> values;  ///< coordinates
 };
 
@@ -22,7 +22,7 @@ struct Axis {
 struct Quantity {
     std::string name;               ///< "rod_density"
     std::string unit;               ///< UDUNITS text; "1" for a pure number
-    std::string meaning;            ///< CF long_name: what it is, with its formula
+    std::string meaning;            ///< CF comment: what it is, with its formula
     std::vector<std::string> axes;  ///< names, slowest first, without time; each must be an axis of the same group
     bool is_integer = false;        ///< stored as int64
 };

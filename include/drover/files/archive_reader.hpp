@@ -31,7 +31,8 @@ public:
     std::vector<Attribute> attributes() const;
     std::string text_attribute(const std::string& name) const;  ///< throws if absent or not a string
 
-    /// A string attribute of a dataset: "units", "long_name".  Throws if absent or not a string.
+    bool has_attribute(const std::string& dataset, const std::string& name) const;
+    /// A string attribute of a dataset: "units", "comment".  Throws if absent or not a string.
     std::string text_attribute(const std::string& dataset, const std::string& name) const;
 
     bool has(const std::string& dataset) const;  ///< "/observables/time"

@@ -92,6 +92,12 @@ struct OrientingField {
     double x = 0.0, y = 0.0;  ///< [[p]/s]
 };
 
+/// What the equations leave out.
+struct Approximation {
+    bool quasi_linear = false;        ///< short waves change the long ones and are changed by them, not by each other
+    double quasi_linear_above = 0.0;  ///< the largest |q| of a long wave [1/mm]; 0: only the means are long
+};
+
 /// Values of one coefficient at the nodes of a table, [bead][rod], rods fastest; standard errors may be empty.
 struct TableColumn {
     std::vector<double> values, errors;
@@ -115,4 +121,6 @@ template <>
 const std::vector<Row<physics::BodyForce>>& schema<physics::BodyForce>();
 template <>
 const std::vector<Row<physics::OrientingField>>& schema<physics::OrientingField>();
+template <>
+const std::vector<Row<physics::Approximation>>& schema<physics::Approximation>();
 }  // namespace drover

@@ -1,5 +1,6 @@
 // physics/density_profile.hpp: the plateaus of a density along a line.
 #pragma once
+#include <cstddef>
 #include <span>
 
 namespace drover::physics {
@@ -8,6 +9,7 @@ namespace drover::physics {
 struct DensityProfile {
     double low = 0.0, high = 0.0;                    ///< at the flattest points below and above the middle [1/mm^2]
     bool low_is_flat = false, high_is_flat = false;  ///< plateaus: both are phases that coexist
+    std::size_t low_at = 0, high_at = 0;             ///< these points
     double width = 0.0;                              ///< of the part above the middle [mm]; 0: uniform to rounding
 };
 

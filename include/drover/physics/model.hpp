@@ -36,6 +36,7 @@ struct Model {
     Noise noise;
     BodyForce force;
     OrientingField orienting_field;
+    Approximation approximation;
     TableData table;
     std::vector<TextTerm> text_terms;          ///< terms given as text in the scene
     std::map<std::string, double> parameters;  ///< parameters of the text terms, by name

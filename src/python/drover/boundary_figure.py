@@ -10,6 +10,8 @@ from drover.panels import STEPS, with_unit
 from drover.paper import SIZE, STYLE, add_axes, new_figure, write_title_and_caption
 
 PLANE, KEYS_LEFT = (0.9, 1.35, 7.3, 5.6), 8.5  # inches
+AREA_FRACTIONS = {"bead_area_fraction": r"area fraction of beads $\Phi_b$",
+                  "rod_area_fraction": r"area fraction of rods $\Phi_r$"}  # axes of a plane that are not scene keys
 
 
 @matplotlib.rc_context(STYLE)
@@ -65,7 +67,7 @@ def plane_of(theory):
 
 def label_of(theory, groups, axis):
     name = str(theory.attributes.get(f"boundary_{axis}", axis))
-    name = name if "." in name else name.replace("_", " ")  # area fractions are not scene keys
+    name = AREA_FRACTIONS.get(name, name)
     if "boundary" in groups:
         return with_unit(name, groups["boundary"][axis])
     return with_unit(name, groups["map"][f"map_{axis}"]) if "map" in groups else name
@@ -89,6 +91,8 @@ def write_keys(figure, codes, lines, conventions):
 def caption(theory, codes, lines, conventions, angles):
     """Explains the figure to a reader."""
     words = ["Lines where a uniform state becomes unstable to long waves, q → 0, from linear theory"
+             + ("; binodal: the densities of two phases that travel or stand side by side"
+                if any(line.limit == panels.BINODAL for line in lines) else "")
              + ("; where two coincide, the narrow line is drawn on the wide one."
                 if len({line.limit for line in lines}) > 1 else ".")]
     if codes:

@@ -8,7 +8,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 
-from drover.panels import GREEN, GREY, PURPLE, VERMILLION
+from drover.panels import BLUE, GREEN, GREY, PURPLE, VERMILLION
 
 # Names and pale colours of the codes of the map, from -1.
 REGIMES = ("not defined", "isotropic", "isotropic, phase separation", "flock", "flock, banding",
@@ -17,8 +17,9 @@ PALE = ("#ffffff", "#e4e4e4", "#ecd2e1", "#cfe3f2", "#f8d5bf", "#c4e8da")
 # Names, colours and widths of lines by instability; wide lines are drawn below, so coinciding lines remain visible.
 LIMITS = (("onset of a flock", "#000000", 1.8), ("phase separation", PURPLE, 1.8),
           ("banding: waves along p0", VERMILLION, 1.4),
-          ("oblique: waves at an angle to p0", GREEN, 3.0))
-OBLIQUE = 3
+          ("oblique: waves at an angle to p0", GREEN, 3.0),
+          ("binodal: phases that coexist", BLUE, 1.4))
+OBLIQUE, BINODAL = 3, 4
 CONVENTIONS = ("mean", "single-rod")
 ANGLES_AT = (0.08, 0.36, 0.64, 0.92)  # fractions of the length of an oblique line where its angle is written
 ANGLES_APART = 0.07                   # relative to the side of the plane

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import xarray
 
+from drover.attributes import about
 from drover.theory import NEEDED, Theory
 
 EMPTY_UNITS = {"", None}
@@ -11,18 +12,14 @@ EMPTY_UNITS = {"", None}
 
 def dataset_of(parts, first=None):
     """A dataset of {axes, arrays}; `first`: name, values and unit of an axis before the others."""
-    axes = [(name, values, description(unit, meaning)) for name, unit, meaning, values in parts["axes"]]
+    axes = [(name, values, about(name, unit, meaning)) for name, unit, meaning, values in parts["axes"]]
     lead = () if first is None else (first[0],)
-    variables = {name: (lead + tuple(dims), values, description(unit, meaning))
+    variables = {name: (lead + tuple(dims), values, about(name, unit, meaning))
                  for name, (unit, meaning, dims, values) in parts["arrays"].items()}
-    coordinates = {name: (name, values, about) for name, values, about in axes}
+    coordinates = {name: (name, values, words) for name, values, words in axes}
     if first is not None:
         coordinates[first[0]] = first
     return xarray.Dataset(variables, coordinates)
-
-
-def description(unit, meaning):
-    return {"units": unit, "long_name": meaning}
 
 
 def theory_of(result, scene_file):

@@ -2,6 +2,7 @@
 
     python3 -m drover.figure tradeoff.json [--output PNG]
     python3 -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME]
+    python3 -m drover.figure ARCHIVE --watch
 """
 import argparse
 import io
@@ -11,13 +12,16 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import boundary_figure, onset_figure, panels, particle_figure, smooth_panels, stability_figure, trade_panel
+from drover import (boundary_figure, live, onset_figure, panels, particle_figure, smooth_panels, stability_figure,
+                    trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError
-from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
+from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
 from drover.particles import ParticleRun
+from drover.stored import state_of
 from drover.theory import open_any
 
+WATCH_EVERY = 0.5  # s
 # Functions that draw theory, by kind of archive; a stability figure also takes a state.
 THEORY = {"boundary": boundary_figure.draw, "onset": onset_figure.draw}
 # Boxes of panels by shape of the cell: left, bottom, width, height in inches; the map is fitted into its box.
@@ -29,12 +33,13 @@ TALL = {**SQUARE, "map": (0.8, 1.6, 3.3, 5.35), "order": (6.35, 1.2, 5.05, 1.1)}
 WIDE_FROM, TALL_FROM = 2.0, 0.62  # ratio of the sides of the cell, x to y
 TITLES = {"map": "(a) {}", "structure": "(b) structure factors",
           "numbers": "(c) number fluctuations", "exponents": "(d) local exponent of (c)",
-          "order": "(e) polar order of the cell"}
+          "order": "(e) order of the cell"}
 # Of runs without noise, which have no fluctuations: boxes of panels by shape of the cell, and titles.
-SMOOTH_BOXES = {"profiles": (6.35, 5.3, 5.05, 1.65), "growth": (6.35, 3.2, 2.1, 1.35), "length": (9.3, 3.2, 2.1, 1.35)}
-SMOOTH_WIDE = {"profiles": (0.9, 1.25, 2.8, 2.95), "growth": (4.6, 3.15, 2.8, 1.05), "length": (4.6, 1.25, 2.8, 1.05)}
+SMOOTH_BOXES = {"profiles": (6.55, 5.3, 4.85, 1.65), "growth": (6.55, 3.2, 2.0, 1.35), "length": (9.4, 3.2, 2.0, 1.35)}
+SMOOTH_WIDE = {"profiles": (0.8, 3.05, 9.5, 1.25), "growth": (0.9, 1.25, 2.8, 1.0), "length": (4.6, 1.25, 2.8, 1.0),
+               "order": (8.4, 1.25, 3.0, 1.0)}
 SMOOTH_TITLES = {"map": "(a) {}", "profiles": "(b) along $x$ through the middle", "growth": "(c) deviations",
-                 "length": "(d) length of the pattern", "order": "(e) polar order of the cell"}
+                 "length": "(d) length of the pattern", "order": "(e) order of the cell"}
 
 
 def draw(run, frame=-1):
@@ -45,12 +50,12 @@ def draw(run, frame=-1):
                           "from the end")
     ratio = run.scene["grid"]["lx"] / run.scene["grid"]["ly"]
     one_row = run.scene["grid"]["ny"] == 1
-    layout = WIDE if one_row or ratio > WIDE_FROM else TALL if ratio < TALL_FROM else SQUARE
+    is_wide = one_row or ratio > WIDE_FROM
+    layout = WIDE if is_wide else TALL if ratio < TALL_FROM else SQUARE
     smooth = smooth_panels.is_smooth(run)
     if smooth:
         layout = {"map": layout["map"], "order": layout["order"],
-                  **(SMOOTH_WIDE if layout is WIDE else SMOOTH_BOXES)}
-    columns = 1 if layout["order"] is WIDE["order"] else 2
+                  **(SMOOTH_WIDE if is_wide else SMOOTH_BOXES)}
     with matplotlib.rc_context(STYLE):
         figure = new_figure()
         boxes = {**layout, "map": layout["map"] if one_row else fitted(layout["map"], ratio)}
@@ -66,7 +71,7 @@ def draw(run, frame=-1):
             smooth_panels.draw_length(axes["length"], run)
         else:
             drawn += panels.draw_numbers(axes["numbers"], axes["exponents"], run)
-        panels.draw_order(axes["order"], run, columns=columns)
+        panels.draw_order(axes["order"], run)
         for name, words in (SMOOTH_TITLES if smooth else TITLES).items():
             axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
         write_title_and_caption(figure, title(run, frame), (smooth_caption if smooth else caption)(run, drawn, blocks))
@@ -99,13 +104,6 @@ def draw_theory(theory, state=None):
     return THEORY[theory.kind](theory)
 
 
-def fitted(box, ratio):
-    """The largest box with this aspect ratio inside a box, at its upper left."""
-    left, bottom, width, height = box
-    fitted_width = min(width, height * ratio)
-    return left, bottom + height - fitted_width / ratio, fitted_width, fitted_width / ratio
-
-
 def title(run, frame):
     grid, time = run.scene["grid"], float(run.frames["time"][frame])
     name, seed = (run.attributes.get(key, "?") for key in ("scene_file", "seed"))
@@ -121,14 +119,18 @@ def negative_words(run):
     return " (a density of few particles, linear in its equations, may be below 0)"
 
 
+def block_words(blocks):
+    """What the colours and arrows of a map are averages over."""
+    pixel, arrow = (side and f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
+    return f"Colours are averages over {pixel}, " + (f"arrows over {arrow}" if arrow else "lines follow the flow")
+
+
 def smooth_caption(run, _, blocks):
     """Explains the figure of a run without noise."""
-    words = []
-    if blocks is not None:
-        pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-        words.append(f"(a) Colours are averages over {pixel}, arrows over {arrow}.")
-    words.append("(c) Standard deviations over the cell; those of densities are relative to their means. (d) 2π over "
-                 "the mean wavenumber of the spectrum of the order, or of a density where there is none.")
+    words = [] if blocks is None else [f"(a) {block_words(blocks)}."]
+    words.append("(b) Dotted, where it is known: the start moved at a constant speed, or the exact solution. (c) "
+                 "Standard deviations over the cell; those of densities are relative to their means. (d) 2π over the "
+                 "mean wavenumber of the spectrum of the order, or of a density where there is none.")
     if run.summary is None:
         words.append("The run is not finished.")
     words.append("Without noise there are no fluctuations to compare with linear theory.")
@@ -139,8 +141,7 @@ def caption(run, drawn, blocks):
     """Explains the figure to a reader.  Without blocks panel (a) is a profile."""
     words = ["(c) Segments of the line; (d) between each segment and the next longer one."]
     if blocks is not None:
-        pixel, arrow = (f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-        words = [f"(a) Colours are averages over {pixel}, arrows over {arrow}{negative_words(run)}; (c) boxes with "
+        words = [f"(a) {block_words(blocks)}{negative_words(run)}; (c) boxes with "
                  "equal numbers of grid cells along x and y; (d) between each box and the next larger one."]
     if run.summary is None:
         words.append("The run is not finished: points are means over all samples so far, including the warm-up, "
@@ -169,6 +170,17 @@ def write(figure, path):
         raise DroverError(f"{path} cannot be written ({error.strerror}); choose another path with --output") from error
 
 
+def watch(path):
+    """Shows the figure of a run in a window, redrawn when the run has written more, until the window is closed."""
+    screen, shown = live.screen(), None
+    while screen.is_open:
+        now = state_of(path)
+        if now != shown:
+            screen.show(settled(path, lambda: draw_file(path)))
+            shown = now
+        screen.wait(WATCH_EVERY)
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python3 -m drover.figure", description="Draws a figure of an archive: a "
                                      "run, the "
@@ -181,9 +193,14 @@ def main(arguments=None):
     parser.add_argument("--frame", type=int, help="for runs: number of the frame from 0; -1, the default, is the last")
     parser.add_argument("--state", help="for drover stability: the uniform state, such as isotropic; default: the most "
                         "ordered one")
+    parser.add_argument("--watch", action="store_true", help="show the figure in a window and redraw it while the run "
+                        "writes the file; writes nothing")
     options = parser.parse_args(arguments)
     output = options.output or options.archive.with_suffix(".png")
     try:
+        if options.watch:
+            watch(options.archive)
+            return 0
         write(settled(options.archive, lambda: draw_file(options.archive, options.frame, options.state)),
               output)
     except DroverError as error:

@@ -211,25 +211,29 @@ def map_shown(figure, run, density, limits, label):
 def particles_shown(figure, run, frames):
     """Draws bodies from above: beads as discs, rods as outlines coloured by their direction."""
     from drover import particle_panels as panels
+    from drover.particle_motion import FEW_RODS, view_of
     from drover.particles import sides_of
-    axes, sides = figure.add_axes((0.02, 0.02, 0.96, 0.9)), sides_of(run)
-    panels.draw_cell(axes, run, sides)
-    panels.draw_scale(axes, sides)
+    axes, sides, view = figure.add_axes((0.02, 0.02, 0.96, 0.9)), sides_of(run), None
+    if panels.is_periodic(run) and 0 < run.frames.sizes.get("rod", 0) <= FEW_RODS and (
+            "bead" not in run.frames.sizes):
+        view = view_of(numpy.stack([frame["rod_position"][:, :2] for frame in frames]), sides)
+    panels.draw_cell(axes, run, sides, view)
+    panels.draw_scale(axes, panels.whole(sides) if view is None else view)
     drawn = []
 
     def show(frame):
         while drawn:
             drawn.pop().remove()
-        drawn.extend(bodies_shown(axes, run, frame, sides))
+        drawn.extend(bodies_shown(axes, run, frame, sides, panels.is_periodic(run) and view is None))
         axes.set_title(f"{title_of(run)}   $t$ = {frame['time']:.4g} s", loc="left")
     return show
 
 
-def bodies_shown(axes, run, frame, sides):
+def bodies_shown(axes, run, frame, sides, periodic):
     from matplotlib.collections import EllipseCollection, PolyCollection
 
     from drover import particle_panels as panels
-    periodic, drawn = panels.is_periodic(run), []
+    drawn = []
     if "bead_position" in frame:
         radius = frame["bead_radius"]
         which, where = panels.shifted(frame["bead_position"][:, :2], radius, sides, periodic)
@@ -243,7 +247,8 @@ def bodies_shown(axes, run, frame, sides):
         drawn.append(PolyCollection(polygons, facecolors=colours, edgecolors="#303030", linewidths=0.4, zorder=3))
     for collection in drawn:
         axes.add_collection(collection, autolim=False)
-        panels.clip(collection, axes, run, sides)
+        if periodic:
+            panels.clip(collection, axes, run, sides)
     return drawn
 
 

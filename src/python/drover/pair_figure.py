@@ -4,11 +4,12 @@ import matplotlib
 from drover import panels
 from drover.archive import loaded
 from drover.moments import run_of
-from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
+from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
 from drover.particles import ParticleRun
 
-MAPS = ((0.8, 3.1, 3.75, 3.75), (6.5, 3.1, 3.75, 3.75))  # inches
+MAPS = ((0.8, 3.25, 3.65, 3.65), (6.5, 3.25, 3.65, 3.65))  # inches
 SERIES = (0.8, 1.2, 10.6, 1.2)
+MUCH_LONGER = 5.0  # ratio of durations from which times are drawn over them
 COLOURS = (panels.BLUE, panels.VERMILLION)
 
 
@@ -20,15 +21,22 @@ def draw(first, second, labels=None, frame=-1):
     labels = labels or names_of(runs)
     figure = new_figure()
     for letter, run, label, box in zip("ab", runs, labels, MAPS):
+        if is_plane(run):
+            box = fitted(box, run.scene["grid"]["lx"] / run.scene["grid"]["ly"])
         axes = add_axes(figure, box)
-        plot.map(run, axes, frame)
+        if is_plane(run):
+            panels.draw_map(axes, add_axes(figure, bar_box(box)), run, frame)
+        else:
+            plot.map(run, axes, frame)
         axes.set_title(f"({letter}) {label}", loc="left")
     axes = add_axes(figure, SERIES)
-    most = draw_orders(axes, runs, labels)
+    ends = [float(run.observables["time"][-1]) for run in runs]
+    scaled = max(ends) > MUCH_LONGER * min(ends) > 0.0
+    most = draw_orders(axes, runs, labels, ends if scaled else (1.0, 1.0))
     axes.margins(x=0.0)
     axes.set_ylim(0.0, 1.5 * most if most > panels.NO_ORDER else 1.0)  # space for the legend
     axes.set_title("(c) polar order", loc="left")
-    axes.set_xlabel("time $t$ [s]")
+    axes.set_xlabel("time over duration $t/T$" if scaled else "time $t$ [s]")
     axes.set_ylabel("polar order")
     axes.legend(loc="upper right", ncols=2)
     write_title_and_caption(figure, f"{labels[0]} and {labels[1]}", "(c) Dashed: means after the warm-up, with "
@@ -36,18 +44,22 @@ def draw(first, second, labels=None, frame=-1):
     return figure
 
 
-def draw_orders(axes, runs, labels):
-    """Draws the polar orders and their means; returns the largest."""
+def is_plane(run):
+    return not isinstance(run, ParticleRun) and run.frames.sizes["y"] > 1
+
+
+def draw_orders(axes, runs, labels, units):
+    """Draws the polar orders and their means over time in these units [s]; returns the largest."""
     most = 0.0
-    for run, label, colour in zip(runs, labels, COLOURS):
+    for run, label, colour, unit in zip(runs, labels, COLOURS, units):
         order = loaded(run.observables["polar_order"], run.path)
         most = max(most, float(order.max()))
         words = label
         if run.summary is not None and "polar_order" in run.summary:
             mean, error = (float(loaded(run.summary[name], run.path)) for name in ("polar_order", "polar_order_error"))
             words += f": {mean:.3g}" + (rf" $\pm$ {error:.1g}" if error > 0.0 else "")
-            axes.plot(order["time"][[0, -1]], [mean, mean], color=colour, linestyle="--", linewidth=0.9)
-        axes.plot(order["time"], order, color=colour, linewidth=0.9, label=words)
+            axes.plot(order["time"][[0, -1]] / unit, [mean, mean], color=colour, linestyle="--", linewidth=0.9)
+        axes.plot(order["time"] / unit, order, color=colour, linewidth=0.9, label=words)
     return most
 
 

@@ -22,14 +22,16 @@ COLOURS = (("rod_density", "rod density", r"\sigma"), ("bead_density", "bead den
 SIZE_OF_ORDER = "magnitude of the polar order"
 ARROWS = (("polar_order", "polar order", r"\mathbf{p}"), ("bead_velocity", "bead velocity", r"\mathbf{v}"))
 MAX_PIXELS, MAX_ARROWS = 64, 16  # along the longer side of the cell, roughly
+STREAM_FROM, STREAM_TO = 1e-3, 0.1  # of the longest arrow: medians between are of a flow around one place, as lines
 MAX_LOST = 0.1                     # of the variance, by averaging over pixels: a field that loses less is smooth
 SHELLS_PER_DECADE = 12             # points drawn of S(q)
 STEPS = (1, 2, 2.5, 5, 10)           # of ticks
 DECADES_SHOWN = 1e-10              # of S(q), relative to the largest value: smaller values are rounding errors
 ROUNDING = 1e-11                   # relative to a number of rods: smaller fluctuations are rounding errors
-NO_ORDER = 1e-6                    # polar order below is drawn on an axis from 0 to 1
+NO_ORDER = 1e-6                    # order below is rounding
 COLOUR_PART = 0.99                 # fraction of pixels inside the colour range
 FROM_ZERO = 0.6                    # colours start at 0 where the least density is below this part of the largest
+LEGEND_COLUMN = 2.2                # inches
 LEAST_PIXELS = 12                  # along the longer side, of averages that make a noisy density positive
 
 
@@ -129,12 +131,17 @@ def draw_profile(axes, run, frame):
 
 
 def draw_arrows(axes, run, frame):
-    """Draws block averages of the polar order or flow as arrows; returns the block size."""
+    """Draws block averages of the polar order or flow as arrows; returns the block size, or None for streamlines."""
     parts, _, symbol = arrows_of(run, frame)
     (p_x, block), (p_y, _) = (block_means(part, MAX_ARROWS) for part in parts)
-    longest = float(numpy.hypot(p_x, p_y).max())
+    lengths = numpy.hypot(p_x, p_y).values
+    longest = float(lengths.max())
     if not longest > 0.0:
         return block
+    if symbol == ARROWS[-1][-1] and STREAM_FROM * longest < numpy.median(lengths) < STREAM_TO * longest:
+        axes.streamplot(parts[0]["x"].values, parts[0]["y"].values, *(part.values for part in parts), color="white",
+                        linewidth=0.6, arrowsize=0.7, density=1.4)
+        return None
     length, key = 0.95 * min(block) / longest, float(f"{longest:.0e}")
     arrows = axes.quiver(p_x["x"], p_x["y"], p_x.values, p_y.values, color="white", edgecolor="black",
                          linewidth=0.3, pivot="mid", angles="xy", scale_units="xy", scale=1.0 / length,
@@ -216,9 +223,9 @@ def minor_ticks(axis):
 
 
 def minor_label(value, axis):
-    """Labels 2 and 5 of each decade on axes that span about a decade or less."""
+    """Labels 2 and 5 of each decade on axes that span few decades."""
     low, high = axis.get_view_interval()
-    return f"{value:g}" if high < 12.0 * low and f"{value:.3e}"[:5] in ("2.000", "5.000") else ""
+    return f"{value:g}" if high < 30.0 * low and f"{value:.3e}"[:5] in ("2.000", "5.000") else ""
 
 
 def make_room_below(axes, entries):
@@ -228,6 +235,13 @@ def make_room_below(axes, entries):
     bottom, top = scale.transform(axes.get_ylim())
     lower = scale.inverted().transform([bottom - (top - bottom) * part / (1.0 - part)])[0]
     axes.set_ylim(lower, axes.get_ylim()[1])
+
+
+def make_room_above(axes, rows):
+    """Extends linear axes at the top for a legend with this many rows."""
+    part = (0.22 + 0.19 * rows) / (axes.get_position().height * axes.figure.get_size_inches()[1])
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom, bottom + (top - bottom) / max(0.2, 1.0 - part))
 
 
 def write_instead(axes, message):
@@ -309,32 +323,43 @@ def number_keys(numbers, what):
     return [key_of("this run", BLUE, "o"), *theory, key_of(rf"independent {what}s, $\sqrt{{N}}$", line=":")]
 
 
-def draw_order(axes, run, columns):
-    """Draws the polar order over time, the warm-up shaded, the mean as a line."""
+def draw_order(axes, run):
+    """Draws the order of the rods and of the flow over time; of a noisy run the warm-up, shaded, and the mean."""
     order = loaded(run.observables["polar_order"], run.path)
-    times = order["time"].values
+    times, most = order["time"].values, float(order.max())
     density = run.frames["polar_order_x"].attrs.get("units") == "mm-2"
-    axes.plot(times, order.values, color=BLUE, linewidth=0.9, label="polar order")
-    most = float(order.max())
-    if "bead_velocity_order" in run.observables:
-        flow = loaded(run.observables["bead_velocity_order"], run.path)
+    flow = run.observables.get("bead_velocity_order")
+    shows_flow = flow is not None and float(loaded(flow, run.path).max()) > NO_ORDER
+    if not most > NO_ORDER and not shows_flow:
+        write_instead(axes, "no order: the mean polar order is zero")
+        return
+    if most > NO_ORDER:
+        axes.plot(times, order.values, color=BLUE, linewidth=0.9, label="polar order")
+    if shows_flow:
         axes.plot(times, flow.values, color=GREEN, linewidth=0.9, zorder=1, label="bead velocity order")
-        most = 1.3 * max(most, float(flow.max()))
-    if run.summary is not None:
-        warm_up, mean, error = (float(loaded(run.summary[name], run.path))
-                                for name in ("warm_up", "polar_order", "polar_order_error"))
-        if warm_up > 0.0:
-            axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0,
-                         label="warm-up, excluded")
-        sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate"
-        axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
-                  label=f"mean {mean:.3g}{sign}")
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper right", ncol=columns)
+        most = max(most, float(flow.max()))
+    if run.summary is not None and any(run.scene.get("noise", {}).values()):
+        draw_mean(axes, run, times)
+    width = axes.get_position().width * axes.figure.get_size_inches()[0]
+    columns = max(1, int(width / LEGEND_COLUMN))
+    axes.legend(loc="upper right", ncol=columns)
     axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
-    axes.set_ylim(0.0, 1.35 * (most if most > NO_ORDER else 1.0))  # space for the legend
-    axes.xaxis.set_major_locator(MaxNLocator(5 * columns, steps=STEPS))
+    axes.set_ylim(0.0, most)
+    make_room_above(axes, -(-len(axes.get_legend_handles_labels()[0]) // columns))
+    axes.xaxis.set_major_locator(MaxNLocator(max(4, int(width)), steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     axes.set_xlabel(with_unit("time $t$", order["time"]))
-    axes.set_ylabel(r"polar order $|\langle\mathbf{p}\rangle|/\langle\sigma\rangle$" if density else
+    axes.set_ylabel("order" if shows_flow else
+                    r"polar order $|\langle\mathbf{p}\rangle|/\langle\sigma\rangle$" if density else
                     r"polar order $|\langle\mathbf{p}\rangle|$")
+
+
+def draw_mean(axes, run, times):
+    """Draws the warm-up, shaded, and the mean of the polar order after it."""
+    warm_up, mean, error = (float(loaded(run.summary[name], run.path))
+                            for name in ("warm_up", "polar_order", "polar_order_error"))
+    if warm_up > 0.0:
+        axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label="warm-up, excluded")
+    sign = rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate"
+    axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
+              label=f"mean {mean:.3g}{sign}")

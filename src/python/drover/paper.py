@@ -38,6 +38,13 @@ def bar_box(box):
     return left + width + 0.1, bottom + height - tall, 0.14, tall
 
 
+def fitted(box, ratio):
+    """The largest box with this aspect ratio inside a box, at its upper left."""
+    left, bottom, width, height = box
+    fitted_width = min(width, height * ratio)
+    return left, bottom + height - fitted_width / ratio, fitted_width, fitted_width / ratio
+
+
 def write_title_and_caption(figure, title, caption):
     figure.text(0.8 / SIZE[0], 1.0 - 0.32 / SIZE[1], title, fontsize=12, va="center")
     figure.text(0.8 / SIZE[0], 0.66 / SIZE[1], "\n".join(textwrap.wrap(caption, 172)), fontsize=8.5, va="top",

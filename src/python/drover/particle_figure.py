@@ -1,16 +1,17 @@
-"""drover/particle_figure.py: figure of a particle run: rods coloured by direction, beads, two time series."""
-import matplotlib
-import numpy
+"""drover/particle_figure.py: figure of a particle run: bodies from above, and panels by what the scene shows."""
+from functools import partial
 
-from drover import particle_panels as panels
+import matplotlib
+
+from drover import particle_motion as motion, particle_panels as panels
 from drover.error import DroverError
 from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 from drover.particles import sides_of
 
-MAP, WHEEL = (0.7, 1.15, 6.3, 5.85), (7.55, 5.15, 1.75, 1.75)  # inches
+MAP, WHEEL, BESIDE = (0.7, 1.15, 6.3, 5.85), (7.55, 5.15, 1.75, 1.75), (7.22, 5.4, 1.25, 1.25)  # inches
+WAKE, BAR = (9.4, 5.35, 1.25, 1.25), (10.75, 5.35, 0.1, 1.25)
 SERIES = ((7.95, 3.25, 3.4, 1.35), (7.95, 1.25, 3.4, 1.35))
-# The first series is the polar order, the second the first available of these.
-FIRST, SECOND = "polar_order", ("bead_velocity_order", "bead_velocity_size", "energy_kinetic")
+FLOW = ("bead_velocity_order", "bead_velocity_size", "energy_kinetic")  # the first available is drawn
 
 
 @matplotlib.rc_context(STYLE)
@@ -22,41 +23,92 @@ def draw(run, frame=-1):
                           "from the end")
     figure = new_figure()
     axes = add_axes(figure, MAP)
-    sides = sides_of(run)
-    panels.draw_cell(axes, run, sides)
-    has_beads, has_rods = panels.draw_beads(axes, run, frame, sides), panels.draw_rods(axes, run, frame, sides)
-    panels.draw_scale(axes, sides)
-    axes.set_title("(a) " + " and ".join(name for name, there in (("rods", has_rods), ("beads", has_beads)) if there),
-                   loc="left")
-    if has_rods:
-        panels.draw_wheel(figure, tuple(part / side for part, side in zip(WHEEL, (*figure.get_size_inches(),) * 2)))
-    chosen = [name for name in (FIRST, next((name for name in SECOND if name in run.observables), None))
-              if name in run.observables]
-    for letter, name, box in zip("bc", chosen, SERIES):
+    about = draw_map(axes, run, frame)
+    axes.set_title("(a) " + " and ".join(f"{name}{'s' * (count(run, name) > 1)}" for name in ("rod", "bead")
+                                      if count(run, name)), loc="left")
+    has_wake = run.summary is not None and "flow_velocity_along" in run.summary
+    if count(run, "rod"):
+        box = BESIDE if has_wake else WHEEL
+        panels.draw_wheel(figure, tuple(part / side for part, side in zip(box, (*figure.get_size_inches(),) * 2)))
+    if has_wake:
+        wake = add_axes(figure, WAKE)
+        motion.draw_wake(wake, run, add_axes(figure, BAR))
+        wake.set_title("(b) beads around a rod", loc="left")
+    for letter, (words, its_draw), box in zip("cd" if has_wake else "bc", chosen(run, frame), SERIES):
         panel = add_axes(figure, box)
-        panels.draw_series(panel, run, name, float(run.frames["time"][frame]))
-        panel.set_title(f"({letter}) {panels.words_of(name)}", loc="left")
-    write_title_and_caption(figure, title(run, frame), caption(run, has_beads, has_rods))
+        its_draw(panel)
+        panel.set_title(f"({letter}) {words}", loc="left")
+    write_title_and_caption(figure, title(run, frame), caption(run, about))
     return figure
 
 
+def draw_map(axes, run, frame):
+    """Draws the cell from above, with paths or the flow; returns what the caption says of it."""
+    sides, view, about = sides_of(run), None, []
+    rods, beads, periodic = count(run, "rod"), count(run, "bead"), panels.is_periodic(run)
+    if rods and (rods <= motion.FEW_RODS or not beads):
+        places = motion.paths(run, frame, sides)
+        view = motion.view_of(places, sides) if periodic and not beads else None
+        motion.draw_paths(axes, run, places, frame, sides, periodic and view is None)
+        about += ["Lines are paths of rods."] * (len(places) > 1)
+    panels.draw_cell(axes, run, sides, view)
+    panels.draw_beads(axes, run, frame, sides)
+    panels.draw_rods(axes, run, frame, sides, periodic and view is None)
+    if beads and rods > motion.FEW_RODS:
+        drawn = motion.draw_flow(axes, run, frame, sides)
+        about += ["Arrows are displacements of beads in {:.3g} s, divided by this time and averaged over about {:.0f} "
+                  "of them.".format(*drawn)] if drawn else []
+    panels.draw_scale(axes, panels.whole(sides) if view is None else view)
+    if view is not None:
+        about.append("The periodic cell is larger than what is shown.")
+    else:
+        about.append("Dashed line: edge of the periodic cell." if periodic else "Black line: side wall.")
+    return about
+
+
+def chosen(run, frame):
+    """The two panels below the colour wheel, by what the run is about: titles, and functions of the axes."""
+    now, found = float(run.frames["time"][frame]), run.observables
+    is_path, flow = run.frames.sizes["time"] > 2, next((name for name in FLOW if name in found), None)
+    if not count(run, "rod"):
+        first = "temperatures of the beads", partial(motion.draw_temperatures, run=run, now=now)
+    elif "polar_order_local" in found:
+        first = "polar order about the centre", partial(motion.draw_several, run=run, now=now, label="order", names={
+            "polar_order_local": "size", "polar_order_azimuthal": "azimuthal"})
+    elif count(run, "rod") == 1 and is_path:
+        first = "velocity of the rod along its axis", partial(motion.draw_speed, run=run, now=now)
+    else:
+        first = "polar order", partial(panels.draw_series, run=run, name="polar_order", now=now)
+    if not count(run, "rod") and "pair_correlation_beads" in found:
+        return first, ("pair correlation of the beads", partial(motion.draw_pairs, run=run))
+    if is_path and count(run, "rod") and (count(run, "rod") <= motion.FEW_RODS or not count(run, "bead")):
+        return first, ("memory of the direction", partial(motion.draw_memory, run=run))
+    return first, (panels.words_of(flow), partial(panels.draw_series, run=run, name=flow, now=now))
+
+
+def count(run, body):
+    return run.frames.sizes.get(body, 0)
+
+
 def title(run, frame):
-    counts = " and ".join(f"{run.frames.sizes[name]} {name}s" for name in ("bead", "rod") if name in run.frames.sizes)
+    counts = " and ".join(f"{count(run, name)} {name}{'s' * (count(run, name) > 1)}" for name in ("bead", "rod")
+                          if count(run, name))
     name, seed = (run.attributes.get(key, "?") for key in ("scene_file", "seed"))
     return f"{name} at $t$ = {float(run.frames['time'][frame]):g} s   ({counts}, seed {seed})"
 
 
-def caption(run, has_beads, has_rods):
+def caption(run, about):
     """Explains the figure to a reader."""
     words = []
-    if has_rods:
+    if count(run, "rod"):
         words.append("(a) Rods, seen from above, are drawn as the smooth hull of their spheres, coloured by the "
-                     "direction from "
-                     "tail to head (colour wheel).")
-    if has_beads:
+                     "direction from tail to head (colour wheel).")
+    if count(run, "bead"):
         words.append("Beads are grey.")
-    words.append({"periodic": "Dashed line: edge of the periodic cell."}.get(
-        run.scene["cell"].get("shape", "periodic"), "Black line: side wall."))
+    words += about
     if run.summary is None:
         words.append("The run is not finished: there are no means yet.")
+    elif "flow_velocity_along" in run.summary:
+        words.append("(b) Mean velocity of the beads in the frame of a rod, which points to the right; colours show "
+                     "its component along the rod.")
     return " ".join(words)

@@ -89,16 +89,17 @@ def draw_beads(axes, run, frame, sides):
     return True
 
 
-def draw_rods(axes, run, frame, sides):
-    """Draws rods as outlines coloured by direction; returns whether there are any."""
+def draw_rods(axes, run, frame, sides, periodic):
+    """Draws rods as outlines coloured by direction, in a periodic cell with images; returns whether there are any."""
     if "rod_position" not in run.frames:
         return False
     places, axis = (frame_of(run, name, frame) for name in ("rod_position", "rod_axis"))
     at, radius = fixed_of(run, "rod_sphere_at"), fixed_of(run, "rod_sphere_radius")
-    polygons, colours = rod_outlines(places, axis, at, radius, sides, is_periodic(run))
+    polygons, colours = rod_outlines(places, axis, at, radius, sides, periodic)
     drawn = PolyCollection(polygons, facecolors=colours, edgecolors="#303030", linewidths=0.4, zorder=3)
     axes.add_collection(drawn)
-    clip(drawn, axes, run, sides)
+    if periodic:
+        clip(drawn, axes, run, sides)
     return True
 
 
@@ -147,26 +148,37 @@ def wall_line(cell, sides):
     return numpy.concatenate([*points, points[0][:1]])
 
 
-def draw_cell(axes, run, sides):
-    line = wall_line(run.scene["cell"], sides)
+def draw_cell(axes, run, sides, view=None):
+    """Draws the wall or the edge of the cell, or sets limits for a view (left, right, bottom, top) of part of it."""
     periodic = is_periodic(run)
-    axes.plot(line[:, 0], line[:, 1], color="#808080" if periodic else "black", linewidth=0.8 if periodic else 1.4,
-              linestyle=(0, (4, 3)) if periodic else "-", zorder=4, clip_on=False)
-    margin = 0.015 * max(sides)
-    axes.set_xlim(-0.5 * sides[0] - margin, 0.5 * sides[0] + margin)
-    axes.set_ylim(-0.5 * sides[1] - margin - 0.05 * max(sides), 0.5 * sides[1] + margin)
+    if view is None:
+        line = wall_line(run.scene["cell"], sides)
+        axes.plot(line[:, 0], line[:, 1], color="#808080" if periodic else "black",
+                  linewidth=0.8 if periodic else 1.4, linestyle=(0, (4, 3)) if periodic else "-", zorder=4,
+                  clip_on=False)
+        view = whole(sides)
+    left, right, bottom, top = view
+    margin = 0.015 * max(right - left, top - bottom)
+    axes.set_xlim(left - margin, right + margin)
+    axes.set_ylim(bottom - margin - 0.05 * max(right - left, top - bottom), top + margin)
     axes.set_aspect("equal", anchor="NW")
     axes.set_axis_off()
 
 
-def draw_scale(axes, sides):
-    """Draws a scale bar below the cell, about a fifth of it."""
-    wish = max(sides) / 5.0
-    decade = 10.0 ** numpy.floor(numpy.log10(wish))
-    length = max(step for step in (decade, 2 * decade, 5 * decade) if step <= wish * 1.0001)
-    x, y = -0.5 * sides[0], -0.5 * sides[1] - 0.035 * max(sides)
+def whole(sides):
+    """The view of the whole cell: left, right, bottom, top [mm]."""
+    return numpy.array([-0.5 * sides[0], 0.5 * sides[0], -0.5 * sides[1], 0.5 * sides[1]])
+
+
+def draw_scale(axes, view):
+    """Draws a scale bar below a view, about a fifth of it."""
+    left, right, bottom, top = view
+    side = max(right - left, top - bottom)
+    decade = 10.0 ** numpy.floor(numpy.log10(side / 5.0))
+    length = max(step for step in (decade, 2 * decade, 5 * decade) if step <= side / 5.0 * 1.0001)
+    x, y = left, bottom - 0.035 * side
     axes.add_line(Line2D([x, x + length], [y, y], color="black", linewidth=2.2, solid_capstyle="butt"))
-    axes.text(x + length + 0.012 * max(sides), y, f"{length:g} mm", va="center", ha="left")
+    axes.text(x + length + 0.012 * side, y, f"{length:g} mm", va="center", ha="left")
 
 
 def draw_wheel(figure, box):

@@ -38,14 +38,10 @@ def compare(first, second, labels=None, frame=-1):
 def map(run, axes=None, frame=-1):
     """Fields: a density with arrows of the order or the flow; profiles of one row.  Particles: the cell from above."""
     run, axes = run_of(run), axes_of(axes)
-    from drover import panels, particle_panels
-    from drover.particles import ParticleRun, sides_of
+    from drover import panels, particle_figure
+    from drover.particles import ParticleRun
     if isinstance(run, ParticleRun):
-        sides = sides_of(run)
-        particle_panels.draw_cell(axes, run, sides)
-        particle_panels.draw_beads(axes, run, frame, sides)
-        particle_panels.draw_rods(axes, run, frame, sides)
-        particle_panels.draw_scale(axes, sides)
+        particle_figure.draw_map(axes, run, frame)
     elif run.frames.sizes["y"] == 1:
         panels.draw_profile(axes, run, frame)
     else:
@@ -73,7 +69,7 @@ def numbers(run, axes=None, exponents=None):
 
 def order(run, axes=None):
     """The polar order over time, with its mean."""
-    return panel("draw_order", run, axes, columns=2)
+    return panel("draw_order", run, axes)
 
 
 def profiles(run, axes=None, exact=None):
@@ -117,11 +113,49 @@ def sweep(table, name, axes=None):
     return table.plot(name, axes)
 
 
-def panel(function, run, axes, **options):
+def paths(run, axes=None, frame=-1):
+    """The paths of the rods up to a frame, with the cell and the rods."""
+    from drover import particle_motion, particle_panels
+    from drover.particles import sides_of
+    run, axes = particles_of(run), axes_of(axes)
+    sides, periodic = sides_of(run), particle_panels.is_periodic(run)
+    particle_panels.draw_cell(axes, run, sides)
+    particle_motion.draw_paths(axes, run, particle_motion.paths(run, frame, sides), frame, sides, periodic)
+    particle_panels.draw_rods(axes, run, frame, sides, periodic)
+    particle_panels.draw_scale(axes, particle_panels.whole(sides))
+    return axes
+
+
+def wake(run, axes=None):
+    """The mean velocity of the beads in the frame of a rod, of a finished run of rods and beads."""
+    from drover.particle_motion import draw_wake
+    run, axes = particles_of(run), axes_of(axes)
+    if run.summary is None or "flow_velocity_along" not in run.summary:
+        raise Error("the run has no mean flow of beads around a rod; expected a finished run of rods and beads")
+    draw_wake(axes, run)
+    return axes
+
+
+def memory(run, axes=None):
+    """How long rods keep their direction: the autocorrelation of it, with the fit of rotational diffusion."""
+    from drover.particle_motion import draw_memory
+    run, axes = particles_of(run), axes_of(axes)
+    draw_memory(axes, run)
+    return axes
+
+
+def panel(function, run, axes):
     run, axes = fields_of(run), axes_of(axes)
     from drover import panels
-    getattr(panels, function)(axes, run, **options)
+    getattr(panels, function)(axes, run)
     return axes
+
+
+def particles_of(run):
+    run = run_of(run)
+    if "rod_axis" not in run.frames:
+        raise Error("this run has no rods; expected a run of particles with rods: see drover.plot.map")
+    return run
 
 
 def fields_of(run):

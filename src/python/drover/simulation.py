@@ -2,6 +2,7 @@
 from contextlib import contextmanager
 
 from drover import _drover
+from drover.attributes import about
 from drover.error import Error
 from drover.locks import hdf5
 from drover.progress import Progress
@@ -155,6 +156,19 @@ class Simulation:
             self._advance(self.step + stride, progress)
             yield self.frame
 
+    def watch(self, interval=None, *, until=None):
+        """Advances as every(), and shows the figure of each frame: in a notebook in place, otherwise in a window.
+
+        Closing the window stops it; the run can be advanced further.  Returns the frame.
+        """
+        from drover import live, plot
+        screen = live.screen()
+        for _ in self.every(interval, until=until, progress=False):
+            screen.show(plot.figure(self))
+            if not screen.is_open:
+                break
+        return self.frame
+
     def _advance(self, last, progress):
         chunk = 1
         try:
@@ -194,18 +208,17 @@ class Simulation:
             into = spheres if is_spheres else arrays
             is_field = group["group"] == "/"
             if is_field:
-                axes = {name: (values, {"units": unit, "long_name": meaning})
+                axes = {name: (values, about(name, unit, meaning))
                         for name, unit, meaning, values in group["axes"]}
             for name, (unit, meaning, dims, values) in group["arrays"].items():
                 into[start + name] = values
                 named = tuple(dims) if is_field else (axis, "component")
                 if not is_spheres:
-                    variables[start + name] = named, {"units": unit, "long_name": meaning}
+                    variables[start + name] = named, about(name, unit, meaning)
             for name, (unit, meaning, values) in group["fixed"].items():
                 into[start + name] = values
                 if not is_spheres:
-                    variables[start + name] = ((axis, f"{axis}_sphere")[:values.ndim],
-                                               {"units": unit, "long_name": meaning})
+                    variables[start + name] = ((axis, f"{axis}_sphere")[:values.ndim], about(name, unit, meaning))
         box = spheres.pop("box/edges", None)
         all_spheres = Frame(self.step, self.time, spheres, None, box, ({}, {})) if spheres else None
         return Frame(self.step, self.time, arrays, all_spheres, box, (variables, axes))
@@ -233,11 +246,10 @@ class Simulation:
         """The series of the observables so far, as an xarray Dataset over time, with units; a copy."""
         import xarray
         series = self._session.series()
-        about = {"units": "s", "long_name": "time since the start of the run"}
-        coordinates = {"time": ("time", series["times"], about)}
+        coordinates = {"time": ("time", series["times"], about("time", "s", "time since the start of the run"))}
         for name, unit, meaning, values in series["axes"]:
-            coordinates[name] = (name, values, {"units": unit, "long_name": meaning})
-        dataset = xarray.Dataset({name: (("time", *dims), values, {"units": unit, "long_name": meaning})
+            coordinates[name] = (name, values, about(name, unit, meaning))
+        dataset = xarray.Dataset({name: (("time", *dims), values, about(name, unit, meaning))
                                   for name, (unit, meaning, dims, values) in series["arrays"].items()}, coordinates)
         for name, (_, unit, times, values) in self._own.items():
             own = xarray.DataArray(values, {"time": times}, ("time",))

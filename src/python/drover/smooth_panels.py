@@ -5,9 +5,11 @@ from matplotlib.ticker import MaxNLocator
 
 from drover import panels
 from drover.archive import loaded
+from drover.exact import exact_of
 from drover.panels import BLUE, GREEN, PURPLE, STEPS, VERMILLION
 
-PROFILES = 4         # frames drawn
+PROFILES, WIDEST = 4, 3.0  # frames drawn, and the width of the first: all show where they coincide
+LEGEND_COLUMN = 1.6  # inches
 LEAST_SPREAD = 1e-6  # relative, of a density that is not uniform
 ROUNDING = 1e-13     # relative deviations below are rounding errors
 PARTS = (("rod_density", r"$\delta\sigma/\sigma$", BLUE), ("bead_density", r"$\delta\rho/\rho$", PURPLE),
@@ -32,22 +34,27 @@ def varying_field(run):
 
 
 def draw_profiles(axes, run, exact=None):
-    """Draws a field along x through the middle of the cell at several times; `exact` is a function of x and t."""
+    """Draws a field along x through the middle of the cell at several times, and what is known exactly, dotted.
+
+    `exact` is a function of x and t; without it the solution of Barenblatt, or the start where it moves unchanged.
+    """
     field, symbol = varying_field(run)
     row = field.isel(y=field.sizes["y"] // 2)
+    known = (exact, "exact") if exact is not None else exact_of(run, field, row)
     chosen = numpy.unique(numpy.linspace(0, row.sizes["time"] - 1, PROFILES).round().astype(int))
     colours = matplotlib.colormaps["viridis"](numpy.linspace(0.0, 0.85, len(chosen)))
+    widths = numpy.linspace(WIDEST, 1.2, len(chosen))
     x = row["x"].values
-    for frame, colour in zip(chosen, colours):
+    for frame, colour, width in zip(chosen, colours, widths):
         time = float(row["time"][frame])
-        axes.plot(x, row.values[frame], color=colour, linewidth=1.4, label=f"{time:g} s")
-        if exact is not None:
-            axes.plot(x, exact(x, time), color="black", linewidth=0.8, linestyle=":",
-                      label="exact" if frame == chosen[-1] else None)
+        axes.plot(x, row.values[frame], color=colour, linewidth=width, label=f"{time:g} s")
+        if known is not None:
+            axes.plot(x, known[0](x, time), color="black", linewidth=0.8, linestyle=":",
+                      label=known[1] if frame == chosen[-1] else None)
     axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.55 * (high - low))  # space for the legend
-    axes.legend(loc="upper right", ncols=2, frameon=False)
+    columns = max(2, int(axes.get_position().width * axes.figure.get_size_inches()[0] / LEGEND_COLUMN))
+    panels.make_room_above(axes, -(-len(axes.get_legend_handles_labels()[0]) // columns))
+    axes.legend(loc="upper right", ncols=columns, frameon=False, handlelength=1.4, columnspacing=1.0)
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     axes.set_xlabel(panels.with_unit("$x$", field["x"]))
@@ -68,7 +75,7 @@ def draw_growth(axes, run):
             continue
         deviation = numpy.where(deviation > ROUNDING, deviation, numpy.nan)
         unit = "" if name in run.frames else unit_of(run, name)
-        axes.plot(variance["time"], deviation, color=colour, linewidth=1.2, label=label + unit)
+        axes.plot(variance["time"], deviation, color=colour, linewidth=2.4 - 0.4 * drawn, label=label + unit)
         drawn += 1
     if not drawn:
         panels.write_instead(axes, "uniform fields")
@@ -79,7 +86,8 @@ def draw_growth(axes, run):
         panels.make_room_below(axes, -(-drawn // 2))
         corner = "lower right"
     else:
-        axes.set_ylim(0.0, (1.3 + 0.25 * -(-drawn // 2)) * numpy.nanmax(values))
+        axes.set_ylim(0.0, numpy.nanmax(values))
+        panels.make_room_above(axes, -(-drawn // 2))
         corner = "upper right"
     axes.set_xlim(float(run.observables["time"][0]), float(run.observables["time"][-1]))
     axes.set_xlabel(panels.with_unit("time $t$", run.observables["time"]))
@@ -108,7 +116,7 @@ def draw_length(axes, run):
     with numpy.errstate(divide="ignore", invalid="ignore"):
         length = 2.0 * numpy.pi * (total @ weight) / (total @ (weight * q))
     axes.plot(powers[0]["time"], length, color=BLUE, linewidth=1.2)
-    axes.set_ylim(0.0, None)
+    axes.set_ylim(0.0, 1.15 * numpy.nanmax(length))
     axes.set_xlim(float(run.observables["time"][0]), float(run.observables["time"][-1]))
     axes.xaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))

@@ -87,7 +87,7 @@ def caption(state):
                      f"{fastest[1]:.4g}\u00a0/mm{where}"
                      + (" (star); on the black line perturbations neither grow nor decay." if where else "."))
     if not state.is_isotropic and state.is_defined("slow_speed"):
-        words.append("Slow modes have s = −i u q − γ q² as q → 0, coloured in order of their speeds at each angle"
+        words.append("Slow modes have s = −i u q − γ q² as q → 0, named (d) in order of their speeds at each angle"
                      + (" (with gaps where two speeds coincide and γ is undefined)."
                         if bool(state.array("slow_damping").isnull().any()) else "."))
     q = panels.sound_wavenumber(state)

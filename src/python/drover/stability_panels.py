@@ -19,6 +19,7 @@ PARTS = (("rods", r"rods, $S_\sigma$", "rods", ("-", BLUE)),
          ("order_across_p0", r"order across $\mathbf{q}$", r"the order across $\mathbf{p}_0$", ("-.", GREEN)))
 PREFERRED = ("rods", "beads", "order_across_p0", "order_along_p0")  # preferred if one is drawn at several angles
 STATES = ("ordered", "along_the_field", "isotropic")  # the most ordered first
+SLOW_MODES = {1: ("slow mode",), 2: ("slower", "faster"), 3: ("slowest", "middle", "fastest")}  # by their speeds
 DECADES = 5           # of growth rates on the larger side of a symmetric logarithmic axis
 SPIKE = 4.0           # curves are clipped at this multiple of their typical range
 
@@ -195,8 +196,11 @@ def angle_keys(angles, fastest=None):
 def draw_slow(axes, state, name):
     """Draws speeds or damping of the slow modes over the angle, with growth if a speed is complex."""
     array = state.array(name)
-    for mode, (line, colour) in zip(array["slow_mode"].values, LINES * len(array["slow_mode"])):
-        axes.plot(array["angle"], array.sel(slow_mode=mode).values, color=colour, linestyle=line, linewidth=1.3)
+    modes = array["slow_mode"].values
+    names = SLOW_MODES.get(len(modes), [f"mode {i + 1}" for i in range(len(modes))])
+    for mode, words, (line, colour) in zip(modes, names, LINES * len(modes)):
+        axes.plot(array["angle"], array.sel(slow_mode=mode).values, color=colour, linestyle=line, linewidth=1.3,
+                  label=words)
     shown = [array.values]
     if name == "slow_speed" and state.holds("slow_growth"):
         growth = state.array("slow_growth")
@@ -206,6 +210,9 @@ def draw_slow(axes, state, name):
                              key_of("Im $u$ (growth if positive)", "black", line="-")])
     axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=1)
     axes.set_ylim(*range_without_spikes(numpy.concatenate([values.ravel() for values in shown])))
+    if name == "slow_damping" and len(modes) > 1:
+        make_room_below(axes, 1)
+        axes.legend(loc="lower left", ncols=len(modes), columnspacing=1.0)
     angle_axis(axes.xaxis, array)
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
     axes.set_xlabel(r"angle of $\mathbf{q}$ to $\mathbf{p}_0$ [degrees]")

@@ -5,6 +5,7 @@ from drover.error import Error
 from drover.panels import BLUE, GREEN, PURPLE, VERMILLION, unit_text
 
 COLOURS, MARKERS = (BLUE, VERMILLION, GREEN, PURPLE), "osD^"
+MAX_TICKS = 7  # of a map: ticks at the values of a key that has at most so many
 
 
 def draw_sweep(sweep, name, axes=None):
@@ -31,6 +32,17 @@ def label(sweep, name):
     return words if unit == "1" else f"{words} [{unit_text(unit)}]"
 
 
+def key_label(key):
+    """A key of the scene with its unit, as in drover schema."""
+    from drover.commands import schema
+    section, _, name = key.partition(".")
+    rows = [row for part in schema() if part["name"] == section for row in part["rows"] if row["name"] == name]
+    unit = rows[0].get("unit", "1") if rows else "1"
+    if unit in ("", "1"):
+        return key
+    return f"{key} ({unit_text(unit)})" if "[" in unit else f"{key} [{unit_text(unit)}]"  # [p]: the unit of p
+
+
 def draw_lines(axes, sweep, name):
     mean, error = sweep.data[name], sweep.data[f"{name}_error"]
     branches = list(mean["branch"].values) if "branch" in mean.dims else [None]
@@ -45,7 +57,7 @@ def draw_lines(axes, sweep, name):
             axes.plot([], [], marker + "-", color=colour, label=branch)
     if branches != [None]:
         axes.legend(title="branch")
-    axes.set_xlabel(sweep.keys[0])
+    axes.set_xlabel(key_label(sweep.keys[0]))
     axes.set_ylabel(label(sweep, name))
 
 
@@ -57,5 +69,8 @@ def draw_plane(axes, sweep, name):
     image = axes.pcolormesh(mean[x].values, mean[y].values, mean.transpose(y, x).values, shading="nearest",
                             cmap="viridis")
     axes.figure.colorbar(image, ax=axes, label=label(sweep, name))
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
+    for axis, key in ((axes.xaxis, x), (axes.yaxis, y)):
+        if mean.sizes[key] <= MAX_TICKS:
+            axis.set_ticks(mean[key].values)
+    axes.set_xlabel(key_label(x))
+    axes.set_ylabel(key_label(y))

@@ -85,7 +85,8 @@ def dataset_of(keys, rows):
     for name in names:
         unit = next(row[name]["unit"] for row in rows if name in row)
         for ending in ("", "_error"):
-            variables[name + ending] = (tuple(axes), numpy.full(shape, numpy.nan), {"units": unit, "long_name": name})
+            about = {"units": unit, "long_name": (name + ending).replace("_", " ")}
+            variables[name + ending] = (tuple(axes), numpy.full(shape, numpy.nan), about)
     for row in rows:
         place = tuple(values.index(row[axis]) for axis, values in axes.items())
         variables["seeds"][1][place] = row["seeds"]

@@ -5,6 +5,7 @@ from pathlib import Path
 import matplotlib
 
 from drover.error import DroverError
+from drover.panels import log_axes
 from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -14,8 +15,9 @@ PLANE = (1.0, 1.35, 7.0, 5.4)  # inches
 
 def draw_trade(found, axes=None):
     """Draws the fronts of the models; the line at 1 is what the wishes allow.  Returns the matplotlib axes."""
-    import matplotlib.pyplot
-    axes = matplotlib.pyplot.gca() if axes is None else axes
+    if axes is None:
+        from matplotlib import pyplot
+        axes = pyplot.figure(layout="constrained", figsize=(7.0, 4.0)).gca()
     models = list(dict.fromkeys(row["model"] for row in found["by_model"]))
     models.sort(key=lambda model: min(row["error_of_allowed"] for row in found["by_model"] if row["model"] == model))
     for model, colour in zip(models[:MOST_MODELS], COLOURS):
@@ -29,6 +31,7 @@ def draw_trade(found, axes=None):
     if good:
         axes.loglog(good[0]["cost"], good[0]["error_of_allowed"], "o", markersize=11, markerfacecolor="none",
                     markeredgecolor="black", label="cheapest that is allowed")
+    log_axes(axes)
     axes.set_xlabel("work [s of a core]")
     axes.set_ylabel("error over error allowed")
     axes.legend(frameon=False, loc="center left", bbox_to_anchor=(1.01, 0.5))

@@ -10,7 +10,6 @@ largest that this has had), their ratio, and whether the run warned.  With noise
 errors of the direction of the mean order are left out, as in the estimate.  Rows that exist are kept: re-run to resume.
 """
 import argparse
-import csv
 import json
 import math
 import random
@@ -21,8 +20,10 @@ from pathlib import Path
 
 import h5py
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "extremes"))
+TESTS = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(TESTS), str(TESTS / "extremes")]
 from field_error import FIELDS, frame_of, largest_error, size_of  # noqa: E402
+from studies import KeptTable, settings_of  # noqa: E402
 
 COLUMNS = ("scene", "kind", "method", "dt", "noise", "ended", "estimate", "true", "ratio", "field", "warned",
            "settings")
@@ -80,11 +81,8 @@ def run(program, folder, name, keys):
     """Status, JSON, and last frame of a run."""
     archive = folder / f"{name}.h5"
     (folder / "empty.toml").write_text("")
-    words = []
-    for key, value in {**keys, "output.file": str(archive)}.items():
-        written = str(value).lower() if isinstance(value, bool) else json.dumps(value)
-        words += ["--set", f"{key}={written}"]
-    ended = subprocess.run([program, "run", folder / "empty.toml", "--quiet", "--overwrite", "--json", *words],
+    ended = subprocess.run([program, "run", folder / "empty.toml", "--quiet", "--overwrite", "--json",
+                            *settings_of({**keys, "output.file": str(archive)})],
                            capture_output=True, text=True, check=False)
     if ended.returncode != 0:
         return ended.returncode, ended.stderr.strip(), None
@@ -120,25 +118,16 @@ def main():
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--first", type=int, default=0)
     options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
-    table = options.output / "step_error.csv"
-    rows = {}
-    if table.exists():
-        with open(table, newline="") as file:
-            rows = {int(row["scene"]): row for row in csv.DictReader(file)}
+    table = KeptTable(options.output / "step_error.csv", COLUMNS)
+    done = {int(row["scene"]) for row in table.rows}
     for number in range(options.first, options.first + options.count):
-        if number in rows:
-            continue
-        rows[number] = row_of(options.drover, number)
-        with open(table, "w", newline="") as file:
-            writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows[n] for n in sorted(rows))
-    judged = [row for row in rows.values() if row["ended"] == "0" and float(row["true"]) > 1e-12]
+        if number not in done:
+            table.add(row_of(options.drover, number))
+    judged = [row for row in table.rows if row["ended"] == "0" and float(row["true"]) > 1e-12]
     ratios = sorted(float(row["ratio"]) for row in judged)
     within = sum(1 / 3 <= ratio <= 3 for ratio in ratios)
     silent = [row["scene"] for row in judged if float(row["ratio"]) < 0.1 and str(row["warned"]) != "True"]
-    print(f"{len(rows)} scenes, {len(judged)} judged: within a factor of 3: {within} "
+    print(f"{len(table.rows)} scenes, {len(judged)} judged: within a factor of 3: {within} "
           f"({100 * within / len(judged):.0f} %); ratios {ratios[0]:.2g} to {ratios[-1]:.2g}, "
           f"median {ratios[len(ratios) // 2]:.2g}; below a tenth without a warning: {silent or 'none'}")
 

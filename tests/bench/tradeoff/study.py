@@ -13,19 +13,21 @@ are core seconds of whole processes.  FOLDER/study.csv has a row for each wish; 
 resume.
 """
 import argparse
-import csv
 import json
 import math
 import os
 import random
-import resource
-import subprocess
+import sys
 import tempfile
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from studies import KeptTable, settings_of, timed  # noqa: E402
 
 COLUMNS = ("scene", "kind", "observable", "wish", "outcome", "mean", "reference", "reference_error", "allowed", "error",
            "meets", "cost", "cheapest", "ratio", "trials", "production", "recommended", "cheapest_run", "settings")
 WISHES = (0.1, 0.01, 0.001)
+LONGEST = 1800.0  # s, of a process
 REFERENCE_SECONDS = 20.0  # of a core, for a reference with statistical errors
 
 
@@ -85,22 +87,6 @@ def scene(number):
     return particle_scene(number) if number % 15 == 14 else field_scene(number)
 
 
-def words_of(keys):
-    words = []
-    for key, value in keys.items():
-        written = str(value).lower() if isinstance(value, bool) else json.dumps(value)
-        words += ["--set", f"{key}={written}"]
-    return words
-
-
-def timed(*command):
-    """A process that has ended, and its core seconds."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=1800)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return ended, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
 class Bench:
     def __init__(self, program, folder, keys, observable):
         self.program, self.folder, self.keys, self.observable = program, folder, keys, observable
@@ -111,7 +97,7 @@ class Bench:
         """Mean, its error, correlation time and cost of a run; None where it fails."""
         archive = self.folder / "run.h5"
         ended, seconds = timed(self.program, "run", scene, "--quiet", "--overwrite", "--json",
-                               *words_of({**keys, "output.file": str(archive), "run.threads": 1}))
+                               *settings_of({**keys, "output.file": str(archive), "run.threads": 1}), timeout=LONGEST)
         if ended.returncode != 0:
             return None
         found = json.loads(ended.stdout)["results"][self.observable]
@@ -129,8 +115,8 @@ class Bench:
 
 def recommended(bench, wish):
     command = [bench.program, "tradeoff", bench.empty, "--want", f"{bench.observable}={100 * wish}%", "--budget", "60s",
-               "--workers", "1", "--json", "--output", bench.folder / "study", *words_of(bench.keys)]
-    return timed(*command)
+               "--workers", "1", "--json", "--output", bench.folder / "study", *settings_of(bench.keys)]
+    return timed(*command, timeout=LONGEST)
 
 
 def refusal_of(ended):
@@ -156,26 +142,17 @@ def reference_of(bench, noisy, particles, refine, longest):
 
 
 def search(bench, noisy, reference):
-    """Runs of all methods, steps and grids: name, bias, cost; with noise cost per second."""
+    """Runs of all methods, steps and grids: name, bias, cost (with noise per second), and what was found."""
+    span = {"time.end": 200.0} if noisy else {}
+    exact = bench.full("etdrk4-krogstad", 0.5, 1, **span) if noisy else reference  # on the same noise path
     runs = []
-    if not noisy:
-        for refine in (0.5, 1):
-            for method in ("etdrk2", "etdrk4-krogstad"):
-                for power in range(5, -2, -1):
-                    found = bench.full(method, 2.0**power, refine)
-                    if found and found["mean"] is not None and math.isfinite(found["mean"]):
-                        runs.append((f"{method}, dt times {2.0**power:g}, {refine} of the points",
-                                     found["mean"] - reference["mean"], found["cost"], None))
-        return runs
-    end = {"time.end": 200.0}
-    known = bench.full("etdrk4-krogstad", 0.5, 1, **end)  # on the same noise path
     for refine in (0.5, 1):
         for method in ("etdrk2", "etdrk4-krogstad"):
-            for power in range(4, -1, -1):
-                found = bench.full(method, 2.0**power, refine, **end)
-                if found and known and math.isfinite(found["mean"]):
-                    name = f"{method}, dt times {2.0**power:g}, {refine} of the points"
-                    runs.append((name, found["mean"] - known["mean"], found["cost"] / 200.0, found))
+            for power in range(4 if noisy else 5, -1 if noisy else -2, -1):
+                found = bench.full(method, 2.0**power, refine, **span)
+                if found and exact and found["mean"] is not None and math.isfinite(found["mean"]):
+                    runs.append((f"{method}, dt times {2.0**power:g}, {refine} of the points",
+                                 found["mean"] - exact["mean"], found["cost"] / span.get("time.end", 1.0), found))
     return runs
 
 
@@ -255,22 +232,12 @@ def main():
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--first", type=int, default=0)
     options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
-    table = options.output / "study.csv"
-    rows = []
-    if table.exists():
-        with open(table, newline="") as file:
-            rows = list(csv.DictReader(file))
-    done = {int(row["scene"]) for row in rows}
+    table = KeptTable(options.output / "study.csv", COLUMNS)
+    done = {int(row["scene"]) for row in table.rows}
     for number in range(options.first, options.first + options.count):
-        if number in done:
-            continue
-        rows += rows_of(os.path.abspath(options.drover), number)
-        with open(table, "w", newline="") as file:
-            writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(sorted(rows, key=lambda row: (int(row["scene"]), -float(row["wish"]))))
-    summary(rows)
+        if number not in done:
+            table.add(*rows_of(os.path.abspath(options.drover), number))
+    summary(table.rows)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,36 @@
+// physics/quasi_linear.hpp: short waves that meet the long ones, and not each other.
+#pragma once
+#include <functional>
+#include <vector>
+
+#include "drover/numerics/field.hpp"
+#include "drover/physics/equations.hpp"
+
+namespace drover::physics {
+
+/// The generalised quasi-linear approximation (Marston, Chini & Tobias, Phys. Rev. Lett. 116, 214501 (2016)) of a
+/// rate N: with long waves l, |q| <= quasi_linear_above, and short waves h,
+///     long:  N(l) + N''(l) h h/2,     short:  N'(l) h + N(mean).
+/// N(mean) is what acts on short waves from outside.  Exact for products of up to three fields.
+class QuasiLinear {
+public:
+    using Rate = std::function<void(const numerics::Spectra& state, numerics::Spectra& rate)>;
+
+    /// `degree`: as for numerics::is_kept.
+    QuasiLinear(const Equations& equations, const numerics::Grid& grid, int degree);
+
+    /// As many evaluations as evaluations() says; one where no kept wave is short.
+    void write(const numerics::Spectra& state, const Rate& full, numerics::Spectra& rate);
+
+private:
+    void displace(const numerics::Spectra& state, double factor);
+
+    std::vector<std::size_t> short_;  // their modes
+    bool depends_on_place_;
+    numerics::Spectra displaced_, other_;
+};
+
+/// Evaluations of N for one of the model: 1 unless it is quasi-linear.
+int evaluations(const Equations& equations);
+
+}  // namespace drover::physics

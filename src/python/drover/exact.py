@@ -1,0 +1,67 @@
+"""drover/exact.py: what is known exactly of a run without noise that starts from formulas: a profile in x and time."""
+import numpy
+
+LARGEST_ERROR = 0.02     # of the range of the profile: a start that moves unchanged agrees to this
+LEAST_STRUCTURE = 1e-3   # of the mean: the range of a profile that is not uniform
+
+
+def exact_of(run, field, row):
+    """A function of x and t and its label; None where nothing is known.  `row` is the field along x at every frame."""
+    if run.scene.get("initial", {}).get("kind") != "formula":
+        return None
+    return spreading(run, field, row) or travelling(row)
+
+
+def travelling(row):
+    """The start, displaced at a constant speed, if the field moves unchanged; the speed is that of the second frame."""
+    x, times, values = row["x"].values, row["time"].values, row.values
+    size = float(numpy.ptp(values[0]))
+    if not size > LEAST_STRUCTURE * abs(float(values[0].mean())) or not times[-1] > times[0]:
+        return None
+    side = len(x) * (x[1] - x[0])
+    spectra = numpy.fft.rfft(values, axis=1)
+    wavenumbers = 2.0 * numpy.pi * numpy.fft.rfftfreq(len(x), x[1] - x[0])
+
+    def moved(distance):
+        return numpy.fft.irfft(spectra[0] * numpy.exp(-1j * wavenumbers * distance), len(x))
+
+    speed = 0.0
+    for frame in range(1, len(times)):  # each frame refines the speed, which predicts the next within half a cell
+        guess = speed * (times[frame] - times[0])
+        shift = guess + (shift_of(spectra[0], spectra[frame], side) - guess + 0.5 * side) % side - 0.5 * side
+        if abs(moved(shift) - values[frame]).max() > LARGEST_ERROR * size:
+            return None
+        speed = shift / (times[frame] - times[0])
+    speed = 0.0 if abs(speed) * (times[-1] - times[0]) < 0.01 * (x[1] - x[0]) else speed
+    words = "start, at rest" if speed == 0.0 else f"start, {speed:.4g} mm/s"
+    return (lambda points, time: numpy.interp(points, x, moved(speed * (time - times[0])), period=side)), words
+
+
+def shift_of(first, other, side):
+    """The displacement from one spectrum of a row to another: the peak of their correlation on a fine mesh."""
+    cross = other * numpy.conj(first)
+    count = 64 * (len(first) - 1)
+    return side / count * int(numpy.fft.irfft(cross, count).argmax())
+
+
+def spreading(run, field, row):
+    """Barenblatt's solution of beads alone, slaved to their pressure, that start as a paraboloid."""
+    fields, stiffness, drag = (run.scene.get(name, {}) for name in ("fields", "stiffness", "drag"))
+    pressure, friction = stiffness.get("beads", 0.0), drag.get("coefficient", 0.0)
+    if field.name != "bead_density" or fields.get("rod_density") or not min(pressure, friction) > 0.0:
+        return None
+    start, x = row.values[0], row["x"].values
+    peak, inside = float(start.max()), start > 0.1 * start.max()
+    curvature, slope, height = numpy.polyfit(x[inside], start[inside], 2)
+    if not curvature < 0.0 or abs(numpy.polyval((curvature, slope, height), x[inside]) - start[inside]).max() > (
+            LARGEST_ERROR * peak):
+        return None
+    middle = -0.5 * slope / curvature
+    height = float(numpy.polyval((curvature, slope, height), middle))
+    radius_squared = -height / curvature
+    age = friction * radius_squared / (8.0 * pressure * height)  # since the beads were at one point
+
+    def profile(points, time):
+        ratio = numpy.sqrt(1.0 + time / age)
+        return numpy.maximum(0.0, height / ratio * (1.0 - (points - middle)**2 / (radius_squared * ratio)))
+    return profile, "exact (Barenblatt)"

@@ -1,0 +1,102 @@
+"""tests/app/test_python_panels.py: numbers behind panels: paths, flow and memory of particles, exact profiles."""
+from types import SimpleNamespace
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray
+from matplotlib.figure import Figure
+from support import MODELS
+
+from drover import exact, particle_motion as motion
+
+matplotlib.use("Agg")
+
+SIDES = np.array([10.0, 8.0])
+
+
+def run_of(times, **bodies):
+    """A run of particles in a periodic cell: {name: (frame, body, 3)}."""
+    frames = xarray.Dataset({name: (("time", name.split("_")[0], "component"), values)
+                             for name, values in bodies.items()}, {"time": times})
+    return SimpleNamespace(frames=frames, summary=None, path="x.h5", scene={"cell": {"shape": "periodic"}},
+                           attributes={"sides": SIDES}, store=None)
+
+
+def turning(rates, times):
+    angle = np.outer(times, rates)
+    return np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
+
+
+def test_the_memory_of_rods_that_turn_steadily_is_the_cosine_of_their_angle():
+    times = np.linspace(0.0, 10.0, 201)
+    lags, memory = motion.memory_of(run_of(times, rod_axis=turning([0.3, -0.3], times)))
+    assert len(lags) == motion.MAX_LAGS and lags[-1] == pytest.approx(3.0)  # a part of .3 of the run
+    assert memory == pytest.approx(np.cos(0.3 * lags), abs=1e-12)
+
+
+def test_the_flow_of_beads_that_move_together_is_their_velocity_also_across_the_edge():
+    start = np.random.default_rng(3).uniform(-0.5, 0.5, (600, 3)) * [*SIDES, 0.0]
+    velocity = np.array([1.5, -0.7, 0.0])
+    times = np.array([0.0, 2.0])
+    run = run_of(times, bead_position=start + times[:, None, None] * velocity)
+    flow, place, block, time, beads = motion.mean_flow(run, -1, SIDES)
+    assert time == 2.0 and len(flow[0]) == 48 and beads == 12.5  # 8 by 6 blocks
+    assert flow[0] == pytest.approx(1.5) and flow[1] == pytest.approx(-0.7)
+    assert (np.abs(place) <= 0.5 * SIDES[:, None]).all() and block == pytest.approx(10.0 / 8.0)
+
+
+def test_a_step_across_the_edge_of_a_periodic_cell_is_drawn_at_both_edges():
+    times = np.array([0.0, 1.0])
+    places = np.array([[[4.5, 0.0, 0.0]], [[5.5, 0.5, 0.0]]])
+    run = run_of(times, rod_position=places, rod_axis=turning([0.0], times))
+    axes = Figure().add_subplot()
+    motion.draw_paths(axes, run, motion.paths(run, -1, SIDES), -1, SIDES, True)
+    one, other = (collection.get_segments()[0] for collection in axes.collections)
+    assert one.tolist() == [[4.5, 0.0], [5.5, 0.5]] and other.tolist() == [[-5.5, 0.0], [-4.5, 0.5]]
+
+
+def test_the_view_of_one_rod_in_a_large_cell_is_around_its_path_and_that_of_many_is_the_cell():
+    path = np.array([[[1.0, 2.0]], [[5.0, 3.0]]])
+    left, right, bottom, top = motion.view_of(path, np.array([200.0, 200.0]))
+    assert (left, right) == pytest.approx((3.0 - 6.3, 3.0 + 6.3)) and (bottom, top) == pytest.approx((-3.8, 8.8))
+    assert motion.view_of(path, SIDES) is None
+    assert motion.view_of(np.repeat(path, 4, axis=1), np.array([200.0, 200.0])) is None
+
+
+def row_of(times, profile):
+    x = (np.arange(256) + 0.5) * 0.25
+    return xarray.DataArray([profile(x, t) for t in times], {"time": times, "x": x}, ("time", "x"))
+
+
+def pulse(x, centre):
+    return np.exp(8.0 * (np.cos(2.0 * np.pi * (x - centre) / 64.0) - 1.0))
+
+
+def test_a_profile_that_moves_unchanged_is_known_with_its_speed_after_several_turns_of_the_cell():
+    times = np.arange(0.0, 101.0, 10.0)
+    row = row_of(times, lambda x, t: 1.0 + pulse(x, 20.0 + 1.7 * t))  # 170 mm: more than twice around
+    profile, words = exact.travelling(row)
+    assert words == "start, 1.7 mm/s"
+    assert abs(profile(row["x"].values, 100.0) - row.values[-1]).max() < 0.02
+    at_rest = exact.travelling(row_of(times, lambda x, t: 1.0 + pulse(x, 20.0)))
+    assert at_rest[1] == "start, at rest"
+
+
+@pytest.mark.parametrize("profile", [lambda x, t: 1.0 + (1.0 + 0.01 * t) * pulse(x, 20.0), lambda x, t: 1.0 + 0.0 * x])
+def test_a_profile_that_grows_or_is_uniform_is_not_a_travelling_one(profile):
+    assert exact.travelling(row_of(np.arange(0.0, 101.0, 10.0), profile)) is None
+
+
+def test_the_solution_of_barenblatt_follows_from_the_start_and_the_scene():
+    import drover
+    scene = drover.Scene.load(MODELS / "barenblatt.toml")
+    start = row_of([0.0], lambda x, t: np.maximum(0.0, 1.0 - (x - 16.0)**2 / 16.0))
+    field = start.rename("bead_density")
+    run = SimpleNamespace(scene=scene.values)
+    profile, _ = exact.spreading(run, field, start)
+    x = start["x"].values
+    for t in (0.0, 15.0):  # t = 1 to 16 s of the header of the scene
+        expected = np.maximum(0.0, 1.0 - (x - 16.0)**2 / (16.0 * np.sqrt(1.0 + t))) / np.sqrt(1.0 + t)
+        assert profile(x, t) == pytest.approx(expected, abs=1e-9)
+    assert exact.spreading(run, field.rename("rod_density"), start) is None
