@@ -115,7 +115,7 @@ TEST(Propagator, order_grows_only_below_the_mean_field_threshold) {
 }
 
 // phi_k of the augmented matrix [[z, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]: its exponential holds phi_1
-// to phi_3 in its first row, that of a larger one the higher ones too.  For a scalar z this is an independent reference.
+// to phi_3 in its first row, that of a larger one the higher ones.  For a scalar z this is an independent reference.
 TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_to_huge_arguments) {
     for (const double z : {-1e9, -4e3, -100.0, -3.0, -0.4, -1e-3, -1e-9, 0.0, 1e-9, 0.3, 2.0, 30.0}) {
         Block m(1);

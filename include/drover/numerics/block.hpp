@@ -23,9 +23,9 @@ struct Block {
 using PhiFunctions = std::vector<Block>;
 inline constexpr int max_phi = 8;
 
-/// phi_0 to phi_highest, 3 <= highest <= max_phi.  Every entry to rounding, however stiff m is: Taylor series on a short
-/// interval in extended precision, then the doubling formulas for exp(z) - 1 in place of exp(z), so that slow modes
-/// beside fast ones keep all their digits.  Throws a run Error when a mode overflows in one step.
+/// phi_0 to phi_highest, 3 <= highest <= max_phi.  Every entry to rounding, however stiff m is: Taylor series on
+/// a short interval in extended precision, then the doubling formulas for exp(z) - 1 in place of exp(z), so that slow
+/// modes beside fast ones keep all their digits.  Throws a run Error when a mode overflows in one step.
 /// Source: Hochbruck & Ostermann, Acta Numerica 19, 209 (2010), eq. (2.10); doubling: Skaflestad & Wright, Appl. Numer.
 /// Math. 59, 783 (2009).
 PhiFunctions phi_functions(const Block& m, double dt, int highest = 3);
