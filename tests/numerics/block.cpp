@@ -137,6 +137,25 @@ TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_
     }
 }
 
+TEST(NoiseTree, has_the_bits_of_its_covariance_and_of_its_halves) {
+    for (const double dt : {1e-4, 0.05, 3.0, 12.8})
+        for (const double q : {0.0, 0.3, 7.0})
+            for (const Block& m :
+                 {test::rod_bead_operator(decaying, q).along, test::rod_bead_operator(decaying, q).across}) {
+                Block noise(m.size);
+                noise(m.size - 1, m.size - 1) = 0.5;
+                const NoiseTree tree = noise_tree(m, noise, dt, 7);
+                EXPECT_EQ(tree.covariance.values, noise_covariance(m, noise, dt).values);
+                const std::vector<NoiseHalves> halves = noise_halves(m, noise, 0.5 * dt, 7);
+                ASSERT_EQ(tree.halves.size(), halves.size());
+                for (std::size_t k = 0; k < halves.size(); ++k) {
+                    EXPECT_EQ(tree.halves[k].regression.values, halves[k].regression.values);
+                    EXPECT_EQ(tree.halves[k].spread.values, halves[k].spread.values);
+                    EXPECT_EQ(tree.halves[k].propagator.values, halves[k].propagator.values);
+                }
+            }
+}
+
 TEST(PhiFunctions, of_blocks_obey_their_recurrence) {
     for (const double dt : {1e-4, 0.05, 3.0}) {
         const Block m = test::rod_bead_operator(decaying, 0.7).along;

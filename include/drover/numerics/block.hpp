@@ -43,6 +43,13 @@ struct NoiseHalves {
 /// For halves of the lengths dt, dt/2, ..., dt/2^(count - 1).  Throws as noise_covariance.
 std::vector<NoiseHalves> noise_halves(const Block& m, const Block& q, double dt, int count);
 
+/// The covariance over `whole`, and for halves of the lengths whole/2, ..., whole/2^count.  Throws as noise_covariance.
+struct NoiseTree {
+    Block covariance;
+    std::vector<NoiseHalves> halves;
+};
+NoiseTree noise_tree(const Block& m, const Block& q, double whole, int count);
+
 /// The rates of the modes of da/dt = m a, in no order.
 std::vector<std::complex<double>> eigenvalues(const Block& m);
 
