@@ -300,6 +300,15 @@ std::vector<NoiseHalves> noise_halves(const Block& m, const Block& q, double dt,
     return result;
 }
 
+NoiseTree noise_tree(const Block& m, const Block& q, double whole, int count) {
+    NoiseTree result{.covariance = {}, .halves = std::vector<NoiseHalves>(static_cast<std::size_t>(count))};
+    for_noisy_intervals(m, q, whole, count + 1, [&](int k, const NoisyInterval& found) {
+        if (k == 0) result.covariance = rounded(found.covariance);
+        else result.halves[static_cast<std::size_t>(k - 1)] = halves_of(found, std::ldexp(whole, -k));
+    });
+    return result;
+}
+
 std::vector<std::complex<double>> eigenvalues(const Block& m) {
     const Eigen::MatrixXd in_double = extended(m).cast<double>();
     const Eigen::VectorXcd rates = in_double.eigenvalues();

@@ -85,16 +85,18 @@ void NoisePath::prepare(int level) {
             std::copy(entries_of_n.begin(), entries_of_n.end(), to.data() + n * entries_of_n.size());
             entries_of_n.clear();
         };
+        std::vector<NoiseHalves> along, across;
         if (first == 0) {
-            append_entries({factor(noise_covariance(m.along, covariance.along, root_)),
-                            factor(noise_covariance(m.across, covariance.across, root_))},
-                           entries_of_n);
+            NoiseTree tree_along = noise_tree(m.along, covariance.along, root_, halves),
+                      tree_across = noise_tree(m.across, covariance.across, root_, halves);
+            append_entries({factor(tree_along.covariance), factor(tree_across.covariance)}, entries_of_n);
             store(made.front().draw);
+            along = std::move(tree_along.halves), across = std::move(tree_across.halves);
+        } else {
+            const double longest = std::ldexp(root_, -first_halves);
+            along = noise_halves(m.along, covariance.along, longest, halves);
+            across = noise_halves(m.across, covariance.across, longest, halves);
         }
-        if (halves == 0) return;
-        const double longest = std::ldexp(root_, -first_halves);
-        const std::vector<NoiseHalves> along = noise_halves(m.along, covariance.along, longest, halves),
-                                       across = noise_halves(m.across, covariance.across, longest, halves);
         for (std::size_t k = 0; k < along.size(); ++k) {
             Level& now = made[static_cast<std::size_t>(first_halves - first) + k];
             append_entries({along[k].regression, across[k].regression}, entries_of_n);

@@ -115,8 +115,7 @@ TEST(Propagator, order_grows_only_below_the_mean_field_threshold) {
 }
 
 // phi_k of the augmented matrix [[z, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]: its exponential holds phi_1
-// to phi_3 in its first row, that of a larger one the higher ones too.  For a scalar z this is an independent
-// reference.
+// to phi_3 in its first row, that of a larger one the higher ones.  For a scalar z this is an independent reference.
 TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_to_huge_arguments) {
     for (const double z : {-1e9, -4e3, -100.0, -3.0, -0.4, -1e-3, -1e-9, 0.0, 1e-9, 0.3, 2.0, 30.0}) {
         Block m(1);
@@ -136,6 +135,25 @@ TEST(PhiFunctions, of_a_scalar_are_those_of_the_augmented_exponential_from_tiny_
             }
         }
     }
+}
+
+TEST(NoiseTree, has_the_bits_of_its_covariance_and_of_its_halves) {
+    for (const double dt : {1e-4, 0.05, 3.0, 12.8})
+        for (const double q : {0.0, 0.3, 7.0})
+            for (const Block& m :
+                 {test::rod_bead_operator(decaying, q).along, test::rod_bead_operator(decaying, q).across}) {
+                Block noise(m.size);
+                noise(m.size - 1, m.size - 1) = 0.5;
+                const NoiseTree tree = noise_tree(m, noise, dt, 7);
+                EXPECT_EQ(tree.covariance.values, noise_covariance(m, noise, dt).values);
+                const std::vector<NoiseHalves> halves = noise_halves(m, noise, 0.5 * dt, 7);
+                ASSERT_EQ(tree.halves.size(), halves.size());
+                for (std::size_t k = 0; k < halves.size(); ++k) {
+                    EXPECT_EQ(tree.halves[k].regression.values, halves[k].regression.values);
+                    EXPECT_EQ(tree.halves[k].spread.values, halves[k].spread.values);
+                    EXPECT_EQ(tree.halves[k].propagator.values, halves[k].propagator.values);
+                }
+            }
 }
 
 TEST(PhiFunctions, of_blocks_obey_their_recurrence) {

@@ -23,8 +23,8 @@ struct Block {
 using PhiFunctions = std::vector<Block>;
 inline constexpr int max_phi = 8;
 
-/// phi_0 to phi_highest, 3 <= highest <= max_phi.  Every entry to rounding, however stiff m is: Taylor series on a
-/// short interval in extended precision, then the doubling formulas for exp(z) - 1 in place of exp(z), so that slow
+/// phi_0 to phi_highest, 3 <= highest <= max_phi.  Every entry to rounding, however stiff m is: Taylor series on
+/// a short interval in extended precision, then the doubling formulas for exp(z) - 1 in place of exp(z), so that slow
 /// modes beside fast ones keep all their digits.  Throws a run Error when a mode overflows in one step.
 /// Source: Hochbruck & Ostermann, Acta Numerica 19, 209 (2010), eq. (2.10); doubling: Skaflestad & Wright, Appl. Numer.
 /// Math. 59, 783 (2009).
@@ -42,6 +42,13 @@ struct NoiseHalves {
 
 /// For halves of the lengths dt, dt/2, ..., dt/2^(count - 1).  Throws as noise_covariance.
 std::vector<NoiseHalves> noise_halves(const Block& m, const Block& q, double dt, int count);
+
+/// The covariance over `whole`, and for halves of the lengths whole/2, ..., whole/2^count.  Throws as noise_covariance.
+struct NoiseTree {
+    Block covariance;
+    std::vector<NoiseHalves> halves;
+};
+NoiseTree noise_tree(const Block& m, const Block& q, double whole, int count);
 
 /// The rates of the modes of da/dt = m a, in no order.
 std::vector<std::complex<double>> eigenvalues(const Block& m);
