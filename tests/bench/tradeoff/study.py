@@ -177,7 +177,7 @@ def rows_of(program, number):
     noisy, particles = "noise" in kind or kind == "particles", kind == "particles"
     with tempfile.TemporaryDirectory() as name:
         bench = Bench(program, Path(name), keys, observable)
-        reference, runs = None, None
+        known = {}  # reference and search, by refinement
         for wish in WISHES:
             row = {"scene": number, "kind": kind, "observable": observable, "wish": wish, "settings": json.dumps(keys)}
             ended, trials = recommended(bench, wish)
@@ -189,13 +189,14 @@ def rows_of(program, number):
             row["recommended"] = "; ".join(line[4:] for line in text.splitlines() if line.startswith("# - "))[:600]
             found = bench.run(bench.folder / "study" / "recommended.toml", {})
             given = bench.full("etdrk2", 1, 1) if not particles else None
-            if reference is None:
-                # Where noise reaches the shortest waves, the study takes the grid as part of the model, and says so.
-                refine = 1 if "part of the model" in text else 2
+            # Where noise reaches the shortest waves, the study takes the grid as part of the model, and says so.
+            refine = 1 if "part of the model" in text else 2
+            if refine not in known:
                 reference = reference_of(bench, noisy, particles, refine, 20000.0)
                 if reference and noisy and reference["error"] is None:
                     reference = None
-                runs = search(bench, noisy, reference) if reference and not particles else []
+                known[refine] = reference, search(bench, noisy, reference) if reference and not particles else []
+            reference, runs = known[refine]
             if not found or not reference:
                 yield {**row, "outcome": "the recommended run fails" if not found else "no reference"}
                 continue
