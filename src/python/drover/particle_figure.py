@@ -111,4 +111,6 @@ def caption(run, about):
     elif "flow_velocity_along" in run.summary:
         words.append("(b) Mean velocity of the beads in the frame of a rod, which points to the right; colours show "
                      "its component along the rod.")
+    if run.summary is not None and float(run.summary.get("warm_up", 0.0)) > 0.0:
+        words.append("Grey times: warm-up, left out of means.")
     return " ".join(words)
