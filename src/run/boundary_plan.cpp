@@ -1,6 +1,7 @@
 // run/boundary_plan.cpp: from the text of a plane to its axes.
 #include "run/boundary_plan.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "drover/physics/regimes.hpp"
@@ -104,13 +105,9 @@ std::vector<std::string> conventions_of(const io::Scene& scene) {
 }
 }  // namespace
 
-std::vector<std::string> line_names() {
-    std::vector<std::string> names;
-    for (const physics::Limit limit :
-         {physics::Limit::onset, physics::Limit::phase_separation, physics::Limit::banding, physics::Limit::oblique})
-        names.push_back(physics::limit_name(limit));
-    names.emplace_back(binodal_name);
-    return names;
+const std::vector<std::string>& line_names() {
+    const std::vector<Row<io::BoundaryPlan>>& rows = schema<io::BoundaryPlan>();
+    return std::find_if(rows.begin(), rows.end(), [](const auto& row) { return row.name == "lines"; })->choices;
 }
 
 PlannedBoundary plan_boundary(const io::Scene& scene) {

@@ -16,9 +16,10 @@ struct PlannedBoundary {
     bool has_binodal = false;  ///< with it or a limit
 };
 
-/// The lines that a plane may show: the limits, and the binodals of phases that coexist.
+/// The lines that a plane may show, which are the choices of boundary.lines: the limits, and the binodals of phases
+/// that coexist.
+const std::vector<std::string>& line_names();
 inline constexpr const char* binodal_name = "binodal";
-std::vector<std::string> line_names();
 
 /// Throws an input Error at the key that is wrong.
 PlannedBoundary plan_boundary(const io::Scene& scene);

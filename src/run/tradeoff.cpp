@@ -266,10 +266,11 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
         words.push_back(text("samples every {:.6g} s: more tell no more of the means",
                              std::max(found.sample_every, best.step->level.sample_every)));
     words.push_back(advice_on(found, best));
-    if (front.front().step == nullptr && front.front().ratio <= 1.0)
+    if (const Candidate& theory = front.front(); theory.step == nullptr && theory.ratio <= 1.0) {
+        const std::size_t hardest = hardest_wish(found, theory);
         words.push_back(text("linear theory, which needs no run, has an error of {}",
-                             error_text(found, hardest_wish(found, front.front()),
-                                        front.front().parts[hardest_wish(found, front.front())].bound())));
+                             error_text(found, hardest, theory.parts[hardest].bound())));
+    }
     words.push_back(
         text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.seconds)));
     const auto ten = std::find_if(front.begin(), front.end(), [&](const Candidate& one) {

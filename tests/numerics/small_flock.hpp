@@ -11,6 +11,15 @@ namespace drover::numerics {
 // self-advection, a force that varies in time.
 inline constexpr Grid small_grid{16, 16, 6.0, 6.0};
 
+/// Covariance rate of noise of this strength on the order, for a system of one scalar and one vector.
+inline auto noise_on_order(double strength) {
+    return [strength](double) {
+        IsotropicBlocks q{Block(2), Block(1)};
+        q.along(1, 1) = q.across(0, 0) = strength;
+        return q;
+    };
+}
+
 inline System small_flock(const Transform& transform) {
     System system{.grid = small_grid,
                   .layout = {.scalars = 1, .vectors = 1},

@@ -142,11 +142,7 @@ TEST(MultistepStepper, rejects_noise) {
     Threads threads(1);
     const Transform transform(small_grid, 3, threads);
     System system = small_flock(transform);
-    system.noise = [](double) {
-        IsotropicBlocks q{Block(2), Block(1)};
-        q.along(1, 1) = q.across(0, 0) = 1e-3;
-        return q;
-    };
+    system.noise = noise_on_order(1e-3);
     EXPECT_THROW(Stepper(system, stepper_table("etd-abm4"), 0.1, 1, threads), Error);
 }
 
@@ -230,11 +226,7 @@ TEST(Stepper, with_noise_the_bytes_do_not_depend_on_the_number_of_threads) {
     Threads one(1);
     const Transform transform(small_grid, 3, one);
     System system = small_flock(transform);
-    system.noise = [](double) {
-        IsotropicBlocks q{Block(2), Block(1)};
-        q.along(1, 1) = q.across(0, 0) = 0.01;
-        return q;
-    };
+    system.noise = noise_on_order(0.01);
     for (const char* name : {"exponential-euler", "etdrk2", "etdrk4"}) {
         const Spectra expected = after(system, stepper_table(name), 5, 0.5, start(transform), one);
         for (const int team : {2, 4}) {

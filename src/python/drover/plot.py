@@ -51,7 +51,8 @@ def map(run, axes=None, frame=-1):
 
 def structure(run, axes=None):
     """Structure factors S(q) with errors and linear theory."""
-    return panel("draw_structure", run, axes)
+    from drover import panels
+    return panel(panels.draw_structure, fields_of(run), axes)
 
 
 def numbers(run, axes=None, exponents=None):
@@ -69,7 +70,8 @@ def numbers(run, axes=None, exponents=None):
 
 def order(run, axes=None):
     """The polar order over time, with its mean."""
-    return panel("draw_order", run, axes)
+    from drover import panels
+    return panel(panels.draw_order, fields_of(run), axes)
 
 
 def profiles(run, axes=None, exact=None):
@@ -82,18 +84,14 @@ def profiles(run, axes=None, exact=None):
 
 def growth(run, axes=None):
     """Standard deviations of the fields over time; those of densities are relative to their means."""
-    from drover.smooth_panels import draw_growth
-    run, axes = fields_of(run), axes_of(axes)
-    draw_growth(axes, run)
-    return axes
+    from drover import smooth_panels
+    return panel(smooth_panels.draw_growth, fields_of(run), axes)
 
 
 def length(run, axes=None):
     """The length of the pattern over time: 2 pi over the mean wavenumber of the spectrum of the order or a density."""
-    from drover.smooth_panels import draw_length
-    run, axes = fields_of(run), axes_of(axes)
-    draw_length(axes, run)
-    return axes
+    from drover import smooth_panels
+    return panel(smooth_panels.draw_length, fields_of(run), axes)
 
 
 def series(run, name, axes=None):
@@ -138,16 +136,13 @@ def wake(run, axes=None):
 
 def memory(run, axes=None):
     """How long rods keep their direction: the autocorrelation of it, with the fit of rotational diffusion."""
-    from drover.particle_motion import draw_memory
-    run, axes = particles_of(run), axes_of(axes)
-    draw_memory(axes, run)
-    return axes
+    from drover import particle_motion
+    return panel(particle_motion.draw_memory, particles_of(run), axes)
 
 
-def panel(function, run, axes):
-    run, axes = fields_of(run), axes_of(axes)
-    from drover import panels
-    getattr(panels, function)(axes, run)
+def panel(draw, run, axes):
+    axes = axes_of(axes)
+    draw(axes, run)
     return axes
 
 

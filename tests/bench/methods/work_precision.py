@@ -15,11 +15,15 @@ import json
 import os
 import re
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import h5py
 import numpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from studies import KeptTable, settings_of  # noqa: E402
 
 MODELS = Path(__file__).resolve().parents[3] / "models"
 FIELDS = (("bead_density",), ("rod_density",), ("bead_velocity_x", "bead_velocity_y"),
@@ -53,12 +57,11 @@ def run(program, folder, scene, method, dt, tolerance, limit=20.0):
     keys = {**keys, "time.stepper": method, "time.dt": dt, "time.end": end, "time.tolerance": tolerance,
             "time.max_error": 0.0, "output.frame_every": 0.0, "output.sample_every": 0.0, "run.threads": 1,
             "analysis.warm_up": 0.0}
-    words = [word for key, value in keys.items() for word in ("--set", f"{key}={json.dumps(value)}")]
     archive = folder / "run.h5"
     before = os.times().children_user
     try:
-        ended = subprocess.run([program, "run", MODELS / name, *words, "-o", archive, "--overwrite"], check=False,
-                               capture_output=True, text=True, timeout=limit)
+        ended = subprocess.run([program, "run", MODELS / name, *settings_of(keys), "-o", archive, "--overwrite"],
+                               check=False, capture_output=True, text=True, timeout=limit)
     except subprocess.TimeoutExpired:
         return "too slow"
     seconds = os.times().children_user - before
@@ -96,15 +99,13 @@ def settings():
 
 
 def measure(program, table):
-    rows = list(csv.DictReader(table.open())) if table.exists() else []
-    done = {(row["scene"], row["method"], float(row["dt"]), float(row["tolerance"])) for row in rows}
+    kept = KeptTable(table, COLUMNS)
+    done = {(row["scene"], row["method"], float(row["dt"]), float(row["tolerance"])) for row in kept.rows}
     exact = {}
     too_slow = {(row["scene"], row["method"], float(row["tolerance"]) > 0.0)
-                for row in rows if row["error"] == "too slow"}
-    with tempfile.TemporaryDirectory() as name, table.open("a") as file:
-        folder, writer = Path(name), csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        if not rows:
-            writer.writeheader()
+                for row in kept.rows if row["error"] == "too slow"}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
         for scene, method, dt, tolerance in settings():
             series = (scene, method, tolerance > 0.0)
             if (scene, method, dt, tolerance) in done or series in too_slow:
@@ -120,8 +121,7 @@ def measure(program, table):
             else:
                 row |= {"right_hand_sides": found[1], "cpu_seconds": f"{found[2]:.2f}",
                         "error": f"{error(found[0], exact[scene]):.3g}"}
-            writer.writerow(row)
-            file.flush()
+            kept.add(row)
 
 
 def draw(table, figure):

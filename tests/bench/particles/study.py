@@ -43,6 +43,9 @@ import numpy
 
 import parts
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from studies import settings_of  # noqa: E402
+
 MODELS = Path(__file__).resolve().parents[3] / "models"
 WORKERS = 2
 
@@ -53,9 +56,8 @@ class RunFailed(Exception):
 
 def run(program, scene, settings, archive):
     """The results of one run, from --json."""
-    words = [program, "run", str(scene), "--json", "--quiet", "--overwrite", "--output", str(archive)]
-    for key, value in {**settings, "run.threads": 1}.items():
-        words += ["--set", f"{key}={json.dumps(value)}"]
+    words = [program, "run", str(scene), "--json", "--quiet", "--overwrite", "--output", str(archive),
+             *settings_of({**settings, "run.threads": 1})]
     ended = subprocess.run(words, capture_output=True, text=True, check=False)
     if ended.returncode != 0:
         raise RunFailed((ended.stderr.strip().splitlines() or ["no words"])[-1])
