@@ -1,5 +1,6 @@
 // numerics/isotropic.hpp: isotropic blocks on the modes of a grid: Cartesian components to parts along and across q.
 #pragma once
+#include <cstddef>
 #include <cstring>
 #include <vector>
 
@@ -19,63 +20,99 @@ inline Direction direction(const Wavevector& q, double inverse_length) {
     return {.x = q.x * inverse_length, .y = q.y * inverse_length, .turned = true};
 }
 
-/// A complex number as a vector register: real part, imaginary part.
+/// Complex numbers in a vector register, real part then imaginary part: that of one mode, or of two modes (qx, qy) and
+/// (qx, -qy), which have the same matrices.
 using Pair [[gnu::vector_size(16)]] = double;
-inline Pair load(const Complex* from) {
-    Pair pair;
-    std::memcpy(&pair, reinterpret_cast<const double*>(from), sizeof(pair));
-    return pair;
-}
-inline void store(const Pair& pair, Complex* to) { std::memcpy(reinterpret_cast<double*>(to), &pair, sizeof(pair)); }
-inline Pair times_i(const Pair& a) { return Pair{-a[1], a[0]}; }
-inline Pair times_minus_i(const Pair& a) { return Pair{a[1], -a[0]}; }
+using Quad [[gnu::vector_size(32)]] = double;
 
-/// One mode of Scalars scalars and Vectors vectors in the variables of IsotropicBlocks.
-template <int Scalars, int Vectors>
+template <class Number, class Value>
+Number load_as(const Value* from) {
+    Number number;
+    std::memcpy(&number, reinterpret_cast<const double*>(from), sizeof(number));
+    return number;
+}
+inline Pair load(const Complex* from) { return load_as<Pair>(from); }
+inline void store(const Pair& pair, Complex* to) { std::memcpy(reinterpret_cast<double*>(to), &pair, sizeof(pair)); }
+inline Quad joined(const Pair& a, const Pair& b) { return Quad{a[0], a[1], b[0], b[1]}; }
+inline Pair times_i(const Pair& a) { return Pair{-a[1], a[0]}; }
+inline Quad times_i(const Quad& a) { return Quad{-a[1], a[0], -a[3], a[2]}; }
+inline Pair times_minus_i(const Pair& a) { return Pair{a[1], -a[0]}; }
+inline Quad times_minus_i(const Quad& a) { return Quad{a[1], -a[0], a[3], -a[2]}; }
+
+/// Values of one mode, or of the same column of two rows that are `apart`.
+template <class Number>
+[[gnu::always_inline]] inline Number load_modes(const Complex* from, std::ptrdiff_t apart) {
+    if constexpr (sizeof(Number) == sizeof(Pair)) return load(from);
+    else return joined(load(from), load(from + apart));
+}
+template <class Number>
+[[gnu::always_inline]] inline void store_modes(const Number& modes, Complex* to, std::ptrdiff_t apart) {
+    store(Pair{modes[0], modes[1]}, to);
+    if constexpr (sizeof(Number) == sizeof(Quad)) store(Pair{modes[2], modes[3]}, to + apart);
+}
+/// The y component of the directions of the modes.
+template <class Number>
+Number y_of(const Direction& d) {
+    if constexpr (sizeof(Number) == sizeof(Pair)) return Pair{d.y, d.y};
+    else return Quad{d.y, d.y, -d.y, -d.y};
+}
+
+/// Modes of Scalars scalars and Vectors vectors in the variables of IsotropicBlocks.
+template <int Scalars, int Vectors, class Number = Pair>
 struct ModeParts {
-    Pair along[Scalars + Vectors] = {};
-    Pair across[Vectors == 0 ? 1 : Vectors] = {};
+    Number along[Scalars + Vectors] = {};
+    Number across[Vectors == 0 ? 1 : Vectors] = {};
 };
 
-/// Parts of the mode at place `m`, the components being `stride` apart.
-template <int Scalars, int Vectors>
-[[gnu::always_inline]] inline ModeParts<Scalars, Vectors> parts_of(const Complex* values, std::size_t stride,
-                                                                   std::size_t m, const Direction& d) {
-    ModeParts<Scalars, Vectors> parts;
-    for (std::size_t s = 0; s < std::size_t{Scalars}; ++s) parts.along[s] = load(values + s * stride + m);
+/// Components of modes in memory: the first, the distance between components, and that of the second row.
+template <class Value>
+struct ModePlace {
+    Value* values = nullptr;
+    std::size_t stride = 0;
+    std::ptrdiff_t apart = 0;
+};
+
+/// Parts of the modes at `from`.
+template <int Scalars, int Vectors, class Number = Pair>
+[[gnu::always_inline]] inline ModeParts<Scalars, Vectors, Number> parts_of(const ModePlace<const Complex>& from,
+                                                                           const Direction& d) {
+    ModeParts<Scalars, Vectors, Number> parts;
+    const auto component = [&](std::size_t c) { return load_modes<Number>(from.values + c * from.stride, from.apart); };
+    const Number d_y = y_of<Number>(d);
+    for (std::size_t s = 0; s < std::size_t{Scalars}; ++s) parts.along[s] = component(s);
     for (std::size_t v = 0; v < std::size_t{Vectors}; ++v) {
-        const Pair x = load(values + (Scalars + 2 * v) * stride + m),
-                   y = load(values + (Scalars + 2 * v + 1) * stride + m);
-        const Pair along = d.x * x + d.y * y, across = d.x * y - d.y * x;
+        const Number x = component(Scalars + 2 * v), y = component(Scalars + 2 * v + 1);
+        const Number along = d.x * x + d_y * y, across = d.x * y - d_y * x;
         parts.along[Scalars + v] = d.turned ? times_i(along) : along;
         parts.across[v] = d.turned ? times_i(across) : across;
     }
     return parts;
 }
 
-/// Adds the inverse of parts_of.
-template <int Scalars, int Vectors>
-[[gnu::always_inline]] inline void add_parts(const ModeParts<Scalars, Vectors>& parts, Complex* values,
-                                             std::size_t stride, std::size_t m, const Direction& d) {
-    const auto add = [&](std::size_t component, const Pair& part) {
-        Complex* to = values + component * stride + m;
-        store(load(to) + part, to);
+/// to = base + the inverse of parts_of; without base: the inverse alone.
+template <int Scalars, int Vectors, class Number>
+[[gnu::always_inline]] inline void write_parts(const ModeParts<Scalars, Vectors, Number>& parts, const Complex* base,
+                                               const ModePlace<Complex>& to, const Direction& d) {
+    const auto write = [&](std::size_t component, const Number& part) {
+        const std::size_t at = component * to.stride;
+        store_modes<Number>(base ? load_modes<Number>(base + at, to.apart) + part : part, to.values + at, to.apart);
     };
-    for (std::size_t s = 0; s < std::size_t{Scalars}; ++s) add(s, parts.along[s]);
+    const Number d_y = y_of<Number>(d);
+    for (std::size_t s = 0; s < std::size_t{Scalars}; ++s) write(s, parts.along[s]);
     for (std::size_t v = 0; v < std::size_t{Vectors}; ++v) {
-        Pair along = parts.along[Scalars + v], across = parts.across[v];
+        Number along = parts.along[Scalars + v], across = parts.across[v];
         if (d.turned) {
             along = times_minus_i(along);
             across = times_minus_i(across);
         }
-        add(Scalars + 2 * v, d.x * along - d.y * across);
-        add(Scalars + 2 * v + 1, d.y * along + d.x * across);
+        write(Scalars + 2 * v, d.x * along - d_y * across);
+        write(Scalars + 2 * v + 1, d_y * along + d.x * across);
     }
 }
 
 /// out += matrix * in, the matrix row by row.
-template <std::size_t N>
-[[gnu::always_inline]] inline void add_product(const double* matrix, const Pair (&in)[N], Pair (&out)[N]) {
+template <std::size_t N, class Number>
+[[gnu::always_inline]] inline void add_product(const double* matrix, const Number (&in)[N], Number (&out)[N]) {
     for (std::size_t i = 0; i < N; ++i)
         for (std::size_t k = 0; k < N; ++k) out[i] += matrix[i * N + k] * in[k];
 }

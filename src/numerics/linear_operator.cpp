@@ -21,12 +21,10 @@ void LinearOperator::add(const Spectra& state, Spectra& rate) const {
                 const std::size_t m = row * width + i;
                 const auto n = static_cast<std::size_t>(wavenumbers_.of_mode[m]);
                 const Direction d = direction(wavevector(grid_, i, row), wavenumbers_.inverse[n]);
-                const auto parts = parts_of<Scalars, Vectors>(state.values.data(), state.stride, m, d);
                 ModeParts<Scalars, Vectors> sum{};
-                const double* matrix = matrices_.data() + n * entries;
-                add_product(matrix, parts.along, sum.along);
-                add_product(matrix + along * along, parts.across, sum.across);
-                add_parts(sum, rate.values.data(), rate.stride, m, d);
+                add_blocks(matrices_.data() + n * entries,
+                           parts_of<Scalars, Vectors>({state.values.data() + m, state.stride}, d), sum);
+                write_parts(sum, rate.values.data() + m, {rate.values.data() + m, rate.stride}, d);
             }
     });
 }

@@ -16,8 +16,9 @@ void add_mode_noise(const NoiseDraw& draw, const Layout& layout, Threads& thread
                 ModeParts<Scalars, Vectors> sum{};
                 add_blocks(draw.factors.data() + n * entries,
                            load_parts<Scalars, Vectors>(normal.data() + i * 2 * parts), sum);
-                add_parts(sum, to.values.data() + row * width, to.stride, i,
-                          direction(wavevector(draw.grid, i, row), draw.wavenumbers.inverse[n]));
+                Complex* mode = to.values.data() + row * width + i;
+                write_parts(sum, mode, {mode, to.stride},
+                            direction(wavevector(draw.grid, i, row), draw.wavenumbers.inverse[n]));
             }
         };
         threads.for_chunks(static_cast<std::size_t>(draw.grid.ny), rows_per_chunk(draw.grid),

@@ -56,14 +56,17 @@ inline void fill_row_normals(const Grid& grid, const RandomKey& key, std::size_t
     }
 }
 
-/// One mode as an array of its parts: those along, then those across.
-template <int Scalars, int Vectors>
-[[gnu::always_inline]] inline ModeParts<Scalars, Vectors> load_parts(const double* from) {
-    ModeParts<Scalars, Vectors> parts;
-    for (std::size_t k = 0; k < std::size_t{Scalars + Vectors}; ++k)
-        parts.along[k] = Pair{from[2 * k], from[2 * k + 1]};
-    from += 2 * (Scalars + Vectors);
-    for (std::size_t k = 0; k < std::size_t{Vectors}; ++k) parts.across[k] = Pair{from[2 * k], from[2 * k + 1]};
+/// One mode as an array of its parts: those along, then those across; of two modes: one of each array.
+template <int Scalars, int Vectors, class Number = Pair>
+[[gnu::always_inline]] inline ModeParts<Scalars, Vectors, Number> load_parts(const double* from,
+                                                                             const double* second = nullptr) {
+    const auto part = [&](std::size_t k) {
+        if constexpr (sizeof(Number) == sizeof(Pair)) return load_as<Pair>(from + 2 * k);
+        else return joined(load_as<Pair>(from + 2 * k), load_as<Pair>(second + 2 * k));
+    };
+    ModeParts<Scalars, Vectors, Number> parts;
+    for (std::size_t k = 0; k < std::size_t{Scalars + Vectors}; ++k) parts.along[k] = part(k);
+    for (std::size_t k = 0; k < std::size_t{Vectors}; ++k) parts.across[k] = part(Scalars + Vectors + k);
     return parts;
 }
 
@@ -76,9 +79,10 @@ template <int Scalars, int Vectors>
 }
 
 /// sum += (block along) in.along, (block across) in.across; returns the matrix after them.
-template <int Scalars, int Vectors>
-[[gnu::always_inline]] inline const double* add_blocks(const double* matrix, const ModeParts<Scalars, Vectors>& in,
-                                                       ModeParts<Scalars, Vectors>& sum) {
+template <int Scalars, int Vectors, class Number>
+[[gnu::always_inline]] inline const double* add_blocks(const double* matrix,
+                                                       const ModeParts<Scalars, Vectors, Number>& in,
+                                                       ModeParts<Scalars, Vectors, Number>& sum) {
     constexpr std::size_t along = Scalars + Vectors, across = Vectors;
     add_product(matrix, in.along, sum.along);
     if constexpr (Vectors > 0) add_product(matrix + along * along, in.across, sum.across);

@@ -20,11 +20,7 @@ struct Combination {
     int halvings = 0;              ///< of the step, to the interval whose noise the stage includes
 };
 
-/// Components of a row of modes, `stride` apart.
-struct Source {
-    const Complex* values = nullptr;
-    std::size_t stride = 0;
-};
+using Source = ModePlace<const Complex>;
 constexpr std::size_t max_uses = 10;
 
 Block combined(const std::vector<PhiTerm>& terms, const std::map<double, PhiFunctions>& phi, double dt) {
@@ -69,6 +65,11 @@ const StepperTable& linear_table() {
 }  // namespace
 
 struct Stepper::Work {
+    /// The kept modes of one row, or of rows j and -j, which share their matrices.
+    struct Rows {
+        std::size_t first, kept;  // mode
+        std::ptrdiff_t apart;     // of the second row; 0: there is none
+    };
     System system;
     const StepperTable* table;
     double dt;
@@ -95,7 +96,7 @@ struct Stepper::Work {
     void prepare_stages();
     /// noise_level: of the increments to add; -1: none.
     void combine(const Combination& combination, const Spectra& old, int noise_level, Spectra& out);
-    Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first, std::size_t count,
+    Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, const Rows& rows,
                      Complex* scratch) const;
     void take_stages(double t, std::uint64_t step_number, const Spectra& state, bool knows_first_rate = false);
     std::size_t first_old_rate() const { return table->stages.size() + 1; }
@@ -179,77 +180,81 @@ void Stepper::Work::prepare_stages() {
     });
 }
 
-/// Modes first, ..., first + count - 1 of every component of a weighted sum, written to `scratch` unless they exist
-/// already.
-Source Stepper::Work::source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, std::size_t first,
-                                std::size_t count, Complex* scratch) const {
+/// The modes of some rows of every component of a weighted sum, written to `scratch` unless they exist already.
+Source Stepper::Work::source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, const Rows& row,
+                                Complex* scratch) const {
     const auto of = [&](const WeightedInput& input) -> const Spectra& {
         return input.input == 0 ? old : rates[static_cast<std::size_t>(input.input - 1)];
     };
     if (inputs.size() == 1 && inputs.front().weight == 1.0)
-        return {of(inputs.front()).values.data() + first, of(inputs.front()).stride};
+        return {of(inputs.front()).values.data() + row.first, of(inputs.front()).stride, row.apart};
+    const std::size_t count = static_cast<std::size_t>(old.count()) * row.kept;
     for (std::size_t k = 0; k < inputs.size(); ++k)
-        for (int c = 0; c < old.count(); ++c) {
-            const Complex* from = of(inputs[k])[c].data() + first;
-            Complex* to = scratch + static_cast<std::size_t>(c) * count;
-            if (k == 0)
-                for (std::size_t i = 0; i < count; ++i) to[i] = inputs[k].weight * from[i];
-            else
-                for (std::size_t i = 0; i < count; ++i) to[i] += inputs[k].weight * from[i];
-        }
-    return {scratch, count};
+        for (int c = 0; c < old.count(); ++c)
+            for (const std::size_t second : {0, 1}) {
+                if (second == 1 && row.apart == 0) continue;
+                const Complex* from = of(inputs[k])[c].data() + row.first + (second == 0 ? 0 : row.apart);
+                Complex* to = scratch + second * count + static_cast<std::size_t>(c) * row.kept;
+                if (k == 0)
+                    for (std::size_t i = 0; i < row.kept; ++i) to[i] = inputs[k].weight * from[i];
+                else
+                    for (std::size_t i = 0; i < row.kept; ++i) to[i] += inputs[k].weight * from[i];
+            }
+    return {scratch, row.kept, static_cast<std::ptrdiff_t>(count)};
 }
 
 void Stepper::Work::combine(const Combination& combination, const Spectra& old, int level, Spectra& out) {
     for_layout(system.layout, [&]<int Scalars, int Vectors>() {
-        constexpr std::size_t along = Scalars + Vectors, across = Vectors, entries = along * along + across * across;
-        constexpr std::size_t count = Scalars + 2 * Vectors;
+        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors,
+                              count = Scalars + 2 * Vectors;
         const std::size_t width = columns(system.grid), rows = static_cast<std::size_t>(system.grid.ny);
         const std::vector<MatrixUse>& uses = combination.plan.uses;
         const Spectra* begun = combination.plan.from_previous ? &stage : nullptr;
-        // One row of each component at a time: contiguous reads from memory, then work in the first-level cache.
-        const auto of_row = [&](std::size_t row, std::size_t kept, std::vector<Complex>& scratch) {
-            scratch.resize(uses.size() * count * kept);
+        const std::size_t doubles = uses.size() * entries;
+        // A row of each component at a time: contiguous reads from memory, then work in the first-level cache.
+        const auto of_rows = [&]<class Number>(std::size_t row, const Rows& at, std::vector<Complex>& scratch, Number) {
+            scratch.resize(uses.size() * 2 * count * at.kept);
             std::array<Source, max_uses> sources;
             for (std::size_t u = 0; u < uses.size(); ++u)
-                sources[u] = source_of(uses[u].inputs, old, row * width, kept, scratch.data() + u * count * kept);
-            for (std::size_t c = 0; c < count; ++c) {
-                Complex* to = out.values.data() + c * out.stride + row * width;
-                if (!begun) std::fill_n(to, kept, Complex(0.0));
-                else if (begun != &out) std::copy_n(begun->values.data() + c * begun->stride + row * width, kept, to);
-            }
-            const double* increments = level < 0 ? nullptr : noise->row(level, row);
-            const std::size_t doubles = uses.size() * entries;
+                sources[u] = source_of(uses[u].inputs, old, at, scratch.data() + u * 2 * count * at.kept);
+            const std::size_t partner = (rows - row) % rows;
+            const double *increments = level < 0 ? nullptr : noise->row(level, row),
+                         *of_partner = level < 0 ? nullptr : noise->row(level, partner);
+            const std::int32_t* of_mode = wavenumbers.of_mode.data() + at.first;
             const auto matrices_of = [&](std::size_t i) {
-                return combination.matrices.data() +
-                       static_cast<std::size_t>(wavenumbers.of_mode[row * width + i]) * doubles;
+                return combination.matrices.data() + static_cast<std::size_t>(of_mode[i]) * doubles;
             };
-            for (std::size_t i = 0; i < kept; ++i) {
+            for (std::size_t i = 0; i < at.kept; ++i) {
                 // Matrices of neighbouring modes are far apart in memory: prefetch the next.
-                const double* following = matrices_of(std::min(i + 2, kept - 1));
+                const double* following = matrices_of(std::min(i + 2, at.kept - 1));
                 for (std::size_t k = 0; k < doubles; k += 8) __builtin_prefetch(following + k);
                 const double* matrix = matrices_of(i);
-                const auto n = static_cast<std::size_t>(wavenumbers.of_mode[row * width + i]);
-                const Direction d = direction(wavevector(system.grid, i, row), wavenumbers.inverse[n]);
-                ModeParts<Scalars, Vectors> sum{};
-                if (increments) sum = load_parts<Scalars, Vectors>(increments + i * 2 * count);
-                for (std::size_t u = 0; u < uses.size(); ++u, matrix += entries) {
-                    const auto parts = parts_of<Scalars, Vectors>(sources[u].values, sources[u].stride, i, d);
-                    add_product(matrix, parts.along, sum.along);
-                    add_product(matrix + along * along, parts.across, sum.across);
+                const Direction d = direction(wavevector(system.grid, i, row),
+                                              wavenumbers.inverse[static_cast<std::size_t>(of_mode[i])]);
+                ModeParts<Scalars, Vectors, Number> sum{};
+                if (increments)
+                    sum = load_parts<Scalars, Vectors, Number>(increments + i * 2 * count, of_partner + i * 2 * count);
+                for (std::size_t u = 0; u < uses.size(); ++u) {
+                    const Source& from = sources[u];
+                    matrix =
+                        add_blocks(matrix,
+                                   parts_of<Scalars, Vectors, Number>({from.values + i, from.stride, from.apart}, d),
+                                   sum);
                 }
-                add_parts(sum, out.values.data() + row * width, out.stride, i, d);
+                write_parts(sum, begun ? begun->values.data() + at.first + i : nullptr,
+                            {out.values.data() + at.first + i, out.stride, at.apart}, d);
             }
         };
-        // Rows j and -j share their matrices: consecutive rows read them from memory once.
         threads.for_chunks(rows / 2 + 1, rows_per_chunk(system.grid), [&](std::size_t begin, std::size_t end) {
             std::vector<Complex> scratch;
             for (std::size_t row = begin; row < end; ++row) {
-                const std::size_t kept = kept_in_row(system.grid, wavenumbers, row);
+                const std::size_t kept = kept_in_row(system.grid, wavenumbers, row), partner = (rows - row) % rows;
                 if (kept == 0) continue;
-                const std::size_t partner = (rows - row) % rows;
-                of_row(row, kept, scratch);
-                if (partner != row) of_row(partner, kept, scratch);
+                const auto apart =
+                    static_cast<std::ptrdiff_t>(partner * width) - static_cast<std::ptrdiff_t>(row * width);
+                const Rows at{.first = row * width, .kept = kept, .apart = apart};
+                if (apart == 0) of_rows(row, at, scratch, Pair{});
+                else of_rows(row, at, scratch, Quad{});
             }
         });
     });

@@ -71,18 +71,14 @@ Workspace& workspace() {
 }
 
 /// Four real numbers, or two complex ones, in a register.
-using Quad [[gnu::vector_size(32)]] = double;
 using Order [[gnu::vector_size(32)]] = std::int64_t;
-Quad load_quad(const double* from) {
-    Quad quad;
-    std::memcpy(&quad, from, sizeof(quad));
-    return quad;
+template <class Value>
+Quad load_quad(const Value* from) {
+    return load_as<Quad>(from);
 }
 void store_quad(const Quad& quad, double* to) { std::memcpy(to, &quad, sizeof(quad)); }
-Quad load_quad(const Complex* from) { return load_quad(reinterpret_cast<const double*>(from)); }
 void store_quad(const Quad& quad, Complex* to) { store_quad(quad, reinterpret_cast<double*>(to)); }
 Quad swap_parts(const Quad& a) { return __builtin_shuffle(a, Order{1, 0, 3, 2}); }
-Quad joined(const Pair& a, const Pair& b) { return Quad{a[0], a[1], b[0], b[1]}; }
 constexpr Quad sign_of_real{-1.0, 1.0, -1.0, 1.0}, sign_of_imaginary{1.0, -1.0, 1.0, -1.0};
 
 /// A strip of a row of modes of two arrays; the second may be absent.

@@ -2,6 +2,7 @@
 #include "drover/physics/density_extremes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -11,10 +12,22 @@ Extremes extremes_of(const double* bead_density, const double* rod_density, std:
     Extremes result;
     const auto range = [size](const double* values, double& min, double& max) {
         if (!values) return;
-        for (std::size_t i = 0; i < size; ++i) {
-            min = values[i] < min ? values[i] : min;
-            max = values[i] > max ? values[i] : max;
+        constexpr std::size_t lanes = 8;  // for the vector instructions of the processor
+        std::array<double, lanes> low, high;
+        low.fill(min);
+        high.fill(max);
+        std::size_t i = 0;
+        for (; i + lanes <= size; i += lanes)
+            for (std::size_t k = 0; k < lanes; ++k) {
+                low[k] = values[i + k] < low[k] ? values[i + k] : low[k];
+                high[k] = values[i + k] > high[k] ? values[i + k] : high[k];
+            }
+        for (; i < size; ++i) {
+            low[0] = std::min(low[0], values[i]);
+            high[0] = std::max(high[0], values[i]);
         }
+        min = *std::min_element(low.begin(), low.end());
+        max = *std::max_element(high.begin(), high.end());
     };
     range(bead_density, result.min_bead, result.max_bead);
     range(rod_density, result.min_rod, result.max_rod);

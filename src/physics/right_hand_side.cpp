@@ -42,7 +42,7 @@ struct RightHandSide::Work {
     Spectra scratch;                          // velocity or force (2), derived inputs, outputs
     std::array<int, Input::count> derived{};  // positions of derived inputs in scratch, -1: none
     int outputs_begin = 2;                    // position of the outputs in scratch
-    bool pointwise_velocity, force_varies, reads_place, reads_velocity_field;
+    bool pointwise_velocity, reads_place, reads_velocity_field;
     double drag_ref;
     double density_floor = 0.0;  // of the mass that moves
     std::mutex mutex;
@@ -62,13 +62,13 @@ struct RightHandSide::Work {
     VectorMode slaved_by(std::size_t n, const VectorMode& force, const Wavevector& q) const;
     void balance_velocity(const PointFields& f, const VectorStrip<const double>& force,
                           const VectorStrip<double>& velocity) const;
-    void divide_by_mass(const PointFields& f, const PointRates& r) const;
+    void divide_by_mass(const PointFields& f, double least_density, const PointRates& r) const;
     void assemble(double t, const Spectra& state, Spectra& rate);
     void add_sources(double t, Spectra& rate);
     void add_linear_remainder(const Spectra& state, Spectra& rate) const;
     std::vector<Complex*> targets(Spectra& rate);
     std::vector<const Complex*> sources_of_inputs(const Spectra& state) const;
-    void note_extremes(const numerics::Strip& strip);
+    Extremes note_extremes(const numerics::Strip& strip);
 
     bool is_slaved() const { return e.form.velocity == Velocity::slaved; }
     double inverse_moved() const { return 1.0 / (e.model.inertia.bead_mass * ref.bead_density); }
@@ -98,7 +98,6 @@ RightHandSide::Work::Work(const Equations& equations, const numerics::System& li
       remainder(e, ref, wavenumbers.q),
       quasi_linear(e, grid, degree),
       pointwise_velocity(has_pointwise_velocity(e)),
-      force_varies(false),
       reads_place(false),
       reads_velocity_field(false),
       drag_ref(e.drag.at(ref.bead_density, ref.rod_density).value) {
@@ -106,7 +105,6 @@ RightHandSide::Work::Work(const Equations& equations, const numerics::System& li
         if (term.source) sources.push_back(&term);
         const PointCost cost = point_cost(e, term);
         if (cost.writes == 0) continue;
-        force_varies = force_varies || (cost.writes & writes(Output::force));
         reads_place = reads_place || (cost.reads & (reads(Input::x) | reads(Input::y)));
         (is_slaved() && term.of == Equation::bead_velocity ? force_terms : point_terms).push_back(&term);
     }
@@ -219,7 +217,7 @@ std::vector<const Complex*> RightHandSide::Work::sources_of_inputs(const Spectra
     return from;
 }
 
-void RightHandSide::Work::note_extremes(const numerics::Strip& strip) {
+Extremes RightHandSide::Work::note_extremes(const numerics::Strip& strip) {
     const auto values = [&](Input::Value input) {
         const int at = arrays.of(input);
         return at < 0 ? nullptr : strip.in[static_cast<std::size_t>(at)];
@@ -227,11 +225,12 @@ void RightHandSide::Work::note_extremes(const numerics::Strip& strip) {
     const Extremes found = extremes_of(values(Input::bead_density), values(Input::rod_density), strip.size);
     const std::lock_guard lock(mutex);
     extremes = joined(extremes, found);
+    return found;
 }
 
 /// Every active term on the points of a strip, a few at a time: all it needs is then in the first-level cache.
 void RightHandSide::Work::at_points(double t, const numerics::Strip& strip) {
-    note_extremes(strip);
+    const Extremes found = note_extremes(strip);
     std::array<Row, 6> room;  // force, slaved velocity, position
     for (std::size_t begin = 0; begin < strip.size; begin += points_in_cache) {
         PointFields f{.size = std::min(points_in_cache, strip.size - begin), .time = t};
@@ -261,7 +260,7 @@ void RightHandSide::Work::at_points(double t, const numerics::Strip& strip) {
             f.values[Input::bead_velocity_y] = room[3].data();
         }
         for (const Term* term : point_terms) act(*term, f, r);
-        if (e.form.velocity == Velocity::dynamic && r[Output::velocity]) divide_by_mass(f, r);
+        if (e.form.velocity == Velocity::dynamic && r[Output::velocity]) divide_by_mass(f, found.min_bead, r);
     }
 }
 
@@ -284,28 +283,29 @@ void RightHandSide::Work::balance_velocity(const PointFields& f, const VectorStr
                                            const VectorStrip<double>& velocity) const {
     Row gamma;
     e.drag.evaluate(f[Input::bead_density], f[Input::rod_density], 0.0, std::span(gamma.data(), f.size));
-    for (std::size_t i = 0; i < f.size; ++i) {
+    for_points(f.size, [&](std::size_t i) {
         velocity.x[i] = (drag_ref * f.linear_velocity.x[i] + force.x[i]) / gamma[i];
         velocity.y[i] = (drag_ref * f.linear_velocity.y[i] + force.y[i]) / gamma[i];
-    }
+    });
 }
 
 /// d_t v += (linear force + the rest)/(m rho) - (linear force)/(m rho_ref).
-void RightHandSide::Work::divide_by_mass(const PointFields& f, const PointRates& r) const {
-    const double mass = e.model.inertia.bead_mass, moved_ref = inverse_moved();
-    const bool has_linear = arrays.linear_force >= 0;
-    const double* density = f[Input::bead_density];
+void RightHandSide::Work::divide_by_mass(const PointFields& f, double least_density, const PointRates& r) const {
+    const double moved_ref = inverse_moved();
     const auto rate = r.vector(Output::velocity), force = r.vector(Output::force);
-    for (std::size_t i = 0; i < f.size; ++i) {
-        const double moved = has_linear ? 1.0 / (mass * moving_density(density[i], density_floor)) : moved_ref;
-        if (force_varies) {
-            rate.x[i] += moved * force.x[i];
-            rate.y[i] += moved * force.y[i];
-        }
-        if (!has_linear) continue;
-        rate.x[i] += (moved - moved_ref) * f.linear_force.x[i];
-        rate.y[i] += (moved - moved_ref) * f.linear_force.y[i];
+    if (arrays.linear_force < 0) {
+        for_points(f.size, [=](std::size_t i) { rate.x[i] += moved_ref * force.x[i]; });
+        for_points(f.size, [=](std::size_t i) { rate.y[i] += moved_ref * force.y[i]; });
+        return;
     }
+    Row moved;
+    const MovingMass mass{.of_bead = e.model.inertia.bead_mass, .floor = density_floor, .least_density = least_density};
+    invert(mass, f[Input::bead_density], f.size, moved.data());
+    for_points(f.size, [&](std::size_t i) {
+        const double more = moved[i] - moved_ref;
+        rate.x[i] += moved[i] * force.x[i] + more * f.linear_force.x[i];
+        rate.y[i] += moved[i] * force.y[i] + more * f.linear_force.y[i];
+    });
 }
 
 /// Where the transforms put the results: rates of vectors straight into `rate`, the others into `scratch`.

@@ -27,12 +27,12 @@ void add_slopes(const Dependence& c, const Eigen::Vector2d& vector, double sign,
 
 void add_self_advection(double strength, const VectorStrip<const double>& v, const double* curl, std::size_t size,
                         const VectorStrip<double>& rate, double* potential) {
-    for (std::size_t i = 0; i < size; ++i) {
+    for_points(size, [=](std::size_t i) {
         const double turning = strength * curl[i];
         rate.x[i] += turning * v.y[i];
         rate.y[i] -= turning * v.x[i];
         potential[i] -= 0.5 * strength * (v.x[i] * v.x[i] + v.y[i] * v.y[i]);
-    }
+    });
 }
 
 bool is_of_velocity(int input) {

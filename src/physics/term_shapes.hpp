@@ -61,6 +61,13 @@ bool is_of_velocity(int input);
 /// The densities that a coefficient depends on, as inputs.
 std::uint64_t reads_of(const Coefficient& coefficient);
 
+/// body(i) at each of some points, several at once: the arrays that it writes must not overlap others.
+template <class Body>
+void for_points(std::size_t size, Body body) {
+#pragma GCC ivdep
+    for (std::size_t i = 0; i < size; ++i) body(i);
+}
+
 /// body(i, value of the coefficient less a reference) at every point.
 template <class Body>
 void for_coefficient(const Coefficient& c, double reference_value, const PointFields& f, Body body) {
@@ -71,7 +78,7 @@ void for_coefficient(const Coefficient& c, double reference_value, const PointFi
         const std::size_t count = std::min(max_strip, f.size - begin);
         c.evaluate(beads ? beads + begin : nullptr, rods ? rods + begin : nullptr, reference_value,
                    std::span(values.data(), count));
-        for (std::size_t i = 0; i < count; ++i) body(begin + i, values[i]);
+        for_points(count, [&](std::size_t i) { body(begin + i, values[i]); });
     }
 }
 

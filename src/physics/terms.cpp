@@ -38,10 +38,10 @@ Term bead_current() {
                     const double* density = f[Input::bead_density];
                     const auto v = f.velocity();
                     const auto flux = r.vector(Output::bead_flux);
-                    for (std::size_t i = 0; i < f.size; ++i) {
+                    for_points(f.size, [&](std::size_t i) {
                         flux.x[i] += density[i] * v.x[i] - ref.bead_density * f.linear_velocity.x[i];
                         flux.y[i] += density[i] * v.y[i] - ref.bead_density * f.linear_velocity.y[i];
-                    }
+                    });
                 }};
 }
 
@@ -76,11 +76,11 @@ Term rod_current() {
                     const double* density = f[Input::rod_density];
                     const auto p = f.order();
                     const auto flux = r.vector(Output::rod_flux);
-                    for (std::size_t i = 0; i < f.size; ++i) {
+                    for_points(f.size, [&](std::size_t i) {
                         const double carried = e.model.current.speed * (density[i] - ref.rod_density);
                         flux.x[i] += carried * p.x[i];
                         flux.y[i] += carried * p.y[i];
-                    }
+                    });
                 }};
 }
 
@@ -190,10 +190,10 @@ Term divergence_advection() {
             const double* divergence = f[Input::order_divergence];
             const auto p = f.order();
             const auto rate = r.vector(Output::order);
-            for (std::size_t i = 0; i < f.size; ++i) {
+            for_points(f.size, [=](std::size_t i) {
                 rate.x[i] -= lambda * divergence[i] * p.x[i];
                 rate.y[i] -= lambda * divergence[i] * p.y[i];
-            }
+            });
         });
 }
 
@@ -210,7 +210,7 @@ Term gradient_advection() {
         [](double lambda, const PointFields& f, const PointRates& r) {
             const auto p = f.order();
             double* potential = r[Output::order_potential];
-            for (std::size_t i = 0; i < f.size; ++i) potential[i] -= lambda * (p.x[i] * p.x[i] + p.y[i] * p.y[i]);
+            for_points(f.size, [=](std::size_t i) { potential[i] -= lambda * (p.x[i] * p.x[i] + p.y[i] * p.y[i]); });
         });
 }
 
