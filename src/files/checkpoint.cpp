@@ -25,16 +25,16 @@ struct Stored {
     std::uint64_t counter = 0;  ///< number of writes of the run: decides which of two at the same step is newer
     Checkpoint checkpoint;
 };
+enum class Part { all, without_state };  // which may be large
 
-std::vector<std::byte> encoded(const Stored& stored) {
-    const Checkpoint& checkpoint = stored.checkpoint;
+std::vector<std::byte> encoded(std::uint64_t counter, const Checkpoint& checkpoint) {
     std::vector<std::byte> bytes;
     bytes.reserve(128 + checkpoint.scene.size() + sizeof(double) * (checkpoint.rows.size() + checkpoint.state.size()));
     put(bytes, magic);
     put(bytes, version);
     const std::size_t offset_of_length = bytes.size();
     put(bytes, std::uint64_t{0});
-    put(bytes, stored.counter);
+    put(bytes, counter);
     put(bytes, checkpoint.step);
     put(bytes, checkpoint.time);
     put_list(bytes, std::span<const char>(checkpoint.scene));
@@ -47,7 +47,7 @@ std::vector<std::byte> encoded(const Stored& stored) {
 }
 
 /// Throws an input Error that describes the damage.
-Stored decoded(Bytes bytes, const std::filesystem::path& file) {
+Stored decoded(Bytes bytes, const std::filesystem::path& file, Part part) {
     const SourceLocation where{file.string()};
     ByteReader reader{bytes};
     require(reader.take<std::uint64_t>() == magic, where, "is not a checkpoint of drover; expected one");
@@ -66,17 +66,18 @@ Stored decoded(Bytes bytes, const std::filesystem::path& file) {
     stored.checkpoint.time = reader.take<double>();
     stored.checkpoint.scene = reader.take_list<std::string>();
     stored.checkpoint.rows = reader.take_list<std::vector<std::uint64_t>>();
-    stored.checkpoint.state = reader.take_list<std::vector<double>>();
+    if (part == Part::all) stored.checkpoint.state = reader.take_list<std::vector<double>>();
+    else reader.skip_list<double>();
     require(reader.is_complete && reader.rest.empty(), where,
             "has lists that do not fit its length: it is damaged; expected a valid checkpoint");
     return stored;
 }
 
 /// Nothing if the file does not exist.  Throws an input Error when it is unreadable or damaged.
-std::optional<Stored> read_stored(const std::filesystem::path& file) try {
+std::optional<Stored> read_stored(const std::filesystem::path& file, Part part) try {
     const auto bytes = read_file(file);
     if (!bytes) return std::nullopt;
-    return decoded(*bytes, file);
+    return decoded(*bytes, file, part);
 } catch (const std::system_error& cause) {
     if (cause.code().value() == EIO) throw disk_failure(file, cause);
     fail_input({file.string()}, "cannot be read: {}; expected a checkpoint", std::string(cause.what()));
@@ -97,8 +98,7 @@ Slot next_slot(const std::filesystem::path& archive) {
     std::array<std::optional<Stored>, 2> found;
     for (std::size_t i = 0; i < 2; ++i) {
         try {
-            found[i] = read_stored(files[i]);
-            if (found[i]) found[i]->checkpoint.state = {};  // large, and not needed
+            found[i] = read_stored(files[i], Part::without_state);
         } catch (const Error& damage) {
             log_warning("{}; it will be overwritten", std::string(damage.what()));
         }
@@ -121,7 +121,7 @@ std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path&
 
 void write_checkpoint(const std::filesystem::path& archive, const Checkpoint& checkpoint) {
     const Slot slot = next_slot(archive);
-    const std::vector<std::byte> bytes = encoded({slot.counter, checkpoint});
+    const std::vector<std::byte> bytes = encoded(slot.counter, checkpoint);
     const std::filesystem::path partial = temporary_name(slot.file);
     try {
         {
@@ -145,7 +145,7 @@ Checkpoint read_newest_checkpoint(const std::filesystem::path& archive) {
     const auto files = checkpoint_files(archive);
     for (const auto& file : files) {
         try {
-            auto stored = read_stored(file);
+            auto stored = read_stored(file, Part::all);
             if (stored && (!newest || is_newer(*stored, *newest))) newest = std::move(stored);
         } catch (const Error& damage) {
             if (damage.fault() == Fault::run) throw;  // of the disk: the file may be valid

@@ -121,7 +121,7 @@ struct FirstFailure {
 
 /// Repeats the steps since the check before the last, up to the one that fails.
 FirstFailure find_first_failure(physics::FieldEvolution& evolution, const FieldHealth& health, std::int64_t end) {
-    numerics::Spectra before = health.earlier, state = before;
+    numerics::Spectra before = numerics::with_kept(evolution.system(), health.earlier), state = before;
     FirstFailure found;
     for (std::int64_t step = health.earlier_step; step < end; ++step) {
         try {
@@ -168,7 +168,8 @@ FirstFailure find_first_failure(physics::FieldEvolution& evolution, const FieldH
             component = c;
             mode = m;
         }
-    const Peak peak = peak_of(scene.grid, transform, health.healthy, component);
+    const Peak peak =
+        peak_of(scene.grid, transform, numerics::with_kept(evolution.system(), health.healthy), component);
     fail_run(
         "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its "
         "largest value was {:.3g} in cell ({}, {}) when last finite; likely cause: {}; the last checkpoint is good to "
@@ -179,8 +180,9 @@ FirstFailure find_first_failure(physics::FieldEvolution& evolution, const FieldH
 }
 }  // namespace
 
-FieldHealth make_field_health(const physics::Equations& equations, const io::Scene& scene,
+FieldHealth make_field_health(const physics::FieldEvolution& evolution, const io::Scene& scene,
                               const numerics::Spectra& initial) {
+    const physics::Equations& equations = evolution.equations();
     const physics::Form& form = equations.form;
     const physics::Model& model = equations.model;
     const physics::UniformState& uniform = model.uniform;
@@ -199,9 +201,8 @@ FieldHealth make_field_health(const physics::Equations& equations, const io::Sce
         // Without drag, a force accelerates the beads to the end of the run.
         scale_of_velocity = force / std::max(drag, model.inertia.bead_mass * uniform.bead_density / scene.time.end);
     }
-    FieldHealth health{.scales = std::vector<double>(static_cast<std::size_t>(initial.count())),
-                       .healthy = initial,
-                       .earlier = initial};
+    FieldHealth health{.scales = std::vector<double>(static_cast<std::size_t>(initial.count()))};
+    restore_field_health(evolution.system(), initial, 0, health);
     for (const FieldRange& field : field_ranges(form)) {
         double scale = order;
         if (field.first == form.bead_density) scale = uniform.bead_density;
@@ -214,8 +215,10 @@ FieldHealth make_field_health(const physics::Equations& equations, const io::Sce
     return health;
 }
 
-void restore_field_health(const numerics::Spectra& state, std::int64_t step, FieldHealth& health) {
-    health.healthy = health.earlier = state;
+void restore_field_health(const numerics::System& system, const numerics::Spectra& state, std::int64_t step,
+                          FieldHealth& health) {
+    numerics::store_kept(system, state, health.healthy);
+    health.earlier = health.healthy;
     health.step = health.earlier_step = step;
 }
 
@@ -239,7 +242,7 @@ void check_field_health(physics::FieldEvolution& evolution, const io::Scene& sce
     if (step == health.step) return;  // checked before
     std::swap(health.earlier, health.healthy);
     health.earlier_step = std::exchange(health.step, step);
-    std::copy(state.values.begin(), state.values.end(), health.healthy.values.begin());
+    numerics::store_kept(evolution.system(), state, health.healthy);
 }
 
 void fail_step(physics::FieldEvolution& evolution, const FieldHealth& health, std::int64_t step, double dt,

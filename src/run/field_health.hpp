@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drover/io/scene.hpp"
+#include "drover/numerics/kept_modes.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/field_evolution.hpp"
 
@@ -18,17 +19,18 @@ inline constexpr double max_field_size = 1e6;
 
 /// The last state in which all fields had a meaning.
 struct FieldHealth {
-    std::vector<double> scales;  ///< of each component: its size in the model, or at the start if larger; 0: unknown
-    numerics::Spectra healthy;   ///< the state at the last check
-    numerics::Spectra earlier;   ///< at the check before it, from which a diagnosis repeats the steps
+    std::vector<double> scales;   ///< of each component: its size in the model, or at the start if larger; 0: unknown
+    numerics::KeptModes healthy;  ///< of the state at the last check
+    numerics::KeptModes earlier;  ///< at the check before it, from which a diagnosis repeats the steps
     std::int64_t step = 0, earlier_step = 0;  ///< of both
 };
 
-FieldHealth make_field_health(const physics::Equations& equations, const io::Scene& scene,
+FieldHealth make_field_health(const physics::FieldEvolution& evolution, const io::Scene& scene,
                               const numerics::Spectra& initial);
 
 /// The record of a state read from a checkpoint.
-void restore_field_health(const numerics::Spectra& state, std::int64_t step, FieldHealth& health);
+void restore_field_health(const numerics::System& system, const numerics::Spectra& state, std::int64_t step,
+                          FieldHealth& health);
 
 /// Records a state that is finite and no larger than allowed; otherwise throws a run Error with field, place and cause.
 void check_field_health(physics::FieldEvolution& evolution, const io::Scene& scene, numerics::Transform& transform,

@@ -114,7 +114,7 @@ World::World(const io::Scene& the_scene, Threads& threads)
                 ? spectra_of_file(scene, *this)
                 : physics::initial_spectra(scene.initial, scene.model, system,
                                            static_cast<std::uint64_t>(scene.run.seed), threads);
-    health = make_field_health(evolution.equations(), scene, state);
+    health = make_field_health(evolution, scene, state);
     evolution.start(state);
     fresh = evolution.save();
 }
@@ -298,8 +298,8 @@ void accept(World& world, std::int64_t step) {
     world.transform.forward(world.fields, world.state);
     world.evolution.restore(world.fresh);
     world.evolution.start(world.state);
-    world.health = make_field_health(world.evolution.equations(), world.scene, world.state);
-    restore_field_health(world.state, step, world.health);
+    world.health = make_field_health(world.evolution, world.scene, world.state);
+    restore_field_health(world.evolution.system(), world.state, step, world.health);
 }
 }  // namespace
 
@@ -351,7 +351,8 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         world->time = values[before - 1];
         for (std::size_t m = 0; m < world->state.values.size(); ++m)
             world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};
-        restore_field_health(world->state, std::llround(world->time / world->scene.time.dt), world->health);
+        restore_field_health(world->evolution.system(), world->state, std::llround(world->time / world->scene.time.dt),
+                             world->health);
     };
     if (!saved.empty()) simulation.restore(saved);
     return simulation;

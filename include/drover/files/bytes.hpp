@@ -55,12 +55,17 @@ struct ByteReader {
         return value;
     }
 
+    template <class Item>
+    std::span<const std::byte> skip_list() {
+        const auto count = take<std::uint64_t>();
+        if (count > rest.size() / sizeof(Item)) is_complete = false;
+        return take_bytes(is_complete ? count * sizeof(Item) : 0);
+    }
+
     template <class List>
     List take_list() {
         using Item = typename List::value_type;
-        const auto count = take<std::uint64_t>();
-        if (count > rest.size() / sizeof(Item)) is_complete = false;
-        const auto bytes = take_bytes(is_complete ? count * sizeof(Item) : 0);
+        const auto bytes = skip_list<Item>();
         List items(bytes.size() / sizeof(Item), Item{});
         if (!bytes.empty()) std::memcpy(items.data(), bytes.data(), bytes.size());
         return items;
