@@ -46,11 +46,8 @@ Model with(TextTerm term) {
     return model;
 }
 
-constexpr UniformPoint oblique{.bead_density = 1.0, .rod_density = 1.3};
-UniformPoint moving() {
-    UniformPoint point = oblique;
-    point.order = {0.8, -0.3};
-    return point;
+UniformPoint state(double order_x, double order_y) {
+    return {.bead_density = 1.0, .rod_density = 1.3, .order = {order_x, order_y}};
 }
 
 // Differences extrapolated from two steps of a smooth function: 1e-8 of the fourth step^4, or rounding, 1e-13.
@@ -61,13 +58,14 @@ TEST(FunctionTerms, have_the_linearisation_and_the_rates_of_the_equal_text) {
             return std::array{-a[4] * std::tanh(a[0]) * a[2] * a[2], a[4] * a[1] * a[3]};
         }));
     const Equations one(function), other(text);
-    for (const UniformPoint& point : {oblique, moving()})
+    for (const UniformPoint& point : {state(0.0, 0.0), state(0.8, -0.3)})
         for (const auto& [x, y] : {std::pair{0.0, 0.0}, std::pair{0.4, 0.9}, std::pair{-2.0, 1.0}})
             EXPECT_LT((force_symbol(one, point, {.x = x, .y = y}) - force_symbol(other, point, {.x = x, .y = y}))
                           .cwiseAbs()
                           .maxCoeff(),
                       1e-9);
-    EXPECT_LT((uniform_rates(one, moving()) - uniform_rates(other, moving())).cwiseAbs().maxCoeff(), 1e-14);
+    EXPECT_LT((uniform_rates(one, state(0.8, -0.3)) - uniform_rates(other, state(0.8, -0.3))).cwiseAbs().maxCoeff(),
+              1e-14);
 }
 
 // A flux of second derivatives is of third degree in q: it changes no speed and no damping of long waves.
