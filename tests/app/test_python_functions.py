@@ -1,4 +1,4 @@
-"""tests/app/test_python_functions.py: Python functions as terms: against texts, exact rates, and functions that fail."""
+"""tests/app/test_python_functions.py: Python functions as terms: equal texts, exact rates, functions that fail."""
 import signal
 import subprocess
 import sys
@@ -259,7 +259,8 @@ def test_one_thread_at_a_time_calls_a_function():
         thread.start()
     for thread in threads:
         thread.join()
-    assert max(most) == 1 and len(most) > 100  # 16 strips of 256 points in 40 evaluations and all(run.step == run.steps for run in runs)
+    assert max(most) == 1 and len(most) > 100  # 16 strips of 256 points in 40 evaluations
+    assert all(run.step == run.steps for run in runs)
 
 
 def test_ctrl_c_stops_between_two_steps_and_the_run_goes_on():

@@ -75,10 +75,11 @@ class Scene:
         >>> Scene.from_dict({}).term("order", brake).set("terms.W", 0.5).stability().text.count("by differences")
         1
 
-        Functions are slow: Python calls them, one thread at a time, at every few hundred points.  Linear theory takes
-        their slopes by differences.  `degree` is their degree as a polynomial in the fields, for exact dealiasing;
-        without it products count as cubic, and aliases may remain.  For a density the function is the flux, `flux=`.
-        An archive keeps name and source only: restart() needs the function again, and drover sweep refuses it.
+        Functions are slow: Python calls them, one thread at a time, at every few hundred points. Linear theory takes
+        their slopes by differences; boundary() calls them many thousand times for each point, for minutes to hours.
+        `degree` is their degree as a polynomial in the fields, for exact dealiasing; without it products count as
+        cubic, and aliases may remain. For a density the function is the flux, `flux=`. An archive keeps name and source
+        only: restart() needs the function again, and drover sweep refuses it.
         """
         function = function_of(of, value, flux)
         if function is not None:
