@@ -111,7 +111,8 @@ def test_a_wave_decays_at_its_exact_rate_and_stability_has_it():
 
 def test_a_nonlinear_function_is_linearised_about_the_ordered_state():
     # An order where tanh p^2 = 1/2: slopes there against those of the text, which are exact.
-    quick = scene_of(**{"relaxation.rate": -0.5, "stability.wavenumbers": 20})
+    quick = scene_of(**{"relaxation.rate": -0.5, "stability.wavenumbers": 8, "stability.angles": 3,
+                        "stability.frequencies": 5})
     functions = quick.term(
         "order", lambda order_x, order_y: tuple(-np.tanh(order_x**2 + order_y**2) * p for p in (order_x, order_y)))
     texts = quick.term("order", [f"-tanh(order_x^2 + order_y^2) order_{axis}" for axis in "xy"])
