@@ -34,7 +34,7 @@ struct Source {
 };
 
 Source source_of(const files::ArchiveReader& archive, const std::string& name) {
-    const Scene scene = parse_scene(archive.text_attribute("scene"), name);
+    const Scene scene = archived_scene(archive.text_attribute("scene"), name);
     require(scene.kind == SceneKind::fields && archive.has("/time"), {name},
             "holds no fields; expected the archive of a run of fields: particles are exported to a file .xyz");
     Source source{.archive = archive,

@@ -29,19 +29,34 @@ std::vector<physics::WrittenExpression> texts_of(const LocatedValue& found, cons
     return result;
 }
 
+template <class Wanted>
+const Wanted& given(const LocatedValue& found, const std::string& key, const char* expected) {
+    const auto* value = std::get_if<Wanted>(&found.value);
+    require(value != nullptr, found.where, "{} = {}; expected {}", key, toml_text(found.value), expected);
+    return *value;
+}
+
+constexpr std::int64_t max_degree = 15;  // of products that a function may declare
+
 TextTerm read_term(const LocatedTable& table, const std::string& name) {
     TextTerm term{.of = {}, .where = table.where};
     for (const auto& [key, found] : table.values) {
         const std::string whole = name + "." + key;
         if (key == "of") {
-            const auto* word = std::get_if<std::string>(&found.value);
-            require(word != nullptr, found.where, "{} = {}; expected the name of a field in quotes", whole,
-                    toml_text(found.value));
-            term.of = *word;
+            term.of = given<std::string>(found, whole, "the name of a field in quotes");
         } else if (key == "value") term.value = texts_of(found, whole);
         else if (key == "flux") term.flux = texts_of(found, whole);
         else if (key == "parameter_names") term.parameters = std::get<std::vector<std::string>>(found.value);
-        else fail_input(found.where, "unknown key {}; expected of, value, flux or parameters", whole);
+        else if (key == "function") term.function = given<std::string>(found, whole, "its name in quotes");
+        else if (key == "source") term.source = given<std::string>(found, whole, "its text in quotes");
+        else if (key == "arguments")
+            term.arguments = given<std::vector<std::string>>(found, whole, "a list of names in quotes");
+        else if (key == "degree") {
+            const auto degree = given<std::int64_t>(found, whole, "a whole number");
+            require(degree >= 0 && degree <= max_degree, found.where, "{} = {}; expected 1 to {}, or 0: not known",
+                    whole, degree, max_degree);
+            term.degree = static_cast<int>(degree);
+        } else fail_input(found.where, "unknown key {}; expected of, value, flux or parameters", whole);
     }
     return term;
 }
@@ -77,6 +92,9 @@ std::string term_text(const TextTerm& term, const physics::Model& model) {
     std::string result = "[[terms]]\nof = " + toml_text(term.of) + "\n";
     if (!term.value.empty()) result += "value = " + list(term.value) + "\n";
     if (!term.flux.empty()) result += "flux = " + list(term.flux) + "\n";
+    if (!term.function.empty())
+        result += "function = " + toml_text(term.function) + "\narguments = " + toml_text(term.arguments) +
+                  "\ndegree = " + toml_text(std::int64_t{term.degree}) + "\nsource = " + toml_text(term.source) + "\n";
     std::vector<std::string> parameters;
     for (const std::string& name : term.parameters)
         parameters.push_back(name + " = " + toml_text(model.parameters.at(name)));

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "drover/physics/function_terms.hpp"
 #include "io/scene_calibrated.hpp"
 
 namespace drover::io {
@@ -228,7 +229,9 @@ void mark_as_set(const Setting& setting, LocatedTables& tables) {
 }
 }  // namespace
 
-Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides) {
+namespace {
+Scene unchecked_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides,
+                      const physics::TermFunctions& functions) {
     LocatedTables tables = tables_of(parsed(toml, name), name);
     std::vector<Setting> settings;
     for (const std::string& written : overrides) settings.push_back(read_setting(written));
@@ -238,8 +241,27 @@ Scene parse_scene(const std::string& toml, const std::string& name, std::span<co
         apply_setting(setting, tables);
     }
     Scene scene = scene_of(tables, name);
+    for (const auto& [number, function] : functions) {
+        require(number >= 1 && number <= scene.model.text_terms.size(), {.file = name},
+                "a function for terms[{}], and the scene has {} terms; expected one of these", number,
+                scene.model.text_terms.size());
+        scene.model.text_terms[number - 1].call = function;
+    }
     fill_from_table(scene);
+    return scene;
+}
+}  // namespace
+
+Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides,
+                  const physics::TermFunctions& functions) {
+    Scene scene = unchecked_scene(toml, name, overrides, functions);
     check(scene);
+    return scene;
+}
+
+Scene archived_scene(const std::string& toml, const std::string& name) {
+    Scene scene = unchecked_scene(toml, name, {}, {});
+    if (physics::missing_function(scene.model).empty()) check(scene);
     return scene;
 }
 

@@ -67,7 +67,7 @@ Fixed read_fixed(const files::ArchiveReader& archive, const std::string& name) {
         fixed.bead_radius.size() == fixed.beads && fixed.sphere_at.size() == fixed.sphere_radius.size() &&
         (fixed.rods == 0 || (!fixed.sphere_at.empty() && fixed.sphere_at.size() % fixed.rods == 0));
     require(is_consistent, {name}, "its bodies and shapes are inconsistent; it is damaged");
-    const Scene scene = parse_scene(archive.text_attribute("scene"), name);
+    const Scene scene = archived_scene(archive.text_attribute("scene"), name);
     fixed.periodic = box_of(scene.particles).periodic;
     return fixed;
 }

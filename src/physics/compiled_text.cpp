@@ -6,80 +6,15 @@
 #include <memory>
 #include <set>
 
-#include "drover/base/expression.hpp"
+#include "compiled_function.hpp"
 #include "linear_part.hpp"
+#include "term_inputs.hpp"
 #include "term_shapes.hpp"
 
 namespace drover::physics {
 
 namespace {
 using numerics::Wavevector;
-
-constexpr int derivatives_begin = Input::d_x, position_begin = Input::x, parameters_begin = Input::count;
-
-struct FieldName {
-    const char* name;
-    int field;
-};
-constexpr std::array field_names{FieldName{"bead_density", rho},    FieldName{"rod_density", sigma},
-                                 FieldName{"bead_velocity_x", v_x}, FieldName{"bead_velocity_y", v_y},
-                                 FieldName{"order_x", p_x},         FieldName{"order_y", p_y}};
-
-bool has_field(const Form& form, int field) {
-    if (field == rho) return form.bead_density >= 0;
-    if (field == sigma) return form.rod_density >= 0;
-    return field >= p_x || form.velocity != Velocity::absent;
-}
-
-/// The names that a text may use in this form.
-Vocabulary vocabulary_of(const CompiledModel& model) {
-    Vocabulary names;
-    const auto add_vector = [&](const char* name, int divergence, int curl, int grad_div) {
-        names.operators["div"][name] = divergence;
-        names.operators["curl"][name] = curl;
-        names.operators["grad_div_x"][name] = grad_div;
-        names.operators["grad_div_y"][name] = grad_div + 1;
-    };
-    for (const auto& [name, field] : field_names) {
-        if (!has_field(model.form, field)) continue;
-        names.variables[name] = field;
-        names.operators["d_x"][name] = Input::d_x + field;
-        names.operators["d_y"][name] = Input::d_y + field;
-        names.operators["lap"][name] = Input::laplacian + field;
-    }
-    add_vector("order", Input::order_divergence, Input::order_curl, Input::order_grad_div);
-    if (has_field(model.form, v_x))
-        add_vector("bead_velocity", Input::velocity_divergence, Input::velocity_curl, Input::velocity_grad_div);
-    names.variables["x"] = Input::x;
-    names.variables["y"] = Input::y;
-    names.variables["t"] = Input::t;
-    int slot = parameters_begin;
-    for (const auto& [name, value] : model.model.parameters) names.variables[name] = slot++;
-    return names;
-}
-
-/// What a slot is of the fields at q: at most two of them, times factors.
-struct SlotSymbol {
-    std::array<int, 2> field{};
-    std::array<std::complex<double>, 2> factor{};
-};
-SlotSymbol symbol_of_slot(int slot, const Wavevector& q) {
-    const std::complex<double> d_x = i_unit * q.x, d_y = i_unit * q.y;
-    if (slot == Input::velocity_curl) return {{v_y, v_x}, {d_x, -d_y}};
-    if (slot == Input::order_curl) return {{p_y, p_x}, {d_x, -d_y}};
-    if (slot == Input::velocity_divergence) return {{v_x, v_y}, {d_x, d_y}};
-    if (slot == Input::order_divergence) return {{p_x, p_y}, {d_x, d_y}};
-    if (slot >= Input::velocity_grad_div) {
-        const bool of_order = slot >= Input::order_grad_div, along_y = (slot - Input::velocity_grad_div) % 2 == 1;
-        const double q_out = along_y ? q.y : q.x;
-        return {{of_order ? p_x : v_x, of_order ? p_y : v_y}, {-q_out * q.x, -q_out * q.y}};
-    }
-    const int field = slot % FieldIndex::count;
-    if (slot >= Input::laplacian) return {{field, field}, {-(q.x * q.x + q.y * q.y), 0.0}};
-    if (slot >= Input::d_y) return {{field, field}, {d_y, 0.0}};
-    if (slot >= Input::d_x) return {{field, field}, {d_x, 0.0}};
-    return {{field, field}, {1.0, 0.0}};
-}
 
 std::set<int> field_slots() {
     std::set<int> slots;
@@ -102,17 +37,6 @@ struct Compiled {
     bool is_flux = false;
     std::vector<Expression> components;
 };
-
-/// The rates that a derivative of a component contributes to: a row, times a factor.
-void add_derivative(const Compiled& term, std::size_t component, double slope, int slot, const Wavevector& q,
-                    Symbol& m) {
-    const SlotSymbol symbol = symbol_of_slot(slot, q);
-    const std::complex<double> outer =
-        term.is_flux ? -i_unit * (component == 0 ? q.x : q.y) : std::complex<double>(1.0);
-    const int row = term.is_flux ? term.row : term.row + static_cast<int>(component);
-    for (std::size_t k = 0; k < 2; ++k)
-        if (symbol.factor[k] != 0.0) m(row, symbol.field[k]) += outer * slope * symbol.factor[k];
-}
 
 struct Slope {
     std::size_t component;
@@ -171,8 +95,10 @@ Term base_term(const Compiled& compiled) {
                                                               const Wavevector& q, Symbol& m) {
         const auto values = slots_at(about);
         for (const Slope& slope : slopes)
-            add_derivative(compiled, slope.component, evaluate(slope.derivative, values), slope.slot, q, m);
+            add_derivative(compiled.row, compiled.is_flux, slope.component, evaluate(slope.derivative, values),
+                           slope.slot, q, m);
     };
+    term.degree_in_q = compiled.is_flux && depends_on(compiled, Input::laplacian, position_begin) ? 4 : 2;
     term.closed_uniform_states = vanishes_when_uniform(compiled);
     return term;
 }
@@ -236,26 +162,8 @@ bool is_empty(const Compiled& term) {
 
 /// Reads the texts of one term.
 Compiled read_term(const CompiledModel& model, const TextTerm& written, std::size_t number) {
-    struct Target {
-        const char* of;
-        const char* equation;
-        Equation which;
-        int row, rate, flux;  ///< flux: -1 of a vector
-    };
-    static constexpr std::array targets{
-        Target{"bead_density", "d_t rho", Equation::bead_density, rho, Output::bead_rate, Output::bead_flux},
-        Target{"rod_density", "d_t sigma", Equation::rod_density, sigma, Output::rod_rate, Output::rod_flux},
-        Target{"bead_velocity", "m rho d_t v", Equation::bead_velocity, v_x, Output::force, -1},
-        Target{"order", "d_t p", Equation::polar_order, p_x, Output::order, -1}};
-    const auto* target =
-        std::find_if(targets.begin(), targets.end(), [&](const Target& t) { return written.of == t.of; });
-    require(target != targets.end(), written.where,
-            "of = \"{}\"; expected one of bead_density, rod_density, bead_velocity, order: the field of the equation",
-            written.of);
-    require(has_field(model.form, target->row), written.where,
-            "of = \"{}\", a field that this model excludes; include the field in [fields], or remove the term",
-            written.of);
-    const bool is_scalar = target->flux >= 0, is_flux = !written.flux.empty();
+    const Target& target = target_of(model, written);
+    const bool is_scalar = target.flux >= 0, is_flux = !written.flux.empty();
     require(is_flux != !written.value.empty(), written.where, "expected either value or flux in a term, {}",
             is_flux ? "found both" : "found neither");
     require(!is_flux || is_scalar, written.where, "only a density has a flux; of = \"{}\" needs a value", written.of);
@@ -265,9 +173,9 @@ Compiled read_term(const CompiledModel& model, const TextTerm& written, std::siz
             texts.size(), expected == 1 ? "one, for a density" : "two, the x and y components");
     Compiled result{.name = text("terms[{}]", number),
                     .equation = {},
-                    .of = target->which,
-                    .row = target->row,
-                    .output = is_flux ? target->flux : target->rate,
+                    .of = target.which,
+                    .row = target.row,
+                    .output = is_flux ? target.flux : target.rate,
                     .is_flux = is_flux,
                     .components = {}};
     const Vocabulary names = vocabulary_of(model);
@@ -282,36 +190,17 @@ Compiled read_term(const CompiledModel& model, const TextTerm& written, std::siz
     result.equation = text(is_flux            ? "{}: -div({})"
                            : shown.size() > 1 ? "{}: ({})"
                                               : "{}: {}",
-                           target->equation, joined(shown));
+                           target.equation, joined(shown));
     for (const std::string& name : written.parameters)
         result.equation += text(", {} = {}", name, model.model.parameters.at(name));
     return result;
 }
 
-void check_admissible(const CompiledModel& model, const TextTerm& written, const Compiled& whole, const Compiled& rest,
-                      bool pointwise_velocity) {
-    const bool density = whole.of == Equation::bead_density || whole.of == Equation::rod_density;
-    require(!density || whole.is_flux || vanishes_when_uniform(whole), written.where,
-            "{} changes the number of {} in a uniform state, which the equations conserve; use a flux", whole.name,
-            whole.of == Equation::bead_density ? "beads" : "rods");
-    if (model.form.velocity != Velocity::slaved) return;
-    require(whole.of != Equation::bead_velocity || !reads_any_velocity(whole), written.where,
-            "{}: a force that depends on the bead velocity needs fields.bead_velocity = \"dynamic\"; a slaved velocity "
-            "balances forces with drag.coefficient only",
-            whole.name);
-    const bool viscous = model.model.viscosity.shear != 0.0 || model.model.viscosity.bulk != 0.0;
-    require(!viscous || whole.of != Equation::bead_velocity || is_empty(rest), written.where,
-            "{}: a slaved velocity with viscosity allows only linear isotropic forces; set viscosity.shear and "
-            "viscosity.bulk to 0, or set fields.bead_velocity = \"dynamic\"",
-            whole.name);
-    bool derives_velocity = false;
-    for (const Expression& component : whole.components)
+bool derives_any_velocity(const Compiled& term) {
+    for (const Expression& component : term.components)
         for (const int slot : slots_of(component))
-            derives_velocity = derives_velocity || (slot >= Input::d_x && is_of_velocity(slot));
-    require(!derives_velocity || !pointwise_velocity, written.where,
-            "{}: derivatives of a slaved velocity are not available when it depends on the densities at each point; "
-            "set fields.bead_velocity = \"dynamic\"",
-            whole.name);
+            if (slot >= Input::d_x && is_of_velocity(slot)) return true;
+    return false;
 }
 }  // namespace
 
@@ -319,6 +208,10 @@ std::vector<Term> compiled_text_terms(const CompiledModel& model, bool pointwise
     std::vector<Term> terms;
     for (std::size_t n = 0; n < model.model.text_terms.size(); ++n) {
         const TextTerm& written = model.model.text_terms[n];
+        if (!written.function.empty()) {
+            terms.push_back(compiled_function(model, written, n + 1, pointwise_velocity));
+            continue;
+        }
         const Compiled whole = read_term(model, written, n + 1);
         auto [linear, rest] = split(whole);
         const bool slaved_force = model.form.velocity == Velocity::slaved && whole.of == Equation::bead_velocity;
@@ -328,7 +221,14 @@ std::vector<Term> compiled_text_terms(const CompiledModel& model, bool pointwise
             rest = whole;
             linear.components.assign(linear.components.size(), Expression(0.0));
         }
-        check_admissible(model, written, whole, rest, pointwise_velocity);
+        check_admissible(model, written.where,
+                         {.name = whole.name,
+                          .of = whole.of,
+                          .conserves = whole.is_flux || vanishes_when_uniform(whole),
+                          .reads_velocity = reads_any_velocity(whole),
+                          .derives_velocity = derives_any_velocity(whole),
+                          .is_linear = is_empty(rest)},
+                         pointwise_velocity);
         if (!is_empty(rest)) {
             if (is_empty(linear)) rest.name = whole.name;
             const bool placed = depends_on(rest, position_begin, Input::count);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compiled_function.hpp"
 #include "compiled_text.hpp"
 #include "linear_part.hpp"
 #include "term_shapes.hpp"
@@ -51,7 +52,7 @@ void Equations::choose_terms(const std::vector<Term>& further) {
 
 void check(const Model& model, const LocationOf& location_of) {
     check_numbers(model, location_of);
-    static_cast<void>(Equations(model));
+    check_functions(Equations(model));
 }
 
 std::vector<ActiveTerm> active_terms(const Equations& equations) {

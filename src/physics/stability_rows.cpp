@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "drover/physics/function_terms.hpp"
+
 namespace drover::physics {
 
 std::vector<EffectiveCoefficientRow> effective_coefficient_rows(const Form& form) {
@@ -97,6 +99,7 @@ std::vector<std::string> stability_remarks(const Equations& equations, const Eff
         if (coefficient->table() && equations.model.table.outside == "hold")
             remarks.push_back(text("outside its table ({}), {} keeps its value at the edge",
                                    coefficient->table()->range_text(), key));
+    for (const std::string& remark : function_remarks(equations)) remarks.push_back(remark);
     if (coefficients.pressure_beads < 0.0 && equations.form.bead_density >= 0)
         remarks.push_back(
             text("Abar = A + lambda E/Gamma = {:.4g} < 0 (E = {:.4g}): rods turn towards high bead "

@@ -9,13 +9,20 @@
 #include <vector>
 
 #include "drover/files/archive_layout.hpp"
+#include "drover/physics/text_term.hpp"
 
 namespace drover::python {
 
 void bind_session(pybind11::module_& module);
+void bind_term_function(pybind11::module_& module);
+
+/// The functions of {number of a term: TermFunction}.
+physics::TermFunctions term_functions(const pybind11::dict& given);
 
 /// Runs work without the GIL, in a thread of its own, while this thread lets Python handle signals.  A handler that
-/// raises, as that of Ctrl-C does, requests a stop, and its exception follows when the work has stopped.
+/// raises, as that of Ctrl-C does, calls `stop`, and its exception follows when the work has stopped.
+void run_interruptibly(const std::function<void()>& work, const std::function<void()>& stop);
+/// The same for work that stops at run::request_stop().
 void run_interruptibly(const std::function<void()>& work);
 
 /// Calls run_interruptibly and returns the value of the work.

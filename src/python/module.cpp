@@ -34,7 +34,7 @@ namespace drover::python {
 
 namespace py = pybind11;
 
-void run_interruptibly(const std::function<void()>& work) {
+void run_interruptibly(const std::function<void()>& work, const std::function<void()>& stop) {
     std::future<void> done = std::async(std::launch::async, work);
     std::optional<py::error_already_set> raised;
     for (;;) {
@@ -44,11 +44,23 @@ void run_interruptibly(const std::function<void()>& work) {
         }
         if (raised || PyErr_CheckSignals() == 0) continue;
         raised.emplace();
-        run::request_stop(SIGINT);
+        stop();
     }
     if (!raised) return done.get();
-    run::request_stop(0);
     throw *raised;
+}
+
+void run_interruptibly(const std::function<void()>& work) {
+    struct Stop {
+        bool asked = false;
+        ~Stop() {
+            if (asked) run::request_stop(0);
+        }
+    } stop;
+    run_interruptibly(work, [&stop] {
+        stop.asked = true;
+        run::request_stop(SIGINT);
+    });
 }
 
 py::object array_of(std::span<const double> values, const std::vector<std::size_t>& shape, py::handle owner,
@@ -210,10 +222,9 @@ void bind_scene(py::module_& module) {
     py::class_<io::Scene>(module, "Scene", "A valid scene; drover.Scene wraps it.")
         .def_static(
             "parse",
-            [](const std::string& text, const std::string& name, const std::vector<std::string>& settings) {
-                return io::parse_scene(text, name, settings);
-            },
-            py::arg("text"), py::arg("name"), py::arg("settings"))
+            [](const std::string& text, const std::string& name, const std::vector<std::string>& settings,
+               const py::dict& functions) { return io::parse_scene(text, name, settings, term_functions(functions)); },
+            py::arg("text"), py::arg("name"), py::arg("settings"), py::arg("functions") = py::dict())
         .def_static(
             "read",
             [](const std::filesystem::path& file, const std::vector<std::string>& settings) {
@@ -315,6 +326,7 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, b
                                 {"text", run::table_text(outcome.table)},
                                 {"warnings", outcome.table.warnings},
                                 {"failed", outcome.failed},
+                                {"failures", outcome.failures},
                                 {"stopped", outcome.stopped}};
     return result.dump();
 }
@@ -329,11 +341,12 @@ void bind_runs(py::module_& module) {
         py::arg("scene"), py::arg("overwrite"), py::arg("quiet"));
     module.def(
         "restart_run",
-        [](const std::filesystem::path& archive, const std::vector<std::string>& settings, bool quiet) {
-            return outcome_dict(interruptibly(
-                [&] { return run::restart_run(archive, settings, {.overwrite = false, .quiet = quiet}); }));
+        [](const std::filesystem::path& archive, const std::vector<std::string>& settings, const py::dict& functions,
+           bool quiet) {
+            const run::RunOptions options{.quiet = quiet, .functions = term_functions(functions)};
+            return outcome_dict(interruptibly([&] { return run::restart_run(archive, settings, options); }));
         },
-        py::arg("archive"), py::arg("settings"), py::arg("quiet"));
+        py::arg("archive"), py::arg("settings"), py::arg("functions"), py::arg("quiet"));
     // These start processes: drover/worker.py calls them in a process without threads.
     module.def("tradeoff", &tradeoff, py::arg("scene"), py::arg("want"), py::arg("budget"), py::arg("folder"),
                py::arg("workers"), py::arg("quiet"));
@@ -375,6 +388,7 @@ PYBIND11_MODULE(_drover, module) {
     module.doc() = "The library of drover; use the package drover instead.";
     run::leave_signals_to_host();
     py::register_exception_translator(&translate);
+    bind_term_function(module);
     bind_scene(module);
     bind_session(module);
     bind_theory(module);

@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 
@@ -49,9 +50,25 @@ private:
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+/// In a thread of its own, where Python raises no KeyboardInterrupt inside a function, in the middle of a step.
+void advance_with_functions(Guarded& guarded, std::int64_t steps) {
+    struct Stopped {};
+    std::atomic<bool> stops = false;
+    run_interruptibly(
+        [&] {
+            guarded.session.advance(steps, [&] {
+                if (stops) throw Stopped{};
+            });
+        },
+        [&] { stops = true; });
+}
+
 void advance(Guarded& guarded, std::int64_t steps) {
     require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
     const Use use(guarded);
+    const std::vector<physics::TextTerm>& terms = guarded.session.scene().model.text_terms;
+    if (std::any_of(terms.begin(), terms.end(), [](const physics::TextTerm& term) { return term.call != nullptr; }))
+        return advance_with_functions(guarded, steps);
     const py::gil_scoped_release release;
     SignalPoll poll;
     guarded.session.advance(steps, std::ref(poll));

@@ -35,7 +35,7 @@ const Kind& kind_of(const io::Scene& scene) {
 }
 
 Report make_report(const files::ArchiveReader& archive) {
-    const io::Scene scene = io::parse_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file"));
+    const io::Scene scene = io::archived_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file"));
     return kind_of(scene).report(archive, scene);
 }
 

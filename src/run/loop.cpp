@@ -80,7 +80,7 @@ template <class Work>
 void keeping_frames(Commits& commits, Work work) {
     try {
         work();
-    } catch (const Error&) {
+    } catch (...) {  // also what a function of the caller throws
         commits.commit();
         throw;
     }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <tuple>
 
+#include "drover/physics/function_terms.hpp"
 #include "drover/physics/predictions.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/warnings.hpp"
@@ -116,6 +117,10 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
                                                       sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
     report.setting = std::move(setting);
+    if (const std::string missing = physics::missing_function(scene.model); !missing.empty()) {
+        report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};
+        return report;
+    }
     predict(equations, mean_orders(recorded.series, report.summary.warm_up), report);
     report.warnings = field_warnings(archive, scene);
     return report;

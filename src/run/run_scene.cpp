@@ -202,8 +202,9 @@ RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,
                        const RunOptions& options) {
     const files::Checkpoint checkpoint = files::read_newest_checkpoint(path);
-    reject_other_changes(overrides, io::parse_scene(checkpoint.scene, path.string() + " (its scene)"));
-    io::Scene scene = io::parse_scene(checkpoint.scene, path.string() + " (its scene)", overrides);
+    const std::string name = path.string() + " (its scene)";
+    reject_other_changes(overrides, io::parse_scene(checkpoint.scene, name, {}, options.functions));
+    io::Scene scene = io::parse_scene(checkpoint.scene, name, overrides, options.functions);
     scene.output.file = path.string();
     Threads threads(kind_of(scene).threads(scene));
     Simulation simulation = kind_of(scene).make(scene, threads, checkpoint.state);

@@ -45,9 +45,11 @@ io::Scene scene_of(const io::Scene& scene, const fs::path& folder, const SweepRu
     return io::parse_scene(io::resolved_text(base), scene.file, overrides);
 }
 
-int run_chain(const io::Scene& scene, const fs::path& folder, const std::vector<SweepRun>& chain) {
+/// `at`: the name of the run that it is at.
+int run_chain(const io::Scene& scene, const fs::path& folder, const std::vector<SweepRun>& chain, std::string& at) {
     for (std::size_t i = 0; i < chain.size(); ++i) {
         if (is_done(folder, chain[i])) continue;
+        at = chain[i].name;
         const fs::path path = archive_of(folder, chain[i]);
         const RunOptions options{.overwrite = true, .quiet = true};
         const bool resumable = fs::exists(path) && has_checkpoint(path);
@@ -152,15 +154,34 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
     if (!quiet)
         log_information("{} points, {} runs ({} already finished), {} simultaneous, in {}", layout.points.size(),
                         outcome.runs, outcome.already_done, workers, folder.string());
-    std::size_t ended = 0;
-    const PoolOutcome pool = run_jobs(
-        layout.chains.size(), workers, [&](std::size_t job) { return run_chain(scene, folder, layout.chains[job]); },
-        [&](std::size_t job, int status) {
-            ++ended;
-            if (!quiet)
-                log_information("{} of {} jobs finished: {}{}", ended, layout.chains.size(),
-                                layout.chains[job].back().name, status == 0 ? "" : text(" with status {}", status));
-        });
+    std::size_t started = 0, ended = 0;
+    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
+                        if (started == layout.chains.size()) return std::nullopt;
+                        return started++;
+                    },
+                    .work =
+                        [&](std::size_t job, std::string& reason) {
+                            std::string at;
+                            try {
+                                return run_chain(scene, folder, layout.chains[job], at);
+                            } catch (const Error& error) {
+                                reason = text("{}: {}", at, error.what());
+                                throw;
+                            }
+                        },
+                    .ended =
+                        [&](std::size_t job, int status, const std::string& reason) {
+                            const std::string& name = layout.chains[job].back().name;
+                            ++ended;
+                            if (status != exit_done && status != exit_stopped)
+                                outcome.failures.push_back(
+                                    reason.empty() ? text("{}: its process ended with status {}", name, status)
+                                                   : reason);
+                            if (!quiet)
+                                log_information("{} of {} jobs finished: {}{}", ended, layout.chains.size(), name,
+                                                status == 0 ? "" : text(" with status {}", status));
+                        }};
+    const PoolOutcome pool = run_jobs(jobs, {.workers = workers});
     outcome.stopped = pool.stopped;
     outcome.failed = pool.stopped ? 0 : pool.failed;
     outcome.table = collect(layout, folder);

@@ -10,6 +10,7 @@
 #include "drover/numerics/time_method.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/evaluation_cost.hpp"
+#include "drover/physics/function_terms.hpp"
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "run/field_health.hpp"
@@ -305,6 +306,8 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
     std::vector<std::string> warnings =
         physics::initial_warnings(scene.initial, scene.model, scene.grid, scene.dealiasing);
     add_growth(scene, warnings);
+    for (const std::string& remark : physics::function_remarks(physics::CompiledModel(scene.model)))
+        warnings.push_back(remark);
     return warnings;
 }
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {

@@ -139,16 +139,4 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
     return outcome;
 }
 
-PoolOutcome run_jobs(std::size_t count, int workers, const std::function<int(std::size_t)>& work,
-                     const std::function<void(std::size_t, int)>& ended) {
-    std::size_t known = 0;
-    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
-                        if (known == count) return std::nullopt;
-                        return known++;
-                    },
-                    .work = [&](std::size_t job, std::string&) { return work(job); },
-                    .ended = [&](std::size_t job, int status, const std::string&) { ended(job, status); }};
-    return run_jobs(jobs, {.workers = workers});
-}
-
 }  // namespace drover::run

@@ -25,7 +25,9 @@ assert changed.observables.polar_order.values[-1] > 0.5 > changed.observables.po
 assert (folder / "flock.mp4").stat().st_size > 10_000 and list(folder.glob("flock*.vtk"))
 assert variations["512 squared"].check() == []
 """),
-    "your-own": (6, """
+    "your-own": (7, """
+assert abs(settled.frame.polar_order_x.mean() - 0.8) < 0.02  # from 0.3, where 10 s are three relaxation times
+assert "by differences" in measured.check()[0]
 times, turned = np.transpose(angles)
 assert np.allclose(turned, 0.3 * times, atol=1e-3)  # second order in the step of 0.05 s
 series = run.observables.enstrophy

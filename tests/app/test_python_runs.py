@@ -1,7 +1,8 @@
 """tests/app/test_python_runs.py: runs in Python have the bytes of those of the program, for every shipped scene."""
 import h5py
+import numpy as np
 import pytest
-from support import MODELS, assert_same_bytes, drover as program, settings
+from support import MODELS, SMALL, assert_same_bytes, drover as program, settings
 from test_particle_scenes import SHORT as PARTICLES
 from test_scenes import SHORT as FIELDS
 
@@ -95,3 +96,13 @@ def test_a_sweep_has_the_table_of_the_program(tmp_path):
     row = tables[1].splitlines()[2].split(",")  # relaxation.rate = 0.2, current.speed = 2
     column = [name.split(" ")[0] for name in tables[1].splitlines()[0].split(",")].index("polar_order")
     assert float(mean.sel({"relaxation.rate": 0.2, "current.speed": 2})) == float(row[column])
+
+
+def test_a_sweep_says_why_a_job_failed():
+    scene = drover.Scene.from_dict({**SMALL, "time.end": 2.0, "initial.kind": "random", "initial.amplitude": 0.1})
+    with pytest.warns(UserWarning, match="1 jobs of the sweep failed: point-0001-seed-7: .*lost its meaning"):
+        found = drover.sweep(scene, {"relaxation.rate": [0.5, -200.0]}, workers=2)
+    assert found.failed == 1 and len(found.failures) == 1 and found.failures[0] in repr(found)
+    assert np.isfinite(found.polar_order[1]) and np.isnan(found.polar_order[0])
+    with pytest.raises(drover.Error, match="no run of the sweep ended: point-0000-seed-7: .*lost its meaning"):
+        drover.sweep(scene, {"relaxation.rate": [-200.0]})

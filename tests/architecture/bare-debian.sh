@@ -2,7 +2,7 @@
 # tests/architecture/bare-debian.sh: checks that a minimal Debian 12, with git and make only, can clone drover, run the
 # demo and pass the tests.
 #
-#   tests/architecture/bare-debian.sh [BASE]
+#   [JOBS=n] tests/architecture/bare-debian.sh [BASE]
 #
 # Needs root.  BASE: a minimal Debian 12 tree to copy (debootstrap --variant=minbase --include=git,make bookworm BASE);
 # by default debootstrap creates one from its own mirror or from $MIRROR.  Tests the last commit of this checkout in a
@@ -61,6 +61,7 @@ inside() {
     echo "=== $*"
     local start=$SECONDS
     chroot "$root" /usr/bin/env --ignore-environment PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
+        ${JOBS:+JOBS="$JOBS"} \
         sh -c 'cd /drover && exec "$@"' sh "$@"
     echo "=== $*: done in $((SECONDS - start)) s"
 }

@@ -42,14 +42,17 @@ TEST(WorkerPool, jobs_that_become_available_while_others_run_are_run_and_return_
 
 TEST(WorkerPool, the_exit_status_of_a_worker_is_reported) {
     std::map<std::size_t, int> statuses;
-    const PoolOutcome outcome = run_jobs(
-        4, 2,
-        [](std::size_t job) {
-            if (job == 1) fail_input({}, "no");
-            if (job == 2) ::kill(::getpid(), SIGKILL);
-            return job == 3 ? 7 : 0;
-        },
-        [&](std::size_t job, int status) { statuses[job] = status; });
+    const Jobs jobs{.next = [n = std::size_t{0}]() mutable -> std::optional<std::size_t> {
+                        return n < 4 ? std::optional(n++) : std::nullopt;
+                    },
+                    .work =
+                        [](std::size_t job, std::string&) {
+                            if (job == 1) fail_input({}, "no");
+                            if (job == 2) ::kill(::getpid(), SIGKILL);
+                            return job == 3 ? 7 : 0;
+                        },
+                    .ended = [&](std::size_t job, int status, const std::string&) { statuses[job] = status; }};
+    const PoolOutcome outcome = run_jobs(jobs, {.workers = 2});
     EXPECT_EQ(statuses, (std::map<std::size_t, int>{{0, 0}, {1, 2}, {2, 128 + SIGKILL}, {3, 7}}));
     EXPECT_EQ(outcome.done, 1u);
     EXPECT_EQ(outcome.failed, 3u);

@@ -12,7 +12,11 @@ namespace drover::io {
 /// result. Throws an input Error with file:line:column and a suggested fix.
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {});
 
-/// The same from a text; messages call it `name`.
-Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides = {});
+/// The same from a text; messages call it `name`.  `functions`: those that its terms name.
+Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides = {},
+                  const physics::TermFunctions& functions = {});
+
+/// The scene in an archive, to read the archive: its terms may be functions that this program does not have.
+Scene archived_scene(const std::string& toml, const std::string& name);
 
 }  // namespace drover::io

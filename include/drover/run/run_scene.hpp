@@ -15,6 +15,7 @@ struct RunOptions {
     bool overwrite = false;  ///< replace an existing archive
     bool quiet = false;      ///< no log, no progress
     bool rounds_up = false;  ///< all steps round up, not to the nearest, to see what rounding does; one thread
+    physics::TermFunctions functions = {};  ///< of a restart: those that the terms of its scene name
 };
 
 struct RunOutcome {

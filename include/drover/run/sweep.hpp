@@ -51,6 +51,7 @@ struct SweepOutcome {
     SweepTable table;
     std::size_t runs = 0, already_done = 0, failed = 0;
     bool stopped = false;
+    std::vector<std::string> failures = {};  ///< why: "point-0000-seed-7: ..."
 };
 
 /// Runs what is not finished in `folder`, which keeps one archive per run and the scene of the sweep: call it again to

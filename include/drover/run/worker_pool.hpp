@@ -33,8 +33,4 @@ struct Jobs {
 };
 PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options);
 
-/// The jobs 0 .. count - 1, without results.
-PoolOutcome run_jobs(std::size_t count, int workers, const std::function<int(std::size_t job)>& work,
-                     const std::function<void(std::size_t job, int status)>& ended);
-
 }  // namespace drover::run

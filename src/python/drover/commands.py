@@ -8,10 +8,10 @@ from drover.error import Error
 from drover.locks import hdf5
 
 
-def restart(archive, *, end=None, checkpoint_minutes=None, threads=0, quiet=True):
+def restart(archive, *, end=None, checkpoint_minutes=None, threads=0, functions=(), quiet=True):
     """Resumes a run from its latest valid checkpoint, as `drover restart`; returns the open archive.
 
-    `end` [s] is a later time.end.
+    `end` [s] is a later time.end; `functions`: the Python functions that are terms of the scene, by their names.
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
@@ -24,8 +24,13 @@ def restart(archive, *, end=None, checkpoint_minutes=None, threads=0, quiet=True
     from drover.toml import value_text
     changes = {"time.end": end, "output.checkpoint_minutes": checkpoint_minutes, "run.threads": threads or None}
     settings = [f"{key}={value_text(value)}" for key, value in changes.items() if value is not None]
+    given = {}
+    if functions:
+        from drover.functions import functions_by_number
+        with open_run(archive) as run:
+            given = functions_by_number(run.scene.get("terms", []), functions)
     with hdf5():
-        done = _drover.restart_run(os.fspath(archive), settings, quiet)
+        done = _drover.restart_run(os.fspath(archive), settings, given, quiet)
     return open_run(done["archive"])
 
 

@@ -159,7 +159,8 @@ def boundary(models, output):
     shape = ' class="narrow"'
     return Part("Where flocks begin", picture(figure, output / "threshold.png", "flocking threshold with its error",
                                               shape), sentence,
-                f"{PROGRAM} boundary models/phase-boundary.toml -o plane.h5 && python3 -m drover.figure plane.h5")
+                f"{PROGRAM} boundary models/phase-boundary.toml -o plane.h5 && "
+                "PYTHONPATH=build/release/python /usr/bin/python3 -m drover.figure plane.h5")
 
 
 def main(arguments=None):

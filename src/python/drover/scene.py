@@ -6,6 +6,7 @@ from pathlib import Path
 
 from drover import _drover
 from drover.error import Error
+from drover.functions import function_of, function_table, held_functions
 from drover.locks import hdf5
 from drover.toml import scene_text, value_text
 
@@ -21,9 +22,10 @@ class Scene:
     drover.error.Error: --set grid.nx=7: grid.nx = 7; expected an even number >= 4
     """
 
-    def __init__(self, native, text, name, settings=()):
+    def __init__(self, native, text, name, settings=(), functions=None):
         """For load(), parse() and from_dict(), which check the scene."""
         self._native, self._text, self._name, self._settings = native, text, name, tuple(settings)
+        self._functions = functions or {}  # {number of a term: TermFunction}
         self._values = None
 
     @classmethod
@@ -53,23 +55,46 @@ class Scene:
         """
         changes = key if isinstance(key, dict) else {key: value}
         settings = [*self._settings, *(f"{name}={value_text(value)}" for name, value in changes.items())]
-        with hdf5():
-            return Scene(_drover.Scene.parse(self._text, self._name, settings), self._text, self._name, settings)
+        return restored(self._text, self._name, settings, self._functions)
 
-    def term(self, of, value=None, *, flux=None, **parameters):
-        """A scene with one more term as text, and its parameters as keys terms.W.
+    def term(self, of, value=None, *, flux=None, degree=None, **parameters):
+        """A scene with one more term, as text or as a function, and its parameters as keys terms.W.
 
         >>> Scene.from_dict({}).term("order", ["-W order_x", "-W order_y"], W=0.7)["terms.W"]
         0.7
 
         `of` is the equation (bead_density, rod_density, bead_velocity or order); a density takes a text or a flux.
+
+        A function returns the x and y components at points from arrays of what its arguments name: fields (order_x),
+        derivatives (d_x_order_x, lap_order_x, div_order, curl_order), x, y, t, or its parameters, which are numbers.
+
+        >>> import numpy
+        >>> def brake(order_x, order_y, W=0.7):
+        ...     slow = W / (1 + numpy.hypot(order_x, order_y))
+        ...     return -slow * order_x, -slow * order_y
+        >>> Scene.from_dict({}).term("order", brake).set("terms.W", 0.5).stability().text.count("by differences")
+        1
+
+        Functions are slow: Python calls them, one thread at a time, at every few hundred points. Linear theory takes
+        their slopes by differences; boundary() calls them many thousand times for each point, for minutes to hours.
+        `degree` is their degree as a polynomial in the fields, for exact dealiasing; without it products count as
+        cubic, and aliases may remain. For a density the function is the flux, `flux=`. An archive keeps name and source
+        only: restart() needs the function again, and drover sweep refuses it.
         """
-        table = {"of": of, **({"value": value} if flux is None else {"flux": flux})}
+        function = function_of(of, value, flux)
+        if function is not None:
+            table = {**function_table(of, function, parameters), "degree": 0 if degree is None else degree}
+        elif degree is not None:
+            raise Error(f"degree = {degree} of a term as text, whose degree is known; expected none")
+        else:
+            table = {"of": of, **({"value": value} if flux is None else {"flux": flux})}
         if parameters:
             table["parameters"] = parameters
         text = self._text.rstrip("\n") + "\n\n" + scene_text({"terms": [table]})
-        with hdf5():
-            return Scene(_drover.Scene.parse(text, self._name, list(self._settings)), text, self._name, self._settings)
+        functions = self._functions
+        if function is not None:
+            functions = {**functions, len(self.values.get("terms", [])) + 1: _drover.TermFunction(function)}
+        return restored(text, self._name, self._settings, functions)
 
     @property
     def settings(self):
@@ -132,7 +157,8 @@ class Scene:
     __hash__ = None
 
     def __reduce__(self):
-        return restored, (self._text, self._name, list(self._settings))
+        functions = {number: held.function for number, held in self._functions.items()}
+        return restored, (self._text, self._name, list(self._settings), *([functions] if functions else []))
 
     def to_toml(self):
         """Every key with its value, as TOML that reads back as the same scene."""
@@ -238,9 +264,11 @@ def computed(function, scene, output, overwrite, **options):
     return theory_of(result, scene.name)
 
 
-def restored(text, name, settings):
+def restored(text, name, settings, functions=None):
+    held = held_functions(functions or {})
     with hdf5():
-        return Scene(_drover.Scene.parse(text, name, settings), text, name, settings)
+        native = _drover.Scene.parse(text, name, list(settings), held)
+    return Scene(native, text, name, settings, held)
 
 
 def range_text(axis):

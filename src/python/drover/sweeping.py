@@ -1,6 +1,7 @@
 """drover/sweeping.py: many runs of one scene, and their table."""
 import os
 import tempfile
+import warnings
 
 from drover.error import Error
 from drover.toml import value_text
@@ -15,11 +16,12 @@ class Sweep:
         self.rows = result["rows"]          # one dict for each point
         self.warnings = result["warnings"]  # "point-0000-seed-7: ..."
         self.failed = result["failed"]      # number of failed jobs
+        self.failures = result["failures"]  # why they failed: "point-0000-seed-7: ..."
         self.text = result["text"]
         self._data = None
 
     def __repr__(self):
-        return self.text
+        return self.text + "".join(f"failed: {reason}\n" for reason in self.failures)
 
     @property
     def data(self):
@@ -48,6 +50,7 @@ def sweep(scene, vary, *, seeds=1, ramp="none", workers=0, folder=None, quiet=Tr
     `vary` is {"relaxation.rate": [0.5, 1, 2]} or {"relaxation.rate": "0.5:2:11"} (first:last:count); several keys make
     a grid.  `folder` keeps an archive of each run, and the same call resumes; by default nothing is kept.  `ramp`
     ("up", "up-down") starts each point from the end of the one before.  `workers` is the number of simultaneous runs.
+    Runs that fail leave a gap in the table, and a Python warning that says why; `failures` lists the reasons.
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
@@ -68,8 +71,13 @@ def sweep(scene, vary, *, seeds=1, ramp="none", workers=0, folder=None, quiet=Tr
 
 def finished(result):
     if not any(row["seeds"] for row in result["rows"]):
-        raise Error(f"no run of the sweep ended: {result['log'].strip()[-2000:]}", fault="run")
-    return Sweep(result)
+        reasons = "; ".join(result["failures"]) or result["log"].strip()[-2000:]
+        raise Error(f"no run of the sweep ended: {reasons}", fault="run")
+    found = Sweep(result)
+    if found.failed:
+        warnings.warn(f"{found.failed} jobs of the sweep failed: {'; '.join(found.failures)}",
+                      stacklevel=3)
+    return found
 
 
 def dataset_of(keys, rows):

@@ -20,6 +20,12 @@ def call(command, scene, **options):
 
     Ctrl-C stops it after checkpoints; the same call resumes.
     """
+    if scene._functions:
+        from drover.functions import name_of
+        names = ", ".join(name_of(held.function) for held in scene._functions.values())
+        raise Error(f"a term of the scene is a Python function ({names}), "
+                    f"which the processes of {command} do not have; write it as text, or run the scenes one by one: "
+                    "for rate in rates: scene.set(key, rate).run(...)")
     request = {"command": command, "scene": scene.__reduce__()[1], "options": options}
     package = str(Path(os.path.abspath(__file__)).parents[1])
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))}

@@ -1,0 +1,92 @@
+// python/term_function.cpp: Python functions as terms of the equations.
+#include <pybind11/numpy.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include "bindings.hpp"
+#include "drover/base/error.hpp"
+
+namespace drover::python {
+
+namespace py = pybind11;
+
+namespace {
+/// A function, given back with the GIL, and the lock that lets one thread at a time call it.
+struct Held {
+    explicit Held(py::object the_function) : function(std::move(the_function)) {}
+    ~Held() {
+        const py::gil_scoped_acquire acquire;
+        function = py::object();
+    }
+    Held(const Held&) = delete;
+    Held& operator=(const Held&) = delete;
+
+    py::object function;
+    std::mutex mutex;
+};
+
+/// Whoever holds the mutex waits for the GIL: it must not be waited for with the GIL.
+std::unique_lock<std::mutex> locked(std::mutex& mutex) {
+    if (PyGILState_Check() == 0) return std::unique_lock(mutex);
+    const py::gil_scoped_release release;
+    return std::unique_lock(mutex);
+}
+
+std::string shape_text(const py::array& array) { return py::str(array.attr("shape")); }
+
+/// One component of a result: a number for all points, or an array of them.
+void read_component(py::handle given, std::size_t size, double* out) {
+    const py::array array = py::module_::import("numpy").attr("asarray")(given);
+    require(std::string("fiub").find(array.dtype().kind()) != std::string::npos, {},
+            "it returns numbers of the type {}; expected real numbers", std::string(py::str(array.dtype())));
+    const auto numbers = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(array);
+    if (!numbers) throw py::error_already_set();
+    if (numbers.ndim() == 0) {
+        std::fill_n(out, size, *numbers.data());
+        return;
+    }
+    require(numbers.ndim() == 1 && static_cast<std::size_t>(numbers.size()) == size, {},
+            "it returns an array of shape {} for arguments of shape ({},); expected the x and y components, each an "
+            "array of the shape of the arguments, or a number",
+            shape_text(array), size);
+    std::copy_n(numbers.data(), size, out);
+}
+
+void call(const py::object& function, std::size_t size, std::span<const physics::PointArgument> arguments,
+          std::span<double* const> out) {
+    py::tuple given(arguments.size());
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        // A copy: the function may keep it or write to it.
+        if (arguments[i].values) given[i] = py::array_t<double>(static_cast<py::ssize_t>(size), arguments[i].values);
+        else given[i] = py::float_(arguments[i].number);
+    }
+    const py::object result = function(*given);
+    const bool is_list = py::isinstance<py::sequence>(result) || py::isinstance<py::array>(result);
+    require(is_list && py::len(result) == out.size(), {}, "it returns {}; expected two arrays, the x and y components",
+            is_list ? text("{} items", py::len(result)) : std::string(py::str(py::type::of(result).attr("__name__"))));
+    for (std::size_t c = 0; c < out.size(); ++c) read_component(result[py::int_(c)], size, out[c]);
+}
+}  // namespace
+
+physics::TermFunctions term_functions(const py::dict& given) {
+    physics::TermFunctions functions;
+    for (const auto& [number, function] : given)
+        functions[number.cast<std::size_t>()] = std::make_shared<const physics::PointFunction>(
+            [held = function.cast<std::shared_ptr<Held>>()](std::size_t size,
+                                                            std::span<const physics::PointArgument> arguments,
+                                                            std::span<double* const> out) {
+                const auto lock = locked(held->mutex);
+                const py::gil_scoped_acquire acquire;
+                call(held->function, size, arguments, out);
+            });
+    return functions;
+}
+
+void bind_term_function(py::module_& module) {
+    py::class_<Held, std::shared_ptr<Held>>(module, "TermFunction", "A function that one thread at a time calls.")
+        .def(py::init<py::object>(), py::arg("function"))
+        .def_readonly("function", &Held::function);
+}
+
+}  // namespace drover::python
