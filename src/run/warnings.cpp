@@ -136,8 +136,10 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
         const double own = *std::max_element(variances.begin(), variances.end());
         const double size = field.scale > 0.0 ? field.scale * field.scale : own;
         const double least = max_spectral_tail * std::max(max_spectral_tail * size, own);
+        Tail worst = worst_tail(times, tails, variances, least);
+        if (worst.fraction <= max_spectral_tail) continue;  // before the linear theory, which takes longer
         const double linear = predicted_tail(system, equations.form, field);
-        const Tail worst = worst_tail(times, tails, variances, std::max(least, max_tail_over_linear * linear));
+        worst = worst_tail(times, tails, variances, std::max(least, max_tail_over_linear * linear));
         if (worst.fraction <= max_spectral_tail) continue;
         const auto grid_text = [&](int nx, int ny) {
             return scene.grid.ny == 1 ? text("grid.nx = {}", nx) : text("grid.nx = {} and grid.ny = {}", nx, ny);
