@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <future>
 #include <set>
@@ -435,6 +436,10 @@ void Archive::replace(const ResultTable& table) {
     if (table.warnings.empty()) return;
     const Handle group = group_handle(file_->hdf5.id(), table.group, false, errors);
     write_list(group, "warnings", table.warnings, errors);
+}
+
+bool Archive::is_compressing() const {
+    return file_->pending && file_->pending->chunks.wait_for(std::chrono::seconds(0)) == std::future_status::timeout;
 }
 
 void Archive::commit() {
