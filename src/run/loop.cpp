@@ -21,8 +21,8 @@ void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, 
     archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe(), step);
 }
 
-/// Commits rows by time: after a kill, the frames of at most the last second are lost, or of the last step where that is
-/// longer, and the samples of at most half a minute.
+/// Commits rows by time: after a kill, the frames of at most the last second are lost, or of the last step where that
+/// is longer, and the samples of at most half a minute.
 class Commits {
 public:
     explicit Commits(files::Archive& archive) : archive_(archive) {}
