@@ -106,7 +106,7 @@ public:
         stream_.next_out = to.data() + before;
         stream_.avail_out = static_cast<uInt>(to.size() - before);
         deflate(&stream_, Z_SYNC_FLUSH);
-        to.resize(to.size() - stream_.avail_out);
+        to.erase(to.end() - static_cast<std::ptrdiff_t>(stream_.avail_out), to.end());
     }
 
 private:
