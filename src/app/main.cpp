@@ -1,5 +1,6 @@
 // app/main.cpp: the program drover: its commands and exit statuses.
 #include <fcntl.h>
+#include <malloc.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -51,6 +52,14 @@ void require_stack() {
     grow_stack();
 }
 
+/// Freed memory stays with the process: HDF5 frees and allocates megabytes for each file that it opens, and the system
+/// would clear their pages each time.
+void keep_freed_memory() {
+    ::mallopt(M_TRIM_THRESHOLD, 64 << 20);
+    ::mallopt(M_TOP_PAD, 1 << 20);
+    ::mallopt(M_MMAP_THRESHOLD, 32 << 20);  // up to which malloc would raise it by itself
+}
+
 /// Returns the exit status of the command that the words name.
 int act(const std::vector<std::string>& words) {
     CLI::App program{
@@ -86,6 +95,7 @@ int main(int count, char** words) {
     app::open_standard_streams();
     run::ignore_file_size_signal();
     files::skip_hdf5_at_exit();
+    app::keep_freed_memory();
     const std::span<char*> after_name(words + 1, words + count);
     // One capture: std::function then needs no memory, which may be what is missing.
     return run::status_of([&after_name] {

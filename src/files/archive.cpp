@@ -5,13 +5,16 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <future>
 #include <set>
 
 #include "drover/files/archive_reader.hpp"
 #include "drover/files/new_file.hpp"
 #include "files/archive_netcdf.hpp"
 #include "files/hdf5_file.hpp"
+#include "files/packed_chunk.hpp"
 
 namespace drover::files {
 namespace {
@@ -23,6 +26,14 @@ struct OpenRecording {
     GroupPlan plan;
     GroupDatasets datasets;
     std::size_t rows = 0;
+};
+
+using Chunks = std::vector<std::vector<unsigned char>>;
+
+/// The last frame, while it is compressed beside the run.
+struct PendingFrame {
+    std::size_t recording = 0, row = 0;
+    std::future<Chunks> chunks;
 };
 
 std::filesystem::path temporary_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
@@ -41,6 +52,7 @@ struct Archive::File {
     Hdf5File hdf5;
     Hdf5Errors errors;
     std::vector<OpenRecording> recordings;  // their datasets are closed before the file
+    std::optional<PendingFrame> pending;
 };
 
 namespace {
@@ -129,6 +141,43 @@ void write_row(hid_t dataset, std::size_t row, const std::vector<std::size_t>& s
     const hsize_t size = values.size();
     const Handle memory = errors.own(H5Screate_simple(1, &size, nullptr), H5Sclose, doing);
     errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()), doing);
+}
+
+/// Rows that are a chunk each can be compressed without HDF5, which must be called by one thread at a time.
+bool is_frame(const GroupPlan& plan) {
+    const auto is_integer = [](const Quantity& quantity) { return quantity.is_integer; };
+    return plan.rows_per_chunk == 1 && !plan.trajectory &&
+           std::none_of(plan.quantities.begin(), plan.quantities.end(), is_integer);
+}
+
+/// Compresses a frame in another thread; a small one takes less time than the start of a thread.
+std::future<Chunks> packed(std::span<const std::span<const double>> arrays) {
+    std::vector<std::vector<double>> copies;
+    std::size_t numbers = 0;
+    for (const std::span<const double> array : arrays) {
+        copies.emplace_back(array.begin(), array.end());
+        numbers += array.size();
+    }
+    const auto pack = [copies = std::move(copies)] {
+        Chunks chunks;
+        for (const std::vector<double>& copy : copies) chunks.push_back(packed_chunk(copy));
+        return chunks;
+    };
+    constexpr std::size_t few = 16384;
+    if (numbers <= few) return std::async(std::launch::deferred, pack);
+    try {
+        return std::async(std::launch::async, pack);
+    } catch (const std::system_error&) {  // no thread is left
+        return std::async(std::launch::deferred, pack);
+    }
+}
+
+/// `corner`: of the chunk.
+void write_chunk(hid_t dataset, const std::vector<hsize_t>& corner, std::span<const unsigned char> bytes,
+                 const Hdf5Errors& errors) {
+    constexpr std::uint32_t skipped_filters = 0;
+    errors.check(H5Dwrite_chunk(dataset, H5P_DEFAULT, skipped_filters, corner.data(), bytes.size(), bytes.data()),
+                 "writing a chunk");
 }
 
 [[noreturn]] void fail_locked(const std::filesystem::path& file) {
@@ -314,6 +363,23 @@ std::vector<std::size_t> Archive::rows() const {
     return result;
 }
 
+namespace {
+/// Writes the frame that is being compressed, if there is one.
+template <class File>
+void write_pending(File& file) {
+    if (!file.pending) return;
+    PendingFrame frame = std::move(*file.pending);
+    file.pending.reset();
+    const OpenRecording& recording = file.recordings[frame.recording];
+    const Chunks chunks = frame.chunks.get();
+    for (std::size_t i = 0; i < chunks.size(); ++i) {
+        std::vector<hsize_t> corner(recording.plan.quantities[i].axes.size() + 1, 0);
+        corner[0] = frame.row;
+        write_chunk(recording.datasets.quantities[i], corner, chunks[i], file.errors);
+    }
+}
+}  // namespace
+
 void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays,
                      std::int64_t step) {
     require_memory_for_hdf5();
@@ -329,12 +395,16 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
         require(arrays[i].size() == count_of(plan, plan.quantities[i]), {errors.file},
                 "a row of {} has {} numbers; expected {}", path_in(plan.group, plan.quantities[i].name),
                 arrays[i].size(), count_of(plan, plan.quantities[i]));
+    if (is_frame(plan)) write_pending(*file_);
     set_rows(into, into.rows + 1, errors);
     write_row(into.datasets.time, into.rows, {}, {&time, 1}, errors);
     const auto steps = static_cast<double>(step);  // exact: far below 2^53
     if (plan.trajectory) write_row(into.datasets.step, into.rows, {}, {&steps, 1}, errors);
-    for (std::size_t i = 0; i < arrays.size(); ++i)
-        write_row(into.datasets.quantities[i], into.rows, shape_of(plan, plan.quantities[i]), arrays[i], errors);
+    if (is_frame(plan))
+        file_->pending.emplace(PendingFrame{.recording = recording, .row = into.rows, .chunks = packed(arrays)});
+    else
+        for (std::size_t i = 0; i < arrays.size(); ++i)
+            write_row(into.datasets.quantities[i], into.rows, shape_of(plan, plan.quantities[i]), arrays[i], errors);
     ++into.rows;
 }
 
@@ -357,17 +427,25 @@ void Archive::replace(const ResultTable& table) {
         errors.check(H5Ldelete(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "removing " + table.group);
     const GroupDatasets created = make_group(file_->hdf5.id(), plan, errors);
     for (std::size_t i = 0; i < table.values.size(); ++i)
-        errors.check(H5Dwrite(created.quantities[i], H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                              table.values[i].data()),
-                     "writing results");
+        if (const std::size_t axes = plan.quantities[i].axes.size(); axes > 0 && !plan.quantities[i].is_integer)
+            write_chunk(created.quantities[i], std::vector<hsize_t>(axes, 0), packed_chunk(table.values[i]), errors);
+        else
+            errors.check(H5Dwrite(created.quantities[i], H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                  table.values[i].data()),
+                         "writing results");
     if (table.warnings.empty()) return;
     const Handle group = group_handle(file_->hdf5.id(), table.group, false, errors);
     write_list(group, "warnings", table.warnings, errors);
 }
 
+bool Archive::is_compressing() const {
+    return file_->pending && file_->pending->chunks.wait_for(std::chrono::seconds(0)) == std::future_status::timeout;
+}
+
 void Archive::commit() {
     require_memory_for_hdf5();
     const QuietErrors quiet(&file_->hdf5.failure());
+    write_pending(*file_);
     file_->hdf5.commit();
 }
 

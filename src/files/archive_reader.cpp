@@ -28,9 +28,9 @@ using Clock = std::chrono::steady_clock;
 
 /// HDF5's view of the file as of one commit.
 struct View {
-    View(const std::filesystem::path& file, const Descriptor& guard)
+    View(const std::filesystem::path& file, const Descriptor& guard, bool is_own)
         : state(state_of(file)),
-          is_live(has_writer(guard)),
+          is_live(!is_own && has_writer(guard)),
           hdf5(Hdf5File::open_for_reading(file)),
           errors(hdf5.errors(Fault::input)) {}
 
@@ -47,6 +47,7 @@ bool is_same(const FileState& opened, const FileState& now) { return now == open
 
 struct ArchiveReader::File {
     std::filesystem::path path;
+    bool is_own = false;  ///< this process writes it, and does not meanwhile
     Descriptor guard = {};
     std::optional<View> view = {};
     std::chrono::milliseconds patience{2000};  ///< with the commit of a run
@@ -71,7 +72,7 @@ struct ArchiveReader::File {
                        is_same(before, state_of(path));
             };
             try {
-                if (!view) view.emplace(path, guard);
+                if (!view) view.emplace(path, guard, is_own);
                 auto result = read(*view);
                 view->hdf5.require_disk();
                 if (is_sure()) return result;
@@ -259,9 +260,9 @@ std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name
 
 }  // namespace
 
-ArchiveReader::ArchiveReader(const std::filesystem::path& file) {
+ArchiveReader::ArchiveReader(const std::filesystem::path& file, Writer writer) {
     require_plain_file(file);
-    file_ = std::make_unique<File>(File{behind_links(file)});
+    file_ = std::make_unique<File>(File{.path = behind_links(file), .is_own = writer == Writer::this_process});
     file_->steady([](const View&) { return true; });
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "files/hdf5_file.hpp"
+#include "files/packed_chunk.hpp"
 
 namespace drover::files {
 namespace {
@@ -18,18 +19,6 @@ using Buffer = std::vector<unsigned char>;
 using Sizes = std::vector<std::size_t>;
 
 constexpr std::size_t checksum_bytes = 4;
-
-/// HDF5's variant: Fletcher's sums of big-endian 16-bit words, modulo 65535 with end-around carry.
-std::uint32_t fletcher32(std::span<const unsigned char> bytes) {
-    const auto carried = [](std::uint32_t sum) { return (sum & 0xffff) + (sum >> 16); };
-    std::uint32_t sum = 0, sum_of_sums = 0;
-    for (std::size_t i = 0; i < bytes.size(); i += 2) {
-        const std::uint32_t low = i + 1 < bytes.size() ? bytes[i + 1] : 0u;
-        sum = carried(sum + (static_cast<std::uint32_t>(bytes[i]) << 8 | low));
-        sum_of_sums = carried(sum_of_sums + sum);
-    }
-    return sum_of_sums << 16 | sum;
-}
 
 bool remove_checksum(Buffer& bytes) {
     if (bytes.size() < checksum_bytes) return false;

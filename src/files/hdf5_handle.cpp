@@ -2,6 +2,7 @@
 #include "files/hdf5_handle.hpp"
 
 #include <sys/mman.h>
+#include <sys/resource.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -32,9 +33,12 @@ bool has_memory_for_hdf5() {
     // Several times what one call takes.  Address space, since a limit of it (ulimit -v) is what makes malloc fail; and
     // a small block, since malloc may fail for other reasons.
     constexpr std::size_t reserve = std::size_t{16} << 20, small = std::size_t{1} << 16;
-    void* const space = ::mmap(nullptr, reserve, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    if (space == MAP_FAILED) return false;
-    ::munmap(space, reserve);
+    struct rlimit limit {};
+    if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur != RLIM_INFINITY) {
+        void* const space = ::mmap(nullptr, reserve, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+        if (space == MAP_FAILED) return false;
+        ::munmap(space, reserve);
+    }
     void* volatile const block = std::malloc(small);  // volatile: a pair of calls could be optimised away
     std::free(block);
     return block != nullptr;

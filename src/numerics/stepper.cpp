@@ -45,14 +45,20 @@ int highest_phi(const StepperTable& table) {
 std::map<double, PhiFunctions> phi_at_fractions(const StepperTable& table, const Block& m, double dt) {
     std::map<double, PhiFunctions> result;
     const int highest = highest_phi(table);
+    int halves = 0;  // fractions 1, 1/2, ... share most of their work
     const auto add = [&](double at) {
-        if (!result.contains(at)) result.emplace(at, phi_functions(m, at * dt, highest));
+        int exponent = 0;
+        if (std::frexp(at, &exponent) == 0.5 && exponent <= 1) halves = std::max(halves, 2 - exponent);
+        else if (!result.contains(at)) result.emplace(at, phi_functions(m, at * dt, highest));
     };
     for (const StepperStage& stage : table.stages) {
         add(stage.c);
         for (const auto& terms : stage.terms)
             for (const PhiTerm& term : terms) add(term.at);
     }
+    std::vector<PhiFunctions> of_halves = phi_functions_of_halves(m, dt, halves, highest);
+    for (int k = 0; k < halves; ++k)
+        result.emplace(std::ldexp(1.0, -k), std::move(of_halves[static_cast<std::size_t>(k)]));
     return result;
 }
 

@@ -22,8 +22,12 @@ void add_random(const InitialState& initial, const numerics::System& system, std
     numerics::Fields cells(system.grid, state.count());
     for (int c = 0; c < state.count(); ++c) {
         const RandomKey key{.seed = seed, .stream = Stream::initial_state, .substep = static_cast<std::uint32_t>(c)};
-        fill_normal(key, 0, 1, cells[c]);
-        for (double& value : cells[c]) value *= initial.amplitude;
+        const std::span<double> all = cells[c];
+        constexpr std::size_t cells_per_chunk = 4096;
+        threads.for_chunks(all.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
+            fill_normal(key, begin, 1, all.subspan(begin, end - begin));
+            for (double& value : all.subspan(begin, end - begin)) value *= initial.amplitude;
+        });
     }
     numerics::Spectra noise(system.grid, state.count());
     numerics::Transform(system.grid, system.degree, threads).forward(cells, noise);

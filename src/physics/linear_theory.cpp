@@ -33,13 +33,14 @@ BlockPlaces block_places(const Form& form) {
 /// Rows and columns of a symbol for q along x, vectors times i: real for an isotropic state.
 numerics::Block block_of(const Symbol& symbol, const std::vector<int>& places) {
     numerics::Block block(static_cast<int>(places.size()));
-    const auto turn = [](int place) {
-        return place >= FieldIndex::bead_velocity_x ? std::complex<double>(0.0, 1.0) : 1.0;
-    };
+    const auto is_vector = [](int place) { return place >= FieldIndex::bead_velocity_x; };
     for (int i = 0; i < block.size; ++i)
         for (int k = 0; k < block.size; ++k) {
             const int row = places[static_cast<std::size_t>(i)], column = places[static_cast<std::size_t>(k)];
-            block(i, k) = (turn(row) * symbol(row, column) / turn(column)).real();
+            const std::complex<double> entry = symbol(row, column);
+            block(i, k) = is_vector(row) == is_vector(column) ? entry.real()
+                          : is_vector(row)                    ? -entry.imag()
+                                                              : entry.imag();
         }
     return block;
 }

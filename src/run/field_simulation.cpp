@@ -209,8 +209,8 @@ double field_simulation_bytes(const io::Scene& scene) {
     const double spectra = static_cast<double>(numerics::modes(scene.grid)) * sizeof(Complex);
     const double reals = static_cast<double>(numerics::points(scene.grid)) * sizeof(double);
     const int count = numerics::components(system.layout);
-    // The state, the last two healthy ones, a copy for the checkpoint and its file; fields; scratch; shells, sectors
-    // and powers.
+    // The state, the last two healthy ones, a copy for the checkpoint and its file; fields, and a frame of them with
+    // its compressed bytes; scratch; shells, sectors and powers.
     const numerics::SundialsMethod* sundials = numerics::find_sundials_method(scene.time.stepper);
     const int count_of_steppers = scene.time.tolerance > 0.0 && !sundials ? 4 : 2;
     const double steppers =
@@ -219,7 +219,7 @@ double field_simulation_bytes(const io::Scene& scene) {
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
     return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers +
            2.0 * physics::right_hand_side_bytes(equations, scene.grid, system.degree) +
-           (5.0 * count + count) * spectra + count * reals + 3.0 * reals;
+           (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
 }
 
 namespace {

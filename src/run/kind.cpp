@@ -34,9 +34,9 @@ const Kind& kind_of(const io::Scene& scene) {
     return scene.kind == io::SceneKind::fields ? fields : particles;
 }
 
-Report make_report(const files::ArchiveReader& archive) {
+Report make_report(const files::ArchiveReader& archive, Theory theory) {
     const io::Scene scene = io::archived_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file"));
-    return kind_of(scene).report(archive, scene);
+    return kind_of(scene).report(archive, scene, theory);
 }
 
 }  // namespace drover::run

@@ -21,8 +21,8 @@ void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, 
     archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe(), step);
 }
 
-/// Commits rows by time: after a kill, the frames of at most the last second are lost, or the last one where frames are
-/// further apart, and the samples of at most half a minute.
+/// Commits rows by time: after a kill, the frames of at most the last second are lost, or of the last step where that
+/// is longer, and the samples of at most half a minute.
 class Commits {
 public:
     explicit Commits(files::Archive& archive) : archive_(archive) {}
@@ -32,15 +32,19 @@ public:
             const ScheduledRecording& scheduled = simulation.recordings[r];
             if (!is_due(scheduled, step)) continue;
             append_row(simulation, r, step, archive_);
-            if (scheduled.recording.rows_per_chunk == 1) ++frames_;
+            if (scheduled.recording.rows_per_chunk == 1) {
+                ++frames_;
+                last_frame_ = Clock::now();
+            }
         }
     }
     void commit_if_due() {
         constexpr double seconds_between_frames = 1.0, seconds_between_samples = 30.0;
         constexpr int max_frames = 64;  // in memory
-        if (frames_ >= max_frames ||
-            seconds_since(last_) > (frames_ > 0 ? seconds_between_frames : seconds_between_samples))
-            commit();
+        const bool overdue = seconds_since(last_) > (frames_ > 0 ? seconds_between_frames : seconds_between_samples);
+        // A frame is compressed during the next steps, for which a commit would wait.
+        const bool would_wait = archive_.is_compressing() && seconds_since(last_frame_) < seconds_between_frames;
+        if (frames_ >= max_frames || (overdue && !would_wait)) commit();
     }
     void commit() {
         archive_.commit();
@@ -51,7 +55,7 @@ public:
 private:
     files::Archive& archive_;
     int frames_ = 0;  // since the last commit
-    Clock::time_point last_ = Clock::now();
+    Clock::time_point last_ = Clock::now(), last_frame_ = last_;
 };
 
 void save(const Simulation& simulation, std::int64_t step, files::Archive& archive, Commits& commits,

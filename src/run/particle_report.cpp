@@ -46,7 +46,7 @@ std::vector<measure::SummaryRow> path_rows(const files::ArchiveReader& archive, 
 }
 }  // namespace
 
-Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene) {
+Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory) {
     const dem::Bodies bodies = dem::make_bodies(scene.particles, static_cast<std::uint64_t>(scene.run.seed));
     const measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
     const Sampling sampling = sampling_of(archive, scene, io::series_group);

@@ -102,7 +102,7 @@ Report summary_report(const io::Scene& scene, const Sampling& sampling, measure:
     return report;
 }
 
-Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene) {
+Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
     const physics::Equations equations(scene.model);
     measure::FieldSetting setting = measure::make_field_setting(scene.grid, physics::form(scene.model),
                                                                 physics::kept_degree(equations, scene.dealiasing));
@@ -121,7 +121,7 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
         report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};
         return report;
     }
-    predict(equations, mean_orders(recorded.series, report.summary.warm_up), report);
+    if (theory == Theory::included) predict(equations, mean_orders(recorded.series, report.summary.warm_up), report);
     report.warnings = field_warnings(archive, scene);
     return report;
 }

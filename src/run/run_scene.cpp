@@ -55,7 +55,8 @@ RunOutcome finish(const io::Scene& scene, const LoopOutcome& loop, const std::fi
                   files::Archive archive, bool quiet, const std::vector<std::string>& logged) {
     std::optional<Report> report;
     if (loop.signal == 0) {
-        report = kind_of(scene).report(files::ArchiveReader(path), scene);
+        report = kind_of(scene).report(files::ArchiveReader(path, files::ArchiveReader::Writer::this_process), scene,
+                                       Theory::included);
         archive.replace(result_table(*report));
         archive.commit();
         if (!quiet)

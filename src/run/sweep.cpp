@@ -111,7 +111,7 @@ SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
         for (const SweepRun& run : chain) {
             if (!is_done(folder, run)) continue;
             ++seeds[run.point];
-            const Report report = make_report(files::ArchiveReader(archive_of(folder, run)));
+            const Report report = make_report(files::ArchiveReader(archive_of(folder, run)), Theory::omitted);
             for (const std::string& warning : report.warnings) table.warnings.push_back(run.name + ": " + warning);
             for (const measure::SummaryRow& row : report.summary.rows) {
                 if (!row.axes.empty()) continue;

@@ -173,6 +173,20 @@ TEST(PhiFunctions, of_blocks_obey_their_recurrence) {
     }
 }
 
+// To the last digit: halving a step halves z exactly, and each step is made by the same doublings.
+TEST(PhiFunctions, of_halved_steps_are_those_of_each_step) {
+    for (const double dt : {1e-3, 0.05, 3.0, 40.0}) {
+        const Block m = test::rod_bead_operator(decaying, 0.7).along;
+        const std::vector<PhiFunctions> found = phi_functions_of_halves(m, dt, 5, 4);
+        ASSERT_EQ(found.size(), 5u);
+        for (int k = 0; k < 5; ++k) {
+            const PhiFunctions expected = phi_functions(m, std::ldexp(dt, -k), 4);
+            for (std::size_t n = 0; n <= 4; ++n)
+                EXPECT_EQ(found[static_cast<std::size_t>(k)][n].values, expected[n].values) << k << " phi " << n;
+        }
+    }
+}
+
 TEST(PhiFunctions, a_mode_that_overflows_in_one_step_is_rejected) {
     Block m(2);
     m(0, 0) = 1.0;

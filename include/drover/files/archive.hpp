@@ -49,6 +49,9 @@ public:
     /// then stays as it was at the last commit, and commit() may be retried.
     void commit();
 
+    /// Whether the last frame is still being compressed, which append() and commit() wait for.
+    bool is_compressing() const;
+
 private:
     struct File;
     explicit Archive(std::unique_ptr<File> file);

@@ -23,7 +23,11 @@ bool is_hdf5(const std::filesystem::path& file);
 /// dataset. HDF5 is not thread-safe: use the archives and readers of a process from one thread at a time.
 class ArchiveReader {
 public:
-    explicit ArchiveReader(const std::filesystem::path& file);
+    /// this_process: an Archive of this process may have the file open, and commits nothing while this reader is used.
+    /// Without that knowledge the file of a run is opened again for each reading.
+    enum class Writer { unknown, this_process };
+
+    explicit ArchiveReader(const std::filesystem::path& file, Writer writer = Writer::unknown);
     ArchiveReader(ArchiveReader&&) noexcept;
     ~ArchiveReader();
 

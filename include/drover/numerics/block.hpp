@@ -30,6 +30,9 @@ inline constexpr int max_phi = 8;
 /// Math. 59, 783 (2009).
 PhiFunctions phi_functions(const Block& m, double dt, int highest = 3);
 
+/// The same numbers for the steps dt, dt/2, ..., dt/2^(count - 1), at hardly more than the cost of the longest.
+std::vector<PhiFunctions> phi_functions_of_halves(const Block& m, double dt, int count, int highest = 3);
+
 /// Covariance of the increment over dt of da = m a dt + noise of covariance q dt: integral of exp(m s) q exp(m s)^T
 /// over 0 < s < dt.  q symmetric, semi-definite.  Any dt >= 0; throws as phi_functions.
 Block noise_covariance(const Block& m, const Block& q, double dt);

@@ -26,11 +26,11 @@ struct Kind {
     const char* start;  ///< the section with kind, file and frame, from which a ramp of a sweep and another run start
     TimedScene (*timed)(const io::Scene& scene);
     std::vector<std::string> (*warnings)(const io::Scene& scene);  ///< what is known before a run
-    Report (*report)(const files::ArchiveReader& archive, const io::Scene& scene);
+    Report (*report)(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 };
 const Kind& kind_of(const io::Scene& scene);
 
 /// Reads the observables of an archive.  Throws an input Error if it is not an archive of a run.
-Report make_report(const files::ArchiveReader& archive);
+Report make_report(const files::ArchiveReader& archive, Theory theory = Theory::included);
 
 }  // namespace drover::run

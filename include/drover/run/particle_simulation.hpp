@@ -16,7 +16,7 @@ std::string particle_size(const io::Scene& scene);
 TimedScene timed_particles(const io::Scene& scene);
 /// Warns when the time step of a scene is outside the range studied in tests/bench/particles.
 std::vector<std::string> particle_warnings(const io::Scene& scene);
-Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene);
+Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 
 /// Throws an input Error for a packing of other bodies, and a run Error where none was found.
 Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});

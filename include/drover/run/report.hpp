@@ -28,8 +28,11 @@ struct Report {
     double time = 0.0;                  ///< of the last sample [s]
 };
 
+/// Whether a report includes linear theory, which for a large grid takes longer than all else.
+enum class Theory { included, omitted };
+
 /// The report of an archive of fields; see make_report() of run/kind.hpp.
-Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene);
+Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 
 /// The samples of an archive that are on the schedule of its scene.
 struct Sampling {
