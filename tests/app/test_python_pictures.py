@@ -126,7 +126,7 @@ def rows(keys, value):
 
 def sweep_of(keys, value, **more):
     return Sweep({"keys": list(keys), "rows": [{**row, **more} for row in rows(keys, value)], "warnings": [],
-                  "failed": 0, "text": ""})
+                  "failed": 0, "failures": [], "text": ""})
 
 
 def test_a_sweep_of_one_key_is_drawn_at_its_values_with_open_symbols_without_error():
@@ -149,7 +149,7 @@ def test_a_sweep_of_two_keys_is_drawn_as_a_map_of_its_values():
 
 
 def test_both_branches_of_a_ramp_are_named_and_hide_no_point():
-    up_and_down = {"keys": ["relaxation.rate"], "warnings": [], "failed": 0, "text": "", "rows": [
+    up_and_down = {"keys": ["relaxation.rate"], "warnings": [], "failed": 0, "failures": [], "text": "", "rows": [
         {**row, "branch": branch} for branch in ("up", "down") for row in rows(
             {"relaxation.rate": [1.0, 2.0, 3.0]}, lambda rate: rate + (branch == "down"))]}
     axes = Sweep(up_and_down).plot("polar_order")
