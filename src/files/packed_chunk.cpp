@@ -10,6 +10,8 @@
 #include <new>
 #include <optional>
 
+#include "drover/base/error.hpp"
+
 namespace drover::files {
 namespace {
 
@@ -105,7 +107,10 @@ public:
         stream_.avail_in = static_cast<uInt>(bytes.size());
         stream_.next_out = to.data() + before;
         stream_.avail_out = static_cast<uInt>(to.size() - before);
-        deflate(&stream_, Z_SYNC_FLUSH);
+        const int status = deflate(&stream_, Z_SYNC_FLUSH);
+        if (status != Z_OK || stream_.avail_in != 0 || stream_.avail_out == 0)
+            fail_run("compression of {} bytes stopped with status {} of zlib, {} bytes before the end", bytes.size(),
+                     status, stream_.avail_in);
         to.erase(to.end() - static_cast<std::ptrdiff_t>(stream_.avail_out), to.end());
     }
 

@@ -21,9 +21,12 @@ def test_a_run_killed_at_any_time_resumes_to_the_same_bytes(checkpoint_minutes, 
     assert kill_again_and_again(tmp_path, whole, kills, seed, checkpoint_minutes) > 0
 
 
-def test_a_run_killed_before_its_second_checkpoint_resumes_from_the_start(tmp_path, whole):
-    name = write_scene(tmp_path, {**BUSY, "output.checkpoint_minutes": 60.0}, name="killed.toml")
-    process = start(tmp_path, "run", name, "--quiet")
+def test_a_run_killed_before_its_second_checkpoint_resumes_from_the_start(tmp_path):
+    # Long enough for a commit by number of frames, however fast the machine is, and most of the run after it.
+    scene = {**BUSY, "time.end": 6.0 * BUSY["time.end"], "output.checkpoint_minutes": 60.0}
+    drover(tmp_path, "run", write_scene(tmp_path, scene, name="whole.toml"), "--quiet")
+    whole = tmp_path / "whole.h5"
+    process = start(tmp_path, "run", write_scene(tmp_path, scene, name="killed.toml"), "--quiet")
     try:
         kill_at(process, tmp_path / "killed.h5", 5, 0.0)
     finally:
