@@ -73,8 +73,9 @@ const StepperTable& linear_table() {
 struct Stepper::Work {
     /// The kept modes of one row, or of rows j and -j, which share their matrices.
     struct Rows {
-        std::size_t first, kept;  // mode
-        std::ptrdiff_t apart;     // of the second row; 0: there is none
+        std::size_t first;     // mode of the first row
+        std::size_t kept;      // modes of a row
+        std::ptrdiff_t apart;  // from the first row to the second; 0: there is one row
     };
     System system;
     const StepperTable* table;
@@ -102,7 +103,7 @@ struct Stepper::Work {
     void prepare_stages();
     /// noise_level: of the increments to add; -1: none.
     void combine(const Combination& combination, const Spectra& old, int noise_level, Spectra& out);
-    Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, const Rows& rows,
+    Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, const Rows& row,
                      Complex* scratch) const;
     void take_stages(double t, std::uint64_t step_number, const Spectra& state, bool knows_first_rate = false);
     std::size_t first_old_rate() const { return table->stages.size() + 1; }

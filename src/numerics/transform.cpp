@@ -70,7 +70,6 @@ Workspace& workspace() {
     return mine;
 }
 
-/// Four real numbers, or two complex ones, in a register.
 using Order [[gnu::vector_size(32)]] = std::int64_t;
 template <class Value>
 Quad load_quad(const Value* from) {

@@ -129,14 +129,8 @@ struct Points {
     std::array<std::vector<double>, Input::count> values;
 
     Points(std::size_t count, const UniformPoint& about) : size(count) {
-        for (auto& array : values) array.assign(count, 0.0);
-        const auto fill = [&](int input, double value) { std::fill(at(input).begin(), at(input).end(), value); };
-        fill(Input::bead_density, about.bead_density);
-        fill(Input::rod_density, about.rod_density);
-        for (const int i : {0, 1}) {
-            fill(Input::bead_velocity_x + i, about.velocity(i));
-            fill(Input::polar_order_x + i, about.order(i));
-        }
+        const auto uniform = slots_at(about);
+        for (std::size_t i = 0; i < values.size(); ++i) values[i].assign(count, uniform[i]);
     }
     std::vector<double>& at(int input) { return values[static_cast<std::size_t>(input)]; }
     Inputs inputs() const {

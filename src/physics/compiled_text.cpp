@@ -55,17 +55,6 @@ std::vector<Slope> slopes_of(const Compiled& term) {
     return slopes;
 }
 
-std::array<double, Input::count> slots_at(const UniformPoint& about) {
-    std::array<double, Input::count> values{};
-    values[Input::bead_density] = about.bead_density;
-    values[Input::rod_density] = about.rod_density;
-    for (int i = 0; i < 2; ++i) {
-        values[static_cast<std::size_t>(Input::bead_velocity_x + i)] = about.velocity(i);
-        values[static_cast<std::size_t>(Input::polar_order_x + i)] = about.order(i);
-    }
-    return values;
-}
-
 /// Whether the components vanish in every uniform state.
 bool vanishes_when_uniform(const Compiled& term) {
     return std::all_of(term.components.begin(), term.components.end(), [](Expression uniform) {

@@ -53,6 +53,17 @@ Vocabulary vocabulary_of(const CompiledModel& model) {
     return names;
 }
 
+std::array<double, Input::count> slots_at(const UniformPoint& about) {
+    std::array<double, Input::count> values{};
+    values[Input::bead_density] = about.bead_density;
+    values[Input::rod_density] = about.rod_density;
+    for (int i = 0; i < 2; ++i) {
+        values[static_cast<std::size_t>(Input::bead_velocity_x + i)] = about.velocity(i);
+        values[static_cast<std::size_t>(Input::polar_order_x + i)] = about.order(i);
+    }
+    return values;
+}
+
 namespace {
 /// What a slot is of the fields at q: at most two of them, times factors.
 struct SlotSymbol {

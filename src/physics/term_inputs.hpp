@@ -1,5 +1,7 @@
 // physics/term_inputs.hpp: what the terms of a user may read, and the equations that they add to.
 #pragma once
+#include <array>
+
 #include "drover/base/expression.hpp"
 #include "drover/physics/term.hpp"
 
@@ -12,6 +14,9 @@ bool has_field(const Form& form, int field);
 
 /// The names that a term may use in this form.
 Vocabulary vocabulary_of(const CompiledModel& model);
+
+/// Values of the inputs in a uniform state: derivatives and places are 0.
+std::array<double, Input::count> slots_at(const UniformPoint& about);
 
 /// Adds to a symbol what a component contributes by its slope in a slot.  first_row: of the equation; the components of
 /// a flux share it.
