@@ -7,8 +7,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <new>
 #include <span>
+#include <string_view>
 #include <utility>
 
 #include "command.hpp"
@@ -51,6 +54,21 @@ void require_stack() {
     ::munmap(probe, std::size_t{2} << 20);
     grow_stack();
 }
+
+/// Memory may be short before main, where static objects are made, and in threads.
+[[noreturn]] void end_without_memory() {
+    try {
+        if (std::current_exception()) std::rethrow_exception(std::current_exception());
+    } catch (const std::bad_alloc&) {
+        static constexpr std::string_view sentence = "error: not enough memory; free some\n";
+        [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, sentence.data(), sentence.size());
+        ::_exit(run::exit_run_failed);
+    } catch (...) {
+    }
+    std::abort();
+}
+constexpr int before_other_objects = 101;
+[[gnu::constructor(before_other_objects)]] void watch_memory() { std::set_terminate(end_without_memory); }
 
 /// Freed memory stays with the process: HDF5 frees and allocates megabytes for each file that it opens, and the system
 /// would clear their pages each time.
@@ -95,6 +113,7 @@ int main(int count, char** words) {
     app::open_standard_streams();
     run::ignore_file_size_signal();
     files::skip_hdf5_at_exit();
+    files::report_crashes_of_hdf5();
     app::keep_freed_memory();
     const std::span<char*> after_name(words + 1, words + count);
     // One capture: std::function then needs no memory, which may be what is missing.

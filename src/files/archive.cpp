@@ -427,8 +427,9 @@ void Archive::replace(const ResultTable& table) {
         errors.check(H5Ldelete(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "removing " + table.group);
     const GroupDatasets created = make_group(file_->hdf5.id(), plan, errors);
     for (std::size_t i = 0; i < table.values.size(); ++i)
-        if (const std::size_t axes = plan.quantities[i].axes.size(); axes > 0 && !plan.quantities[i].is_integer)
-            write_chunk(created.quantities[i], std::vector<hsize_t>(axes, 0), packed_chunk(table.values[i]), errors);
+        if (!is_compact(extent_of(shape_of(plan, plan.quantities[i]), 0)) && !plan.quantities[i].is_integer)
+            write_chunk(created.quantities[i], std::vector<hsize_t>(plan.quantities[i].axes.size(), 0),
+                        packed_chunk(table.values[i]), errors);
         else
             errors.check(H5Dwrite(created.quantities[i], H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT,
                                   table.values[i].data()),
@@ -451,8 +452,11 @@ void Archive::commit() {
 
 void skip_hdf5_at_exit() { H5dont_atexit(); }
 
+void report_crashes_of_hdf5() { watch_crashes(); }
+
 std::string archive_library() {
     require_memory_for_hdf5();
+    const InHdf5 within;
     unsigned major = 0, minor = 0, release = 0;
     H5get_libversion(&major, &minor, &release);
     return text("HDF5 {}.{}.{}", major, minor, release);

@@ -67,7 +67,6 @@ void write_uses(hid_t scale, const std::vector<ScaleUse>& uses, const Hdf5Errors
 }
 
 void write_axes_of(hid_t dataset, std::vector<hobj_ref_t> scales, const Hdf5Errors& errors) {
-    if (scales.empty()) return;
     std::vector<hvl_t> lists;
     for (hobj_ref_t& scale : scales) lists.push_back({1, &scale});
     const Handle type = errors.own(H5Tvlen_create(H5T_STD_REF_OBJ), H5Tclose, "creating a type");
@@ -77,24 +76,26 @@ void write_axes_of(hid_t dataset, std::vector<hobj_ref_t> scales, const Hdf5Erro
 }
 
 /// Links the quantities of a group to its scales, in both directions.
-void attach_scales(hid_t group, const GroupPlan& plan, const Hdf5Errors& errors) {
+void attach_scales(hid_t group, const GroupPlan& plan, const std::vector<Handle>& datasets, const Hdf5Errors& errors) {
     std::vector<std::string> names;
     if (plan.rows_per_chunk > 0) names.emplace_back("time");
     for (const Axis& axis : plan.axes) names.push_back(axis.name);
+    std::vector<hobj_ref_t> references;
+    for (const std::string& name : names) references.push_back(reference_to(group, name, errors));
     std::vector<std::vector<ScaleUse>> uses(names.size());
-    for (const Quantity& quantity : plan.quantities) {
+    for (std::size_t k = 0; k < plan.quantities.size(); ++k) {
+        const Quantity& quantity = plan.quantities[k];
         std::vector<std::string> axes = quantity.axes;
         if (plan.rows_per_chunk > 0) axes.insert(axes.begin(), "time");
+        if (axes.empty()) continue;
+        const hobj_ref_t itself = reference_to(group, quantity.name, errors);
         std::vector<hobj_ref_t> scales;
         for (std::size_t i = 0; i < axes.size(); ++i) {
-            const auto scale = std::find(names.begin(), names.end(), axes[i]) - names.begin();
-            uses[static_cast<std::size_t>(scale)].push_back(
-                {.dataset = reference_to(group, quantity.name, errors), .axis = static_cast<int>(i)});
-            scales.push_back(reference_to(group, axes[i], errors));
+            const auto scale = static_cast<std::size_t>(std::find(names.begin(), names.end(), axes[i]) - names.begin());
+            uses[scale].push_back({.dataset = itself, .axis = static_cast<int>(i)});
+            scales.push_back(references[scale]);
         }
-        const Handle dataset = errors.own(H5Dopen2(group, quantity.name.c_str(), H5P_DEFAULT), H5Dclose,
-                                          text("opening {}", quantity.name));
-        write_axes_of(dataset, scales, errors);
+        write_axes_of(datasets[k], scales, errors);
     }
     for (std::size_t i = 0; i < names.size(); ++i) {
         const Handle scale =
@@ -155,6 +156,11 @@ Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chu
     return extent;
 }
 
+bool is_compact(const Extent& extent) {
+    constexpr std::size_t most = 1 << 14;  // bytes: a header has 64 KB, for attributes too
+    return extent.max == extent.now && bytes_of(extent.now) <= most;
+}
+
 Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool is_integer,
                     const Hdf5Errors& errors) {
     const std::string doing = text("creating dataset {}", name);
@@ -162,7 +168,9 @@ Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, 
     errors.check(H5Pset_obj_track_times(creation, false), doing);
     errors.check(H5Pset_attr_creation_order(creation, in_order), doing);
     const int rank = static_cast<int>(extent.now.size());
-    if (rank > 0) {
+    if (is_compact(extent)) {
+        errors.check(H5Pset_layout(creation, H5D_COMPACT), doing);
+    } else if (rank > 0) {
         errors.check(H5Pset_chunk(creation, rank, extent.chunk.data()), doing);
         errors.check(H5Pset_shuffle(creation), doing);
         errors.check(H5Pset_deflate(creation, deflate_level), doing);
@@ -284,7 +292,7 @@ GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& er
         created.quantities.push_back(make_dataset(group, quantity.name, extent, quantity.is_integer, errors));
         write_description(created.quantities.back(), quantity.name, quantity.unit, quantity.meaning, errors);
     }
-    attach_scales(group, plan, errors);
+    attach_scales(group, plan, created.quantities, errors);
     return created;
 }
 

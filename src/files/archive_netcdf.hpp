@@ -57,6 +57,8 @@ struct Extent {
     std::vector<hsize_t> now, max, chunk;
 };
 Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk);
+/// Whether a dataset of this extent is stored within its object header: small, and of a fixed size.
+bool is_compact(const Extent& extent);
 Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool is_integer,
                     const Hdf5Errors& errors);
 /// Attributes: units; long_name, the name in words, for labels; comment, the meaning in full.

@@ -3,7 +3,9 @@
 
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <new>
@@ -27,7 +29,44 @@ extern "C" herr_t keep_first(hid_t stack, void* failure) noexcept {
     return 0;
 }
 
+volatile std::sig_atomic_t calls_of_hdf5 = 0;  // objects InHdf5
+
+/// Calls nothing that a signal handler may not call.
+void end_with_a_sentence() {
+    static constexpr std::string_view sentence =
+        "error: the HDF5 library ended the process within a call, as version 1.10 does where memory is short or a file "
+        "is damaged; free memory or check the file; what was committed before is whole\n";
+    [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, sentence.data(), sentence.size());
+    ::_exit(1);
+}
+
+extern "C" void end_in_hdf5(int signal) {
+    if (calls_of_hdf5 > 0) end_with_a_sentence();
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+}
+
+extern "C" void exit_in_hdf5() {
+    if (calls_of_hdf5 > 0) end_with_a_sentence();
+}
+
 }  // namespace
+
+void watch_crashes() {
+    std::atexit(exit_in_hdf5);
+#ifndef __SANITIZE_ADDRESS__                             // which has handlers of its own
+    alignas(16) static std::array<char, 1 << 16> stack;  // HDF5 may have used up the other one
+    const stack_t place{.ss_sp = stack.data(), .ss_flags = 0, .ss_size = stack.size()};
+    ::sigaltstack(&place, nullptr);
+    struct sigaction action {};
+    action.sa_handler = end_in_hdf5;
+    action.sa_flags = SA_ONSTACK;
+    for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE}) ::sigaction(signal, &action, nullptr);
+#endif
+}
+
+InHdf5::InHdf5() { calls_of_hdf5 = calls_of_hdf5 + 1; }
+InHdf5::~InHdf5() { calls_of_hdf5 = calls_of_hdf5 - 1; }
 
 bool has_memory_for_hdf5() {
     // Several times what one call takes.  Address space, since a limit of it (ulimit -v) is what makes malloc fail; and

@@ -17,6 +17,17 @@ bool has_memory_for_hdf5();
 
 void require_memory_for_hdf5();  ///< throws std::bad_alloc
 
+void watch_crashes();  ///< as report_crashes_of_hdf5
+
+/// While it lives, a crash is one of HDF5.
+class InHdf5 {
+public:
+    InHdf5();
+    ~InHdf5();
+    InHdf5(const InHdf5&) = delete;
+    InHdf5& operator=(const InHdf5&) = delete;
+};
+
 /// An identifier and the function that closes it; without the memory for that it stays open until the process ends.
 class Handle {
 public:
@@ -30,7 +41,9 @@ public:
         return *this;
     }
     ~Handle() {
-        if (id_ >= 0 && has_memory_for_hdf5()) close_(id_);
+        if (id_ < 0 || !has_memory_for_hdf5()) return;
+        const InHdf5 within;
+        close_(id_);
     }
     operator hid_t() const { return id_; }
 
@@ -55,6 +68,7 @@ public:
     QuietErrors& operator=(const QuietErrors&) = delete;
 
 private:
+    InHdf5 within_;
     H5E_auto2_t print_ = nullptr;
     void* data_ = nullptr;
 };

@@ -204,13 +204,16 @@ struct Variance {
 };
 Variance variance_of(const FieldMoment& moment, int first, int count) {
     const numerics::Grid& grid = moment.setting.grid;
+    const int degree = moment.setting.degree;
     const std::size_t width = numerics::columns(grid);
     Variance variance;
-    for (int c = first; c < first + count; ++c)
-        for (std::size_t m = 1; m < moment.spectra.size; ++m) {
-            const double power = numerics::mode_weight(grid, m % width) * std::norm(moment.spectra[c][m]);
+    for (std::size_t j = 0; j < moment.spectra.size / width; ++j)
+        for (std::size_t i = j == 0 ? 1 : 0; i < width && numerics::is_kept(grid, degree, i, j); ++i) {
+            double power = 0.0;
+            for (int c = first; c < first + count; ++c) power += std::norm(moment.spectra[c][j * width + i]);
+            power *= numerics::mode_weight(grid, i);
             variance.all += power;
-            if (is_in_tail(grid, moment.setting.degree, m % width, m / width)) variance.tail += power;
+            if (is_in_tail(grid, degree, i, j)) variance.tail += power;
         }
     return variance;
 }

@@ -15,29 +15,32 @@
 namespace drover::physics {
 
 namespace {
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+}
 using numerics::Grid;
 
-/// The formula on the grid, shifted by a displacement, up to rounding.
 numerics::Fields values_on(const Expression& formula, const Grid& grid, double shift_x, double shift_y) {
     numerics::Fields cells(grid, 1);
     const StripProgram program(std::span(&formula, 1));
     const auto nx = static_cast<std::size_t>(grid.nx);
-    std::vector<double> x(nx), y(nx);
+    std::vector<double> x(nx);
+    const bool has_y = slots_of(formula).contains(1);
     for (std::size_t i = 0; i < nx; ++i) x[i] = grid.lx / grid.nx * static_cast<double>(i) + shift_x;
     for (int j = 0; j < grid.ny; ++j) {
-        std::fill(y.begin(), y.end(), grid.ly / grid.ny * j + shift_y);
+        const std::array uniform{0.0, grid.ly / grid.ny * j + shift_y};  // y is the same along a row
         double* row = cells[0].data() + static_cast<std::size_t>(j) * nx;
-        program.add(nx, std::array<const double*, 2>{x.data(), y.data()}, {}, std::array{row});
+        if (j > 0 && !has_y) std::copy_n(cells[0].data(), nx, row);
+        else program.add(nx, std::array<const double*, 2>{x.data(), nullptr}, uniform, std::array{row});
     }
     return cells;
 }
-}  // namespace
 
 double fraction_cut(const Expression& formula, const Grid& grid, int degree) {
+    if (slots_of(formula).empty()) return std::isfinite(evaluate(formula, {})) ? 0.0 : nan;
     Threads one(1);
     const numerics::Transform transform(grid, degree, one);
     numerics::Spectra modes(grid, 1);
-    transform.forward(values_on(formula, grid, 0.0, 0.0), modes);
+    transform.forward(values_on(formula, grid), modes);
     const std::size_t width = numerics::columns(grid);
     // Irrational fractions of a cell: a wave that the points alias to a longer one disagrees with it there.
     double error = 0.0, square = 0.0, sum = 0.0, largest = 0.0, count = 0.0;
@@ -64,7 +67,7 @@ double fraction_cut(const Expression& formula, const Grid& grid, int degree) {
             count += 1.0;
         }
     }
-    if (!std::isfinite(error)) return std::numeric_limits<double>::quiet_NaN();
+    if (!std::isfinite(error)) return nan;
     const double rounding = 1e-12 * largest, variance = square / count - (sum / count) * (sum / count);
     if (error <= rounding * rounding * count) return 0.0;
     return error / count / std::max(variance, error / count);
@@ -83,7 +86,7 @@ Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree,
 
 EdgeJump edge_jump(const Expression& formula, const Grid& grid) {
     EdgeJump jump;
-    const numerics::Fields cells = values_on(formula, grid, 0.0, 0.0);
+    const numerics::Fields cells = values_on(formula, grid);
     const auto [min, max] = std::minmax_element(cells.values.begin(), cells.values.end());
     jump.range = *max - *min;
     constexpr double inside = 1e-9;  // of the side: a formula may have another value on the edge itself

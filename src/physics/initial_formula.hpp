@@ -1,9 +1,13 @@
 // physics/initial_formula.hpp: what a grid does to a formula in x (slot 0) and y (slot 1).
 #pragma once
 #include "drover/base/expression.hpp"
-#include "drover/numerics/grid.hpp"
+#include "drover/numerics/field.hpp"
 
 namespace drover::physics {
+
+/// The formula at the points of a grid, shifted by a displacement [mm]; one field.
+numerics::Fields values_on(const Expression& formula, const numerics::Grid& grid, double shift_x = 0.0,
+                           double shift_y = 0.0);
 
 /// The fraction of the variance of a formula that a grid cuts or aliases: the mean square difference from its kept
 /// modes, between the points.  0 for a constant.  NaN if the formula is not finite everywhere.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdlib>
+#include <map>
 #include <tuple>
 
 #include "drover/numerics/stepper.hpp"
@@ -77,6 +78,16 @@ Expression expression_in_x_y(const std::string& written, SourceLocation where) {
     return parse_expression(written, {.variables = {{"x", 0}, {"y", 1}}}, where);
 }
 
+/// fraction_cut, kept for the formulas of one scene: a run asks for it in its checks and again in its warnings.
+double remembered_cut(const std::string& written, const Expression& formula, const numerics::Grid& grid, int degree) {
+    constexpr std::size_t max_kept = 8;
+    thread_local std::map<std::tuple<std::string, int, int, double, double, int>, double> kept;
+    const std::tuple key{written, grid.nx, grid.ny, grid.lx, grid.ly, degree};
+    if (const auto found = kept.find(key); found != kept.end()) return found->second;
+    if (kept.size() >= max_kept) kept.clear();
+    return kept[key] = fraction_cut(formula, grid, degree);
+}
+
 void set_formulas(const InitialState& initial, const Form& form, const numerics::System& system, Threads& threads,
                   numerics::Spectra& state) {
     const numerics::Grid& grid = system.grid;
@@ -86,15 +97,10 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
     for (int c = 0; c < state.count(); ++c) {
         const auto [key, written] = formula_of(initial, components[static_cast<std::size_t>(c)].name);
         if (written->empty()) continue;
-        const Expression formula = expression_in_x_y(*written, {});
         const std::span<double> values = cells[c];
+        const numerics::Fields on_grid = values_on(expression_in_x_y(*written, {}), grid);
+        std::copy(on_grid[0].begin(), on_grid[0].end(), values.begin());
         const auto nx = static_cast<std::size_t>(grid.nx);
-        constexpr std::size_t cells_per_chunk = 4096;
-        threads.for_chunks(values.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t m = begin; m < end; ++m)
-                values[m] = evaluate(formula, std::array{grid.lx / grid.nx * static_cast<double>(m % nx),
-                                                         grid.ly / grid.ny * static_cast<double>(m / nx)});
-        });
         const auto found =
             std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
         const auto cell = static_cast<std::size_t>(found - values.begin());
@@ -175,7 +181,7 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
                 "{} is given, but the model has no such field; expected one of {}", key, joined(names));
         const Expression formula = expression_in_x_y(*written, place(key));
         const int degree = kept_degree(Equations(model), dealiasing);
-        const double cut = fraction_cut(formula, grid, degree);
+        const double cut = remembered_cut(*written, formula, grid, degree);
         if (cut > 0.5)
             fail_input(place(key), "{} = \"{}\": the grid cuts {:.3g} of its variance; expected less than half: {}",
                        key, *written, cut, finer_grid(formula, grid, degree));
@@ -210,7 +216,7 @@ std::vector<std::string> initial_warnings(const InitialState& initial, const Mod
                 grid.lx, "grid.ly", grid.ly));
             continue;
         }
-        if (const double cut = fraction_cut(formula, grid, degree); cut > max_variance_cut)
+        if (const double cut = remembered_cut(*written, formula, grid, degree); cut > max_variance_cut)
             warnings.push_back(text("{} = \"{}\": the grid cuts {:.2g} of its variance; expected less than {}: {}", key,
                                     *written, cut, max_variance_cut, finer_grid(formula, grid, degree)));
     }

@@ -63,6 +63,10 @@ private:
 /// written at the end; call it before any other use.
 void skip_hdf5_at_exit();
 
+/// For a program's start: where HDF5 1.10 crashes or calls exit, as it does when some of its allocations fail, the
+/// process ends with status 1 and a sentence instead.
+void report_crashes_of_hdf5();
+
 /// Name and version of the library that writes archives.
 std::string archive_library();
 
