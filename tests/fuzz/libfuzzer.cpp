@@ -17,7 +17,7 @@ constexpr std::size_t slots = 1 << 16;
 }  // namespace
 
 /// GCC calls this in each block of the library; libFuzzer knows the blocks of clang alone.
-extern "C" [[gnu::no_sanitize_coverage]] void __sanitizer_cov_trace_pc();
+extern "C" void __sanitizer_cov_trace_pc();
 extern "C" void __sanitizer_cov_trace_pc() {
     const auto place = reinterpret_cast<std::uintptr_t>(__builtin_return_address(0));
     std::uint8_t& counter = counters[(place * 0x9e3779b97f4a7c15) >> 48];
