@@ -275,6 +275,8 @@ def measure(code, problem, grids, reference, least, kept):
 def compared(codes, problem, rows, errors, pairs, label):
     """A row for each error: the cheapest setting of each code, timed in turns."""
     table = []
+    for code in codes:
+        code.limit = resource.RLIM_INFINITY  # what the search has found may take a little longer now
     for wanted in errors:
         best = [min((row for row in rows if (row["problem"], row["code"]) == (problem, code.name)
                      and float(row["error"]) <= wanted), default=None, key=lambda row: float(row["seconds"]))
@@ -336,6 +338,7 @@ def main(arguments):
             for label, grids in (("fixed", [options.grid]), ("free", options.free)):
                 if grids:
                     for code in codes:
+                        code.limit = options.limit
                         measure(code, problem, grids, reference, min(options.errors), kept)
                     allowed = [row for row in kept.rows if label == "free" or int(row["grid"]) == options.grid]
                     table += compared(codes, problem, allowed, options.errors, options.pairs, label)
