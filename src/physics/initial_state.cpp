@@ -97,10 +97,16 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
     for (int c = 0; c < state.count(); ++c) {
         const auto [key, written] = formula_of(initial, components[static_cast<std::size_t>(c)].name);
         if (written->empty()) continue;
+        const Expression formula = expression_in_x_y(*written, {});
         const std::span<double> values = cells[c];
-        const numerics::Fields on_grid = values_on(expression_in_x_y(*written, {}), grid);
-        std::copy(on_grid[0].begin(), on_grid[0].end(), values.begin());
         const auto nx = static_cast<std::size_t>(grid.nx);
+        constexpr std::size_t cells_per_chunk = 4096;
+        // Operation by operation: strips would fold 0 times infinity to 0.
+        threads.for_chunks(values.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t m = begin; m < end; ++m)
+                values[m] = evaluate(formula, std::array{grid.lx / grid.nx * static_cast<double>(m % nx),
+                                                         grid.ly / grid.ny * static_cast<double>(m / nx)});
+        });
         const auto found =
             std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
         const auto cell = static_cast<std::size_t>(found - values.begin());
