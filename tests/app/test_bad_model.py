@@ -112,10 +112,11 @@ def test_a_model_is_rejected_with(name, tmp_path):
         rejected(tmp_path, [command, "bad.toml"], says)
 
 
-def test_a_run_rejects_a_formula_that_is_infinite_in_a_cell(tmp_path):
-    (tmp_path / "bad.toml").write_text('[initial]\nkind = "formula"\nrod_density = "1 / x"\n')
+@pytest.mark.parametrize("formula", ["1 / x", "1 + 0 * (1 / x)"])
+def test_a_run_rejects_a_formula_that_is_infinite_in_a_cell(formula, tmp_path):
+    (tmp_path / "bad.toml").write_text(f'[initial]\nkind = "formula"\nrod_density = "{formula}"\n')
     rejected(tmp_path, ["run", "bad.toml"],
-             ["initial.rod_density", "1 / x", "in cell (0, 0)", "expected a finite number"])
+             ["initial.rod_density", formula, "in cell (0, 0)", "expected a finite number"])
 
 
 # --- runs that fail half-way
