@@ -81,6 +81,10 @@ Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formul
 /// assays drag and alignment; c = 0 if the table has neither.
 void add_contact_alignment(Table& table);
 
+/// Each c of a table, from its other rows as they are, with its error without theirs: where the flow aligns more, less
+/// is left for contacts.  A c that was not derived has its whole error.  Empty without that row.
+std::vector<Uncertain> contact_alone(const Table& table);
+
 /// All closures; those with a key are in the order of a scene.
 const std::vector<Closure>& closures();
 

@@ -28,9 +28,15 @@ struct Shared {
     const TableEntry *relaxation, *weathercock;
 };
 
+Shared shared_at(const Table& table, std::size_t varied, std::size_t bead) {
+    return {.relaxation = entry_at(table, row_name(relaxation), varied, bead, 0),
+            .weathercock = entry_at(table, row_name(weathercock), varied, bead, 0)};
+}
+
 /// 2 c sigma = a g - 2 lambda alpha/Gamma: a value with its own error, and its slopes by what is shared.
 struct Estimate {
-    double value, error, by_relaxation, by_weathercock;
+    double value, error, by_relaxation, by_weathercock, by_drag;
+    std::size_t rod;
     int trials;
 };
 
@@ -54,6 +60,8 @@ std::optional<Estimate> of_free_beads(const Table& table, const Shared& shared, 
                     .error = std::hypot(a * error, turning * flow->error),
                     .by_relaxation = steady->value,
                     .by_weathercock = -factor * flow->value,
+                    .by_drag = -turning,
+                    .rod = rod,
                     .trials = steady->trials};
 }
 
@@ -68,6 +76,8 @@ std::optional<Estimate> of_held_beads(const Table& table, const Shared& shared, 
                     .error = 2.0 * combined_error(steady->error, slope->error, referred->error, reference_rate, a),
                     .by_relaxation = 2.0 * slope->value,
                     .by_weathercock = 0.0,
+                    .by_drag = 0.0,
+                    .rod = rod,
                     .trials = steady->trials};
 }
 
@@ -76,10 +86,16 @@ TableEntry missing(const std::string& why) {
     return {.value = none, .error = none, .origin = Origin::missing, .remark = why};
 }
 
+struct Pooled {
+    TableEntry entry;
+    double own_error = 0.0;  ///< without the errors of relaxation, weathercock and drag
+};
+
 /// Weighted mean of c over area fractions of rods and both assays.  Where they disagree, the error grows by
 /// sqrt(chi^2/degrees of freedom).
-TableEntry pooled(const Table& table, const Shared& shared, double area, std::size_t varied, std::size_t bead) {
+Pooled pooled(const Table& table, const Shared& shared, double area, std::size_t varied, std::size_t bead) {
     double weights = 0.0, sum = 0.0, squares = 0.0, by_relaxation = 0.0, by_weathercock = 0.0;
+    std::vector<double> by_drag(table.rod_fractions.size(), 0.0);
     TableEntry entry{.origin = Origin::measured};
     int count = 0;
     for (std::size_t rod = 0; rod < table.rod_fractions.size(); ++rod)
@@ -91,18 +107,37 @@ TableEntry pooled(const Table& table, const Shared& shared, double area, std::si
             weights += weight, sum += weight * c, squares += weight * c * c;
             by_relaxation += weight * scale * estimate->by_relaxation;
             by_weathercock += weight * scale * estimate->by_weathercock;
+            by_drag[estimate->rod] += weight * scale * estimate->by_drag;
             entry.trials += estimate->trials;
             ++count;
         }
-    if (count == 0) return missing("no assay of many rods was run at this point");
+    if (count == 0) return {.entry = missing("no assay of many rods was run at this point")};
     entry.value = sum / weights;
     const double chi_square = std::max(squares - sum * sum / weights, 0.0);
     const double apart = count > 1 ? std::max(1.0, std::sqrt(chi_square / (count - 1))) : 1.0;
     const double turning = shared.weathercock ? shared.weathercock->error : 0.0;
-    entry.error = std::hypot(apart / std::sqrt(weights), by_relaxation / weights * shared.relaxation->error,
-                             by_weathercock / weights * turning);
+    const double alone = apart / std::sqrt(weights);
+    entry.error =
+        std::hypot(alone, by_relaxation / weights * shared.relaxation->error, by_weathercock / weights * turning);
+    double by_flow = 0.0;
+    for (std::size_t rod = 0; rod < table.rod_fractions.size(); ++rod)
+        if (const TableEntry* flow = entry_at(table, row_name(drag), varied, bead, rod))
+            by_flow = std::hypot(by_flow, by_drag[rod] / weights * flow->error);
     entry.remark = text("from {} measurements: chi^2 = {:.2g} for {} degrees of freedom", count, chi_square, count - 1);
-    return entry;
+    return {.entry = entry, .own_error = std::sqrt(std::max(alone * alone - by_flow * by_flow, 0.0))};
+}
+
+bool has_assays(const Table& table) {
+    return find_row(table, row_name(rod_area)) && find_row(table, row_name(relaxation)) &&
+           (find_row(table, "contact_steady") || find_row(table, "alignment_steady"));
+}
+
+/// c at one area fraction of beads.
+Pooled contact_at(const Table& table, std::size_t varied, std::size_t bead) {
+    const Shared shared = shared_at(table, varied, bead);
+    if (!shared.relaxation) return {.entry = missing(text("{} is missing", row_name(relaxation)))};
+    const TableRow& area = *find_row(table, row_name(rod_area));
+    return pooled(table, shared, area.entries[entry_index(table, area, varied, bead, 0)].value, varied, bead);
 }
 
 /// g_total - g_held - g_flow, which is zero if flow and contacts are all that aligns rods, and add.
@@ -123,10 +158,9 @@ TableEntry excess_at(const Table& table, const Shared& shared, std::size_t varie
 void add_contact_alignment(Table& table) {
     if (find_row(table, row_name(contact)) != nullptr) return;
     TableRow c{.name = row_name(contact), .unit = "mm^2/s", .formula = "c: rods that touch align, a -> a - c sigma"};
-    const TableRow* area = find_row(table, row_name(rod_area));
     const bool has_held = find_row(table, "contact_steady") != nullptr,
                has_total = find_row(table, "alignment_steady") != nullptr;
-    if (!area || !find_row(table, row_name(relaxation)) || !(has_held || has_total)) {
+    if (!has_assays(table)) {
         c.formula += "; c = 0: not measured";
         c.entries.assign(count_of(table, false), {.origin = Origin::set});
         table.rows.push_back(std::move(c));
@@ -138,17 +172,31 @@ void add_contact_alignment(Table& table) {
                     .by_rods = true};
     for (std::size_t varied = 0; varied < table.varied.size(); ++varied)
         for (std::size_t bead = 0; bead < table.bead_fractions.size(); ++bead) {
-            const Shared shared{.relaxation = entry_at(table, row_name(relaxation), varied, bead, 0),
-                                .weathercock = entry_at(table, row_name(weathercock), varied, bead, 0)};
-            const double area_here = area->entries[entry_index(table, *area, varied, bead, 0)].value;
-            if (shared.relaxation) c.entries.push_back(pooled(table, shared, area_here, varied, bead));
-            else c.entries.push_back(missing(text("{} is missing", row_name(relaxation))));
+            const Shared shared = shared_at(table, varied, bead);
+            c.entries.push_back(contact_at(table, varied, bead).entry);
             for (std::size_t rod = 0; rod < table.rod_fractions.size(); ++rod)
                 excess.entries.push_back(shared.relaxation ? excess_at(table, shared, varied, bead, rod)
                                                            : missing(text("{} is missing", row_name(relaxation))));
         }
     table.rows.push_back(std::move(c));
     if (has_held && has_total) table.rows.push_back(std::move(excess));
+}
+
+std::vector<Uncertain> contact_alone(const Table& table) {
+    std::vector<Uncertain> found;
+    const TableRow* row = find_row(table, row_name(contact));
+    if (row == nullptr) return found;
+    for (std::size_t varied = 0; varied < table.varied.size(); ++varied)
+        for (std::size_t bead = 0; bead < table.bead_fractions.size(); ++bead) {
+            const TableEntry& entry = row->entries[entry_index(table, *row, varied, bead, 0)];
+            if (has_assays(table) && entry.origin == Origin::measured) {
+                const Pooled one = contact_at(table, varied, bead);
+                found.push_back({.value = one.entry.value, .error = one.own_error});
+            } else {
+                found.push_back({.value = entry.value, .error = entry.error});
+            }
+        }
+    return found;
 }
 
 }  // namespace drover::calibrate

@@ -1,10 +1,11 @@
-// calibrate/field_model.cpp: coefficients of the equations from measured ones, with errors to first order.
+// calibrate/field_model.cpp: coefficients of the equations from measured ones, with errors.
 #include "drover/calibrate/field_model.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "calibrate/closures.hpp"
+#include "calibrate/redraw.hpp"
 #include "drover/calibrate/alignment.hpp"
 
 namespace drover::calibrate {
@@ -133,17 +134,27 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
 
 MeanField mean_field(const Table& table, const StatePoint& point) {
     const std::vector<Input> all{relaxation, weathercock, drag, response, contact, rod_area};
-    const Measured measured = measured_at(table, all, {relaxation, rod_area}, point,
-                                          {.what = "the order of the mean field", .give = "relaxation.rate"});
-    const auto of = [&](const Formula& formula) { return evaluated(measured, all, formula); };
-    // P has zero slope below g = 2 and an infinite one just above it: use steps of a whole error.
-    const auto over_errors = [&](const Formula& formula) { return evaluated(measured, all, formula, 1.0); };
+    const Wanted wanted{.what = "the order of the mean field", .give = "relaxation.rate"};
+    const Measured measured = measured_at(table, all, {relaxation, rod_area}, point, wanted);
+    // c follows from the others, and P has zero slope below g = 2 and an infinite one just above it.
+    constexpr int draws = 200;
+    std::vector<std::string> rows;
+    for (const Input input : all) rows.push_back(row_name(input));
+    std::vector<Measured> drawn;
+    for (const Table& redrawn : redrawn_tables(table, rows, draws))
+        drawn.push_back(measured_at(redrawn, all, {}, point, wanted));
+    const auto of = [&](const Formula& formula) {
+        std::vector<double> values;
+        for (const Measured& one : drawn) values.push_back(formula(one));
+        const auto [low, middle, high] = quantiles_of(std::move(values));
+        return Uncertain{.value = formula(measured), .error = 0.5 * (high - low)};
+    };
     using M = const Measured&;
     return {.alignment = of([](M m) { return m.alignment(); }),
             .effective_relaxation = of([](M m) { return m[relaxation] * (1.0 - 0.5 * m.alignment()); }),
-            .order = over_errors([](M m) { return order_of_alignment(m.alignment()); }),
-            .bead_velocity = over_errors([](M m) { return m[drag] * order_of_alignment(m.alignment()); }),
-            .response_time = of([](M m) { return m[response]; })};
+            .order = of([](M m) { return order_of_alignment(m.alignment()); }),
+            .bead_velocity = of([](M m) { return m[drag] * order_of_alignment(m.alignment()); }),
+            .response_time = {.value = measured[response], .error = measured.errors[response]}};
 }
 
 CellPrediction predict_cell(const Table& table, const StatePoint& point, double cell_area) {

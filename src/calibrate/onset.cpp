@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "drover/base/random.hpp"
+#include "calibrate/redraw.hpp"
 #include "drover/physics/coefficients.hpp"
 #include "numerics/bracket.hpp"
 
@@ -71,28 +71,6 @@ struct Coefficients {
     }
 };
 
-Table onset_rows(const Table& table) {
-    Table few = table;
-    few.rows.clear();
-    for (const char* name : rows)
-        if (const TableRow* row = find_row(table, name)) few.rows.push_back(*row);
-    return few;
-}
-
-/// Adds an independent normal error to every value.
-Table redrawn_table(const Table& table, std::uint64_t number) {
-    Table redrawn = table;
-    std::uint64_t row_number = 0;
-    for (TableRow& row : redrawn.rows) {
-        std::vector<double> normal(row.entries.size());
-        RandomKey key{.seed = number, .stream = Stream::bootstrap};
-        key.substep = static_cast<std::uint32_t>(row_number++);
-        fill_normal(key, 0, 1, normal);
-        for (std::size_t i = 0; i < normal.size(); ++i) row.entries[i].value += normal[i] * row.entries[i].error;
-    }
-    return redrawn;
-}
-
 /// The smallest area fraction of beads at which the excess becomes positive; NaN if there is none.
 double first_crossing(const Coefficients& coefficients, const std::vector<double>& beads, double rod,
                       Convention convention) {
@@ -111,14 +89,6 @@ double first_crossing(const Coefficients& coefficients, const std::vector<double
         before = here;
     }
     return none;
-}
-
-/// 16, 50 and 84 %.
-std::array<double, 3> quantiles_of(std::vector<double> values) {
-    if (values.empty()) return {none, none, none};
-    std::sort(values.begin(), values.end());
-    const auto at = [&](double part) { return values[static_cast<std::size_t>(part * double(values.size() - 1))]; };
-    return {at(0.16), at(0.5), at(0.84)};
 }
 
 Crossing crossing_of(const Coefficients& measured, const std::vector<Coefficients>& redrawn,
@@ -184,10 +154,10 @@ Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int r
             "{} subdivisions of an interval, {} redrawn tables; expected at least 1 and at least 0", subdivisions,
             redrawn);
     check_axes(table);
-    const Table few = onset_rows(table);
-    const Coefficients measured(few, varied);
+    const Coefficients measured(table, varied);
     std::vector<Coefficients> others;
-    for (int i = 0; i < redrawn; ++i) others.emplace_back(redrawn_table(few, static_cast<std::uint64_t>(i)), varied);
+    for (const Table& one : redrawn_tables(table, {rows.begin(), rows.end()}, redrawn))
+        others.emplace_back(one, varied);
     Onset onset{.bead_fractions = refined(table.bead_fractions, subdivisions), .curves = {}, .line = {}};
     const auto crossings = [&](OnsetCurve& curve) {
         for (const Convention convention : {Convention::mean, Convention::single_rod})

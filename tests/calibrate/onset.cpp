@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "base/refusal.hpp"
+#include "calibrate/closures.hpp"
+#include "drover/calibrate/field_model.hpp"
 
 namespace drover::calibrate {
 namespace {
@@ -63,6 +65,38 @@ TEST(Onset, has_the_error_of_the_curve_divided_by_its_slope) {
         EXPECT_NEAR(mean.error, expected, 0.15 * expected) << curve.rod_fraction;
     }
     EXPECT_EQ(find_onset(table).line[3].crossings[0].error, onset.line[3].crossings[0].error);  // drawn by counter
+}
+
+/// g = 4 Phi_b from the orders of many rods, known to 0.1, and a flow whose share of it is hardly known.
+Table table_of_measured_alignment() {
+    Table table{.varied_key = {}, .bead_fractions = {0.3, 0.4, 0.5, 0.6, 0.7}, .rod_fractions = {0.08}, .rows = {}};
+    const auto add = [&](const char* name, bool by_rods, double error, auto value) {
+        TableRow row{.name = name, .unit = "1", .formula = "x", .by_rods = by_rods};
+        for (const double bead : table.bead_fractions)
+            row.entries.push_back({.value = value(bead), .error = error, .trials = 20, .origin = Origin::measured});
+        table.rows.push_back(row);
+    };
+    add("relaxation_rate", false, 0.01, [](double) { return 0.1; });
+    add("weathercock", false, 0.02, [](double bead) { return 0.06 * bead; });
+    add("drag", true, 0.3, [](double) { return 1.5; });
+    add("rod_area", false, 0.0, [](double) { return 4.0; });
+    add("alignment_steady", true, 0.1, [](double bead) { return 4.0 * bead; });
+    add("alignment_drift", true, 0.0, [](double) { return 0.0; });
+    add("alignment_reference", true, 0.1, [](double bead) { return 4.0 * bead; });
+    add("response_time", true, 0.1, [](double) { return 1.0; });
+    add_derived(table);
+    return table;
+}
+
+TEST(Onset, has_the_error_of_the_measured_alignment_however_flow_and_contacts_share_it) {
+    // The flow is known to 70 % (0.9 of g at 0.5): drawn apart from c it would give an error of 0.16, not 0.1/4.
+    const Table table = table_of_measured_alignment();
+    const Crossing crossing = find_onset(table).curves[0].crossings[0];
+    EXPECT_NEAR(crossing.bead_fraction, 0.5, 1e-6);            // a node: c is exact there
+    EXPECT_NEAR(crossing.error, 0.1 / 4.0, 0.15 * 0.1 / 4.0);  // 400 tables: 3.5 %; c and lambda are not straight lines
+    const Uncertain g = mean_field(table, {.bead_fraction = 0.5, .rod_fraction = 0.08}).alignment;
+    EXPECT_NEAR(g.value, 2.0, 1e-9);
+    EXPECT_NEAR(g.error, 0.1, 0.02);  // half the distance of two quantiles of 200: 7 %
 }
 
 TEST(Onset, gives_the_fraction_of_redrawn_tables_with_a_crossing) {
