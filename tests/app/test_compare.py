@@ -314,4 +314,4 @@ def test_a_wrong_kind_of_archive_is_rejected_with_a_message(folder, names, messa
 def test_the_command_fails_without_printing_a_table_or_writing_a_figure(folder):
     done = command(folder, "none.h5", "particles.h5", "--output", "none.png")
     assert done.returncode == 2 and done.stdout == "" and not (folder / "none.png").exists()
-    assert done.stderr == "drover.compare: none.h5 does not exist; expected an archive: drover run SCENE writes one\n"
+    assert done.stderr == "error: none.h5 does not exist; expected an archive: drover run SCENE writes one\n"

@@ -440,5 +440,5 @@ def test_bad_input_gives_status_2_a_message_and_no_figure(copy, arguments, messa
     line = [sys.executable, "-m", "drover.figure", *arguments]
     done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=copy.parent)
     assert done.returncode == 2 and done.stdout == ""
-    assert done.stderr.startswith("drover.figure: ") and message in done.stderr and done.stderr.count("\n") == 1
+    assert done.stderr.startswith("error: ") and message in done.stderr and done.stderr.count("\n") == 1
     assert not list(copy.parent.glob("**/*.png"))

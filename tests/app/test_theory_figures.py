@@ -277,7 +277,7 @@ def test_a_wrong_file_is_rejected_with_a_message_and_no_figure(tmp_path, change,
     path = archive(tmp_path, "stability", SMALL, BANDING)
     spoil(path, change)
     done = draw(path, status=2)
-    assert done.stderr.startswith("drover.figure: ") and sentence in done.stderr and done.stderr.count("\n") == 1
+    assert done.stderr.startswith("error: ") and sentence in done.stderr and done.stderr.count("\n") == 1
     assert not list(tmp_path.glob("*.png"))
 
 

@@ -16,7 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from walk import DROVER, TINY, calibration_scene, environment, run, write_scene
+from walk import DROVER, MODELS, TINY, calibration_scene, environment, run, write_scene
 
 GRAINS = {"cell.lx": 9.0, "cell.ly": 9.0, "beads.count": 4, "rods.count": 1, "time.dt": 2e-5, "time.end": 0.004,
           "output.frame_every": 0.002, "output.sample_every": 0.001, "run.threads": 1}
@@ -27,6 +27,7 @@ COMMANDS = {
     "grains.h5": [["info"], ["export", "-o", "grains.xyz", "--overwrite"],
                   ["restart", "--quiet", "--set", "time.end=0.005"]],
     "trials/table.h5": [["info"], ["boundary"]],
+    "matched.calibration/table.h5": [["check", "calibrated-flock.toml"], ["info"]],  # one that fields can use
     "trials/damping-bead-0.5.trials": [["calibrate", "calibrate.toml", "--collect", "--quiet", "-o", "trials"]],
 }
 
@@ -37,6 +38,9 @@ def make_files(folder):
     write_scene(folder, {**TINY, "initial.kind": "file", "initial.file": "fields.h5"}, name="from-file.toml", base={})
     write_scene(folder, GRAINS, name="grains.toml", base={})
     calibration_scene(folder)
+    shutil.copy(MODELS / "calibrated-flock.toml", folder)
+    (folder / "matched.calibration").mkdir()
+    shutil.copy(MODELS / "matched.calibration/table.h5", folder / "matched.calibration")
     for words in (["run", "fields.toml", "--quiet"], ["run", "grains.toml", "--quiet"],
                   ["calibrate", "calibrate.toml", "--workers", "1", "--quiet", "-o", "trials"]):
         ended = run(folder, words)
@@ -88,6 +92,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", choices=COMMANDS, help="mutants of this file")
     parser.add_argument("--keep", type=Path, help="folder for the mutants that something is wrong with")
     options = parser.parse_args()
     dice = random.Random(options.seed)
@@ -97,7 +102,7 @@ def main():
         whole.mkdir()
         make_files(whole)
         while count < options.count:
-            name = list(COMMANDS)[count % len(COMMANDS)]
+            name = options.only or list(COMMANDS)[count % len(COMMANDS)]
             changed = mutant((whole / name).read_bytes(), dice)
             count += 1
             if count % 100 == 0:

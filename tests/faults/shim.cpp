@@ -2,11 +2,15 @@
 //
 //   DROVER_FAULT=pwrite:12:ENOSPC:once      the 12th pwrite, counted from 1, over the program and its child processes
 //   DROVER_FAULT=malloc:900:ENOMEM:always   the 900th and all later ones
-//   DROVER_FAULT_COUNT=file                 the number of each call is written there at the end
+//   DROVER_FAULT_UNDER=/tmp/folder          only calls on files of this folder, and in it; not for malloc
+//   DROVER_FAULT_COUNT=file                 the number of each call is written there at the end (the largest of the
+//                                           processes that were started by exec), and which allocations were the first
+//                                           with their innermost calls
 //
 // Calls: write pwrite pread fsync rename ftruncate open malloc.  Errors: ENOSPC EIO EDQUOT ENOMEM EINTR, and "short": a
 // write or read of half of the bytes.  write does not count the standard streams; pwrite includes posix_fallocate, open
 // includes fopen, malloc includes calloc, realloc and aligned allocations, rename includes unlink.
+#include <execinfo.h>
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -49,10 +53,39 @@ int wanted = -1, error = 0;
 long at = 0;
 bool always = false, is_short = false;
 pid_t first_process = 0;
+const char* under = nullptr;
+
+/// The stacks of calls seen so far, shared with child processes: a hash table, and the first allocation of each.
+struct Stacks {
+    static constexpr size_t room = 1 << 18;
+    unsigned long hashes[room];
+    long firsts[room];
+    size_t size;
+};
+Stacks* stacks = nullptr;
+thread_local bool walking = false;
+
+void remember_stack(long number) {
+    if (walking) return;  // backtrace may allocate
+    walking = true;
+    void* frames[6];  // the innermost calls
+    const int depth = backtrace(frames, 6);
+    unsigned long hash = 14695981039346656037UL;  // FNV-1a
+    for (int k = 0; k < depth; ++k) hash = (hash ^ reinterpret_cast<unsigned long>(frames[k])) * 1099511628211UL;
+    for (size_t slot = hash % Stacks::room; stacks->size < Stacks::room / 2; slot = (slot + 1) % Stacks::room) {
+        unsigned long empty = 0;
+        if (__atomic_compare_exchange_n(&stacks->hashes[slot], &empty, hash, false, __ATOMIC_SEQ_CST, __ATOMIC_SEQ_CST))
+            stacks->firsts[__atomic_fetch_add(&stacks->size, 1, __ATOMIC_SEQ_CST)] = number;
+        else if (empty != hash) continue;
+        break;
+    }
+    walking = false;
+}
 
 bool is_now(Call call) {
     if (counts == nullptr) return false;
     const long number = __atomic_add_fetch(&counts[call], 1, __ATOMIC_RELAXED);
+    if (stacks != nullptr && call == call_malloc) remember_stack(number);
     return call == wanted && (number == at || (always && number > at));
 }
 
@@ -60,6 +93,20 @@ bool fails(Call call) {
     if (!is_now(call) || is_short) return false;
     errno = error;
     return true;
+}
+
+bool is_under(const char* path) {
+    return under == nullptr || path[0] != '/' || std::strncmp(path, under, std::strlen(under)) == 0;
+}
+
+bool is_under(int file) {
+    if (under == nullptr) return true;
+    char link[64], path[4096];
+    std::snprintf(link, sizeof link, "/proc/self/fd/%d", file);
+    const ssize_t size = readlink(link, path, sizeof path - 1);
+    if (size < 0) return false;
+    path[size] = 0;
+    return path[0] == '/' && is_under(path);
 }
 
 /// The bytes of a write or read: fewer when it is to be short; -1 with errno when it is to fail.
@@ -70,8 +117,14 @@ ssize_t size_of(Call call, size_t size) {
     return -1;
 }
 
+template <class Function>
+Function next(Function, const char* name) {
+    return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
+}
+
 __attribute__((constructor)) void begin() {
     first_process = getpid();
+    under = std::getenv("DROVER_FAULT_UNDER");
     if (const char* fault = std::getenv("DROVER_FAULT")) {
         char name[16] = "", what[16] = "", how[16] = "";
         if (std::sscanf(fault, "%15[^:]:%ld:%15[^:]:%15s", name, &at, what, how) != 4) std::abort();
@@ -88,6 +141,12 @@ __attribute__((constructor)) void begin() {
         if (wanted < 0 || (error == 0 && !is_short)) std::abort();
     }
     void* memory = mmap(nullptr, calls * sizeof(long), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (std::getenv("DROVER_FAULT_COUNT") != nullptr && under == nullptr) {
+        void* frame = nullptr;
+        backtrace(&frame, 1);  // loads what it needs
+        void* room = mmap(nullptr, sizeof(Stacks), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+        stacks = static_cast<Stacks*>(room);
+    }
     counts = static_cast<long*>(memory);
 }
 
@@ -97,35 +156,41 @@ __attribute__((destructor)) void end() {
     long total[calls];
     std::memcpy(total, counts, sizeof total);
     counts = nullptr;
+    if (FILE* before = next(fopen, "fopen")(file, "r")) {
+        char name[16];
+        long count = 0;
+        for (int c = 0; c < calls && std::fscanf(before, "%15s %ld", name, &count) == 2; ++c)
+            if (count > total[c]) total[c] = count;
+        std::fclose(before);
+    }
     const int to = static_cast<int>(syscall(SYS_open, file, O_WRONLY | O_CREAT | O_TRUNC, 0666));
     for (int c = 0; c < calls; ++c) dprintf(to, "%s %ld\n", names[c], total[c]);
-}
-
-template <class Function>
-Function next(Function, const char* name) {
-    return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
+    dprintf(to, "stacks");
+    for (size_t k = 0; stacks != nullptr && k < stacks->size; ++k) dprintf(to, " %ld", stacks->firsts[k]);
+    dprintf(to, "\n");
 }
 
 ssize_t do_pwrite(int file, const void* data, size_t size, off_t offset) {
-    const ssize_t some = size_of(call_pwrite, size);
+    const ssize_t some = is_under(file) ? size_of(call_pwrite, size) : static_cast<ssize_t>(size);
     return some < 0 ? -1 : syscall(SYS_pwrite64, file, data, some, offset);
 }
 
 ssize_t do_pread(int file, void* data, size_t size, off_t offset) {
-    const ssize_t some = size_of(call_pread, size);
+    const ssize_t some = is_under(file) ? size_of(call_pread, size) : static_cast<ssize_t>(size);
     return some < 0 ? -1 : syscall(SYS_pread64, file, data, some, offset);
 }
 
 int do_open(const char* name, int flags, va_list more) {
     const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(more, mode_t) : 0;
-    return fails(call_open) ? -1 : static_cast<int>(syscall(SYS_open, name, flags, mode));
+    return is_under(name) && fails(call_open) ? -1 : static_cast<int>(syscall(SYS_open, name, flags, mode));
 }
 
 }  // namespace
 
 extern "C" {
 ssize_t write(int file, const void* data, size_t size) {
-    const ssize_t some = file <= STDERR_FILENO ? static_cast<ssize_t>(size) : size_of(call_write, size);
+    const bool is_counted = file > STDERR_FILENO && is_under(file);
+    const ssize_t some = is_counted ? size_of(call_write, size) : static_cast<ssize_t>(size);
     return some < 0 ? -1 : syscall(SYS_write, file, data, some);
 }
 ssize_t pwrite(int file, const void* data, size_t size, off_t offset) { return do_pwrite(file, data, size, offset); }
@@ -135,14 +200,16 @@ ssize_t pwrite64(int file, const void* data, size_t size, off64_t offset) {
 ssize_t pread(int file, void* data, size_t size, off_t offset) { return do_pread(file, data, size, offset); }
 ssize_t pread64(int file, void* data, size_t size, off64_t offset) { return do_pread(file, data, size, offset); }
 int posix_fallocate(int file, off_t offset, off_t length) {
-    if (fails(call_pwrite)) return errno;
+    if (is_under(file) && fails(call_pwrite)) return errno;
     return syscall(SYS_fallocate, file, 0, offset, length) == 0 ? 0 : errno;
 }
-int fsync(int file) { return fails(call_fsync) ? -1 : static_cast<int>(syscall(SYS_fsync, file)); }
+int fsync(int file) { return is_under(file) && fails(call_fsync) ? -1 : static_cast<int>(syscall(SYS_fsync, file)); }
 int rename(const char* from, const char* to) noexcept {
-    return fails(call_rename) ? -1 : static_cast<int>(syscall(SYS_rename, from, to));
+    return is_under(to) && fails(call_rename) ? -1 : static_cast<int>(syscall(SYS_rename, from, to));
 }
-int unlink(const char* name) noexcept { return fails(call_rename) ? -1 : static_cast<int>(syscall(SYS_unlink, name)); }
+int unlink(const char* name) noexcept {
+    return is_under(name) && fails(call_rename) ? -1 : static_cast<int>(syscall(SYS_unlink, name));
+}
 int ftruncate(int file, off_t length) noexcept {
     return fails(call_ftruncate) ? -1 : static_cast<int>(syscall(SYS_ftruncate, file, length));
 }
@@ -161,10 +228,10 @@ int open64(const char* name, int flags, ...) {
     return file;
 }
 FILE* fopen(const char* name, const char* mode) {
-    return fails(call_open) ? nullptr : next(fopen, "fopen")(name, mode);
+    return is_under(name) && fails(call_open) ? nullptr : next(fopen, "fopen")(name, mode);
 }
 FILE* fopen64(const char* name, const char* mode) {
-    return fails(call_open) ? nullptr : next(fopen64, "fopen64")(name, mode);
+    return is_under(name) && fails(call_open) ? nullptr : next(fopen64, "fopen64")(name, mode);
 }
 void* malloc(size_t size) noexcept { return fails(call_malloc) ? nullptr : __libc_malloc(size); }
 void* calloc(size_t count, size_t size) noexcept { return fails(call_malloc) ? nullptr : __libc_calloc(count, size); }

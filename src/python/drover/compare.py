@@ -14,7 +14,7 @@ import numpy
 from drover import compare_panels, figure
 from drover.archive import Run, loaded, open_run
 from drover.blocks import mean_and_error
-from drover.error import DroverError
+from drover.error import DroverError, status_of
 from drover.particles import ParticleRun, sides_of
 from drover.spectra import structure_factors
 
@@ -216,14 +216,12 @@ def main(arguments=None):
                         "archive with .compared.png")
     options = parser.parse_args(arguments)
     output = options.output or options.fields.with_suffix(".compared.png")
-    try:
+
+    def act():
         comparison, picture = compare_files(options.fields, options.particles)
         figure.write(picture, output)
-    except DroverError as error:
-        print(f"drover.compare: {error}", file=sys.stderr)
-        return 2
-    print(table_text(comparison), f"\n{output}", sep="\n")
-    return 0
+        print(table_text(comparison), f"\n{output}", sep="\n")
+    return status_of(act)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import matplotlib
 import numpy
 
 import drover
-from drover.error import Error
+from drover.error import status_of
 from drover.paper import STYLE
 
 FIELDS, PARTICLES, START = "noisy-flock.toml", "bead-flock.toml", "bead-flock-start.h5"
@@ -169,15 +169,13 @@ def main(arguments=None):
     parser.add_argument("--models", type=Path, default=Path("models"), help="folder of the scenes (models)")
     parser.add_argument("-o", "--output", type=Path, default=Path("build/demo"), help="folder to write (build/demo)")
     options = parser.parse_args(arguments)
-    print("drover: a flock of particles, a flock of fields, and where flocks begin: half a minute", flush=True)
-    try:
+
+    def act():
+        print("drover: a flock of particles, a flock of fields, and where flocks begin: half a minute", flush=True)
         for part in make(options.models, options.output):
             print(f"\n{part.sentence}\n  next: {part.command}")
-    except Error as error:
-        print(f"drover.demo: {error}", file=sys.stderr)
-        return 2
-    print(f"\nOpen the page: {options.output / 'index.html'}")
-    return 0
+        print(f"\nOpen the page: {options.output / 'index.html'}")
+    return status_of(act)
 
 
 if __name__ == "__main__":

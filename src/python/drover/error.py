@@ -1,4 +1,5 @@
-"""drover/error.py: the one exception of the package."""
+"""drover/error.py: the one exception of the package, and what its programs make of it."""
+import sys
 
 
 class Error(Exception):
@@ -13,6 +14,21 @@ class Error(Exception):
         self.place = place    # "flock.toml:3:1", "--set grid.nx=7"; "" if there is none
         self.fault = fault    # "input", or "run" for a run that failed
         self.finding, _, self.remedy = message.partition("; ")
+
+
+def status_of(action):
+    """The exit status of a program that takes `action`: 0; else 2 for invalid input and 1 for a failed run or disk,
+    with a sentence on standard error.
+    """
+    try:
+        action()
+    except Error as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1 if error.fault == "run" else 2
+    except OSError as error:
+        print(f"error: {error}; check the folder and the disk", file=sys.stderr)
+        return 1
+    return 0
 
 
 DroverError = Error  # its name in the modules that read archives

@@ -15,7 +15,7 @@ import numpy
 from drover import (boundary_figure, live, onset_figure, panels, particle_figure, smooth_panels, stability_figure,
                     trade_panel)
 from drover.archive import Run, command_of, settled
-from drover.error import DroverError
+from drover.error import DroverError, status_of
 from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
 from drover.particles import ParticleRun
 from drover.stored import state_of
@@ -197,17 +197,14 @@ def main(arguments=None):
                         "writes the file; writes nothing")
     options = parser.parse_args(arguments)
     output = options.output or options.archive.with_suffix(".png")
-    try:
+
+    def act():
         if options.watch:
             watch(options.archive)
-            return 0
-        write(settled(options.archive, lambda: draw_file(options.archive, options.frame, options.state)),
-              output)
-    except DroverError as error:
-        print(f"drover.figure: {error}", file=sys.stderr)
-        return 2
-    print(output)
-    return 0
+            return
+        write(settled(options.archive, lambda: draw_file(options.archive, options.frame, options.state)), output)
+        print(output)
+    return status_of(act)
 
 
 if __name__ == "__main__":

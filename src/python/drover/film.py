@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy
 
-from drover.error import Error
+from drover.error import Error, status_of
 from drover.moments import run_of
 from drover.progress import Progress
 
@@ -56,40 +56,52 @@ def check_output(output):
 
 
 class Encoder:
-    """ffmpeg, which reads pictures and writes a film beside its place until it is complete."""
+    """ffmpeg, which reads pictures and writes a film beside its place until it is complete and synced."""
 
     def __init__(self, output, width, height, rate):
         self.output, self.part = output, output.with_name(f".{output.name}.part")
-        words = ["ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format", "rgba", "-video_size",
-                 f"{width}x{height}", "-framerate", str(rate), "-i", "-", "-c:v", "libx264", "-preset", "fast", "-crf",
-                 "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(self.part)]
+        words = ["ffmpeg", "-loglevel", "error", "-xerror", "-y", "-f", "rawvideo", "-pixel_format", "rgba",
+                 "-video_size", f"{width}x{height}", "-framerate", str(rate), "-i", "-", "-c:v",
+                 "libx264", "-preset", "fast", "-crf", "20",
+                 "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(self.part)]
         self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
     def write(self, picture):
         try:
             self.process.stdin.write(picture)
         except BrokenPipeError:
-            self.fail()
+            self.finish()
 
-    def fail(self):
-        reason = self.process.communicate()[1].decode(errors="replace").strip()
-        raise Error(f"{self.output}: ffmpeg failed: {reason}; check the folder and the disk", fault="run")
+    def finish(self):
+        """ffmpeg may end with status 0 after a write that failed: what it prints counts too."""
+        reason = self.process.communicate()[1].decode(errors="replace").strip().replace("\n", "; ")
+        if self.process.returncode != 0 or reason:
+            raise Error(f"{self.output}: ffmpeg failed: {reason or self.process.returncode}; check the folder and the "
+                        "disk", fault="run")
 
     def __enter__(self):
         return self
 
     def __exit__(self, kind, *_):
-        if kind is None:
-            self.process.stdin.close()
-            reason = self.process.stderr.read().decode(errors="replace").strip()
-            if self.process.wait() != 0:
-                self.part.unlink(missing_ok=True)
-                raise Error(f"{self.output}: ffmpeg failed: {reason}; check the folder and the disk", fault="run")
-            os.replace(self.part, self.output)
-            return
-        self.process.kill()
-        self.process.wait()
-        self.part.unlink(missing_ok=True)
+        try:
+            if kind is None:
+                self.finish()
+                sync(self.part)
+                os.replace(self.part, self.output)
+                sync(self.output.parent)
+        finally:
+            self.process.kill()
+            self.process.wait()
+            self.part.unlink(missing_ok=True)
+
+
+def sync(path):
+    """Waits until a file or folder is on the disk."""
+    file = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(file)
+    finally:
+        os.close(file)
 
 
 def frames_of(run, every):
@@ -260,13 +272,8 @@ def main(arguments=None):
     parser.add_argument("--every", type=int, default=1, help="show every so many frames")
     parser.add_argument("--rate", type=int, default=25, help="pictures per second")
     options = parser.parse_args(arguments)
-    try:
-        print(film(options.archive, options.output or options.archive.with_suffix(".mp4"), every=options.every,
-                   rate=options.rate))
-    except Error as error:
-        print(f"drover.film: {error}", file=sys.stderr)
-        return 2
-    return 0
+    return status_of(lambda: print(film(options.archive, options.output or options.archive.with_suffix(".mp4"),
+                                        every=options.every, rate=options.rate)))
 
 
 if __name__ == "__main__":
