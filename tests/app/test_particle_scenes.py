@@ -24,6 +24,9 @@ SHORT = {
     "rod": ["time.end=1.04", "output.frame_every=0.052", "output.sample_every=0.026"],
     "rod-matched": ["rods.count=8", "time.end=0.416", "output.frame_every=0.052", "output.sample_every=0.026"],
     "rod-in-beads": ["cell.lx=9", "cell.ly=9", *OFTEN],
+    "paper-rod": ["rods.count=6", "time.end=12.48", "output.frame_every=0.052", "output.sample_every=0.026"],
+    "paper-rod-in-beads": ["cell.lx=9", "cell.ly=9", *OFTEN],
+    "paper-flock": SQUARE,
     "bead-flock": SQUARE,
     "bead-poor": SQUARE,
     "rods-alone": ["cell.lx=27", "cell.ly=27", *OFTEN],
@@ -37,8 +40,9 @@ SHORT = {
 }
 SCENES = sorted(SHORT)
 WITH_RODS = [scene for scene in SCENES if scene != "bead-gas"]
-WITH_BEADS = [scene for scene in SCENES if scene not in ("rod", "rod-matched", "rods-alone")]
-MATCHED = [scene for scene in WITH_RODS if scene != "rod"]
+WITH_BEADS = [scene for scene in SCENES if scene not in ("rod", "rod-matched", "paper-rod", "rods-alone")]
+PAPER = ["rod", "paper-rod", "paper-rod-in-beads", "paper-flock"]  # its amplitude and gap
+MATCHED = [scene for scene in WITH_RODS if scene not in PAPER]
 
 
 def scene_of(name):
@@ -154,7 +158,8 @@ def panel_of(scene):
         return "pair correlation of the beads"
     if scene in ("circle-flock", "flower-flock", "flower-poor"):
         return "polar order about the centre"
-    return "memory of the direction" if scene not in WITH_BEADS or scene == "rod-in-beads" else "bead velocity order"
+    alone = scene not in WITH_BEADS or scene.endswith("rod-in-beads")
+    return "memory of the direction" if alone else "bead velocity order"
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -290,8 +295,16 @@ def test_matched_rods_move_head_first_at_the_speed_of_the_experiment(ran):
     assert np.ptp(run["bodies/rods/mass"]) > 0.0  # different sizes
 
 
-def test_one_rod_in_beads_pushes_them(ran):
-    run = ran("rod-in-beads")
+def test_the_rod_of_the_paper_moves_head_first_at_about_its_speed(ran):
+    run = ran("paper-rod")
+    speeds = run.ways()[0][-40:].sum(0) / (40 * 0.052)
+    # 3.6 mm/s in the paper, 3.14 here.  A rod is in its first gait, of 16 mm/s, for some 2 s: rarely most of six.
+    assert 2.5 < np.median(speeds) < 4.2 and speeds.min() > 0.0
+
+
+@pytest.mark.parametrize("scene", ["rod-in-beads", "paper-rod-in-beads"])
+def test_one_rod_in_beads_pushes_them(scene, ran):
+    run = ran(scene)
     assert run.count("rods") == 1 and run.count("beads") > 50
     assert run.series("impacts_rod_bead")[-1] > 10.0
     assert np.abs(run.ways()[0].sum()) > 0.1  # a part of 3.6 mm/s in 0.3 s

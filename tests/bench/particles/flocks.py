@@ -38,6 +38,8 @@ CASES = {
     "nominal-poor": ("bead-poor", NOMINAL),
     "quick-dense": ("bead-flock", QUICK),
     "rods-alone": ("rods-alone", []),
+    "paper-dense": ("paper-flock", []),
+    "paper-poor": ("paper-flock", ["beads.area_fraction=0.2"]),
     "flower-dense": ("flower-flock", []),
     "flower-poor": ("flower-poor", []),
     "circle-dense": ("circle-flock", []),
@@ -48,6 +50,10 @@ CASES = {
     # The plane of both area fractions, for the boundary that a table of coefficients predicts (predicted.py).
     **{f"point-{beads}-{rods}": ("bead-flock", [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}", *COARSE])
        for beads, rods in POINTS},
+    # The same with the mean velocity of the beads held at zero: what is left of the order is due to contacts.
+    **{f"held-{beads}-{rods}-{seed}": ("bead-flock", [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}",
+                                                      *COARSE, "forces.hold_beads=true", f"run.seed={seed}"])
+       for beads in (0.2, 0.3, 0.4, 0.5, 0.6, 0.7) for rods in (0.08, 0.11) for seed in (1, 2)},
 }
 ROUND = ("flower-flock", "flower-poor", "circle-flock")
 SERIES = ["polar_order", "polar_order_local", "bead_velocity_size", "bead_velocity_along_order",
