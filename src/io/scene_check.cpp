@@ -64,8 +64,8 @@ void check_time_method(const Scene& scene, const LocationOf& at) {
             "steps by it",
             method.name);
     require(method.allows_noise || !physics::has_noise(scene.model.noise), at("time.stepper"),
-            "time.stepper = \"{}\" with noise; expected a model without: choose etdrk2, or set noise.order, noise.rods "
-            "and noise.beads to 0",
+            "time.stepper = \"{}\" with noise; expected a model without: choose etdrk2, or set noise.order, "
+            "noise.velocity, noise.rods and noise.beads to 0",
             method.name);
 }
 

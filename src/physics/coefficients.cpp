@@ -5,6 +5,10 @@
 
 namespace drover::physics {
 
+bool has_noise(const Noise& noise) {
+    return noise.order != 0.0 || noise.velocity != 0.0 || noise.rods != 0.0 || noise.beads != 0.0;
+}
+
 const TableColumn& TableData::column(const std::string& key) const {
     static const TableColumn none;
     const auto found = columns.find(key);

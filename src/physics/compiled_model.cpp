@@ -104,7 +104,9 @@ void check_fields(const Model& m, const Coefficients& c, const LocationOf& locat
         needs(row.compiled ? (c.*row.compiled).is_active() : row.value_in(m) != 0.0, missing_field(m.fields, row.needs),
               row.key());
     needs(m.force.kind != "none", missing_field(m.fields, needs_bead_velocity), "force.kind");
-    needs(m.inertia.advection, m.fields.bead_velocity == "dynamic" ? nullptr : "bead_velocity", "inertia.advection");
+    const char* dynamic = m.fields.bead_velocity == "dynamic" ? nullptr : "bead_velocity";
+    needs(m.inertia.advection, dynamic, "inertia.advection");
+    needs(m.noise.velocity != 0.0, dynamic, "noise.velocity");
     for (const auto& [key, coefficient] : named(c)) {
         require(m.fields.bead_density || !coefficient->depends_on_beads(), location_of(text("{}_terms", key)),
                 "{} depends on the bead density, which fields.bead_density excludes; include the field", key);

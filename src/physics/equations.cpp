@@ -60,7 +60,7 @@ std::vector<ActiveTerm> active_terms(const Equations& equations) {
     for (const Term& term : equations.active) result.push_back({term.name, term.equation(equations)});
     for (const auto& [key, equation] :
          {std::pair{"noise.beads", "d_t rho: conserved noise"}, std::pair{"noise.rods", "d_t sigma: conserved noise"},
-          std::pair{"noise.order", "d_t p: white noise"}}) {
+          std::pair{"noise.velocity", "d_t v: white noise"}, std::pair{"noise.order", "d_t p: white noise"}}) {
         const CoefficientRow& row = coefficient_row(key);
         if (const double strength = row.value_in(equations.model); strength != 0.0)
             result.push_back({key, text("{}, {} = {} {}", equation, row.symbol, strength, row.unit)});

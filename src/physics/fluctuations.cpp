@@ -38,6 +38,8 @@ Symbol noise_symbol(const Equations& equations, double q) {
     if (equations.form.bead_density >= 0)
         result(FieldIndex::bead_density, FieldIndex::bead_density) = noise.beads * q * q;
     if (equations.form.rod_density >= 0) result(FieldIndex::rod_density, FieldIndex::rod_density) = noise.rods * q * q;
+    result(FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x) =
+        result(FieldIndex::bead_velocity_y, FieldIndex::bead_velocity_y) = noise.velocity;
     result(FieldIndex::polar_order_x, FieldIndex::polar_order_x) =
         result(FieldIndex::polar_order_y, FieldIndex::polar_order_y) = noise.order;
     return result;
@@ -87,13 +89,16 @@ std::vector<StructureFactor> structure_factors(const Equations& equations, const
 
 double direction_diffusion(const Equations& equations, const StationaryState& about) {
     if (!about.free_direction) return 0.0;
-    // The slow mode behind those of the densities is a turn of p and v together; noise on p turns it by its dual, which
-    // is normal to p.
+    // The slow mode behind those of the densities is a turn of p and v together; noise turns it by its dual, which is
+    // normal to p.
     const LongWaves waves = long_waves(equations, about);
     if (!waves.undefined.empty()) return std::numeric_limits<double>::quiet_NaN();
     const auto turn = (equations.form.bead_density >= 0 ? 1 : 0) + (equations.form.rod_density >= 0 ? 1 : 0);
-    const Eigen::Vector2d dual = waves.left.row(turn).segment<2>(FieldIndex::polar_order_x);
-    return 0.5 * equations.model.noise.order * dual.squaredNorm();
+    const auto square = [&](int place) { return waves.left.row(turn).segment<2>(place).squaredNorm(); };
+    const Noise& noise = equations.model.noise;
+    const double mass = equations.model.inertia.bead_mass * about.point.bead_density;  // the dual is that of a force
+    return 0.5 * (noise.order * square(FieldIndex::polar_order_x) +
+                  noise.velocity * mass * mass * square(FieldIndex::bead_velocity_x));
 }
 
 }  // namespace drover::physics

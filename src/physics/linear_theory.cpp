@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "drover/numerics/wavenumbers.hpp"
+#include "drover/physics/fluctuations.hpp"
 #include "drover/physics/term.hpp"
 #include "linear_part.hpp"
 
@@ -45,20 +46,6 @@ numerics::Block block_of(const Symbol& symbol, const std::vector<int>& places) {
     return block;
 }
 
-numerics::IsotropicBlocks noise_blocks(const Noise& noise, const BlockPlaces& places, double q) {
-    const auto fill = [&](const std::vector<int>& rows) {
-        numerics::Block block(static_cast<int>(rows.size()));
-        for (int i = 0; i < block.size; ++i) {
-            const int place = rows[static_cast<std::size_t>(i)];
-            block(i, i) = place >= FieldIndex::polar_order_x  ? noise.order
-                          : place == FieldIndex::rod_density  ? noise.rods * q * q
-                          : place == FieldIndex::bead_density ? noise.beads * q * q
-                                                              : 0.0;
-        }
-        return block;
-    };
-    return {fill(places.along), fill(places.across)};
-}
 }  // namespace
 
 int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
@@ -84,9 +71,11 @@ numerics::System linear_system(const Equations& equations, const numerics::Grid&
         const Symbol symbol = propagator_symbol(*shared, reference, q);
         return numerics::IsotropicBlocks{block_of(symbol, places.along), block_of(symbol, places.across)};
     };
-    const Noise& noise = equations.model.noise;
-    if (noise.order != 0.0 || noise.rods != 0.0 || noise.beads != 0.0)
-        system.noise = [noise, places](double q) { return noise_blocks(noise, places, q); };
+    if (has_noise(equations.model.noise))
+        system.noise = [shared, places](double q) {
+            const Symbol symbol = noise_symbol(*shared, q);
+            return numerics::IsotropicBlocks{block_of(symbol, places.along), block_of(symbol, places.across)};
+        };
     return system;
 }
 

@@ -87,8 +87,6 @@ std::vector<double> structure_frequencies(const Equations& equations, const Unif
     return result;
 }
 
-bool has_noise(const Noise& noise) { return noise.order != 0.0 || noise.rods != 0.0 || noise.beads != 0.0; }
-
 std::vector<std::string> stability_remarks(const Equations& equations, const EffectiveCoefficients& coefficients) {
     std::vector<std::string> remarks;
     const Noise& noise = equations.model.noise;

@@ -37,7 +37,7 @@ Model noisy_flock() {
             .advection = {.strength = 0.6},
             .pressure = {.beads = 0.3, .rods = 0.6},
             .diffusion = {.beads = 0.1, .rods = 0.2},
-            .noise = {.order = 0.3 * weak, .rods = 0.2 * weak, .beads = 0.1 * weak}};
+            .noise = {.order = 0.3 * weak, .velocity = 0.25 * weak, .rods = 0.2 * weak, .beads = 0.1 * weak}};
 }
 constexpr numerics::Grid grid{16, 12, 9.0, 7.0};
 
@@ -60,6 +60,7 @@ MatrixXcd noise_matrix(const Model& model, const Form& form, double square) {
     MatrixXcd q = MatrixXcd::Zero(6, 6);
     q(form.bead_density, form.bead_density) = model.noise.beads * square;
     q(form.rod_density, form.rod_density) = model.noise.rods * square;
+    for (const int c : {form.bead_velocity, form.bead_velocity + 1}) q(c, c) = model.noise.velocity;
     for (const int c : {form.polar_order, form.polar_order + 1}) q(c, c) = model.noise.order;
     return q;
 }
@@ -168,13 +169,17 @@ struct MeanOrder {
     double square = (lambda * alpha / gamma - a) / b;  ///< p0^2
     double chi = 1.0 + mass * lambda * alpha / (gamma * gamma);
 
-    /// v = alpha p/Gamma + the slow rest: chi d_t p_across = f, so that <theta^2> = Delta t/(p0^2 chi^2 V) at late
-    /// times.
-    double turning(double noise, double volume) const { return noise / (square * chi * chi * volume); }
-    /// Of the modulus, at late times: of d_t v = -g v + (k/lambda) p, d_t p = lambda v - h p + f.
-    double modulus(double noise, double volume) const {
+    /// v = alpha p/Gamma + the slow rest: chi d_t p_across = f + (m rho lambda/Gamma) g, so that <theta^2> = [Delta +
+    /// (m rho lambda/Gamma)^2 Delta_v] t/(p0^2 chi^2 V) at late times.
+    double turning(const Noise& noise, double volume) const {
+        const double carried = mass * lambda / gamma;
+        return (noise.order + carried * carried * noise.velocity) / (square * chi * chi * volume);
+    }
+    /// Of the modulus, at late times: of d_t v = -g v + (k/lambda) p + noise, d_t p = lambda v - h p + f.
+    double modulus(const Noise& noise, double volume) const {
         const double g = gamma / mass, h = a + 3.0 * b * square, k = lambda * alpha / mass;
-        return noise / (2.0 * volume) * (g * g + g * h - k) / ((g + h) * (g * h - k));
+        return (noise.order * (g * g + g * h - k) + noise.velocity * lambda * lambda) /
+               (2.0 * volume * (g + h) * (g * h - k));
     }
 };
 
@@ -193,6 +198,7 @@ struct FlockDirection : testing::Test {
         numerics::Block m(4), q(4);
         for (int i = 0; i < 4; ++i)
             for (int j = 0; j < 4; ++j) m(i, j) = rates(run.form.bead_velocity + i, run.form.bead_velocity + j).real();
+        q(0, 0) = q(1, 1) = model.noise.velocity / volume;
         q(2, 2) = q(3, 3) = model.noise.order / volume;
         const numerics::Block c = numerics::noise_covariance(m, q, t);
         Eigen::Matrix4d result;
@@ -209,8 +215,8 @@ struct FlockDirection : testing::Test {
 TEST_F(FlockDirection, of_linear_theory_diffuses_at_late_times_by_delta_over_p0_chi_squared) {
     // Fast modes have died out as e^(-1.9 t) = 1e-16 at t = 20 s; rounding of covariances that differ by a half.
     const double rise = (turned(covariance(40.0)) - turned(covariance(20.0))) / 20.0;
-    EXPECT_NEAR(rise / theory.turning(model.noise.order, volume), 1.0, 1e-12);
-    EXPECT_NEAR(stretched(covariance(40.0)) / theory.modulus(model.noise.order, volume), 1.0, 1e-12);
+    EXPECT_NEAR(rise / theory.turning(model.noise, volume), 1.0, 1e-12);
+    EXPECT_NEAR(stretched(covariance(40.0)) / theory.modulus(model.noise, volume), 1.0, 1e-12);
 }
 
 TEST_F(FlockDirection, of_runs_of_the_full_model_diffuses_as_that_of_linear_theory) {
@@ -249,7 +255,7 @@ TEST_F(FlockDirection, of_runs_of_the_full_model_diffuses_as_that_of_linear_theo
     // The late law alone: four times the 3.7 % of this many realisations; the first second, before the beads hold the
     // order back, is worth another 2 %.
     const double found = late_sums.turned / realisations * turned(late_law);
-    const double late = steps * dt * theory.turning(model.noise.order, volume);
+    const double late = steps * dt * theory.turning(model.noise, volume);
     EXPECT_NEAR(found / late, 1.0, 0.15);
     EXPECT_LT(two_sided(realisations * found / (late * theory.chi * theory.chi), realisations), 1e-12)
         << "without chi the same test fails";

@@ -149,6 +149,12 @@ TEST(DirectionDiffusion, of_a_flock_is_the_closed_form) {
     const Letters l;
     const Equations e(noisy(l));
     EXPECT_NEAR(direction_diffusion(e, flock_of(e)), 0.5 * 0.3 / std::pow(l.p0() * l.chi(), 2), 1e-14);
+    Model struck = noisy(l);
+    struck.noise = {.velocity = 0.7};
+    const Equations driven(struck);
+    const double turned = l.lambda * l.rho / l.gamma;  // of the order, by one of the beads' velocity
+    EXPECT_NEAR(direction_diffusion(driven, flock_of(driven)), 0.5 * 0.7 * std::pow(turned / (l.p0() * l.chi()), 2),
+                1e-14);
     Model slaved = noisy(l);
     slaved.fields.bead_velocity = "slaved";
     const Equations quick(slaved);

@@ -72,8 +72,11 @@ struct Diffusion {
     double beads = 0.0, rods = 0.0;
 };
 struct Noise {
-    double order = 0.0, rods = 0.0, beads = 0.0;
+    double order = 0.0, velocity = 0.0, rods = 0.0, beads = 0.0;
 };
+
+/// Whether any strength is not zero.
+bool has_noise(const Noise& noise);
 
 /// lambda_s/lambda: in two dimensions the average of (1 - nn).v over rod directions is v/2.
 inline constexpr double single_rod_factor = 2.0;

@@ -29,8 +29,8 @@ std::vector<StructureFactor> structure_factors(const Equations& equations, const
                                                const numerics::Grid& grid, int degree, Threads& threads);
 
 /// Diffusion of the direction theta of the mean order of a flock, times the area: D area [rad^2 mm^2/s], with
-/// <theta^2> = 2 D t after the fast modes have relaxed.  Closed form without field: 2 D area = Delta/(p0 chi)^2.  Zero
-/// without a free direction; NaN if long_waves is undefined.
+/// <theta^2> = 2 D t after the fast modes have relaxed.  Closed form without field: 2 D area = [Delta +
+/// (m rho lambda/Gamma)^2 Delta_v]/(p0 chi)^2.  Zero without a free direction; NaN if long_waves is undefined.
 double direction_diffusion(const Equations& equations, const StationaryState& about);
 
 }  // namespace drover::physics

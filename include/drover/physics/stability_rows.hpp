@@ -35,8 +35,6 @@ std::vector<StructurePart> structure_parts(const Form& form, double direction);
 std::vector<double> structure_frequencies(const Equations& equations, const UniformPoint& about, double q,
                                           const std::vector<double>& angles, int count);
 
-bool has_noise(const Noise& noise);
-
 /// Properties of the model that the reader of a stability analysis must know.
 std::vector<std::string> stability_remarks(const Equations& equations, const EffectiveCoefficients& coefficients);
 

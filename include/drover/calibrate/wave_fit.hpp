@@ -1,0 +1,57 @@
+// calibrate/wave_fit.hpp: coefficients of the field equations from recorded waves, by maximum likelihood.
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "drover/physics/equations.hpp"
+
+namespace drover::calibrate {
+
+/// Fourier amplitudes of the fields at equal times, a(q) = integral of a exp(-i q r)/area.
+struct WaveRecord {
+    double spacing = 0.0;                      ///< between two frames [s]
+    double area = 0.0;                         ///< of the cell [mm^2]
+    std::vector<numerics::Wavevector> q = {};  ///< one of each pair q and -q; (0, 0) for the means of v and p
+    /// Of each wave: a row for each place of physics::places_of(form), vectors by components; a column for each frame.
+    std::vector<Eigen::MatrixXcd> amplitudes = {};
+};
+
+/// Every k-th frame.
+WaveRecord thinned(const WaveRecord& record, std::size_t every);
+
+/// A number of a model to be fitted.
+struct FittedNumber {
+    std::string key;
+    std::function<double&(physics::Model&)> in;
+    double least = -std::numeric_limits<double>::infinity();
+};
+
+/// Estimates, in the order of the fitted numbers.
+struct WaveFit {
+    Eigen::VectorXd values;
+    /// From the scatter of segments of time, so that it also holds where the waves do not follow the model exactly.
+    Eigen::VectorXd errors;
+    Eigen::VectorXd errors_of_model;  ///< those that the model predicts, by its Fisher information
+    std::vector<bool> at_bound;       ///< the value is the least allowed, and the waves would prefer a smaller one
+    std::size_t pairs = 0;            ///< of consecutive frames
+    int iterations = 0;
+};
+
+inline constexpr std::size_t min_wave_pairs = 64;
+
+/// Fits numbers of a model to waves about a uniform state.  The linear equations da/dt = M(q) a + noise give each frame
+/// from the one before,
+///     a(t + s) = exp(M s) a(t) + f,    <f f^H> = integral over 0 < t < s of exp(M t) Q exp(M^H t)/area,
+/// so the likelihood of all frames is exact at any spacing s.  Its maximum is found by scoring (Gauss-Newton steps with
+/// the expected information) from the values in `start`, which also holds the numbers that are not fitted.
+/// Sources: covariance of the noise, Van Loan, IEEE Trans. Autom. Control 23, 395 (1978); errors, White, Econometrica
+/// 50, 1 (1982).
+/// Throws an input Error for too few frames, for waves that noise does not reach, and for numbers that the waves do not
+/// determine, alone or together; a run Error where no maximum is found.
+WaveFit fit_waves(const physics::Model& start, const physics::UniformPoint& about,
+                  const std::vector<FittedNumber>& numbers, const WaveRecord& record);
+
+}  // namespace drover::calibrate

@@ -1,0 +1,370 @@
+// calibrate/wave_fit.cpp: the likelihood of waves, its slopes and its maximum.
+#include "drover/calibrate/wave_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "drover/base/error.hpp"
+#include "drover/base/text.hpp"
+#include "drover/physics/fluctuations.hpp"
+#include "drover/physics/stability.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+using Matrix = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::size_t segments = 32;  // of time, for the errors; each at least two pairs long
+
+/// Sums over pairs of frames a, a': all that the likelihood needs of them.
+struct PairSums {
+    Matrix first, second, crossed;  ///< of a a^H, a' a'^H, a' a^H
+    double pairs = 0.0;
+};
+PairSums& operator+=(PairSums& sums, const PairSums& other) {
+    sums.first += other.first;
+    sums.second += other.second;
+    sums.crossed += other.crossed;
+    sums.pairs += other.pairs;
+    return sums;
+}
+
+/// One wave: the places of its fluctuating fields, and the sums over each segment and over all.
+struct Wave {
+    numerics::Wavevector q;
+    std::vector<int> places;
+    double weight = 1.0;  ///< 1/2 of the real amplitudes at q = 0
+    std::vector<PairSums> parts;
+    PairSums all;
+};
+
+PairSums sums_of(const Eigen::MatrixXcd& a, Eigen::Index begin, Eigen::Index end) {
+    const auto first = a.middleCols(begin, end - begin), second = a.middleCols(begin + 1, end - begin);
+    return {.first = first * first.adjoint(),
+            .second = second * second.adjoint(),
+            .crossed = second * first.adjoint(),
+            .pairs = static_cast<double>(end - begin)};
+}
+
+Wave wave_of(const WaveRecord& record, std::size_t n, const std::vector<int>& present) {
+    Wave wave{.q = record.q[n]};
+    const bool is_mean = wave.q.x == 0.0 && wave.q.y == 0.0;
+    std::vector<Eigen::Index> rows;
+    for (std::size_t i = 0; i < present.size(); ++i) {
+        if (is_mean && present[i] < physics::FieldIndex::bead_velocity_x) continue;  // densities are conserved
+        rows.push_back(static_cast<Eigen::Index>(i));
+        wave.places.push_back(present[i]);
+    }
+    if (is_mean) wave.weight = 0.5;
+    const Eigen::MatrixXcd amplitudes = record.amplitudes[n](rows, Eigen::all);
+    const Eigen::Index pairs = amplitudes.cols() - 1;
+    const auto count = static_cast<Eigen::Index>(segments);
+    for (Eigen::Index s = 0; s < count; ++s)
+        wave.parts.push_back(sums_of(amplitudes, s * pairs / count, (s + 1) * pairs / count));
+    wave.all = wave.parts.front();
+    for (std::size_t s = 1; s < segments; ++s) wave.all += wave.parts[s];
+    return wave;
+}
+
+/// exp(M s), and the covariance of the noise over s.
+struct Step {
+    Matrix propagator, noise;
+};
+
+Step step_of(const physics::Equations& e, const physics::UniformPoint& about, const Wave& wave, double spacing,
+             double area) {
+    const Matrix m = physics::linear_symbol(e, about, wave.q)(wave.places, wave.places);
+    const Matrix q = physics::noise_symbol(e, std::hypot(wave.q.x, wave.q.y))(wave.places, wave.places) / area;
+    const Eigen::Index n = m.rows();
+    Eigen::MatrixXcd block = Eigen::MatrixXcd::Zero(2 * n, 2 * n);
+    block.topLeftCorner(n, n) = -spacing * m;
+    block.topRightCorner(n, n) = spacing * q;
+    block.bottomRightCorner(n, n) = spacing * m.adjoint();
+    const Eigen::MatrixXcd grown = block.exp();
+    const Matrix propagator = grown.bottomRightCorner(n, n).adjoint();
+    const Matrix noise = propagator * grown.topRightCorner(n, n);
+    return {.propagator = propagator, .noise = 0.5 * (noise + noise.adjoint())};
+}
+
+/// Inverse and log-determinant of the covariance of the noise, scaled to unit diagonal: fields have different units.
+struct Whitening {
+    Matrix inverse;
+    double log_determinant = 0.0;
+};
+std::optional<Whitening> whitening_of(const Matrix& noise) {
+    const VectorXd scale = noise.diagonal().real().cwiseSqrt().cwiseInverse();
+    if (!scale.allFinite()) return std::nullopt;
+    const Matrix even = scale.asDiagonal() * noise * scale.asDiagonal();
+    const Eigen::LLT<Matrix> root(even);
+    if (root.info() != Eigen::Success) return std::nullopt;
+    const VectorXd diagonal = root.matrixLLT().diagonal().real();
+    const Matrix inverse = root.solve(Matrix::Identity(even.rows(), even.cols()));
+    return Whitening{.inverse = scale.asDiagonal() * inverse * scale.asDiagonal(),
+                     .log_determinant = 2.0 * (diagonal.array().log().sum() - scale.array().log().sum())};
+}
+
+Matrix residual(const PairSums& sums, const Matrix& propagator) {
+    const Matrix crossed = propagator * sums.crossed.adjoint();
+    return sums.second - crossed - crossed.adjoint() + propagator * sums.first * propagator.adjoint();
+}
+
+/// Minus the logarithm of the likelihood with its slopes, per segment and in all.
+struct Slopes {
+    VectorXd gradient;
+    MatrixXd by_segment;   ///< a column for each segment
+    MatrixXd information;  ///< Fisher's
+};
+
+class Likelihood {
+public:
+    Likelihood(const physics::Model& start, const physics::UniformPoint& about,
+               const std::vector<FittedNumber>& numbers, const WaveRecord& record)
+        : model_(start), about_(about), numbers_(numbers), spacing_(record.spacing), area_(record.area) {
+        const std::vector<int> present = physics::places_of(physics::Equations(start).form);
+        for (std::size_t n = 0; n < record.q.size(); ++n) waves_.push_back(wave_of(record, n, present));
+    }
+
+    VectorXd start() const {
+        VectorXd values(static_cast<Eigen::Index>(numbers_.size()));
+        physics::Model model = model_;
+        for (Eigen::Index i = 0; i < values.size(); ++i) values(i) = number(i).in(model);
+        return values;
+    }
+
+    /// Minus the logarithm of the likelihood; infinite where some amplitude has no noise.
+    double value(const VectorXd& values) const {
+        const physics::Equations e = equations(values);
+        double sum = 0.0;
+        for (const Wave& wave : waves_) {
+            const Step step = step_of(e, about_, wave, spacing_, area_);
+            const std::optional<Whitening> white = whitening_of(step.noise);
+            if (!white) return std::numeric_limits<double>::infinity();
+            sum += wave.weight * (wave.all.pairs * white->log_determinant +
+                                  (white->inverse * residual(wave.all, step.propagator)).trace().real());
+        }
+        return std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
+    }
+
+    /// The first wave with an amplitude that no noise reaches, for messages.
+    std::string without_noise(const VectorXd& values) const {
+        const physics::Equations e = equations(values);
+        for (const Wave& wave : waves_)
+            if (!whitening_of(step_of(e, about_, wave, spacing_, area_).noise))
+                return text("q = ({:.4g}, {:.4g}) /mm", wave.q.x, wave.q.y);
+        return "some q";
+    }
+
+    /// Central differences over `steps` give the slopes of propagator and noise; all else is exact.
+    Slopes slopes(const VectorXd& values, const VectorXd& steps) const {
+        const Eigen::Index n = values.size();
+        Slopes result{.gradient = VectorXd::Zero(n),
+                      .by_segment = MatrixXd::Zero(n, static_cast<Eigen::Index>(segments)),
+                      .information = MatrixXd::Zero(n, n)};
+        const physics::Equations at = equations(values);
+        std::vector<physics::Equations> below, above;
+        VectorXd widths(n);
+        for (Eigen::Index i = 0; i < n; ++i) {
+            VectorXd low = values, high = values;
+            low(i) = std::max(values(i) - steps(i), number(i).least);
+            high(i) = values(i) + steps(i);
+            widths(i) = high(i) - low(i);
+            below.push_back(equations(low));
+            above.push_back(equations(high));
+        }
+        for (const Wave& wave : waves_) {
+            const Step step = step_of(at, about_, wave, spacing_, area_);
+            const std::optional<Whitening> white = whitening_of(step.noise);
+            if (!white) continue;  // value() is infinite there
+            std::vector<Step> slope;
+            for (Eigen::Index i = 0; i < n; ++i) {
+                const Step low = step_of(below[static_cast<std::size_t>(i)], about_, wave, spacing_, area_),
+                           high = step_of(above[static_cast<std::size_t>(i)], about_, wave, spacing_, area_);
+                slope.push_back({.propagator = (high.propagator - low.propagator) / widths(i),
+                                 .noise = (high.noise - low.noise) / widths(i)});
+            }
+            add(wave, step, *white, slope, result);
+        }
+        result.gradient = result.by_segment.rowwise().sum();
+        return result;
+    }
+
+    const FittedNumber& number(Eigen::Index i) const { return numbers_[static_cast<std::size_t>(i)]; }
+
+private:
+    physics::Equations equations(const VectorXd& values) const {
+        physics::Model model = model_;
+        for (Eigen::Index i = 0; i < values.size(); ++i) number(i).in(model) = values(i);
+        return physics::Equations(model);
+    }
+
+    static void add(const Wave& wave, const Step& step, const Whitening& white, const std::vector<Step>& slope,
+                    Slopes& to) {
+        const auto n = static_cast<Eigen::Index>(slope.size());
+        std::vector<Matrix> noise, turned;  // white slopes
+        for (const Step& one : slope) {
+            noise.push_back(white.inverse * one.noise);
+            turned.push_back(white.inverse * one.propagator);
+        }
+        for (std::size_t s = 0; s < segments; ++s) {
+            const PairSums& sums = wave.parts[s];
+            const Matrix left = white.inverse * residual(sums, step.propagator);
+            const Matrix missed = sums.crossed - step.propagator * sums.first;  // of a' given a, with a
+            for (Eigen::Index i = 0; i < n; ++i) {
+                const auto k = static_cast<std::size_t>(i);
+                const std::complex<double> by_noise = sums.pairs * noise[k].trace() - (noise[k] * left).trace(),
+                                           by_step = (turned[k] * missed.adjoint()).trace();
+                to.by_segment(i, static_cast<Eigen::Index>(s)) += wave.weight * (by_noise - 2.0 * by_step).real();
+            }
+        }
+        for (Eigen::Index i = 0; i < n; ++i)
+            for (Eigen::Index j = 0; j < n; ++j) {
+                const auto k = static_cast<std::size_t>(i), l = static_cast<std::size_t>(j);
+                const std::complex<double> by_noise = wave.all.pairs * (noise[k] * noise[l]).trace(),
+                                           by_step =
+                                               (turned[k] * wave.all.first * slope[l].propagator.adjoint()).trace();
+                to.information(i, j) += wave.weight * (by_noise + 2.0 * by_step).real();
+            }
+    }
+
+    physics::Model model_;
+    physics::UniformPoint about_;
+    const std::vector<FittedNumber>& numbers_;
+    double spacing_, area_;
+    std::vector<Wave> waves_;
+};
+
+/// Steps for differences: a thousandth of a standard error, and no less than rounding allows.
+VectorXd difference_steps(const VectorXd& values, const VectorXd& errors) {
+    return (1e-3 * errors).cwiseMax(1e-6 * values.cwiseAbs()).cwiseMax(1e-12);
+}
+
+/// Inverse of the information; throws where a combination of numbers is not determined.
+MatrixXd covariance_of(const MatrixXd& information, const Likelihood& likelihood) {
+    const VectorXd diagonal = information.diagonal();
+    for (Eigen::Index i = 0; i < diagonal.size(); ++i)
+        require(diagonal(i) > 0.0, {}, "the waves do not depend on {}; expected numbers that change them: leave it out",
+                likelihood.number(i).key);
+    const VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
+    const MatrixXd even = scale.asDiagonal() * information * scale.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(even);
+    if (modes.eigenvalues()(0) < 1e-9) {
+        const VectorXd weak = modes.eigenvectors().col(0);
+        std::vector<std::string> together;
+        for (Eigen::Index i = 0; i < weak.size(); ++i)
+            if (std::abs(weak(i)) > 0.1) together.push_back(likelihood.number(i).key);
+        fail_input({},
+                   "the waves determine only a combination of {}; expected numbers that change them differently: "
+                   "leave one of these out, and give its value to the scene",
+                   joined(together, " and "));
+    }
+    const MatrixXd inverse =
+        modes.eigenvectors() * modes.eigenvalues().cwiseInverse().asDiagonal() * modes.eigenvectors().transpose();
+    return scale.asDiagonal() * inverse * scale.asDiagonal();
+}
+}  // namespace
+
+namespace {
+/// A step of scoring: damping times the diagonal is added to the information; numbers that would pass their bound stay
+/// there.
+VectorXd scored(const VectorXd& values, const Slopes& slopes, double damping, const Likelihood& likelihood) {
+    const Eigen::Index n = values.size();
+    std::vector<Eigen::Index> free(static_cast<std::size_t>(n));
+    std::iota(free.begin(), free.end(), Eigen::Index{0});
+    const auto least = [&](Eigen::Index i) { return likelihood.number(i).least; };
+    std::erase_if(free, [&](Eigen::Index i) { return values(i) <= least(i) && slopes.gradient(i) > 0.0; });
+    const VectorXd diagonal = slopes.information.diagonal()(free);
+    const VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
+    MatrixXd even = scale.asDiagonal() * MatrixXd(slopes.information(free, free)) * scale.asDiagonal();
+    even.diagonal().array() += damping;
+    const VectorXd step = scale.asDiagonal() * even.ldlt().solve(scale.asDiagonal() * VectorXd(slopes.gradient(free)));
+    VectorXd next = values;
+    for (std::size_t k = 0; k < free.size(); ++k) {
+        const Eigen::Index i = free[k];
+        next(i) = std::max(values(i) - step(static_cast<Eigen::Index>(k)), least(i));
+    }
+    return next;
+}
+
+/// The fit at the maximum.  Its errors: information^-1 (sum of g g^T over segments) information^-1, g being the slopes
+/// of one segment.
+WaveFit fit_at(const VectorXd& values, const Likelihood& likelihood, const VectorXd& steps, int iterations,
+               const WaveRecord& record) {
+    const Slopes slopes = likelihood.slopes(values, steps);
+    const MatrixXd covariance = covariance_of(slopes.information, likelihood);
+    const auto count = static_cast<double>(segments);
+    const MatrixXd centred = slopes.by_segment.colwise() - slopes.gradient / count;
+    const MatrixXd scatter = centred * centred.transpose() * (count / (count - 1.0));
+    WaveFit fit{.values = values,
+                .errors = (covariance * scatter * covariance).diagonal().cwiseSqrt(),
+                .errors_of_model = covariance.diagonal().cwiseSqrt(),
+                .at_bound = {},
+                .pairs = static_cast<std::size_t>(record.amplitudes.front().cols() - 1),
+                .iterations = iterations};
+    for (Eigen::Index i = 0; i < values.size(); ++i) fit.at_bound.push_back(values(i) <= likelihood.number(i).least);
+    return fit;
+}
+
+std::string described(const VectorXd& values, const Likelihood& likelihood) {
+    std::vector<std::string> words;
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+        words.push_back(text("{} = {:.4g}", likelihood.number(i).key, values(i)));
+    return joined(words);
+}
+
+void check_record(const WaveRecord& record, const std::vector<FittedNumber>& numbers) {
+    require(!numbers.empty(), {}, "no number to fit; expected at least one, such as relaxation.rate");
+    require(!record.q.empty(), {}, "no wave; expected at least one");
+    const Eigen::Index pairs = record.amplitudes.front().cols() - 1;
+    require(pairs >= static_cast<Eigen::Index>(min_wave_pairs), {},
+            "{} pairs of frames; expected at least {}: record more frames", pairs, min_wave_pairs);
+}
+}  // namespace
+
+WaveFit fit_waves(const physics::Model& start, const physics::UniformPoint& about,
+                  const std::vector<FittedNumber>& numbers, const WaveRecord& record) {
+    check_record(record, numbers);
+    const Likelihood likelihood(start, about, numbers, record);
+    VectorXd values = likelihood.start(), steps = difference_steps(values, VectorXd::Zero(values.size()));
+    double value = likelihood.value(values);
+    require(std::isfinite(value), {},
+            "the scene has no noise that reaches every field of the wave at {}; expected noise: give noise.order, "
+            "noise.velocity, noise.rods or noise.beads, and driving.strength where the beads have no other",
+            likelihood.without_noise(values));
+    constexpr int most = 200;
+    double damping = 1e-3;
+    for (int iteration = 1; iteration <= most; ++iteration) {
+        const Slopes slopes = likelihood.slopes(values, steps);
+        const VectorXd errors = covariance_of(slopes.information, likelihood).diagonal().cwiseSqrt();
+        steps = difference_steps(values, errors);
+        bool is_better = false;
+        VectorXd next = values;
+        double found = value;
+        for (; damping < 1e12 && !is_better; damping *= is_better ? 0.1 : 10.0) {
+            next = scored(values, slopes, damping, likelihood);
+            found = likelihood.value(next);
+            is_better = found <= value;
+        }
+        const double moved = ((next - values).array() / errors.array()).abs().maxCoeff();
+        if (is_better) values = next, value = found;
+        if (!is_better || moved < 1e-4) return fit_at(values, likelihood, steps, iteration, record);
+    }
+    fail_run("no maximum of the likelihood after {} steps, at {}; expected one: start from values nearer to it", most,
+             described(values, likelihood));
+}
+
+WaveRecord thinned(const WaveRecord& record, std::size_t every) {
+    WaveRecord result{.spacing = record.spacing * static_cast<double>(every), .area = record.area, .q = record.q};
+    for (const Eigen::MatrixXcd& all : record.amplitudes) {
+        const auto step = static_cast<Eigen::Index>(every);
+        result.amplitudes.push_back(all(Eigen::all, Eigen::seq(0, all.cols() - 1, step)));
+    }
+    return result;
+}
+}  // namespace drover::calibrate

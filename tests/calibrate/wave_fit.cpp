@@ -1,0 +1,250 @@
+// tests/calibrate/wave_fit.cpp: coefficients from waves of runs whose coefficients are known.
+#include "drover/calibrate/wave_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/refusal.hpp"
+#include "drover/numerics/stepper.hpp"
+#include "drover/numerics/wavenumbers.hpp"
+#include "drover/physics/coefficient_registry.hpp"
+#include "drover/physics/linear_theory.hpp"
+#include "drover/physics/uniform_states.hpp"
+#include "physics/evolution.hpp"
+
+namespace drover::calibrate {
+namespace {
+
+constexpr numerics::Grid grid{8, 8, 10.0, 8.0};
+
+/// Rods about their isotropic state.
+physics::Model rods() {
+    return {.uniform = {.rod_density = 1.0},
+            .current = {.speed = 0.8},
+            .relaxation = {.rate = 0.4},
+            .elasticity = {.stiffness = 0.3},
+            .pressure = {.rods = 0.5},
+            .diffusion = {.rods = 0.1},
+            .noise = {.order = 0.3, .rods = 0.1}};
+}
+
+/// Rods and beads about their isotropic state; every field has noise of its own.
+physics::Model rods_and_beads() {
+    physics::Model model = rods();
+    model.fields = {.bead_density = true, .rod_density = true, .bead_velocity = "dynamic"};
+    model.uniform.bead_density = 1.2;
+    model.inertia.bead_mass = 1.3;
+    model.drag.coefficient = 1.1;
+    model.viscosity = {.shear = 0.5, .bulk = 0.3};
+    model.driving.strength = 0.6;
+    model.stiffness = {.beads = 0.9, .rods = 0.3};
+    model.weathercock.strength = 0.25;
+    model.pressure.beads = 0.2;
+    model.diffusion.beads = 0.1;
+    model.noise.beads = 0.05;
+    model.noise.velocity = 0.2;
+    return model;
+}
+
+std::vector<FittedNumber> fitted(const std::vector<std::string>& keys) {
+    std::vector<FittedNumber> numbers;
+    for (const std::string& key : keys) {
+        const physics::CoefficientRow& row = physics::coefficient_row(key);
+        numbers.push_back({.key = key, .in = row.value, .least = row.range.min});
+    }
+    return numbers;
+}
+
+/// The longest waves of a run, frame by frame.
+class Recorder {
+public:
+    Recorder(const physics::Form& form, double spacing, Eigen::Index frames) {
+        record.spacing = spacing;
+        record.area = numerics::area(grid);
+        for (const auto& [column, row] : {std::pair<std::size_t, std::size_t>{0, 0}, {1, 0}, {0, 1}, {1, 1}, {1, 7}}) {
+            modes_.push_back(row * numerics::columns(grid) + column);
+            record.q.push_back(numerics::wavevector(grid, column, row));
+            record.amplitudes.emplace_back(numerics::components(physics::layout(form)), frames);
+        }
+    }
+    void add(Eigen::Index frame, const numerics::Spectra& state) {
+        for (std::size_t n = 0; n < modes_.size(); ++n)
+            for (int c = 0; c < state.count(); ++c) record.amplitudes[n](c, frame) = state[c][modes_[n]];
+    }
+    WaveRecord record;
+
+private:
+    std::vector<std::size_t> modes_;
+};
+
+/// A linear run from its stationary state, exact at any step.
+WaveRecord stationary_record(const physics::Model& model, double spacing, Eigen::Index frames, std::uint64_t seed) {
+    const physics::Equations e(model);
+    const numerics::System system = physics::linear_system(model, grid);
+    Threads threads(1);
+    numerics::Stepper stepper(system, numerics::stepper_table("etdrk2"), spacing, seed, threads);
+    numerics::Spectra state(grid, numerics::components(physics::layout(e.form)));
+    numerics::draw_stationary(system, {.seed = seed, .stream = Stream::stationary_state}, state);
+    Recorder recorder(e.form, spacing, frames);
+    for (Eigen::Index k = 0; k < frames; ++k) {
+        recorder.add(k, state);
+        stepper.step(spacing * static_cast<double>(k), static_cast<std::uint64_t>(k), state);
+    }
+    return recorder.record;
+}
+
+physics::UniformPoint rest_of(const physics::Model& model) {
+    return physics::at_rest(physics::reference(model.uniform));
+}
+
+/// The model with each fitted number at a multiple of its value.
+physics::Model scaled(physics::Model model, const std::vector<FittedNumber>& numbers) {
+    double factor = 0.5;  // 0.5, 2, 0.5, ...
+    for (const FittedNumber& number : numbers) {
+        number.in(model) *= factor;
+        factor = 1.0 / factor;
+    }
+    return model;
+}
+
+/// (estimate - truth)/error of each number, from other starting values.
+Eigen::VectorXd deviations(physics::Model truth, const std::vector<FittedNumber>& numbers, const WaveRecord& record) {
+    const WaveFit fit = fit_waves(scaled(truth, numbers), rest_of(truth), numbers, record);
+    Eigen::VectorXd result(fit.values.size());
+    for (Eigen::Index i = 0; i < result.size(); ++i) {
+        const double known = numbers[static_cast<std::size_t>(i)].in(truth);
+        result(i) = (fit.values(i) - known) / fit.errors(i);
+        EXPECT_NEAR(fit.errors(i) / fit.errors_of_model(i), 1.0, 0.7) << numbers[static_cast<std::size_t>(i)].key;
+    }
+    return result;
+}
+
+// 200 runs: a share of 68 % is known to 3.3 %, and with errors from 32 segments, of Student's t, it is 67.5 %.
+TEST(WaveFitStatistics, covers_the_true_coefficients_as_often_as_its_errors_say) {
+    const physics::Model model = rods();
+    const std::vector<FittedNumber> numbers = fitted({"relaxation.rate", "elasticity.stiffness", "current.speed",
+                                                      "pressure.rods", "diffusion.rods", "noise.order", "noise.rods"});
+    constexpr int runs = 200;
+    Eigen::ArrayXd inside = Eigen::ArrayXd::Zero(static_cast<Eigen::Index>(numbers.size()));
+    int far = 0;
+    for (int run = 0; run < runs; ++run) {
+        const Eigen::ArrayXd z =
+            deviations(model, numbers, stationary_record(model, 0.5, 401, static_cast<std::uint64_t>(run + 1)));
+        inside += (z.abs() < 1.0).cast<double>();
+        far += static_cast<int>((z.abs() > 3.0).count());
+    }
+    for (Eigen::Index i = 0; i < inside.size(); ++i)
+        EXPECT_NEAR(inside(i) / runs, 0.675, 3.0 * 0.033) << numbers[static_cast<std::size_t>(i)].key;
+    EXPECT_LE(far, 20);  // of 1400; Student's t has 0.5 %: 7(3)
+}
+
+TEST(WaveFit, finds_all_coefficients_of_rods_and_beads) {
+    const physics::Model model = rods_and_beads();
+    const std::vector<FittedNumber> numbers =
+        fitted({"relaxation.rate", "elasticity.stiffness", "current.speed", "pressure.rods", "pressure.beads",
+                "weathercock.strength", "drag.coefficient", "driving.strength", "viscosity.shear", "viscosity.bulk",
+                "stiffness.beads", "stiffness.rods", "noise.order", "noise.velocity", "noise.rods", "noise.beads"});
+    const Eigen::VectorXd z = deviations(model, numbers, stationary_record(model, 0.3, 3001, 5));
+    for (Eigen::Index i = 0; i < z.size(); ++i)
+        EXPECT_LT(std::abs(z(i)), 3.5) << numbers[static_cast<std::size_t>(i)].key;  // of 16: 1 % beyond
+}
+
+TEST(WaveFit, finds_the_flow_exactly_where_only_the_rods_drive_it) {
+    physics::Model model = rods_and_beads();
+    model.noise.velocity = 0.0;
+    const std::vector<FittedNumber> numbers = fitted({"relaxation.rate", "drag.coefficient", "driving.strength"});
+    const WaveRecord record = stationary_record(model, 0.3, 1001, 6);
+    const Eigen::VectorXd z = deviations(model, numbers, record);
+    EXPECT_LT(z.cwiseAbs().maxCoeff(), 3.5);
+    const WaveFit fit = fit_waves(model, rest_of(model), numbers, record);
+    // Within a step noise on p changes v by its integral: errors of alpha are far below those of a.
+    EXPECT_LT(fit.errors(2) / model.driving.strength, 0.3 * fit.errors(0) / model.relaxation.rate);
+}
+
+TEST(WaveFit, does_not_depend_on_the_spacing_of_the_frames) {
+    const physics::Model model = rods();
+    const std::vector<FittedNumber> numbers = fitted({"relaxation.rate", "elasticity.stiffness", "current.speed"});
+    const WaveRecord record = stationary_record(model, 0.25, 4001, 7);
+    for (const std::size_t every : {1, 2, 8}) {
+        const WaveRecord some = thinned(record, every);
+        EXPECT_EQ(some.amplitudes.front().cols(), 4000 / static_cast<Eigen::Index>(every) + 1);
+        EXPECT_LT(deviations(model, numbers, some).cwiseAbs().maxCoeff(), 3.5) << every;
+    }
+}
+
+TEST(WaveFit, of_a_flock_finds_what_stops_and_what_carries_its_order) {
+    constexpr double weak = 1e-6;  // of a natural noise: waves of 1e-3 of the order, so that they are linear to 1e-6
+    physics::Model model = rods();
+    model.relaxation = {.rate = -0.4, .saturation = 0.9};
+    model.advection = {.strength = 0.5};
+    model.orienting_field = {.x = 0.05};  // holds the direction
+    model.pressure.rods = 0.2;
+    model.noise = {.order = 0.3 * weak, .rods = 0.1 * weak};
+    physics::Evolution run(model, grid);
+    const physics::StationaryStates states = physics::stationary_states(physics::Equations(model));
+    const physics::UniformPoint flock = states.states.front().point;
+    ASSERT_GT(flock.order.x(), 0.5);
+    numerics::Spectra state(grid, 3);
+    state[0][0] = flock.rod_density;
+    state[1][0] = flock.order.x();
+    Recorder recorder(run.form, 0.4, 2001);
+    numerics::Stepper stepper = run.stepper("etdrk4-krogstad", 0.1);
+    for (Eigen::Index k = 0; k < 2001; ++k) {
+        recorder.add(k, state);
+        for (std::uint64_t n = 0; n < 4; ++n) stepper.step(0.0, static_cast<std::uint64_t>(k) * 4 + n, state);
+    }
+    recorder.record.q.erase(recorder.record.q.begin());  // the mean has the order of the flock itself
+    recorder.record.amplitudes.erase(recorder.record.amplitudes.begin());
+    const std::vector<FittedNumber> numbers =
+        fitted({"relaxation.saturation", "advection.strength", "elasticity.stiffness", "pressure.rods", "noise.order"});
+    const WaveFit fit = fit_waves(scaled(model, numbers), flock, numbers, recorder.record);
+    for (Eigen::Index i = 0; i < fit.values.size(); ++i) {
+        const FittedNumber& number = numbers[static_cast<std::size_t>(i)];
+        EXPECT_LT(std::abs(fit.values(i) - number.in(model)), 3.5 * fit.errors(i)) << number.key;
+        EXPECT_LT(fit.errors(i), 0.2 * number.in(model)) << number.key;
+    }
+}
+
+TEST(WaveFit, keeps_a_coefficient_at_its_least_value_where_waves_would_prefer_less) {
+    physics::Model model = rods();
+    int at_bound = 0;
+    constexpr int runs = 12;
+    for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+        const WaveRecord record = stationary_record(model, 0.5, 401, seed);
+        physics::Model start = model;
+        start.elasticity.splay = 0.2;  // it is 0 in truth
+        const WaveFit fit = fit_waves(start, rest_of(model), fitted({"elasticity.splay"}), record);
+        EXPECT_GE(fit.values(0), 0.0);
+        EXPECT_LT(fit.values(0), 4.0 * fit.errors(0));
+        EXPECT_EQ(fit.at_bound[0], fit.values(0) == 0.0);
+        at_bound += fit.at_bound[0] ? 1 : 0;
+    }
+    EXPECT_GE(at_bound, 2);  // half of them; 1 or none has a chance of 0.3 %
+    EXPECT_LE(at_bound, 10);
+}
+
+TEST(WaveFit, refuses_what_waves_do_not_determine) {
+    const physics::Model model = rods_and_beads();
+    const WaveRecord record = stationary_record(model, 0.3, 201, 8);
+    const auto refusal = [&](const std::vector<std::string>& keys, const physics::Model& start) {
+        return refusal_of([&] { (void)fit_waves(start, rest_of(start), fitted(keys), record); });
+    };
+    EXPECT_EQ(refusal({"relaxation.rate", "relaxation.contact"}, model),
+              "the waves determine only a combination of relaxation.rate and relaxation.contact; expected numbers that "
+              "change them differently: leave one of these out, and give its value to the scene");
+    EXPECT_EQ(refusal({"advection.strength"}, model),
+              "the waves do not depend on advection.strength; expected numbers that change them: leave it out");
+    physics::Model quiet = model;
+    quiet.noise = {};
+    EXPECT_EQ(refusal({"relaxation.rate"}, quiet),
+              "the scene has no noise that reaches every field of the wave at q = (0, 0) /mm; expected noise: give "
+              "noise.order, noise.velocity, noise.rods or noise.beads, and driving.strength where the beads have no "
+              "other");
+    EXPECT_EQ(refusal_of(
+                  [&] { (void)fit_waves(model, rest_of(model), fitted({"relaxation.rate"}), thinned(record, 8)); }),
+              "25 pairs of frames; expected at least 64: record more frames");
+}
+
+}  // namespace
+}  // namespace drover::calibrate
