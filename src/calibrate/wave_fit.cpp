@@ -45,6 +45,8 @@ struct Wave {
     PairSums all;
 };
 
+using Amplitudes = Eigen::Map<const Eigen::MatrixXcd>;  // a column for each frame
+
 PairSums sums_of(const Eigen::MatrixXcd& a, Eigen::Index begin, Eigen::Index end) {
     const auto first = a.middleCols(begin, end - begin), second = a.middleCols(begin + 1, end - begin);
     return {.first = first * first.adjoint(),
@@ -63,7 +65,9 @@ Wave wave_of(const WaveRecord& record, std::size_t n, const std::vector<int>& pr
         wave.places.push_back(present[i]);
     }
     if (is_mean) wave.weight = 0.5;
-    const Eigen::MatrixXcd amplitudes = record.amplitudes[n](rows, Eigen::all);
+    const Amplitudes whole(record.amplitudes[n].data(), static_cast<Eigen::Index>(present.size()),
+                           static_cast<Eigen::Index>(record.frames));
+    const Eigen::MatrixXcd amplitudes = whole(rows, Eigen::all);
     const Eigen::Index pairs = amplitudes.cols() - 1;
     const auto count = static_cast<Eigen::Index>(segments);
     for (Eigen::Index s = 0; s < count; ++s)
@@ -294,20 +298,19 @@ VectorXd scored(const VectorXd& values, const Slopes& slopes, double damping, co
 
 /// The fit at the maximum.  Its errors: information^-1 (sum of g g^T over segments) information^-1, g being the slopes
 /// of one segment.
-WaveFit fit_at(const VectorXd& values, const Likelihood& likelihood, const VectorXd& steps, int iterations,
-               const WaveRecord& record) {
+WaveFit fit_at(const VectorXd& values, const Likelihood& likelihood, const VectorXd& steps, int iterations) {
     const Slopes slopes = likelihood.slopes(values, steps);
     const MatrixXd covariance = covariance_of(slopes.information, likelihood);
     const auto count = static_cast<double>(segments);
     const MatrixXd centred = slopes.by_segment.colwise() - slopes.gradient / count;
     const MatrixXd scatter = centred * centred.transpose() * (count / (count - 1.0));
-    WaveFit fit{.values = values,
-                .errors = (covariance * scatter * covariance).diagonal().cwiseSqrt(),
-                .errors_of_model = covariance.diagonal().cwiseSqrt(),
-                .at_bound = {},
-                .pairs = static_cast<std::size_t>(record.amplitudes.front().cols() - 1),
-                .iterations = iterations};
-    for (Eigen::Index i = 0; i < values.size(); ++i) fit.at_bound.push_back(values(i) <= likelihood.number(i).least);
+    const VectorXd variances = (covariance * scatter * covariance).diagonal();
+    WaveFit fit{.values = {}, .iterations = iterations};
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+        fit.values.push_back({.value = values(i),
+                              .error = std::sqrt(variances(i)),
+                              .error_of_model = std::sqrt(covariance(i, i)),
+                              .at_bound = values(i) <= likelihood.number(i).least});
     return fit;
 }
 
@@ -321,9 +324,8 @@ std::string described(const VectorXd& values, const Likelihood& likelihood) {
 void check_record(const WaveRecord& record, const std::vector<FittedNumber>& numbers) {
     require(!numbers.empty(), {}, "no number to fit; expected at least one, such as relaxation.rate");
     require(!record.q.empty(), {}, "no wave; expected at least one");
-    const Eigen::Index pairs = record.amplitudes.front().cols() - 1;
-    require(pairs >= static_cast<Eigen::Index>(min_wave_pairs), {},
-            "{} pairs of frames; expected at least {}: record more frames", pairs, min_wave_pairs);
+    require(record.frames > min_wave_pairs, {}, "{} frames; expected at least {}: record more frames", record.frames,
+            min_wave_pairs + 1);
 }
 }  // namespace
 
@@ -353,17 +355,24 @@ WaveFit fit_waves(const physics::Model& start, const physics::UniformPoint& abou
         }
         const double moved = ((next - values).array() / errors.array()).abs().maxCoeff();
         if (is_better) values = next, value = found;
-        if (!is_better || moved < 1e-4) return fit_at(values, likelihood, steps, iteration, record);
+        if (!is_better || moved < 1e-4) return fit_at(values, likelihood, steps, iteration);
     }
     fail_run("no maximum of the likelihood after {} steps, at {}; expected one: start from values nearer to it", most,
              described(values, likelihood));
 }
 
 WaveRecord thinned(const WaveRecord& record, std::size_t every) {
-    WaveRecord result{.spacing = record.spacing * static_cast<double>(every), .area = record.area, .q = record.q};
-    for (const Eigen::MatrixXcd& all : record.amplitudes) {
-        const auto step = static_cast<Eigen::Index>(every);
-        result.amplitudes.push_back(all(Eigen::all, Eigen::seq(0, all.cols() - 1, step)));
+    WaveRecord result{.spacing = record.spacing * static_cast<double>(every),
+                      .area = record.area,
+                      .frames = (record.frames + every - 1) / every,
+                      .q = record.q};
+    for (const auto& all : record.amplitudes) {
+        const std::size_t fields = all.size() / record.frames;
+        std::vector<std::complex<double>> kept;
+        for (std::size_t frame = 0; frame < record.frames; frame += every)
+            kept.insert(kept.end(), all.begin() + static_cast<std::ptrdiff_t>(frame * fields),
+                        all.begin() + static_cast<std::ptrdiff_t>((frame + 1) * fields));
+        result.amplitudes.push_back(std::move(kept));
     }
     return result;
 }

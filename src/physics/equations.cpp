@@ -125,6 +125,19 @@ Symbol linear_symbol(const Equations& equations, const UniformPoint& about, cons
     return reduced(equations, force_symbol(equations, about, q), about, force);
 }
 
+Symbol noise_symbol(const Equations& equations, double q) {
+    const Noise& noise = equations.model.noise;
+    Symbol result = Symbol::Zero();
+    if (equations.form.bead_density >= 0)
+        result(FieldIndex::bead_density, FieldIndex::bead_density) = noise.beads * q * q;
+    if (equations.form.rod_density >= 0) result(FieldIndex::rod_density, FieldIndex::rod_density) = noise.rods * q * q;
+    result(FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x) =
+        result(FieldIndex::bead_velocity_y, FieldIndex::bead_velocity_y) = noise.velocity;
+    result(FieldIndex::polar_order_x, FieldIndex::polar_order_x) =
+        result(FieldIndex::polar_order_y, FieldIndex::polar_order_y) = noise.order;
+    return result;
+}
+
 Symbol propagator_symbol(const Equations& equations, const Reference& reference, double q) {
     Symbol m = Symbol::Zero();
     for (const Term& term : equations.active) add_isotropic_part(equations, term, reference, q, m);

@@ -32,19 +32,6 @@ StructureFactor structure_factor_of(const Symbol& s, const numerics::Wavevector&
 }
 }  // namespace
 
-Symbol noise_symbol(const Equations& equations, double q) {
-    const Noise& noise = equations.model.noise;
-    Symbol result = Symbol::Zero();
-    if (equations.form.bead_density >= 0)
-        result(FieldIndex::bead_density, FieldIndex::bead_density) = noise.beads * q * q;
-    if (equations.form.rod_density >= 0) result(FieldIndex::rod_density, FieldIndex::rod_density) = noise.rods * q * q;
-    result(FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x) =
-        result(FieldIndex::bead_velocity_y, FieldIndex::bead_velocity_y) = noise.velocity;
-    result(FieldIndex::polar_order_x, FieldIndex::polar_order_x) =
-        result(FieldIndex::polar_order_y, FieldIndex::polar_order_y) = noise.order;
-    return result;
-}
-
 Symbol structure_matrix(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
     const std::vector<int> present = places_of(equations.form);
     const ModeShapes m = linear_symbol(equations, about, q)(present, present);

@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "drover/numerics/wavenumbers.hpp"
-#include "drover/physics/fluctuations.hpp"
 #include "drover/physics/term.hpp"
 #include "linear_part.hpp"
 

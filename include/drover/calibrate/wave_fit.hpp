@@ -1,6 +1,6 @@
 // calibrate/wave_fit.hpp: coefficients of the field equations from recorded waves, by maximum likelihood.
 #pragma once
-#include <Eigen/Core>
+#include <complex>
 #include <functional>
 #include <limits>
 #include <string>
@@ -12,11 +12,12 @@ namespace drover::calibrate {
 
 /// Fourier amplitudes of the fields at equal times, a(q) = integral of a exp(-i q r)/area.
 struct WaveRecord {
-    double spacing = 0.0;                      ///< between two frames [s]
-    double area = 0.0;                         ///< of the cell [mm^2]
+    double spacing = 0.0;  ///< between two frames [s]
+    double area = 0.0;     ///< of the cell [mm^2]
+    std::size_t frames = 0;
     std::vector<numerics::Wavevector> q = {};  ///< one of each pair q and -q; (0, 0) for the means of v and p
-    /// Of each wave: a row for each place of physics::places_of(form), vectors by components; a column for each frame.
-    std::vector<Eigen::MatrixXcd> amplitudes = {};
+    /// Of each wave, frame after frame: the fields in the order of physics::places_of(form), vectors by components.
+    std::vector<std::vector<std::complex<double>>> amplitudes = {};
 };
 
 /// Every k-th frame.
@@ -29,14 +30,15 @@ struct FittedNumber {
     double least = -std::numeric_limits<double>::infinity();
 };
 
-/// Estimates, in the order of the fitted numbers.
+struct FittedValue {
+    double value = 0.0;
+    /// Standard error, from the scatter of segments of time: it also holds where waves do not follow the model exactly.
+    double error = 0.0;
+    double error_of_model = 0.0;  ///< the one that the model predicts, by its Fisher information
+    bool at_bound = false;        ///< the value is the least allowed, and the waves would prefer a smaller one
+};
 struct WaveFit {
-    Eigen::VectorXd values;
-    /// From the scatter of segments of time, so that it also holds where the waves do not follow the model exactly.
-    Eigen::VectorXd errors;
-    Eigen::VectorXd errors_of_model;  ///< those that the model predicts, by its Fisher information
-    std::vector<bool> at_bound;       ///< the value is the least allowed, and the waves would prefer a smaller one
-    std::size_t pairs = 0;            ///< of consecutive frames
+    std::vector<FittedValue> values;  ///< in the order of the fitted numbers
     int iterations = 0;
 };
 

@@ -47,6 +47,9 @@ Symbol force_symbol(const Equations& equations, const UniformPoint& about, const
 /// slaved velocity is eliminated.
 Symbol linear_symbol(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
 
+/// Strengths of the noise at |q|: <f f^H> = noise_symbol delta(t - t') per area.
+Symbol noise_symbol(const Equations& equations, double q);
+
 /// The part of the linear symbol about a reference that the propagator integrates, at q along x.
 Symbol propagator_symbol(const Equations& equations, const Reference& reference, double q);
 

@@ -10,9 +10,6 @@
 
 namespace drover::physics {
 
-/// Strengths of the noise at |q|: <f f^H> = noise_symbol delta(t - t') per area.
-Symbol noise_symbol(const Equations& equations, double q);
-
 /// Equal-time structure factors S = <a_q a_q^H>/area of all fields at one wavevector, indexed as Symbol.  Solves
 /// m S + S m^H + Q = 0 by the complex Schur form of m, which also handles defective m.  Throws a run Error if a mode
 /// does not decay.
