@@ -31,6 +31,7 @@ void add_states(CLI::App& program, Action& action);
 void add_tradeoff(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
 void add_export(CLI::App& program, Action& action);
+void add_fit(CLI::App& program, Action& action);
 void add_film(CLI::App& program, Action& action);
 void add_schema(CLI::App& program, Action& action);
 

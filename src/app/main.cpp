@@ -92,7 +92,7 @@ int act(const std::vector<std::string>& words) {
     program.footer("Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
     Action action;
     for (const auto add : {add_run, add_restart, add_sweep, add_calibrate, add_stability, add_boundary, add_states,
-                           add_tradeoff, add_check, add_explain, add_info, add_export, add_film, add_schema})
+                           add_tradeoff, add_check, add_explain, add_info, add_fit, add_export, add_film, add_schema})
         add(program, action);
     reject_unknown_command(program, words);
     try {

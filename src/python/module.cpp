@@ -27,6 +27,7 @@
 #include "drover/run/step_choice.hpp"
 #include "drover/run/sweep.hpp"
 #include "drover/run/tradeoff.hpp"
+#include "drover/run/wave_fit.hpp"
 #include "drover/run/write_result.hpp"
 #include "run/json.hpp"
 
@@ -208,6 +209,26 @@ void bind_theory(py::module_& module) {
         },
         py::arg("scene"), py::arg("speed") = py::none(), py::arg("settle") = py::none(), py::arg("follow") = "",
         py::arg("points") = run::StatesOptions{}.max_points, py::arg("threads") = 0);
+}
+
+void bind_fit(py::module_& module) {
+    module.def(
+        "fit",
+        [](const std::string& archive, const std::vector<std::string>& keys, const std::optional<io::Scene>& scene,
+           double max_wavenumber, double begin, double end, int every) {
+            const run::WaveFitOptions options{.archive = archive,
+                                              .keys = keys,
+                                              .max_wavenumber = max_wavenumber,
+                                              .begin = begin,
+                                              .end = end,
+                                              .every = every};
+            return interruptibly([&] {
+                const io::Scene model = scene ? *scene : run::fitted_scene(archive, "", {});
+                return run::result_json(run::make_wave_fit(model, options)).dump();
+            });
+        },
+        py::arg("archive"), py::arg("keys"), py::arg("scene"), py::arg("max_wavenumber"), py::arg("begin"),
+        py::arg("end"), py::arg("every"));
 }
 
 /// Whether a scene is valid and fits: its warnings.  Throws as drover check fails.
@@ -392,6 +413,7 @@ PYBIND11_MODULE(_drover, module) {
     bind_scene(module);
     bind_session(module);
     bind_theory(module);
+    bind_fit(module);
     bind_runs(module);
     module.def("version", [] {
         const Version built = version();

@@ -6,6 +6,7 @@
 
 #include "drover/physics/binodal.hpp"
 #include "drover/physics/regimes.hpp"
+#include "drover/run/signals.hpp"
 #include "run/travelling_start.hpp"
 
 namespace drover::run {

@@ -13,10 +13,6 @@ namespace drover::run {
 
 using physics::TravellingState;
 
-void check_stop_signal() {
-    if (stop_signal() != 0) fail_run("stopped by signal {} before the states were found", stop_signal());
-}
-
 io::Scene line_of(const io::Scene& scene) {
     io::Scene line = scene;
     line.grid.ny = 1;

@@ -7,9 +7,6 @@
 
 namespace drover::run {
 
-/// Throws a run Error after a signal to stop.
-void check_stop_signal();
-
 /// The scene on one row of points, without noise.
 io::Scene line_of(const io::Scene& scene);
 

@@ -22,6 +22,7 @@ COMMANDS = {
     "check": ["scene", "--set", "--output", "--threads", "--resolved"],
     "explain": ["scene", "--set", "--output", "--threads", "--json"],
     "info": ["archive", "--scene", "--json"],
+    "fit": ["archive", "keys", "--scene", "--set", "--max-wavenumber", "--from", "--to", "--every", "--json"],
     "schema": ["--json"],
 }
 BRIEF = {**SMALL, "time.end": 2.0, "output.frame_every": 1.0}

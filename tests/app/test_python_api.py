@@ -44,6 +44,8 @@ COMMANDS = {
     "info": (drover.info, {"archive": "file", "--scene": "The attribute scene of what it returns"}),
     "export": (drover.export, {"archive": "archive", "--output": "output", "--frame": "frame", "--every": "every",
                                "--bodies": "bodies", "--overwrite": "overwrite"}),
+    "fit": (drover.fit, {"archive": "archive", "keys": "keys", "--scene": "scene", "--max-wavenumber": "max_wavenumber",
+                         "--from": "begin", "--to": "end", "--every": "every"}),
     "film": (drover.film, {"archive": "run", "--output": "output", "--every": "every", "--rate": "rate"}),
     "schema": (drover.schema, {"--kind": "kind", "--coefficients": "Drover.coefficients"}),
 }

@@ -26,6 +26,9 @@ private:
 /// The signal that requested a stop, or 0.
 int stop_signal();
 
+/// For work without a result to keep: throws a run Error after a signal to stop.
+void check_stop_signal();
+
 /// For a library inside another program, such as Python, that handles signals itself: from now on StopSignals leaves
 /// them alone, and the host calls request_stop().  `leave` = false: as in a program of our own.
 void leave_signals_to_host(bool leave = true);

@@ -36,7 +36,7 @@ HOMES = {
     "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
     "Tradeoff": "trading",
     "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "export": "commands",
-    "film": "film",
+    "film": "film", "fit": "commands",
     "info": "commands", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",
     "schema": "commands", "slurm_script": "calibration", "sweep": "sweeping", "tradeoff": "trading",
 }

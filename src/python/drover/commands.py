@@ -78,6 +78,27 @@ def onset(table, *, varied=None, cell=None, points=(), output=None, overwrite=Fa
     return theory_of(result, os.path.basename(os.fspath(table)))
 
 
+def fit(archive, keys, *, scene=None, max_wavenumber=0.0, begin=0.0, end=None, every=1):
+    """Coefficients of the field equations from the waves of a run, as `drover fit --json`: a dict.
+
+    `keys`: the numbers of the model to fit.  `scene`: a Scene of fields with the equations, starting values and all
+    other numbers; that of the archive if it is not given.  `max_wavenumber` [1/mm], frames from `begin` to `end` [s],
+    one in `every`.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.5, "end": 100.0},
+    ...                          "relaxation": {"rate": 0.5}, "noise": {"order": 0.1},
+    ...                          "output": {"frame_every": 0.5, "sample_every": 0.5}})
+    >>> scene.run("waves.h5").close()
+    >>> found = fit("waves.h5", ["relaxation.rate", "noise.order"])["coefficients"][0]
+    >>> abs(found["value"] - 0.5) < 5.0 * found["error"]
+    True
+    """
+    native = None if scene is None else scene._native
+    with hdf5():
+        return json.loads(_drover.fit(os.fspath(archive), list(keys), native, max_wavenumber, begin, end or 0.0, every))
+
+
 def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=False):
     """Writes frames for viewers, as `drover export`; returns the files.
 

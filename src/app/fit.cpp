@@ -1,0 +1,48 @@
+// app/fit.cpp: drover fit ARCHIVE KEY ...
+#include <memory>
+
+#include "command.hpp"
+#include "drover/run/wave_fit.hpp"
+
+namespace drover::app {
+
+void add_fit(CLI::App& program, Action& action) {
+    struct Options : run::WaveFitOptions {
+        std::string scene;
+        std::vector<std::string> overrides;
+        bool json = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command =
+        program.add_subcommand("fit",
+                               "Coefficients of the field equations from the waves of a run of fields or particles");
+    command->add_option("archive", options->archive, "Archive of a run, such as isotropic.h5")->required();
+    command
+        ->add_option("keys", options->keys,
+                     "Numbers of the model to fit, such as relaxation.rate noise.order; the others keep their values")
+        ->required();
+    command->add_option("--scene", options->scene,
+                        "Scene of fields with the equations and starting values; default: that of the archive");
+    command->add_option("--set", options->overrides, "Override a key of that scene, section.key=value; repeatable")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+    command
+        ->add_option(
+            "--max-wavenumber", options->max_wavenumber,
+            "Largest |q| of the waves [1/mm], among those that the run kept; default: three times the smallest")
+        ->check(CLI::Range(0.0, 1e9));
+    command->add_option("--from", options->begin, "Use frames from this time on [s]")->check(CLI::Range(0.0, 1e15));
+    command->add_option("--to", options->end, "Use frames up to this time [s]; default: the last")
+        ->check(CLI::Range(0.0, 1e15));
+    command->add_option("--every", options->every, "Use every k-th frame")->check(CLI::Range(1, 1000000));
+    command->add_flag("--json", options->json, "Print the result as JSON");
+    command->callback([options, &action] {
+        action = [options] {
+            const io::Scene scene = run::fitted_scene(options->archive, options->scene, options->overrides);
+            return print_result(run::make_wave_fit(scene, *options),
+                                {.file = "", .what = "fit", .contents = "", .json = options->json}, scene, 1);
+        };
+    });
+}
+
+}  // namespace drover::app

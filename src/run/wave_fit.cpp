@@ -1,0 +1,209 @@
+// run/wave_fit.cpp: drover fit: the model, its uniform state in the frames, and a table of estimates.
+#include "drover/run/wave_fit.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "drover/io/scene_text.hpp"
+#include "drover/io/trajectory.hpp"
+#include "drover/physics/stability.hpp"
+#include "run/wave_record.hpp"
+
+namespace drover::run {
+
+namespace {
+using calibrate::FittedNumber;
+using calibrate::FittedValue;
+using calibrate::WaveRecord;
+
+/// The uniform state about which the waves of a record are small.
+struct State {
+    physics::UniformPoint point;
+    bool is_flock = false;
+    double steadiness = 0.0;  ///< |<p>|^2/<|p|^2>
+};
+
+State state_of(const WaveRecord& record, const physics::Form& form, const physics::Model& model,
+               const std::string& name) {
+    const auto fields = record.amplitudes.front().size() / record.frames;
+    std::vector<double> means(fields, 0.0);
+    double square = 0.0;
+    const auto order = static_cast<std::size_t>(form.polar_order);
+    for (std::size_t frame = 0; frame < record.frames; ++frame) {
+        const auto* at = &record.amplitudes.front()[frame * fields];
+        for (std::size_t i = 0; i < fields; ++i) means[i] += at[i].real() / static_cast<double>(record.frames);
+        square += (std::norm(at[order]) + std::norm(at[order + 1])) / static_cast<double>(record.frames);
+    }
+    State state{.point = physics::at_rest(physics::reference(model.uniform))};
+    if (form.bead_density >= 0) state.point.bead_density = means[static_cast<std::size_t>(form.bead_density)];
+    if (form.rod_density >= 0) state.point.rod_density = means[static_cast<std::size_t>(form.rod_density)];
+    const Eigen::Vector2d mean(means[order], means[order + 1]);
+    state.steadiness = square > 0.0 ? mean.squaredNorm() / square : 0.0;
+    state.is_flock = state.steadiness > 0.5;
+    require(
+        !state.is_flock || state.steadiness > 0.9, {name},
+        "has a mean order over these frames of {:.2g} of its root mean square; expected less than 0.7 (no order) or "
+        "more than 0.95 (a flock that keeps its direction): choose more frames, or fewer with --from and --to",
+        std::sqrt(state.steadiness));
+    if (!state.is_flock) return state;
+    state.point.order = mean;
+    if (form.velocity == physics::Velocity::dynamic) {
+        const auto velocity = static_cast<std::size_t>(form.bead_velocity);
+        state.point.velocity = {means[velocity], means[velocity + 1]};
+    }
+    return state;
+}
+
+std::vector<FittedNumber> numbers_of(const WaveFitOptions& options, const physics::Model& model,
+                                     std::vector<std::string>& units) {
+    std::vector<FittedNumber> numbers;
+    for (const std::string& key : options.keys) {
+        for (const FittedNumber& other : numbers)
+            require(other.key != key, {}, "{} is given twice; expected each number once", key);
+        const io::ModelNumber number = io::model_number(key, {}, model);
+        require(key != "uniform.rod_density" && key != "uniform.bead_density", {},
+                "{} is that of the frames; expected a coefficient of the equations", key);
+        numbers.push_back({.key = key, .in = number.in, .least = number.range.min});
+        units.push_back(number.unit.empty() ? "1" : number.unit);
+    }
+    return numbers;
+}
+
+Record row_of(const std::string& key, const std::string& unit, double start, const FittedValue& found,
+              const std::optional<FittedValue>& sparse) {
+    const double nothing = std::numeric_limits<double>::quiet_NaN();
+    const auto entry = [](const char* name, const char* meaning, double value) {
+        return Entry{.name = name, .unit = "", .meaning = meaning, .value = value, .digits = 4};
+    };
+    Record row;
+    row.entries = {{.name = "key", .unit = "", .meaning = "number of the model", .value = key},
+                   entry("value", "estimate", found.value),
+                   entry("error", "standard error, from the scatter of 32 segments of time", found.error),
+                   entry("error_of_model", "the standard error that the model predicts", found.error_of_model),
+                   entry("scene", "value in the scene", start),
+                   entry("at_twice_the_spacing", "estimate from every second frame", sparse ? sparse->value : nothing),
+                   {.name = "unit", .unit = "", .meaning = "of the number", .value = unit},
+                   {.name = "at_bound",
+                    .unit = "1",
+                    .meaning = "1: the value is the least allowed, and the waves would prefer a smaller one",
+                    .value = found.at_bound,
+                    .shown = {.text = false}}};
+    return row;
+}
+
+/// What the estimates do not show by themselves.
+std::vector<std::string> remarks_of(const std::vector<FittedNumber>& numbers, const calibrate::WaveFit& fit,
+                                    const std::optional<calibrate::WaveFit>& sparse) {
+    std::vector<std::string> remarks;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const FittedValue& found = fit.values[i];
+        const std::string& key = numbers[i].key;
+        if (found.at_bound) remarks.push_back(text("{} is at its least value: the waves would prefer less", key));
+        if (found.error > 2.0 * found.error_of_model)
+            remarks.push_back(
+                text("{}: its values in segments of time scatter {:.2g} times as much as the model "
+                     "predicts: the waves are not those of its linear equations",
+                     key, found.error / found.error_of_model));
+        if (!sparse) continue;
+        // Half of the pairs are the same, so the difference is known better than either value.
+        const double apart = std::abs(sparse->values[i].value - found.value),
+                     error = std::max(sparse->values[i].error, found.error);
+        if (apart > 3.0 * error)
+            remarks.push_back(
+                text("{} depends on the spacing of the frames, by {:.2g} errors: the waves have a memory "
+                     "that these equations lack, or frames have errors of their own",
+                     key, apart / error));
+    }
+    return remarks;
+}
+}  // namespace
+
+io::Scene fitted_scene(const std::string& archive, const std::string& file, const std::vector<std::string>& overrides) {
+    if (!file.empty()) return io::read_scene(file, overrides);
+    const std::string text = files::ArchiveReader(archive).text_attribute("scene");
+    require(io::archived_scene(text, archive).kind == io::SceneKind::fields, {archive},
+            "holds particles, which have no field equations of their own; expected a scene of fields to fit: give "
+            "--scene models/calibrated-flock.toml or another");
+    return io::parse_scene(text, archive, overrides);
+}
+
+Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options) {
+    io::require_kind(scene, io::SceneKind::fields, "fit");
+    const files::ArchiveReader archive(options.archive);
+    const io::Scene source = io::archived_scene(archive.text_attribute("scene"), options.archive);
+    const physics::Equations equations(scene.model);
+    const physics::Form& form = equations.form;
+    const std::string beyond = physics::nonuniform_term(equations);
+    require(beyond.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
+            beyond);
+    const WaveChoice choice{.max_wavenumber = options.max_wavenumber,
+                            .begin = options.begin,
+                            .end = options.end,
+                            .every = options.every};
+    const bool particles = source.kind == io::SceneKind::particles;
+    WaveRecord record = particles ? particle_waves(archive, options.archive, source, form, choice)
+                                  : field_waves(archive, options.archive, source, form, choice);
+    const State state = state_of(record, form, scene.model, options.archive);
+    if (state.is_flock) {  // the mean is the flock itself
+        record.q.erase(record.q.begin());
+        record.amplitudes.erase(record.amplitudes.begin());
+    }
+    std::vector<std::string> units;
+    const std::vector<FittedNumber> numbers = numbers_of(options, scene.model, units);
+    const calibrate::WaveFit fit = calibrate::fit_waves(scene.model, state.point, numbers, record);
+    std::optional<calibrate::WaveFit> sparse;
+    physics::Model found = scene.model;
+    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i].in(found) = fit.values[i].value;
+    if (record.frames > 2 * calibrate::min_wave_pairs + 1)
+        sparse = calibrate::fit_waves(found, state.point, numbers, calibrate::thinned(record, 2));
+
+    List list{.name = "coefficients", .heading = {}};
+    physics::Model start = scene.model;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        list.rows.push_back(row_of(numbers[i].key, units[i], numbers[i].in(start), fit.values[i],
+                                   sparse ? std::optional(sparse->values[i]) : std::nullopt));
+    const std::vector<std::string> remarks = remarks_of(numbers, fit, sparse);
+    double largest = 0.0;
+    for (const numerics::Wavevector& q : record.q) largest = std::max(largest, std::hypot(q.x, q.y));
+    Result result;
+    const std::string kind = state.is_flock ? "a flock" : "the state without order";
+    result.root.header = {text("waves of {} about {}: {} up to {:.4g} /mm, in {} frames {:.4g} s apart",
+                               options.archive, kind, record.q.size(), largest, record.frames, record.spacing)};
+    result.root.entries = {
+        {.name = "about", .unit = "", .meaning = "uniform state of the waves", .value = kind, .shown = {.text = false}},
+        {.name = "order",
+         .unit = form.order_is_density ? "mm-2" : "1",
+         .meaning = "its polar order",
+         .value = std::vector<double>{state.point.order.x(), state.point.order.y()},
+         .shown = {.text = state.is_flock}},
+        {.name = "waves",
+         .unit = "1",
+         .meaning = "wavevectors, one of each pair q and -q",
+         .value = static_cast<std::int64_t>(record.q.size()),
+         .shown = {.text = false}},
+        {.name = "max_wavenumber",
+         .unit = "mm-1",
+         .meaning = "largest |q|",
+         .value = largest,
+         .shown = {.text = false}},
+        {.name = "frames",
+         .unit = "1",
+         .meaning = "frames used",
+         .value = static_cast<std::int64_t>(record.frames),
+         .shown = {.text = false}},
+        {.name = "spacing",
+         .unit = "s",
+         .meaning = "time between them",
+         .value = record.spacing,
+         .shown = {.text = false}},
+        {.name = "remarks",
+         .unit = "",
+         .meaning = "what the estimates do not show by themselves",
+         .value = remarks,
+         .shown = {.text = false}}};
+    result.root.lists = {std::move(list)};
+    result.root.footer = remarks;
+    return result;
+}
+
+}  // namespace drover::run

@@ -1,0 +1,26 @@
+// run/wave_record.hpp: waves of the frames of a run.
+#pragma once
+#include "drover/calibrate/wave_fit.hpp"
+#include "drover/files/archive_reader.hpp"
+#include "drover/io/scene.hpp"
+
+namespace drover::run {
+
+/// Which waves of which frames.
+struct WaveChoice {
+    double max_wavenumber = 0.0;    ///< |q| [1/mm]; 0: three times the smallest of the cell
+    double begin = 0.0, end = 0.0;  ///< of the frames [s]; end = 0: the last
+    int every = 1;                  ///< frames from one used to the next
+};
+
+/// Waves of the fields that `form` has, of an archive of fields, among those that the run kept.  Messages call the archive `name`.  Throws an input
+/// Error for frames that are missing, damaged, too few or at unequal times, and for more than 400 waves.
+calibrate::WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& name, const io::Scene& scene,
+                                  const physics::Form& form, const WaveChoice& choice);
+
+/// The same of an archive of particles in a periodic cell: sums over bodies.  The velocity of a bead is its displacement
+/// from the frame before to the frame after over the time between them.
+calibrate::WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string& name,
+                                     const io::Scene& scene, const physics::Form& form, const WaveChoice& choice);
+
+}  // namespace drover::run
