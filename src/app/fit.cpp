@@ -18,8 +18,10 @@ void add_fit(CLI::App& program, Action& action) {
                                "Coefficients of the field equations from the waves of a run of fields or particles");
     command->add_option("archive", options->archive, "Archive of a run, such as isotropic.h5")->required();
     command
-        ->add_option("keys", options->keys,
-                     "Numbers of the model to fit, such as relaxation.rate noise.order; the others keep their values")
+        ->add_option(
+            "keys", options->keys,
+            "Numbers of the model to fit, such as relaxation.rate driving.strength; the others keep their values, "
+            "but the noise is free unless one of its strengths is fitted")
         ->required();
     command->add_option("--scene", options->scene,
                         "Scene of fields with the equations and starting values; default: that of the archive");
@@ -27,9 +29,9 @@ void add_fit(CLI::App& program, Action& action) {
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
     command
-        ->add_option(
-            "--max-wavenumber", options->max_wavenumber,
-            "Largest |q| of the waves [1/mm], among those that the run kept; default: three times the smallest")
+        ->add_option("--max-wavenumber", options->max_wavenumber,
+                     "Largest |q| of the waves [1/mm], among those that the run kept: below the smallest of the cell "
+                     "the means of v and p alone; default: three times the smallest")
         ->check(CLI::Range(0.0, 1e9));
     command->add_option("--from", options->begin, "Use frames from this time on [s]")->check(CLI::Range(0.0, 1e15));
     command->add_option("--to", options->end, "Use frames up to this time [s]; default: the last")

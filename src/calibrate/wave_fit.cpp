@@ -55,18 +55,24 @@ PairSums sums_of(const Eigen::MatrixXcd& a, Eigen::Index begin, Eigen::Index end
             .pairs = static_cast<double>(end - begin)};
 }
 
-Wave wave_of(const WaveRecord& record, std::size_t n, const std::vector<int>& present) {
+Wave wave_of(const WaveRecord& record, std::size_t n, const std::vector<int>& present,
+             const physics::UniformPoint& about) {
     Wave wave{.q = record.q[n]};
     const bool is_mean = wave.q.x == 0.0 && wave.q.y == 0.0;
+    const Amplitudes whole(record.amplitudes[n].data(), static_cast<Eigen::Index>(present.size()),
+                           static_cast<Eigen::Index>(record.frames));
     std::vector<Eigen::Index> rows;
     for (std::size_t i = 0; i < present.size(); ++i) {
-        if (is_mean && present[i] < physics::FieldIndex::bead_velocity_x) continue;  // densities are conserved
-        rows.push_back(static_cast<Eigen::Index>(i));
+        const auto row = static_cast<Eigen::Index>(i);
+        const double mean = present[i] == physics::FieldIndex::bead_density  ? about.bead_density
+                            : present[i] == physics::FieldIndex::rod_density ? about.rod_density
+                                                                             : 0.0;
+        // Densities are conserved; one that nothing drives holds rounding errors alone.
+        if (mean > 0.0 && (is_mean || whole.row(row).cwiseAbs().maxCoeff() <= 1e-12 * mean)) continue;
+        rows.push_back(row);
         wave.places.push_back(present[i]);
     }
     if (is_mean) wave.weight = 0.5;
-    const Amplitudes whole(record.amplitudes[n].data(), static_cast<Eigen::Index>(present.size()),
-                           static_cast<Eigen::Index>(record.frames));
     const Eigen::MatrixXcd amplitudes = whole(rows, Eigen::all);
     const Eigen::Index pairs = amplitudes.cols() - 1;
     const auto count = static_cast<Eigen::Index>(segments);
@@ -77,24 +83,27 @@ Wave wave_of(const WaveRecord& record, std::size_t n, const std::vector<int>& pr
     return wave;
 }
 
+Matrix residual(const PairSums& sums, const Matrix& propagator) {
+    const Matrix crossed = propagator * sums.crossed.adjoint();
+    return sums.second - crossed - crossed.adjoint() + propagator * sums.first * propagator.adjoint();
+}
+
 /// exp(M s), and the covariance of the noise over s.
 struct Step {
     Matrix propagator, noise;
 };
 
-Step step_of(const physics::Equations& e, const physics::UniformPoint& about, const Wave& wave, double spacing,
-             double area) {
-    const Matrix m = physics::linear_symbol(e, about, wave.q)(wave.places, wave.places);
-    const Matrix q = physics::noise_symbol(e, std::hypot(wave.q.x, wave.q.y))(wave.places, wave.places) / area;
+/// Van Loan's block matrix gives both.
+Step step_of(const Matrix& m, const Matrix& noise, double spacing) {
     const Eigen::Index n = m.rows();
     Eigen::MatrixXcd block = Eigen::MatrixXcd::Zero(2 * n, 2 * n);
     block.topLeftCorner(n, n) = -spacing * m;
-    block.topRightCorner(n, n) = spacing * q;
+    block.topRightCorner(n, n) = spacing * noise;
     block.bottomRightCorner(n, n) = spacing * m.adjoint();
     const Eigen::MatrixXcd grown = block.exp();
     const Matrix propagator = grown.bottomRightCorner(n, n).adjoint();
-    const Matrix noise = propagator * grown.topRightCorner(n, n);
-    return {.propagator = propagator, .noise = 0.5 * (noise + noise.adjoint())};
+    const Matrix covariance = propagator * grown.topRightCorner(n, n);
+    return {.propagator = propagator, .noise = 0.5 * (covariance + covariance.adjoint())};
 }
 
 /// Inverse and log-determinant of the covariance of the noise, scaled to unit diagonal: fields have different units.
@@ -114,11 +123,6 @@ std::optional<Whitening> whitening_of(const Matrix& noise) {
                      .log_determinant = 2.0 * (diagonal.array().log().sum() - scale.array().log().sum())};
 }
 
-Matrix residual(const PairSums& sums, const Matrix& propagator) {
-    const Matrix crossed = propagator * sums.crossed.adjoint();
-    return sums.second - crossed - crossed.adjoint() + propagator * sums.first * propagator.adjoint();
-}
-
 /// Minus the logarithm of the likelihood with its slopes, per segment and in all.
 struct Slopes {
     VectorXd gradient;
@@ -129,10 +133,10 @@ struct Slopes {
 class Likelihood {
 public:
     Likelihood(const physics::Model& start, const physics::UniformPoint& about,
-               const std::vector<FittedNumber>& numbers, const WaveRecord& record)
-        : model_(start), about_(about), numbers_(numbers), spacing_(record.spacing), area_(record.area) {
+               const std::vector<FittedNumber>& numbers, const WaveRecord& record, NoiseOf noise)
+        : model_(start), about_(about), numbers_(numbers), noise_(noise), spacing_(record.spacing), area_(record.area) {
         const std::vector<int> present = physics::places_of(physics::Equations(start).form);
-        for (std::size_t n = 0; n < record.q.size(); ++n) waves_.push_back(wave_of(record, n, present));
+        for (std::size_t n = 0; n < record.q.size(); ++n) waves_.push_back(wave_of(record, n, present, about));
     }
 
     VectorXd start() const {
@@ -147,7 +151,7 @@ public:
         const physics::Equations e = equations(values);
         double sum = 0.0;
         for (const Wave& wave : waves_) {
-            const Step step = step_of(e, about_, wave, spacing_, area_);
+            const Step step = step_of(e, wave);
             const std::optional<Whitening> white = whitening_of(step.noise);
             if (!white) return std::numeric_limits<double>::infinity();
             sum += wave.weight * (wave.all.pairs * white->log_determinant +
@@ -160,8 +164,7 @@ public:
     std::string without_noise(const VectorXd& values) const {
         const physics::Equations e = equations(values);
         for (const Wave& wave : waves_)
-            if (!whitening_of(step_of(e, about_, wave, spacing_, area_).noise))
-                return text("q = ({:.4g}, {:.4g}) /mm", wave.q.x, wave.q.y);
+            if (!whitening_of(step_of(e, wave).noise)) return text("q = ({:.4g}, {:.4g}) /mm", wave.q.x, wave.q.y);
         return "some q";
     }
 
@@ -183,15 +186,16 @@ public:
             above.push_back(equations(high));
         }
         for (const Wave& wave : waves_) {
-            const Step step = step_of(at, about_, wave, spacing_, area_);
+            const Step step = step_of(at, wave);
             const std::optional<Whitening> white = whitening_of(step.noise);
             if (!white) continue;  // value() is infinite there
             std::vector<Step> slope;
             for (Eigen::Index i = 0; i < n; ++i) {
-                const Step low = step_of(below[static_cast<std::size_t>(i)], about_, wave, spacing_, area_),
-                           high = step_of(above[static_cast<std::size_t>(i)], about_, wave, spacing_, area_);
+                const Step low = step_of(below[static_cast<std::size_t>(i)], wave),
+                           high = step_of(above[static_cast<std::size_t>(i)], wave);
                 slope.push_back({.propagator = (high.propagator - low.propagator) / widths(i),
                                  .noise = (high.noise - low.noise) / widths(i)});
+                if (noise_ == NoiseOf::frames) slope.back().noise.setZero();  // it is the most likely one everywhere
             }
             add(wave, step, *white, slope, result);
         }
@@ -202,6 +206,16 @@ public:
     const FittedNumber& number(Eigen::Index i) const { return numbers_[static_cast<std::size_t>(i)]; }
 
 private:
+    Step step_of(const physics::Equations& e, const Wave& wave) const {
+        const Matrix m = physics::linear_symbol(e, about_, wave.q)(wave.places, wave.places);
+        if (noise_ == NoiseOf::model) {
+            const Matrix noise = physics::noise_symbol(e, std::hypot(wave.q.x, wave.q.y))(wave.places, wave.places);
+            return calibrate::step_of(m, noise / area_, spacing_);
+        }
+        const Matrix propagator = Matrix(spacing_ * m).exp();
+        return {.propagator = propagator, .noise = residual(wave.all, propagator) / wave.all.pairs};
+    }
+
     physics::Equations equations(const VectorXd& values) const {
         physics::Model model = model_;
         for (Eigen::Index i = 0; i < values.size(); ++i) number(i).in(model) = values(i);
@@ -240,6 +254,7 @@ private:
     physics::Model model_;
     physics::UniformPoint about_;
     const std::vector<FittedNumber>& numbers_;
+    NoiseOf noise_;
     double spacing_, area_;
     std::vector<Wave> waves_;
 };
@@ -330,11 +345,16 @@ void check_record(const WaveRecord& record, const std::vector<FittedNumber>& num
 }  // namespace
 
 WaveFit fit_waves(const physics::Model& start, const physics::UniformPoint& about,
-                  const std::vector<FittedNumber>& numbers, const WaveRecord& record) {
+                  const std::vector<FittedNumber>& numbers, const WaveRecord& record, NoiseOf noise) {
     check_record(record, numbers);
-    const Likelihood likelihood(start, about, numbers, record);
+    const Likelihood likelihood(start, about, numbers, record, noise);
     VectorXd values = likelihood.start(), steps = difference_steps(values, VectorXd::Zero(values.size()));
     double value = likelihood.value(values);
+    require(
+        std::isfinite(value) || noise == NoiseOf::model, {},
+        "the frames show no noise in some field of the wave at {}; expected fluctuations: leave out the frames of a "
+        "start, or waves that nothing drives",
+        likelihood.without_noise(values));
     require(std::isfinite(value), {},
             "the scene has no noise that reaches every field of the wave at {}; expected noise: give noise.order, "
             "noise.velocity, noise.rods or noise.beads, and driving.strength where the beads have no other",

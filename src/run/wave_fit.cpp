@@ -1,6 +1,7 @@
 // run/wave_fit.cpp: drover fit: the model, its uniform state in the frames, and a table of estimates.
 #include "drover/run/wave_fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -145,17 +146,24 @@ Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options) {
                                   : field_waves(archive, options.archive, source, form, choice);
     const State state = state_of(record, form, scene.model, options.archive);
     if (state.is_flock) {  // the mean is the flock itself
+        require(record.q.size() > 1, {options.archive},
+                "is of a flock, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a "
+                "larger --max-wavenumber",
+                options.max_wavenumber);
         record.q.erase(record.q.begin());
         record.amplitudes.erase(record.amplitudes.begin());
     }
     std::vector<std::string> units;
     const std::vector<FittedNumber> numbers = numbers_of(options, scene.model, units);
-    const calibrate::WaveFit fit = calibrate::fit_waves(scene.model, state.point, numbers, record);
+    const bool fits_noise = std::any_of(options.keys.begin(), options.keys.end(),
+                                        [](const std::string& key) { return key.starts_with("noise."); });
+    const auto noise = fits_noise ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
+    const calibrate::WaveFit fit = calibrate::fit_waves(scene.model, state.point, numbers, record, noise);
     std::optional<calibrate::WaveFit> sparse;
     physics::Model found = scene.model;
     for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i].in(found) = fit.values[i].value;
     if (record.frames > 2 * calibrate::min_wave_pairs + 1)
-        sparse = calibrate::fit_waves(found, state.point, numbers, calibrate::thinned(record, 2));
+        sparse = calibrate::fit_waves(found, state.point, numbers, calibrate::thinned(record, 2), noise);
 
     List list{.name = "coefficients", .heading = {}};
     physics::Model start = scene.model;

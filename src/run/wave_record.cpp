@@ -68,9 +68,8 @@ std::vector<Wavenumber> wavenumbers_of(double lx, double ly, const std::string& 
     for (int x = 0; x <= static_cast<int>(columns); ++x)
         for (int y = -static_cast<int>(rows); y <= static_cast<int>(rows); ++y)
             if ((x > 0 || y > 0) && std::hypot(turn * x / lx, turn * y / ly) <= largest) found.push_back({x, y});
-    require(found.size() > 1 && found.size() <= most_waves, {name},
-            "{} waves up to {:.4g} /mm; expected 1 to {}: choose a largest wavenumber near {:.3g}", found.size() - 1,
-            largest, most_waves - 1, 3.0 * smallest);
+    require(found.size() <= most_waves, {name}, "{} waves up to {:.4g} /mm; expected at most {}: choose {:.3g}",
+            found.size(), largest, most_waves, 3.0 * smallest);
     return found;
 }
 
@@ -109,8 +108,6 @@ WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& n
         waves.push_back(wave);
         modes.push_back(row * numerics::columns(grid) + column);
     }
-    require(waves.size() > 1, {name}, "keeps no wave but the mean on {} by {} points; expected a finer grid", grid.nx,
-            grid.ny);
     WaveRecord record = record_of(grid.lx, grid.ly, waves, frames);
     const std::vector<physics::Component> components = physics::component_names(form);
     Threads threads(1);

@@ -66,6 +66,22 @@ def test_waves_that_the_run_does_not_keep_are_left_out(linear, tmp_path):
     assert found_in(tmp_path, "cubic.h5", "relaxation.rate")[1]["waves"] == 13  # (3, 0) and (0, 3) are cut: |k| < 12/4
 
 
+def test_without_a_strength_among_the_keys_the_noise_is_free(linear):
+    """Starting values of the strengths then do not matter."""
+    keys = ["relaxation.rate", "current.speed"]
+    free = [found_in(linear, "linear.h5", *keys, *overrides({"noise.order": strength}))[0] for strength in (0.3, 0.6)]
+    for key in keys:
+        assert free[0][key]["value"] == free[1][key]["value"]
+        assert abs(free[0][key]["value"] - LINEAR[key]) < 3.5 * free[0][key]["error"]
+
+
+def test_the_mean_alone_gives_the_decay_of_the_order(linear):
+    found, result = found_in(linear, "linear.h5", "relaxation.rate", "noise.order", "--max-wavenumber", "0.1")
+    assert result["waves"] == 1
+    for key in found:
+        assert abs(found[key]["value"] - LINEAR[key]) < 3.5 * found[key]["error"], key
+
+
 def test_a_noisy_flock_gives_its_coefficients_back(tmp_path):
     weak = {"relaxation.rate": -0.4, "relaxation.saturation": 0.9, "pressure.rods": 0.2, "noise.order": 3e-5,
             "noise.rods": 1e-5, "orienting_field.x": 0.05, "initial.kind": "formula",
@@ -77,6 +93,8 @@ def test_a_noisy_flock_gives_its_coefficients_back(tmp_path):
     assert result["about"] == "a flock" and result["order"][0] > 0.6
     for key in keys:
         assert abs(found[key]["value"] - {**LINEAR, **weak}[key]) < 4.0 * found[key]["error"], key
+    refused = drover(tmp_path, "fit", "flock.h5", "relaxation.rate", "--from", "50", "--max-wavenumber", "0.1", status=2)
+    assert "of a flock, whose mean is no wave" in refused.stderr
 
 
 def test_waves_of_particles_are_sums_over_bodies(tmp_path):
@@ -115,9 +133,8 @@ REFUSED = {
     "numbers that act alike": (["relaxation.rate", "relaxation.contact"], "only a combination of relaxation.rate and"),
     "too few frames": (["relaxation.rate", "--to", "20"], "has 41 frames from 0 to 20 s"),
     "too many waves": (["relaxation.rate", "--max-wavenumber", "100"], "at most 400 waves"),
-    "no wave": (["relaxation.rate", "--max-wavenumber", "0.1"], "0 waves up to 0.1 /mm"),
     "a density": (["uniform.rod_density"], "expected a coefficient of the equations"),
-    "no noise": (["relaxation.rate", "--set", "noise.order=0", "--set", "noise.rods=0", "--set",
+    "no noise": (["noise.order", "--set", "noise.order=0", "--set", "noise.rods=0", "--set",
                   "initial.kind=uniform"], "has no noise that reaches"),
 }
 

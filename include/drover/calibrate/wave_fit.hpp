@@ -44,16 +44,22 @@ struct WaveFit {
 
 inline constexpr std::size_t min_wave_pairs = 64;
 
+/// The covariance of the noise of a step: that of the model, which its strengths determine; or the one that makes the
+/// frames most likely, which may have any correlations between fields (as those of particles have), so that decay and
+/// couplings alone count.
+enum class NoiseOf { model, frames };
+
 /// Fits numbers of a model to waves about a uniform state.  The linear equations da/dt = M(q) a + noise give each frame
 /// from the one before,
 ///     a(t + s) = exp(M s) a(t) + f,    <f f^H> = integral over 0 < t < s of exp(M t) Q exp(M^H t)/area,
 /// so the likelihood of all frames is exact at any spacing s.  Its maximum is found by scoring (Gauss-Newton steps with
-/// the expected information) from the values in `start`, which also holds the numbers that are not fitted.
+/// the expected information) from the values in `start`, which also holds the numbers that are not fitted.  A density
+/// that does not fluctuate, beyond rounding, is left out.
 /// Sources: covariance of the noise, Van Loan, IEEE Trans. Autom. Control 23, 395 (1978); errors, White, Econometrica
 /// 50, 1 (1982).
 /// Throws an input Error for too few frames, for waves that noise does not reach, and for numbers that the waves do not
 /// determine, alone or together; a run Error where no maximum is found.
 WaveFit fit_waves(const physics::Model& start, const physics::UniformPoint& about,
-                  const std::vector<FittedNumber>& numbers, const WaveRecord& record);
+                  const std::vector<FittedNumber>& numbers, const WaveRecord& record, NoiseOf noise);
 
 }  // namespace drover::calibrate
