@@ -13,13 +13,14 @@ struct WaveChoice {
     int every = 1;                  ///< frames from one used to the next
 };
 
-/// Waves of the fields that `form` has, of an archive of fields, among those that the run kept.  Messages call the archive `name`.  Throws an input
-/// Error for frames that are missing, damaged, too few or at unequal times, and for more than 400 waves.
+/// Waves of the fields that `form` has, of an archive of fields, among those that the run kept.  Messages call the
+/// archive `name`.  Throws an input Error for frames that are missing, damaged, too few or at unequal times, and for
+/// more than 400 waves.
 calibrate::WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& name, const io::Scene& scene,
                                   const physics::Form& form, const WaveChoice& choice);
 
-/// The same of an archive of particles in a periodic cell: sums over bodies.  The velocity of a bead is its displacement
-/// from the frame before to the frame after over the time between them.
+/// The same of an archive of particles in a periodic cell: sums over bodies.  The velocity of a bead is its
+/// displacement from the frame before to the frame after over the time between them.
 calibrate::WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string& name,
                                      const io::Scene& scene, const physics::Form& form, const WaveChoice& choice);
 

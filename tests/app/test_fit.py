@@ -93,7 +93,8 @@ def test_a_noisy_flock_gives_its_coefficients_back(tmp_path):
     assert result["about"] == "a flock" and result["order"][0] > 0.6
     for key in keys:
         assert abs(found[key]["value"] - {**LINEAR, **weak}[key]) < 4.0 * found[key]["error"], key
-    refused = drover(tmp_path, "fit", "flock.h5", "relaxation.rate", "--from", "50", "--max-wavenumber", "0.1", status=2)
+    mean = ["--from", "50", "--max-wavenumber", "0.1"]
+    refused = drover(tmp_path, "fit", "flock.h5", "relaxation.rate", *mean, status=2)
     assert "of a flock, whose mean is no wave" in refused.stderr
 
 
