@@ -319,13 +319,17 @@ WaveFit fit_at(const VectorXd& values, const Likelihood& likelihood, const Vecto
     const auto count = static_cast<double>(segments);
     const MatrixXd centred = slopes.by_segment.colwise() - slopes.gradient / count;
     const MatrixXd scatter = centred * centred.transpose() * (count / (count - 1.0));
-    const VectorXd variances = (covariance * scatter * covariance).diagonal();
+    const MatrixXd errors = covariance * scatter * covariance;
     WaveFit fit{.values = {}, .iterations = iterations};
     for (Eigen::Index i = 0; i < values.size(); ++i)
         fit.values.push_back({.value = values(i),
-                              .error = std::sqrt(variances(i)),
+                              .error = std::sqrt(errors(i, i)),
                               .error_of_model = std::sqrt(covariance(i, i)),
                               .at_bound = values(i) <= likelihood.number(i).least});
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+        for (Eigen::Index j = 0; j < values.size(); ++j)
+            fit.values[static_cast<std::size_t>(i)].correlations.push_back(errors(i, j) /
+                                                                           std::sqrt(errors(i, i) * errors(j, j)));
     return fit;
 }
 

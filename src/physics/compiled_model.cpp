@@ -121,6 +121,9 @@ void check_slaved(const Model& m, const Coefficients& c, const LocationOf& locat
             location_of(c.drag.varies() ? "drag.coefficient_terms" : "driving.strength_terms"),
             "a slaved velocity supports either density-dependent drag and driving or viscosity, not both; set "
             "viscosity.shear and viscosity.bulk to 0, or set fields.bead_velocity = \"dynamic\"");
+    require(!viscous || m.driving.cubic == 0.0, location_of("driving.cubic"),
+            "a slaved velocity supports either driving.cubic or viscosity, not both; set viscosity.shear and "
+            "viscosity.bulk to 0, or set fields.bead_velocity = \"dynamic\"");
     const double drag = c.drag.at(m.uniform.bead_density, m.uniform.rod_density).value;
     require(drag > 0.0, location_of("drag.coefficient"),
             "drag.coefficient is {} in the uniform state; expected > 0: at q = 0 only drag limits a slaved velocity",

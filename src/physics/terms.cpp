@@ -109,6 +109,28 @@ Term bead_advection() {
                 }};
 }
 
+// ---- alpha_3 |p|^2 p
+
+Term cubic_driving() {
+    return product(
+        "m rho d_t v: alpha_3 |p|^2 p", "driving.cubic",
+        {.reads = reads_order, .writes = writes(Output::force), .degree = 3},
+        [](double cubic, const UniformPoint& about, const Wavevector&, Symbol& m) {
+            add_diagonal(cubic * about.order.squaredNorm(), v_x, p_x, m);
+            for (int i = 0; i < 2; ++i)
+                for (int j = 0; j < 2; ++j) m(v_x + i, p_x + j) += 2.0 * cubic * about.order(i) * about.order(j);
+        },
+        [](double cubic, const PointFields& f, const PointRates& r) {
+            const auto p = f.order();
+            const auto force = r.vector(Output::force);
+            for_points(f.size, [=](std::size_t i) {
+                const double strength = cubic * (p.x[i] * p.x[i] + p.y[i] * p.y[i]);
+                force.x[i] += strength * p.x[i];
+                force.y[i] += strength * p.y[i];
+            });
+        });
+}
+
 // ---- sources
 
 bool has_force(const CompiledModel& e, const char* kind) {
@@ -278,6 +300,7 @@ const std::vector<Term>& built_in_terms() {
         linear("m rho d_t v: eta lap v", "viscosity.shear", vector_laplacian<v_x>),
         linear("m rho d_t v: zeta grad(div v)", "viscosity.bulk", gradient_of_divergence<v_x>),
         proportional("m rho d_t v: alpha p", "driving.strength", 1.0, p_x, v_x),
+        cubic_driving(),
         linear("m rho d_t v: -E grad rho", "stiffness.beads", minus_gradient<rho, v_x>),
         linear("m rho d_t v: -F grad sigma", "stiffness.rods", minus_gradient<sigma, v_x>),
         uniform_force(),

@@ -61,7 +61,8 @@ std::vector<double> orders(double b, double a, double h) {
     return roots;
 }
 
-/// States with the order along a field (its size may be zero), v = (alpha p + f)/Gamma for each.
+/// States with the order along a field (its size may be zero), v = [(alpha + alpha_3 |p|^2) p + f]/Gamma for each; `b`
+/// is the whole saturation.
 StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, const UniformPoint& rest,
                             const std::function<Eigen::Vector2d(const Eigen::Vector2d&)>& velocity) {
     StationaryStates result;
@@ -91,7 +92,7 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
         result.no_order =
             text("a - lambda alpha/Gamma = {:.6g} /s < 0, but relaxation.saturation is 0: order grows without bound",
                  a);
-    else if (b < 0.0) result.no_order = text("relaxation.saturation is {:.6g} < 0: order grows without bound", b);
+    else if (b < 0.0) result.no_order = text("b - lambda alpha_3/Gamma is {:.6g} < 0: order grows without bound", b);
     else if (a == 0.0 && b == 0.0)
         result.no_order = "a - lambda alpha/Gamma and b are 0: every value of the order is stationary";
     else result.no_order = text("a - lambda alpha/Gamma = {:.6g} /s is not below 0", a);
@@ -260,11 +261,14 @@ StationaryStates stationary_states(const Equations& e, double bead_density, doub
         return with_field(field, c.b.value, c.a.value, rest,
                           [](const Eigen::Vector2d&) { return Eigen::Vector2d(0.0, 0.0); });
     const double drag = c.drag.value, alpha = c.driving.value;
-    if (drag == 0.0) return without_drag(e, c, rest);
+    const double cubic = e.model.driving.cubic;
+    if (drag == 0.0) return cubic == 0.0 ? without_drag(e, c, rest) : searched_states(e, rest, order_scale(e, rest));
     const Eigen::Vector2d force = uniform_source(e, Equation::bead_velocity);
-    return with_field(field + c.weathercock.value / drag * force, c.b.value,
-                      c.a.value - c.weathercock.value * alpha / drag, rest,
-                      [=](const Eigen::Vector2d& order) -> Eigen::Vector2d { return (alpha * order + force) / drag; });
+    const double gain = c.weathercock.value / drag;
+    return with_field(field + gain * force, c.b.value - gain * cubic, c.a.value - gain * alpha, rest,
+                      [=](const Eigen::Vector2d& order) -> Eigen::Vector2d {
+                          return ((alpha + cubic * order.squaredNorm()) * order + force) / drag;
+                      });
 }
 
 namespace {

@@ -196,8 +196,8 @@ FieldHealth make_field_health(const physics::FieldEvolution& evolution, const io
         const double pressure = std::abs(model.stiffness.beads) * uniform.bead_density +
                                 std::abs(model.stiffness.rods) * uniform.rod_density;
         const double applied = model.force.kind == "none" ? 0.0 : std::hypot(model.force.x, model.force.y);
-        const double force =
-            drive * order + pressure * largest_q + applied / (model.force.kind == "point" ? numerics::area(grid) : 1.0);
+        const double force = (drive + std::abs(model.driving.cubic) * order * order) * order + pressure * largest_q +
+                             applied / (model.force.kind == "point" ? numerics::area(grid) : 1.0);
         // Without drag, a force accelerates the beads to the end of the run.
         scale_of_velocity = force / std::max(drag, model.inertia.bead_mass * uniform.bead_density / scene.time.end);
     }

@@ -59,7 +59,8 @@ std::vector<JudgedField> judged_fields(const physics::Equations& equations, cons
     const physics::UniformState& uniform = equations.model.uniform;
     const double order = order_scale(equations, grid, degree);
     const double driving = equations.driving.at(uniform.bead_density, uniform.rod_density).value,
-                 drag = equations.drag.at(uniform.bead_density, uniform.rod_density).value;
+                 drag = equations.drag.at(uniform.bead_density, uniform.rod_density).value,
+                 cubic = equations.model.driving.cubic;
     using Part = StructureFactor;
     std::vector<JudgedField> fields;
     if (form.bead_density >= 0)
@@ -69,7 +70,7 @@ std::vector<JudgedField> judged_fields(const physics::Equations& equations, cons
         fields.push_back({"bead_velocity",
                           "viscosity.shear",
                           {&Part::velocity_along, &Part::velocity_across},
-                          drag > 0.0 ? std::abs(driving) * order / drag : 0.0});
+                          drag > 0.0 ? (std::abs(driving) + std::abs(cubic) * order * order) * order / drag : 0.0});
     fields.push_back({"polar_order", "elasticity.stiffness", {&Part::order_along, &Part::order_across}, order});
     return fields;
 }

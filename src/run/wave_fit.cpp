@@ -88,6 +88,11 @@ Record row_of(const std::string& key, const std::string& unit, double start, con
                     .unit = "1",
                     .meaning = "1: the value is the least allowed, and the waves would prefer a smaller one",
                     .value = found.at_bound,
+                    .shown = {.text = false}},
+                   {.name = "correlations",
+                    .unit = "1",
+                    .meaning = "of the error with those of all values, in the order of the list",
+                    .value = found.correlations,
                     .shown = {.text = false}}};
     return row;
 }

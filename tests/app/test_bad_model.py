@@ -56,6 +56,11 @@ MODELS = {
     "a slaved velocity with viscosity and varying drag": (
         SLAVED + '[viscosity]\nshear = 1\n[drag]\ncoefficient = 1\ncoefficient_terms = ["1 rho"]\n',
         ["bad.toml:8:1", "slaved", "viscosity.shear", "dynamic"]),
+    "a slaved velocity with viscosity and cubic driving": (
+        SLAVED + '[viscosity]\nbulk = 1\n[drag]\ncoefficient = 1\n[driving]\ncubic = 1\n',
+        ["bad.toml:9:1", "slaved", "driving.cubic", "dynamic"]),
+    "noise of a slaved velocity": (SLAVED + "[drag]\ncoefficient = 1\n[noise]\nvelocity = 1\n",
+                                   ["bad.toml:7:1", "noise.velocity", "fields.bead_velocity"]),
     "a slaved velocity with viscosity and varying driving": (
         SLAVED + '[viscosity]\nbulk = 1\n[drag]\ncoefficient = 1\n[driving]\nstrength_terms = ["1 rho"]\n',
         ["bad.toml:9:1", "slaved", "viscosity.shear"]),

@@ -209,6 +209,12 @@ TEST(WaveFit, finds_couplings_where_one_noise_moves_two_fields) {
     const std::vector<FittedNumber> numbers =
         fitted({"relaxation.rate", "weathercock.strength", "drag.coefficient", "driving.strength"});
     EXPECT_LT(deviations(model, numbers, record, NoiseOf::frames).cwiseAbs().maxCoeff(), 3.5);
+    // alpha/Gamma, the flow of the order, is known better than either: their errors go together.
+    const std::vector<FittedValue> any = fit_waves(model, rest_of(model), numbers, record, NoiseOf::frames).values;
+    EXPECT_EQ(any[2].correlations.size(), 4u);
+    EXPECT_NEAR(any[2].correlations[2], 1.0, 1e-12);
+    EXPECT_NEAR(any[2].correlations[3], any[3].correlations[2], 1e-12);
+    EXPECT_GT(any[2].correlations[3], 0.3);
     // With the noise of the model, which moves each field on its own, the couplings are wrong by far.
     const WaveFit fit = fit_waves(model, rest_of(model), numbers, record, NoiseOf::model);
     EXPECT_GT(std::abs(fit.values[3].value - model.driving.strength), 5.0 * fit.values[3].error);

@@ -106,8 +106,9 @@ Force driving_force(const Equations& e, const State& s, const Calculus& d) {
     const Values rx = d.x(s.rho), ry = d.y(s.rho), sx = d.x(s.sigma), sy = d.y(s.sigma);
     const auto one = [&](const Values& p, const Values& r, const Values& g, const Values& f) {
         return at_each([&](std::size_t i) {
-            return e.driving.at(s.rho[i], s.sigma[i]).value * p[i] - m.stiffness.beads * r[i] -
-                   m.stiffness.rods * g[i] + f[i];
+            const double square = s.px[i] * s.px[i] + s.py[i] * s.py[i];
+            return (e.driving.at(s.rho[i], s.sigma[i]).value + m.driving.cubic * square) * p[i] -
+                   m.stiffness.beads * r[i] - m.stiffness.rods * g[i] + f[i];
         });
     };
     return {one(s.px, rx, sx, outside.x), one(s.py, ry, sy, outside.y)};

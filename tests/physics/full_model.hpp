@@ -18,7 +18,7 @@ inline Model full_model() {
             .inertia = {.bead_mass = 1.4, .advection = true},
             .drag = {.coefficient = 1.1, .coefficient_terms = {"0.3 rho", "0.2 sigma"}},
             .viscosity = {.shear = 0.23, .bulk = 0.11},
-            .driving = {.strength = 0.9, .strength_terms = {"0.4 sigma", "-0.1 rho sigma"}},
+            .driving = {.strength = 0.9, .cubic = -0.3, .strength_terms = {"0.4 sigma", "-0.1 rho sigma"}},
             .stiffness = {.beads = 1.7, .rods = 0.6},
             .relaxation = {.rate = 0.4,
                            .rate_terms = {"-0.5 sigma", "0.2 rho^2"},
@@ -62,6 +62,7 @@ inline std::vector<NamedModel> all_forms() {
     Model viscous = overdamped;
     viscous.viscosity = full.viscosity;
     viscous.drag.coefficient_terms = viscous.driving.strength_terms = {};
+    viscous.driving.cubic = 0.0;  // it needs the velocity on the grid
     forms.push_back({"overdamped, viscous", viscous});
     Model rods = full;
     rods.fields = {.bead_density = false, .rod_density = true, .bead_velocity = "absent"};

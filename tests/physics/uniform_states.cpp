@@ -96,6 +96,26 @@ TEST(StationaryStates, of_beads_without_drag_balance_a_force_by_order) {
     const StationaryStates found = stationary_states(e);
     ASSERT_EQ(found.states.size(), 1u);
     EXPECT_LT(largest_rate(e, found.states[0].point), 1e-14);
+    model.driving.cubic = 0.5;  // (alpha + alpha_3 p^2) p + f = 0 has no closed form here: it is searched for
+    const Equations cubic(model);
+    const StationaryStates searched = stationary_states(cubic);
+    ASSERT_EQ(searched.states.size(), 1u);
+    EXPECT_LT(largest_rate(cubic, searched.states[0].point), 1e-12);
+}
+
+TEST(StationaryStates, with_cubic_driving_have_the_flow_and_the_order_of_the_closed_form) {
+    const Letters l;
+    Model model = flock_model(l);
+    model.driving.cubic = -0.6;
+    const Equations e(model);
+    const StationaryStates found = stationary_states(e);
+    ASSERT_EQ(found.states.size(), 2u);
+    const double order = std::sqrt(-l.abar() / (l.b + l.lambda * 0.6 / l.gamma));
+    EXPECT_NEAR(found.states[1].point.order.x(), order, 1e-14);
+    EXPECT_NEAR(found.states[1].point.velocity.x(), (l.alpha - 0.6 * order * order) * order / l.gamma, 1e-14);
+    EXPECT_LT(largest_rate(e, found.states[1].point), 1e-14);
+    model.driving.cubic = 3.0;  // more than b Gamma/lambda: the flow grows faster with the order than b stops it
+    EXPECT_NE(stationary_states(Equations(model)).no_order.find("alpha_3/Gamma"), std::string::npos);
 }
 
 TEST(StationaryStates, outside_a_table_are_rejected_with_its_range) {

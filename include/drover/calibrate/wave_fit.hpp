@@ -36,6 +36,7 @@ struct FittedValue {
     double error = 0.0;
     double error_of_model = 0.0;  ///< the one that the model predicts, by its Fisher information
     bool at_bound = false;        ///< the value is the least allowed, and the waves would prefer a smaller one
+    std::vector<double> correlations = {};  ///< of its error with those of all values
 };
 struct WaveFit {
     std::vector<FittedValue> values;  ///< in the order of the fitted numbers

@@ -2,8 +2,8 @@
 //
 //     d_t sigma     = -div J + D_sigma lap sigma + noise,    J = u p  or  u sigma p                        (rodcont)
 //     d_t rho       = -div(rho v) + D_rho lap rho + noise                                                 (beadcont)
-//     m rho d_t v   = -m rho v.grad v [optional] - Gamma v + eta lap v + zeta grad(div v) + alpha p
-//                     - E grad rho - F grad sigma + force                                                  (beadmom)
+//     m rho d_t v   = -m rho v.grad v [optional] - Gamma v + eta lap v + zeta grad(div v)
+//                     + (alpha + alpha_3 |p|^2) p - E grad rho - F grad sigma + force + noise              (beadmom)
 //     d_t p         = -w p.grad p - (a - c sigma + b |p|^2) p + K3 lap p + K1 grad(div p) - K4 lap^2 p
 //                     + lambda v - A grad rho - B grad sigma - lambda_2 p div p - lambda_3 grad |p|^2
 //                     + orienting field + noise                                                            (polarfull)
@@ -39,7 +39,7 @@ struct Viscosity {
     double shear = 0.0, bulk = 0.0;
 };
 struct Driving {
-    double strength = 0.0;
+    double strength = 0.0, cubic = 0.0;
     std::vector<std::string> strength_terms;
 };
 struct Stiffness {

@@ -33,7 +33,8 @@ struct StationaryStates {
 };
 
 /// All uniform stationary states at given densities: the real roots P of
-///     b P^3 + (a - lambda alpha/Gamma) P = |H|,    H = h + lambda f/Gamma,    v = (alpha p + f)/Gamma,
+///     (b - lambda alpha_3/Gamma) P^3 + (a - lambda alpha/Gamma) P = |H|,    H = h + lambda f/Gamma,
+///     v = [(alpha + alpha_3 |p|^2) p + f]/Gamma,
 /// where p is P along H.  If H = 0: the isotropic state and, if its root is real, the flock.  Beads without drag
 /// (Gamma = 0) have p = -f/alpha; without driving they are at rest.  Throws an input Error if the densities are outside
 /// a coefficient table.
