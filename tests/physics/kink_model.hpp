@@ -13,15 +13,15 @@ inline constexpr double growth = 0.5;  // -abar [1/s]
 /// rod current and the inertia of the beads must all drop out of this sector by themselves.
 struct Sector {
     Model model = full_model();
-    double drag, driving, saturation, stiffness;
+    double drag, driving, saturation, stiffness;  // saturation: with the part of the cubic driving
 
     Sector() {
         const double rho = model.uniform.bead_density, sigma = model.uniform.rod_density;
         drag = 1.1 + 0.3 * rho + 0.2 * sigma;
         driving = 0.9 + 0.4 * sigma - 0.1 * rho * sigma;
-        saturation = 0.8 + 0.3 * rho;
         stiffness = model.elasticity.stiffness;
         const double weathercock = 0.75 - 0.2 * rho;
+        saturation = 0.8 + 0.3 * rho - weathercock * model.driving.cubic / drag;
         model.viscosity = {};
         // A square of p_y alone has a gradient along x; lap^2 changes the profile.
         model.advection.gradient = model.elasticity.bilaplacian = 0.0;
@@ -30,13 +30,16 @@ struct Sector {
         model.relaxation.rate = -growth + weathercock * driving / drag + 0.5 * sigma - 0.2 * rho * rho;
     }
     double saturated() const { return std::sqrt(growth / saturation); }
-    /// rho, sigma, v = alpha p/Gamma (dynamic), p.
+    /// rho, sigma, v = (alpha + alpha_3 p^2) p/Gamma (dynamic), p.
     std::vector<FieldFunction> fields(const FieldFunction& order) const {
         const auto constant = [](double value) { return [value](double, double) { return value; }; };
         std::vector<FieldFunction> made{constant(model.uniform.bead_density), constant(model.uniform.rod_density)};
         if (model.fields.bead_velocity == "dynamic") {
             made.push_back(constant(0.0));
-            made.push_back([=, ratio = driving / drag](double x, double y) { return ratio * order(x, y); });
+            made.push_back([=, alpha = driving, cubic = model.driving.cubic, gamma = drag](double x, double y) {
+                const double p = order(x, y);
+                return (alpha + cubic * p * p) * p / gamma;
+            });
         }
         made.push_back(constant(0.0));
         made.push_back(order);

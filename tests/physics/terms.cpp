@@ -170,7 +170,7 @@ TEST(Terms, the_linear_part_about_the_reference_leaves_no_linear_remainder_there
 
 TEST(Terms, that_are_inactive_cost_no_transform) {
     Model model = full_model();
-    model.advection.divergence = model.advection.gradient = 0.0;
+    model.advection.divergence = model.advection.gradient = model.driving.cubic = 0.0;
     model.current.kind = "order";
     model.inertia.advection = false;
     model.drag.coefficient_terms = model.driving.strength_terms = model.relaxation.rate_terms =
