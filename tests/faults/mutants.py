@@ -26,6 +26,8 @@ COMMANDS = {
     "fields.h5.checkpoint-a": [["restart", "--quiet", "--set", "time.end=0.5"]],
     "grains.h5": [["info"], ["export", "-o", "grains.xyz", "--overwrite"],
                   ["restart", "--quiet", "--set", "time.end=0.005"]],
+    "waves.h5": [["fit", "relaxation.rate", "noise.order", "noise.rods"]],
+    "bed.h5": [["fit", "relaxation.rate", "--scene", "fields.toml"]],
     "trials/table.h5": [["info"], ["boundary"]],
     "matched.calibration/table.h5": [["check", "calibrated-flock.toml"], ["info"]],  # one that fields can use
     "trials/damping-bead-0.5.trials": [["calibrate", "calibrate.toml", "--collect", "--quiet", "-o", "trials"]],
@@ -37,11 +39,15 @@ def make_files(folder):
     write_scene(folder, TINY, name="fields.toml", base={})
     write_scene(folder, {**TINY, "initial.kind": "file", "initial.file": "fields.h5"}, name="from-file.toml", base={})
     write_scene(folder, GRAINS, name="grains.toml", base={})
+    write_scene(folder, {**TINY, "time.end": 8.0, "output.frame_every": 0.1}, name="waves.toml", base={})
+    write_scene(folder, {**GRAINS, "rods.count": 3, "time.end": 0.07, "output.frame_every": 0.001}, name="bed.toml",
+                base={})
     calibration_scene(folder)
     shutil.copy(MODELS / "calibrated-flock.toml", folder)
     (folder / "matched.calibration").mkdir()
     shutil.copy(MODELS / "matched.calibration/table.h5", folder / "matched.calibration")
     for words in (["run", "fields.toml", "--quiet"], ["run", "grains.toml", "--quiet"],
+                  ["run", "waves.toml", "--quiet"], ["run", "bed.toml", "--quiet"],
                   ["calibrate", "calibrate.toml", "--workers", "1", "--quiet", "-o", "trials"]):
         ended = run(folder, words)
         assert ended.returncode == 0, ended.stderr
@@ -67,7 +73,7 @@ def mutant(content, dice):
 def words_of(command, name):
     first, *rest = command
     name = name.removesuffix(".checkpoint-a")
-    return [first, *([name] if first in ("info", "restart", "export", "boundary") else []), *rest]
+    return [first, *([name] if first in ("info", "restart", "export", "boundary", "fit") else []), *rest]
 
 
 def outcome(folder, words):
