@@ -17,7 +17,7 @@
 namespace drover::calibrate {
 
 namespace {
-using Matrix = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+using Matrix = Eigen::MatrixXcd;  // of few rows, but types of fixed size take a minute to compile
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -212,7 +212,7 @@ private:
             const Matrix noise = physics::noise_symbol(e, std::hypot(wave.q.x, wave.q.y))(wave.places, wave.places);
             return calibrate::step_of(m, noise / area_, spacing_);
         }
-        const Matrix propagator = Matrix(spacing_ * m).exp();
+        const Matrix propagator = (spacing_ * m).exp();
         return {.propagator = propagator, .noise = residual(wave.all, propagator) / wave.all.pairs};
     }
 
