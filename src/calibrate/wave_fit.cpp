@@ -11,7 +11,6 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
-#include "drover/physics/fluctuations.hpp"
 #include "drover/physics/stability.hpp"
 
 namespace drover::calibrate {
@@ -287,9 +286,7 @@ MatrixXd covariance_of(const MatrixXd& information, const Likelihood& likelihood
         modes.eigenvectors() * modes.eigenvalues().cwiseInverse().asDiagonal() * modes.eigenvectors().transpose();
     return scale.asDiagonal() * inverse * scale.asDiagonal();
 }
-}  // namespace
 
-namespace {
 /// A step of scoring: damping times the diagonal is added to the information; numbers that would pass their bound stay
 /// there.
 VectorXd scored(const VectorXd& values, const Slopes& slopes, double damping, const Likelihood& likelihood) {
@@ -377,11 +374,16 @@ WaveFit fit_waves(const physics::Model& start, const physics::UniformPoint& abou
             found = likelihood.value(next);
             is_better = found <= value;
         }
-        const double moved = ((next - values).array() / errors.array()).abs().maxCoeff();
+        const auto errors_to = [&](const VectorXd& other) {
+            return ((other - values).array() / errors.array()).abs().maxCoeff();
+        };
+        // No step is better: at a maximum, up to rounding, or where the likelihood cannot be followed further.
+        if (!is_better && !(errors_to(scored(values, slopes, 0.0, likelihood)) < 1e-2)) break;
+        const double moved = errors_to(next);
         if (is_better) values = next, value = found;
         if (!is_better || moved < 1e-4) return fit_at(values, likelihood, steps, iteration);
     }
-    fail_run("no maximum of the likelihood after {} steps, at {}; expected one: start from values nearer to it", most,
+    fail_run("no maximum of the likelihood in {} steps, at {}; expected one: start from values nearer to it", most,
              described(values, likelihood));
 }
 

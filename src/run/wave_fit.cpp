@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "drover/io/scene_text.hpp"
-#include "drover/io/trajectory.hpp"
 #include "drover/physics/stability.hpp"
 #include "run/wave_record.hpp"
 
@@ -122,67 +122,10 @@ std::vector<std::string> remarks_of(const std::vector<FittedNumber>& numbers, co
     }
     return remarks;
 }
-}  // namespace
-
-io::Scene fitted_scene(const std::string& archive, const std::string& file, const std::vector<std::string>& overrides) {
-    if (!file.empty()) return io::read_scene(file, overrides);
-    const std::string text = files::ArchiveReader(archive).text_attribute("scene");
-    require(io::archived_scene(text, archive).kind == io::SceneKind::fields, {archive},
-            "holds particles, which have no field equations of their own; expected a scene of fields to fit: give "
-            "--scene models/calibrated-flock.toml or another");
-    return io::parse_scene(text, archive, overrides);
-}
-
-Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options) {
-    io::require_kind(scene, io::SceneKind::fields, "fit");
-    const files::ArchiveReader archive(options.archive);
-    const io::Scene source = io::archived_scene(archive.text_attribute("scene"), options.archive);
-    const physics::Equations equations(scene.model);
-    const physics::Form& form = equations.form;
-    const std::string beyond = physics::nonuniform_term(equations);
-    require(beyond.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
-            beyond);
-    const WaveChoice choice{.max_wavenumber = options.max_wavenumber,
-                            .begin = options.begin,
-                            .end = options.end,
-                            .every = options.every};
-    const bool particles = source.kind == io::SceneKind::particles;
-    WaveRecord record = particles ? particle_waves(archive, options.archive, source, form, choice)
-                                  : field_waves(archive, options.archive, source, form, choice);
-    const State state = state_of(record, form, scene.model, options.archive);
-    if (state.is_flock) {  // the mean is the flock itself
-        require(record.q.size() > 1, {options.archive},
-                "is of a flock, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a "
-                "larger --max-wavenumber",
-                options.max_wavenumber);
-        record.q.erase(record.q.begin());
-        record.amplitudes.erase(record.amplitudes.begin());
-    }
-    std::vector<std::string> units;
-    const std::vector<FittedNumber> numbers = numbers_of(options, scene.model, units);
-    const bool fits_noise = std::any_of(options.keys.begin(), options.keys.end(),
-                                        [](const std::string& key) { return key.starts_with("noise."); });
-    const auto noise = fits_noise ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
-    const calibrate::WaveFit fit = calibrate::fit_waves(scene.model, state.point, numbers, record, noise);
-    std::optional<calibrate::WaveFit> sparse;
-    physics::Model found = scene.model;
-    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i].in(found) = fit.values[i].value;
-    if (record.frames > 2 * calibrate::min_wave_pairs + 1)
-        sparse = calibrate::fit_waves(found, state.point, numbers, calibrate::thinned(record, 2), noise);
-
-    List list{.name = "coefficients", .heading = {}};
-    physics::Model start = scene.model;
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-        list.rows.push_back(row_of(numbers[i].key, units[i], numbers[i].in(start), fit.values[i],
-                                   sparse ? std::optional(sparse->values[i]) : std::nullopt));
-    const std::vector<std::string> remarks = remarks_of(numbers, fit, sparse);
-    double largest = 0.0;
-    for (const numerics::Wavevector& q : record.q) largest = std::max(largest, std::hypot(q.x, q.y));
-    Result result;
-    const std::string kind = state.is_flock ? "a flock" : "the state without order";
-    result.root.header = {text("waves of {} about {}: {} up to {:.4g} /mm, in {} frames {:.4g} s apart",
-                               options.archive, kind, record.q.size(), largest, record.frames, record.spacing)};
-    result.root.entries = {
+/// What was fitted, for programs.
+std::vector<Entry> entries_of(const WaveRecord& record, const State& state, const std::string& kind, double largest,
+                              const physics::Form& form, const std::vector<std::string>& remarks) {
+    return {
         {.name = "about", .unit = "", .meaning = "uniform state of the waves", .value = kind, .shown = {.text = false}},
         {.name = "order",
          .unit = form.order_is_density ? "mm-2" : "1",
@@ -214,6 +157,68 @@ Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options) {
          .meaning = "what the estimates do not show by themselves",
          .value = remarks,
          .shown = {.text = false}}};
+}
+}  // namespace
+
+io::Scene fitted_scene(const std::string& archive, const std::string& file, const std::vector<std::string>& overrides) {
+    if (!file.empty()) return io::read_scene(file, overrides);
+    const std::string text = files::ArchiveReader(archive).text_attribute("scene");
+    require(io::archived_scene(text, archive).kind == io::SceneKind::fields, {archive},
+            "holds particles, which have no field equations of their own; expected a scene of fields to fit: give "
+            "--scene models/calibrated-flock.toml or another");
+    return io::parse_scene(text, archive, overrides);
+}
+
+Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options) {
+    io::require_kind(scene, io::SceneKind::fields, "fit");
+    const files::ArchiveReader archive(options.archive);
+    const io::Scene source = io::archived_scene(archive.text_attribute("scene"), options.archive);
+    const physics::Equations equations(scene.model);
+    const physics::Form& form = equations.form;
+    const std::string beyond = physics::nonuniform_term(equations);
+    require(beyond.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
+            beyond);
+    std::vector<std::string> units;
+    const std::vector<FittedNumber> numbers = numbers_of(options, scene.model, units);
+    const WaveChoice choice{.max_wavenumber = options.max_wavenumber,
+                            .begin = options.begin,
+                            .end = options.end,
+                            .every = options.every};
+    const bool particles = source.kind == io::SceneKind::particles;
+    WaveRecord record = particles ? particle_waves(archive, options.archive, source, form, choice)
+                                  : field_waves(archive, options.archive, source, form, choice);
+    const State state = state_of(record, form, scene.model, options.archive);
+    if (state.is_flock) {  // the mean is the flock itself
+        require(record.q.size() > 1, {options.archive},
+                "is of a flock, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a "
+                "larger --max-wavenumber",
+                options.max_wavenumber);
+        record.q.erase(record.q.begin());
+        record.amplitudes.erase(record.amplitudes.begin());
+    }
+    const bool fits_noise = std::any_of(options.keys.begin(), options.keys.end(),
+                                        [](const std::string& key) { return key.starts_with("noise."); });
+    const auto noise = fits_noise ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
+    const calibrate::WaveFit fit = calibrate::fit_waves(scene.model, state.point, numbers, record, noise);
+    std::optional<calibrate::WaveFit> sparse;
+    physics::Model found = scene.model;
+    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i].in(found) = fit.values[i].value;
+    if (record.frames > 2 * calibrate::min_wave_pairs + 1)
+        sparse = calibrate::fit_waves(found, state.point, numbers, calibrate::thinned(record, 2), noise);
+
+    List list{.name = "coefficients", .heading = {}};
+    physics::Model start = scene.model;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        list.rows.push_back(row_of(numbers[i].key, units[i], numbers[i].in(start), fit.values[i],
+                                   sparse ? std::optional(sparse->values[i]) : std::nullopt));
+    const std::vector<std::string> remarks = remarks_of(numbers, fit, sparse);
+    double largest = 0.0;
+    for (const numerics::Wavevector& q : record.q) largest = std::max(largest, std::hypot(q.x, q.y));
+    Result result;
+    const std::string kind = state.is_flock ? "a flock" : "the state without order";
+    result.root.header = {text("waves of {} about {}: {} up to {:.4g} /mm, in {} frames {:.4g} s apart",
+                               options.archive, kind, record.q.size(), largest, record.frames, record.spacing)};
+    result.root.entries = entries_of(record, state, kind, largest, form, remarks);
     result.root.lists = {std::move(list)};
     result.root.footer = remarks;
     return result;

@@ -192,6 +192,8 @@ WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string
         check_stop_signal();
         const Plane rods = bodies.plane(io::rods_group, "position", frame),
                     axes = bodies.plane(io::rods_group, "axis", frame);
+        require(axes.x.size() == rods.x.size(), {name}, "has {} positions and {} axes of rods; it is damaged",
+                rods.x.size(), axes.x.size());
         const double order_unit = form.order_is_density ? area : static_cast<double>(rods.x.size());
         Plane beads, flow;
         if (has_beads) {

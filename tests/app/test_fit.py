@@ -125,6 +125,11 @@ def test_waves_of_particles_are_sums_over_bodies(tmp_path):
     rate = -np.log(kept) / 0.05
     assert found["relaxation.rate"]["value"] == pytest.approx(rate, rel=1e-5)
     assert found["noise.order"]["value"] == pytest.approx(variance * 144.0 * 2.0 * rate / (1.0 - kept**2), rel=1e-5)
+    with h5py.File(tmp_path / "rods.h5", "a") as file:
+        del file["bodies/rods/axis/value"]
+        file["bodies/rods/axis/value"] = axes[:, :1]
+    damaged = drover(tmp_path, "fit", "rods.h5", "relaxation.rate", "--scene", "polar.toml", status=2)
+    assert "1 axes of rods; it is damaged" in damaged.stderr
 
 
 REFUSED = {
