@@ -26,7 +26,7 @@ LARGE = ["cell.lx=90.0", "cell.ly=90.0"]
 # Matched rods go as fast with steps of 5e-5 s as with 2e-5: 3.16(39) and 3.12(40) mm/s over 40 rods.
 COARSE = ["time.dt=5e-5", "contacts.substep=5e-5", "time.end=200.0"]
 POINTS = [*((beads, rods) for beads in (0.2, 0.4, 0.5, 0.6, 0.7) for rods in (0.05, 0.08, 0.11)), (0.3, 0.11),
-          (0.35, 0.14)]
+          (0.35, 0.14), (0.25, 0.11), (0.45, 0.05), (0.55, 0.11)]
 CASES = {
     "matched-dense": ("bead-flock", []),
     "matched-dense-2": ("bead-flock", ["run.seed=2"]),
