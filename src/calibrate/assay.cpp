@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
@@ -115,6 +116,9 @@ Resampling resample(const Assay& assay, std::span<const Trial> trials) {
     Resampling found;
     for (const double value : estimator(means_of(trials, chosen)))
         found.estimates.push_back({.mean = value, .samples = trials.size(), .blocks = trials.size()});
+    if (found.estimates.size() != assay.quantities.size())
+        throw std::logic_error(
+            text("{}: {} estimates of {} quantities", assay.name, found.estimates.size(), assay.quantities.size()));
     std::vector<double> drawn(trials.size());
     for (std::size_t r = 0; r < resamples; ++r) {
         fill_uniform({.stream = Stream::bootstrap, .step = r}, 0, 1, drawn);

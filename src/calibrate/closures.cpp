@@ -10,9 +10,22 @@
 namespace drover::calibrate {
 
 const char* row_name(Input input) {
-    static constexpr std::array<const char*, input_count> names{
-        "bead_area",     "rod_area",   "bead_mass",    "relaxation_rate",     "weathercock", "drag",
-        "response_time", "propulsion", "damping_rate", "viscosity_kinematic", "stiffness",   "contact_alignment"};
+    static constexpr std::array<const char*, input_count> names{"bead_area",
+                                                                "rod_area",
+                                                                "bead_mass",
+                                                                "relaxation_rate",
+                                                                "weathercock",
+                                                                "drag",
+                                                                "response_time",
+                                                                "propulsion",
+                                                                "damping_rate",
+                                                                "viscosity_kinematic",
+                                                                "stiffness",
+                                                                "contact_alignment",
+                                                                "contact_scattering",
+                                                                "scattering_second",
+                                                                "scattering_excitation",
+                                                                "scattering_saturation"};
     return names[input];
 }
 
@@ -102,35 +115,41 @@ std::vector<Closure> of_relaxation() {
 }
 
 std::vector<Closure> of_order() {
-    return {
-        {.row = "weathercock_strength",
-         .key = "weathercock.strength",
-         .unit = "1/(mm^2 s)",
-         .formula = "lambda sigma u, for p = sigma u P",
-         .origin = Origin::measured,
-         .of = {weathercock},
-         .value = [](M m) { return m[weathercock]; }},
-        {.row = "advection", .key = "advection.strength", .unit = "mm^2", .formula = "w = 0: no assay and no closure"},
-        {.row = "pressure_beads",
-         .key = "pressure.beads",
-         .unit = "mm^2/s^2",
-         .formula = "A = 0: no assay and no closure"},
-        {.row = "pressure_rods",
-         .key = "pressure.rods",
-         .unit = "mm^2/s^2",
-         .formula = "B = u^2/2, for p = sigma u P",
-         .origin = Origin::closure,
-         .of = {speed, rod_area},
-         .under = {rod_area},
-         .value = [](M m) { return 0.5 * m[speed] / m.rod_density(); }},
-        {.row = "noise_order",
-         .key = "noise.order",
-         .unit = "1/s^3",
-         .formula = "Delta = D_r sigma u^2, for p = sigma u P",
-         .origin = Origin::closure,
-         .of = {relaxation, rod_area},
-         .under = {rod_area},
-         .value = [](M m) { return m[relaxation] / m.rod_density(); }}};
+    return {{.row = "weathercock_strength",
+             .key = "weathercock.strength",
+             .unit = "1/(mm^2 s)",
+             .formula = "lambda sigma u, for p = sigma u P",
+             .origin = Origin::measured,
+             .of = {weathercock},
+             .value = [](M m) { return m[weathercock]; }},
+            {.row = "advection",
+             .key = "advection.strength",
+             .unit = "mm^2",
+             .formula = "w = 3 g u/16, for p = P",
+             .origin = Origin::closure,
+             .of = {relaxation, weathercock, drag, contact, rod_area, speed},
+             .under = {relaxation, rod_area},
+             .value = [](M m) { return 3.0 / 16.0 * m.alignment() * m[speed]; }},
+            {.row = "pressure_beads",
+             .key = "pressure.beads",
+             .unit = "mm^2/s^2",
+             .formula = "A = 0: no assay and no closure"},
+            {.row = "pressure_rods",
+             .key = "pressure.rods",
+             .unit = "mm^2/s^2",
+             .formula = "B = u^2/2, for p = sigma u P",
+             .origin = Origin::closure,
+             .of = {speed, rod_area},
+             .under = {rod_area},
+             .value = [](M m) { return 0.5 * m[speed] / m.rod_density(); }},
+            {.row = "noise_order",
+             .key = "noise.order",
+             .unit = "1/s^3",
+             .formula = "Delta = D_r sigma u^2, for p = sigma u P",
+             .origin = Origin::closure,
+             .of = {relaxation, rod_area},
+             .under = {rod_area},
+             .value = [](M m) { return m[relaxation] / m.rod_density(); }}};
 }
 
 std::vector<Closure> of_onset() {
@@ -156,6 +175,51 @@ std::vector<Closure> of_onset() {
              .under = {relaxation, rod_area},
              .value = [](M m) { return m.alignment(); }}};
 }
+
+// From collisions of pairs (scattering assay) and the flow, without a fit to a flock: psi_3 = 0, psi_2 follows psi_1
+// (Bertin, Droz & Gregoire, J. Phys. A 42, 445001 (2009)).  Without collisions they are the closures above.
+std::vector<Closure> of_collisions() {
+    const std::vector<Input> pairs{relaxation, weathercock, drag, rod_area, scattered_second, scattered_excitation};
+    const auto with = [&](Input input) {
+        std::vector<Input> all = pairs;
+        all.push_back(input);
+        return all;
+    };
+    return {{.row = "alignment_kinetic",
+             .unit = "1",
+             .formula = "g = (lambda_s alpha/Gamma + 2 c sigma)/D_r, c of pairs of rods",
+             .origin = Origin::measured,
+             .of = {relaxation, weathercock, drag, rod_area, scattered},
+             .under = {relaxation, rod_area},
+             .value = [](M m) { return m.alignment_by_flow() + 2.0 * m[scattered] * m.rod_density() / m[relaxation]; }},
+            {.row = "saturation_kinetic",
+             .unit = "1/s",
+             .formula = "b for p = P, from collisions of pairs and the flow",
+             .origin = Origin::closure,
+             .of = with(scattered_saturation),
+             .under = {relaxation, rod_area},
+             .value = [](M m) { return m.reaction() * m.excitation() / m.second_rate(); }},
+            {.row = "advection_kinetic",
+             .unit = "mm/s",
+             .formula = "w for p = P, from collisions of pairs and the flow",
+             .origin = Origin::closure,
+             .of =
+                 [&] {
+                     std::vector<Input> all = with(scattered_saturation);
+                     all.push_back(speed);
+                     return all;
+                 }(),
+             .under = {relaxation, rod_area},
+             .value = [](M m) { return m[speed] * (m.excitation() - 0.5 * m.reaction()) / m.second_rate(); }},
+            {.row = "elasticity_kinetic",
+             .unit = "mm^2/s",
+             .formula = "K3 = u^2/(16 D_r - 4 J sigma), J of the second moment, of pairs of rods",
+             .origin = Origin::closure,
+             .of = {relaxation, rod_area, speed, scattered_second},
+             .under = {relaxation, rod_area},
+             .value = [](M m) { return 0.25 * m[speed] * m[speed] / m.second_rate(); }}};
+}
+
 /// The unit of a coefficient that does not depend on that of p, and the power of sigma that it takes with p.
 void take_from_registry(Closure& closure) {
     const auto& rows = physics::coefficient_registry();
@@ -169,7 +233,7 @@ void take_from_registry(Closure& closure) {
 const std::vector<Closure>& closures() {
     static const std::vector<Closure> all = [] {
         std::vector<Closure> list;
-        for (const auto& part : {of_densities(), of_beads(), of_relaxation(), of_order(), of_onset()})
+        for (const auto& part : {of_densities(), of_beads(), of_relaxation(), of_order(), of_onset(), of_collisions()})
             list.insert(list.end(), part.begin(), part.end());
         for (Closure& closure : list) take_from_registry(closure);
         return list;

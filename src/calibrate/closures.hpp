@@ -23,9 +23,13 @@ enum Input {
     damping,
     viscosity,
     stiffness,
-    contact
+    contact,
+    scattered,
+    scattered_second,
+    scattered_excitation,
+    scattered_saturation
 };
-constexpr std::size_t input_count = 12;
+constexpr std::size_t input_count = 16;
 const char* row_name(Input input);
 
 /// The numbers that one closure needs at one point; others are zero.
@@ -45,6 +49,15 @@ struct Measured {
     /// g = g_flow + 2 c sigma/D_r, with contacts.
     double alignment() const {
         return alignment_by_flow() + 2.0 * numbers[contact] * rod_density() / numbers[relaxation];
+    }
+    /// Of collisions of pairs and the flow: rates of psi_2, of its excitation by psi_1^2, and s in
+    /// d_t psi_1 = -s psi_2 psi_1*.
+    double second_rate() const { return 4.0 * numbers[relaxation] - numbers[scattered_second] * rod_density(); }
+    double excitation() const {
+        return numbers[relaxation] * alignment_by_flow() + numbers[scattered_excitation] * rod_density();
+    }
+    double reaction() const {
+        return 0.5 * numbers[relaxation] * alignment_by_flow() + numbers[scattered_saturation] * rod_density();
     }
 };
 

@@ -59,8 +59,13 @@ TINY = {
     "calibrate.alignment.warm_up": 0.05,
     "calibrate.alignment.time": 0.1,
     "calibrate.alignment.frame": 0.005,
+    "calibrate.scattering.cell": 12.0,
+    "calibrate.scattering.max_duration": 0.05,
+    "calibrate.scattering.warm_up": 0.05,
+    "calibrate.scattering.time": 0.1,
+    "calibrate.scattering.frame": 0.005,
 }
-UNITS = 2 * 7 + 2 * 2 * 2  # drag and alignment depend on rods
+UNITS = 2 * 8 + 2 * 2 * 2  # drag and alignment depend on rods
 
 
 def write_tiny(folder, changes=None, name="tiny.toml"):

@@ -58,7 +58,7 @@ def test_every_coefficient_has_a_value_an_error_trials_and_an_origin(whole):
                 assert point["remark"] or point["origin"] != "short", name
     origins = {name: {point["origin"] for point in row["points"]} for name, row in coefficients.items()}
     assert origins["damping_rate"] == {"measured"} and origins["elasticity_splay"] == {"closure"}
-    assert origins["advection"] == {"set"}
+    assert origins["pressure_beads"] == {"set"}
     assert origins["pressure_rods"] <= {"closure"}
 
 
@@ -408,7 +408,7 @@ def test_scenes_for_calibrate_are_listed_in_the_readme():
 def test_a_shipped_calibration_scene_is_valid_and_runs(scene, tmp_path):
     path = MODELS / f"{scene}.toml"
     drover(tmp_path, "check", path)
-    units = {"calibrate-small": 22, "calibrate-matched": 48}[scene]
+    units = {"calibrate-small": 24, "calibrate-matched": 54}[scene]
     assert f"drover calibrate: {units} measurements" in drover(tmp_path, "explain", path).stdout
     point = json.loads(drover(tmp_path, "calibrate", path, "--json",
                               *settings(SHORT)).stdout)["coefficients"]["damping_rate"]["points"][0]

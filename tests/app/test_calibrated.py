@@ -63,7 +63,7 @@ def test_a_calibrated_scene_has_the_numbers_of_the_table_with_origins_and_errors
         section, name = key.split(".")
         assert math.isclose(scene[section][name], value, rel_tol=1e-12), key
     filled = dict(line.split(": ", 1) for line in scene["calibrated"]["filled"])
-    assert filled["relaxation.rate"] == "measured, 0.3 +- 0.006" and filled["advection.strength"] == "set, 0"
+    assert filled["relaxation.rate"] == "measured, 0.3 +- 0.006" and filled["pressure.beads"] == "set, 0"
     assert filled["noise.order"].startswith("closure, 15 +- 0.3") and filled["uniform.rod_density"].startswith("set")
     expected = dict(line.split(" = ", 1) for line in scene["calibrated"]["expected"])
     # lambda and a to 2 % each, and the drag of one node: g to 3.5 %; the spread of 200 redrawn tables is known to 9 %.

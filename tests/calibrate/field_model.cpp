@@ -75,11 +75,11 @@ TEST(FieldModel, has_the_expected_numbers) {
                                                     {"relaxation.saturation", 0.1 * (0.5 * g - 1.0) / (order * order)},
                                                     {"elasticity.stiffness", 9.0 / 1.6},
                                                     {"weathercock.strength", 0.1},
+                                                    {"advection.strength", 3.0 / 16.0 * g * 3.0},
                                                     {"pressure.rods", 1.5 / sigma},
                                                     {"noise.order", 0.1 / sigma}};
     for (const auto& [key, value] : expected) EXPECT_NEAR(value_of(key), value, 1e-12 * value) << key;
-    for (const char* zero :
-         {"viscosity.bulk", "stiffness.rods", "elasticity.splay", "advection.strength", "pressure.beads"}) {
+    for (const char* zero : {"viscosity.bulk", "stiffness.rods", "elasticity.splay", "pressure.beads"}) {
         const FieldNumber found = field_number(flocking_table(), zero, dense, OrderKind::orientation);
         EXPECT_EQ(found.number.value, 0.0) << zero;
         EXPECT_EQ(found.number.error, 0.0) << zero;

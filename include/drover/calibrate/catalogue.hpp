@@ -8,6 +8,7 @@
 #include "drover/calibrate/drag.hpp"
 #include "drover/calibrate/propulsion.hpp"
 #include "drover/calibrate/relaxation.hpp"
+#include "drover/calibrate/scattering.hpp"
 #include "drover/calibrate/shear.hpp"
 #include "drover/calibrate/stiffness.hpp"
 #include "drover/calibrate/weathercock.hpp"
@@ -26,6 +27,7 @@ struct Plans {
     StiffnessPlan stiffness;
     DiffusionPlan diffusion;
     AlignmentPlan alignment;
+    ScatteringPlan scattering;
 };
 
 /// `doc` describes the section [calibrate.<name>] of a scene.
@@ -47,7 +49,9 @@ inline constexpr std::tuple catalogue{
     CatalogueRow{"stiffness", "Response of the bead density to a force: E.", &Plans::stiffness, &stiffness},
     CatalogueRow{"diffusion", "Mean-square displacements of beads and single rods: D.", &Plans::diffusion, &diffusion},
     CatalogueRow{"alignment", "Alignment of rods by contacts, the beads held: c and a among rods.", &Plans::alignment,
-                 &alignment}};
+                 &alignment},
+    CatalogueRow{"scattering", "Alignment by contacts from collisions of two rods, the beads held: c and J_kq.",
+                 &Plans::scattering, &scattering}};
 
 /// Calls visit(name, doc, plan) for each assay, in the order of the catalogue.
 template <class AnyPlans, class Visit>

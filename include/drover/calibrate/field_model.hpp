@@ -41,7 +41,7 @@ struct FieldNumber {
 ///     K3 = u^2/(16 a), B = u/(2 sigma), Delta = a/sigma: independent rods (closures), D_r being a;
 ///     b such that the uniform flock has the mean-field order of order_of_alignment() in calibrate/alignment.hpp, g
 ///     being (lambda_s alpha/Gamma + 2 c sigma)/a;
-///     w, A, F, zeta and K1 zero.
+///     w = 3 g u/16 (in P), of the same expansion about the onset; A, F, zeta and K1 zero.
 /// The error is of first order in the errors of the rows, which are taken as independent (alpha/Gamma and tau, from one
 /// assay, are not quite).  Throws an input Error for missing entries and for points outside the table.
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
