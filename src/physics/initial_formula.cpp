@@ -74,7 +74,8 @@ double fraction_cut(const Expression& formula, const Grid& grid, int degree) {
 }
 
 Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree, double most) {
-    constexpr double max_points = 2048.0 * 2048.0;
+    constexpr double few = 1024.0 * 1024.0, many = 2048.0 * 2048.0;  // the search takes less than a second
+    const double max_points = std::clamp(4.0 * grid.nx * grid.ny, few, many);
     for (int factor = 2; factor <= 64; factor *= 2)
         for (const auto& [x, y] : {std::pair{factor, 1}, std::pair{1, factor}, std::pair{factor, factor}}) {
             const int rows = grid.ny == 1 && y > 1 ? 2 * y : grid.ny * y;
