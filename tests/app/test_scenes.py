@@ -30,8 +30,8 @@ SHORT = {
     "point-force-moving": ["grid.nx=128", "grid.ny=128", "grid.lx=128", "time.end=5"],
     "barenblatt": ["grid.nx=128", "grid.ny=128"],
     "phase-boundary": ["grid.nx=32", "grid.ny=32", "grid.lx=48", "grid.ly=48", "time.end=50", "output.frame_every=50"],
-    "calibrated-flock": ["grid.nx=32", "grid.ny=32", "time.end=50"],
-    "calibrated-poor": ["grid.nx=32", "grid.ny=32", "time.end=50"],
+    "calibrated-flock": ["time.end=50"],
+    "calibrated-poor": ["time.end=50"],
     "quench": ["grid.nx=64", "grid.ny=64", "grid.lx=64", "grid.ly=64", "time.end=100"],
 }
 

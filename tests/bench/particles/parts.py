@@ -123,8 +123,16 @@ def rod_in_bed(seeds, factor):
             for kick in (0.0265, 0.018) for fraction, scene in ((0.0, "rod-matched.toml"), (0.67, "rod-in-beads.toml"))]
 
 
+def paper_rod(seeds, factor):
+    return [make({"area_fraction": fraction, "kick": kick}, scene,
+                 {"kick.strength": kick, "output.frame_every": 0.1, "rods.count": 1}, seeds or count,
+                 whole(60.0 * factor, 0.1), tilted=False)
+            for kick in (0.01, 0.015)
+            for fraction, scene, count in ((0.0, "paper-rod.toml", 40), (0.67, "paper-rod-in-beads.toml", 12))]
+
+
 PARTS = {part.__name__: part for part in (rod_step, matched_step, rod_laws, rod_kick, rod_matched, rod_symmetric,
-                                          bed_step, bed_groups, rod_in_bed)}
+                                          bed_step, bed_groups, rod_in_bed, paper_rod)}
 
 # Under the first line of a table.
 COMMENTS = {

@@ -15,6 +15,7 @@ bead):
     bed_step       beads at area fractions 0.3 and 0.6: temperature, impacts, decay of a flow, by time step 10 minutes
     bed_groups     beads at 0.7, where they touch in groups: how finely the impact of a group is followed    4 minutes
     rod_in_bed     relaxation time of the matched rod in a bed of area fraction 0.67 and without            10 minutes
+    paper_rod      the same of the rod of the paper, slip not tracked, at two strengths of the kick          8 minutes
 
 --time scales all times of runs (whole frames: 0.1 will do), --seeds is how many starts each case has, --first how
 many cases: to try a part.  Rows of other seeds or times are other rows.  A start is a random direction, height and

@@ -1,0 +1,67 @@
+"""tests/bench/particles/wake.py: the flow of beads around one moving rod, in its frame.
+
+Usage: wake.py --drover PROGRAM --output FOLDER [--seconds S]
+
+Runs one rod of rod-in-beads.toml in a cell of 27 mm at three area fractions of beads; the mean velocity of the beads is
+held at zero, since these plates do not stop a flow that one rod keeps up.  FOLDER/wake-BEADS.csv gets the mean velocity
+of the beads at each place of the frame of the rod [mm, mm/s] (flow_velocity_along and flow_velocity_across of the
+archive), where there were beads.  A table that is there is not made again.
+"""
+import argparse
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+from flocks import MODELS, write
+
+BEADS = (0.5, 0.6, 0.7)
+
+
+def run(arguments, beads, archive):
+    settings = [f"beads.area_fraction={beads}", "cell.lx=27.0", "cell.ly=27.0", "forces.hold_beads=true",
+                "time.dt=5e-5", "contacts.substep=5e-5", f"time.end={arguments.seconds}", "output.frame_every=0.1",
+                "output.sample_every=0.1", "run.threads=1"]
+    words = [word for setting in settings for word in ("--set", setting)]
+    subprocess.run([arguments.drover, "run", str(MODELS / "rod-in-beads.toml"), "--output", str(archive), "--quiet",
+                    *words], check=True, stdout=subprocess.DEVNULL)
+    return settings
+
+
+def flow(archive):
+    """Columns: place ahead of the rod and to its left, velocity along and across it."""
+    with h5py.File(archive) as file:
+        summary = file["summary"]
+        along, across = (summary[f"flow_velocity_{part}"] for part in ("along", "across"))
+        axes = [along.dims[axis][0][()] for axis in (0, 1)]
+        x, y = np.meshgrid(*axes, indexing="ij")
+        columns = np.column_stack([part.ravel() for part in (x, y, along[()], across[()])])
+    return columns[np.isfinite(columns).all(axis=1)]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--drover", required=True, help="the program")
+    parser.add_argument("--output", required=True, type=Path, help="folder of the tables")
+    parser.add_argument("--seconds", type=float, default=200.0)
+    arguments = parser.parse_args()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    version = subprocess.run([arguments.drover, "--version"], check=True, capture_output=True, text=True).stdout.strip()
+    for beads in BEADS:
+        table = arguments.output / f"wake-{beads}.csv"
+        if table.exists():
+            continue
+        with tempfile.TemporaryDirectory(dir=arguments.output) as folder:
+            archive = Path(folder) / "run.h5"
+            settings = run(arguments, beads, archive)
+            columns = flow(archive)
+        write(table, f"# rod-in-beads.toml {' '.join(settings)}; {version}\n",
+              [["ahead_mm", "left_mm", "along_mm_s", "across_mm_s"], *columns])
+        print(table, len(columns), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
