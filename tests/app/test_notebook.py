@@ -35,7 +35,7 @@ assert len(series) == 25 and run.time == 12.0 and float(series[-1]) == enstrophy
 assert abs(series[0] / series[20] - 1) > 0.02
 assert 0 < correlation[0] and abs(correlation[16] / correlation[0]) < 1
 """),
-    "paper": (5, """
+    "paper": (6, """
 assert [row[0] for row in verdicts if row[4] == "misses"] == ["2a", "2g-j"]
 assert {row[0] for row in verdicts if "missing" in row[4]} == {
     "3e-f", "5", "S: chirality", "S: amorphous", "S: circle", "S: G_tot"}

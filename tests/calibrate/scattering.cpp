@@ -76,7 +76,7 @@ private:
     bool has_met_ = false;
 };
 
-/// J_kq of the rule: points of diameter 2 reach meet at the rate 2 reach v/A, v = 2 u sin(angle/2), by the midpoint rule.
+/// J_kq of the rule by the midpoint rule: points of diameter 2 reach meet at the rate 2 reach v/A, v = 2 u sin(angle/2).
 double kernel(const Rule& rule, int k, const std::vector<int>& qs) {
     constexpr int points = 4000;
     double sum = 0.0;
@@ -120,8 +120,8 @@ std::vector<Expected> expected(const Rule& rule) {
             {3, -kernel(rule, 1, {2, -1})}};
 }
 
-// Noise turns a rod by 0.5 within an encounter of 0.3 s, by more than the other rod does: without its correction c would
-// have the wrong sign.  What is left of it is small against the statistical errors of 10 %.
+// Noise turns a rod by 0.5 within an encounter of 0.3 s, by more than the other rod does: without its correction c
+// would have the wrong sign.  What is left of it is small against the statistical errors of 10 %.
 TEST(Scattering, of_points_that_turn_to_each_other_has_the_known_kernel) {
     const Rule rule;
     const Measurement found = measured(rule, 3, 1200);

@@ -50,6 +50,10 @@ CASES = {
     # The plane of both area fractions, for the boundary that a table of coefficients predicts (predicted.py).
     **{f"point-{beads}-{rods}": ("bead-flock", [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}", *COARSE])
        for beads, rods in POINTS},
+    # More seeds of points near the line, where no single run decides.
+    **{f"seed-{beads}-{rods}-{seed}": ("bead-flock", [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}",
+                                                      *COARSE, f"run.seed={seed}"])
+       for beads, rods in ((0.2, 0.11), (0.5, 0.11), (0.6, 0.05)) for seed in (2, 3, 4)},
     # The same with the mean velocity of the beads held at zero: what is left of the order is due to contacts.
     **{f"held-{beads}-{rods}-{seed}": ("bead-flock", [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}",
                                                       *COARSE, "forces.hold_beads=true", f"run.seed={seed}"])
