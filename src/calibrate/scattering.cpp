@@ -229,7 +229,7 @@ const std::vector<Row<calibrate::ScatteringPlan>>& schema<calibrate::ScatteringP
          .unit = "s",
          .range = not_negative,
          .doc = "once, in random directions"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "of a trial"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "of a trial, from warm_up on"},
         {.name = "frame",
          .member = &Plan::frame,
          .unit = "s",

@@ -76,7 +76,7 @@ private:
     bool has_met_ = false;
 };
 
-/// J_kq of the rule by the midpoint rule: points of diameter 2 reach meet at the rate 2 reach v/A, v = 2 u sin(angle/2).
+/// J_kq of the rule by the midpoint rule: points of diameter 2 reach meet at the rate 2 reach v/A, v = 2 u sin(angle/2)
 double kernel(const Rule& rule, int k, const std::vector<int>& qs) {
     constexpr int points = 4000;
     double sum = 0.0;
