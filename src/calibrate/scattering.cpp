@@ -106,6 +106,11 @@ Trial evaluated(const ScatteringPlan& plan, const std::vector<Pair>& path) {
 
 Trial follow(const ScatteringPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     dem::Setup setup = with_rods(given, "scattering", false);
+    require(
+        plan.range >= setup.rods.length, {},
+        "scattering: encounters begin at a range of {} mm, where rods of {} mm already touch; expected a range of at "
+        "least their length",
+        plan.range, setup.rods.length);
     setup.forces = bed_at_rest(setup);
     setup.beads.count = static_cast<int>(
         std::lround(setup.beads.count * plan.cell * plan.cell / (setup.cell.lx * setup.cell.ly)));  // 0: by the area

@@ -102,6 +102,7 @@ Measurement measured(const Rule& rule, std::uint64_t seed, std::size_t trials) {
                                     .frame = 0.02});
     Conditions conditions{.setup = {}, .seed = seed};
     conditions.setup.rods.count = 2;
+    conditions.setup.rods.length = rule.reach;
     const SystemFactory make = [rule](const dem::Setup&, std::uint64_t one) {
         return std::make_unique<Collisions>(rule, one);
     };
@@ -139,6 +140,18 @@ TEST(Scattering, of_points_that_do_not_meet_has_no_kernel) {
     const Measurement found = measured({.kept = 1.0}, 5, 1200);
     for (std::size_t place = 0; place < 4; ++place)
         EXPECT_NEAR(found.estimates[place].mean, 0.0, 3.0 * *found.estimates[place].error) << place;
+}
+
+TEST(Scattering, refuses_encounters_that_begin_in_contact_and_cells_where_a_rod_meets_two_images) {
+    const Rule rule{.reach = 1.0};
+    Conditions conditions{.setup = {}, .seed = 1};
+    conditions.setup.rods.count = 2;  // of 4.5 mm
+    const SystemFactory make = [rule](const dem::Setup&, std::uint64_t one) {
+        return std::make_unique<Collisions>(rule, one);
+    };
+    EXPECT_THROW((void)run_trial(scattering({.range = 4.0}), make, conditions, 0), Error);
+    EXPECT_THROW((void)scattering({.cell = 10.0, .range = 5.0}), Error);
+    EXPECT_THROW((void)scattering({.max_duration = 0.1, .frame = 0.1}), Error);
 }
 
 TEST(ScatteringStatistics, has_errors_that_cover_the_true_value_in_68_percent_of_repeats) {
