@@ -13,6 +13,7 @@ import json
 import subprocess
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
 import h5py
@@ -104,6 +105,15 @@ def mean_error(values):
     return deviation * np.sqrt(2.0 * max(tau, 0.5) / len(values))
 
 
+def at_wall(file):
+    """The share of rods within a rod length of the wall of a circle over the second half, and that of even places."""
+    cell = tomllib.loads(np.bytes_(file.attrs["scene"]).decode())
+    radius, length = cell["cell"]["radius"], cell["rods"]["length"]
+    place = file["bodies/rods/position/value"][()][..., :2]
+    distance = np.hypot(*np.moveaxis(place[len(place) // 2:], -1, 0))
+    return {"share_at_wall": (distance > radius - length).mean(), "share_at_wall_even": 1 - (1 - length / radius)**2}
+
+
 def measure(archive, scene):
     """Columns of the table of a case, and its row of the summary."""
     with h5py.File(archive) as file:
@@ -112,6 +122,7 @@ def measure(archive, scene):
         columns.update({name: means(series[name][()]) for name in SERIES if name in series})
         rods = file["bodies/rods/position/value"].shape[1]
         overlap = float(series["overlap_largest"][-1])
+        near_wall = at_wall(file) if scene == "circle-flock" else {}
     order = columns["polar_order_local" if scene in ROUND else "polar_order"]
     end = columns["time"] > 0.5 * columns["time"][-1]
     passed = columns["time"][order > 0.8]
@@ -119,7 +130,8 @@ def measure(archive, scene):
     row = {"rods": rods, "seconds": round(float(columns["time"][-1]), 1), "order_mean_second_half": order[end].mean(),
            "order_error": mean_error(order[end]),
            "order_largest": order.max(), "random_mean": mean, "random_largest": largest,
-           "passes_0.8_at_s": round(float(passed[0]), 1) if len(passed) else "", "overlap_largest": overlap}
+           "passes_0.8_at_s": round(float(passed[0]), 1) if len(passed) else "", "overlap_largest": overlap,
+           **near_wall}
     for name in SERIES[2:]:
         if name in columns:
             row[name + "_mm_s"] = columns[name][end].mean()
