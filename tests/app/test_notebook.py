@@ -38,7 +38,7 @@ assert 0 < correlation[0] and abs(correlation[16] / correlation[0]) < 1
     "paper": (6, """
 assert [row[0] for row in verdicts if row[4] == "misses"] == ["2a", "2g-j"]
 assert {row[0] for row in verdicts if "missing" in row[4]} == {
-    "3e-f", "5", "S: chirality", "S: circle", "S: G_tot"}
+    "3e-f", "5", "S: chirality", "S: G_tot"}
 assert abs(speed - 3.6) < 2 * error and 0.5 < dense < 0.9 and agree.mean() > 0.6
 assert all(len(row) == 5 and all(row) for row in verdicts)
 """),
