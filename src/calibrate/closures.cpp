@@ -125,7 +125,7 @@ std::vector<Closure> of_order() {
             {.row = "advection",
              .key = "advection.strength",
              .unit = "mm^2",
-             .formula = "w = 3 g u/16, for p = P",
+             .formula = "w = 3 g/(16 sigma), for p = sigma u P",
              .origin = Origin::closure,
              .of = {relaxation, weathercock, drag, contact, rod_area, speed},
              .under = {relaxation, rod_area},

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -51,8 +52,11 @@ struct Measured {
         return alignment_by_flow() + 2.0 * numbers[contact] * rod_density() / numbers[relaxation];
     }
     /// Of collisions of pairs and the flow: rates of psi_2, of its excitation by psi_1^2, and s in
-    /// d_t psi_1 = -s psi_2 psi_1*.
-    double second_rate() const { return 4.0 * numbers[relaxation] - numbers[scattered_second] * rod_density(); }
+    /// d_t psi_1 = -s psi_2 psi_1*.  NaN where psi_2 does not decay.
+    double second_rate() const {
+        const double rate = 4.0 * numbers[relaxation] - numbers[scattered_second] * rod_density();
+        return rate > 0.0 ? rate : std::numeric_limits<double>::quiet_NaN();
+    }
     double excitation() const {
         return numbers[relaxation] * alignment_by_flow() + numbers[scattered_excitation] * rod_density();
     }

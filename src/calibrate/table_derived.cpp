@@ -39,6 +39,8 @@ TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>
         put(at, of[i], one.value, one.error);
     }
     const Uncertain found = evaluated(at, of, closure.value);
+    if (!std::isfinite(found.value) || !std::isfinite(found.error))
+        return missing("the closure has no finite value with these numbers");
     result.value = found.value;
     result.error = found.error;
     return result;

@@ -154,6 +154,17 @@ TEST_P(KineticClosures, are_those_of_all_moments_at_onset) {
         }
     }
 }
+TEST(KineticClosuresMissing, where_collisions_excite_the_second_moment_without_bound) {
+    Table table{.varied_key = {}, .bead_fractions = {0.4}, .rod_fractions = {5.0 * sigma}, .rows = {}};
+    for (const auto& [name, value] : std::map<std::string, double>{
+             {"relaxation_rate", a}, {"propulsion", u}, {"rod_area", 5.0}, {"scattering_second", 41.0}})
+        table.rows.push_back({.name = name, .entries = {{.value = value, .origin = Origin::measured}}});
+    add_derived(table);  // 4 a = 0.8 < 41 sigma
+    const TableEntry& entry = find_row(table, "elasticity_kinetic")->entries.front();
+    EXPECT_EQ(entry.origin, Origin::missing);
+    EXPECT_EQ(entry.remark, "the closure has no finite value with these numbers");
+}
+
 INSTANTIATE_TEST_SUITE_P(All, KineticClosures, testing::Values(0.0, 1.5));
 
 }  // namespace
