@@ -262,19 +262,21 @@ std::string divisor_refusal(Input input, double value, double error) {
 
 void put(Measured& at, Input input, double value, double error) {
     at.numbers[input] = is_below_error(input, value, error) ? error : value;
-    at.errors[input] = error;
+    at.errors[input] = input == contact && at.contact_error >= 0.0 ? at.contact_error : error;
 }
 
-Uncertain evaluated(Measured at, const std::vector<Input>& of, const Formula& value, double part) {
+Uncertain evaluated(const Measured& at, const std::vector<Input>& of, const Formula& value, double part) {
+    const auto stepped = [&](Input input, double step) {
+        Measured moved = at;
+        moved.numbers[input] += step;
+        moved.numbers[contact] += at.contact_slopes[input] * step;
+        return value(moved);
+    };
     double squares = 0.0;
     for (const Input input : of) {
-        const double held = at[input];
-        at.numbers[input] = held + part * at.errors[input];
-        const double above = value(at);
-        at.numbers[input] = held - part * at.errors[input];
-        const double slope = 0.5 * (above - value(at)) / part;
-        at.numbers[input] = held;
-        squares += slope * slope;
+        const double step = part * at.errors[input];
+        const double change = 0.5 * (stepped(input, step) - stepped(input, -step)) / part;
+        squares += change * change;
     }
     return {.value = value(at), .error = std::sqrt(squares)};
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,8 @@ const char* row_name(Input input);
 struct Measured {
     double bead_fraction = 0.0, rod_fraction = 0.0;
     std::array<double, input_count> numbers{}, errors{};
+    std::array<double, input_count> contact_slopes{};  ///< of c by the inputs that it follows from
+    double contact_error = -1.0;                       ///< of c without those of these inputs; below 0: not derived
 
     double operator[](Input input) const { return numbers[input]; }
     double bead_density() const { return bead_fraction / numbers[bead_area]; }
@@ -102,11 +105,20 @@ void add_contact_alignment(Table& table);
 /// is left for contacts.  A c that was not derived has its whole error.  Empty without that row.
 std::vector<Uncertain> contact_alone(const Table& table);
 
+/// How c follows from other rows at one area fraction of beads: its slopes, and the error that is its own.
+struct ContactSlopes {
+    double by_relaxation = 0.0, by_weathercock = 0.0;
+    std::vector<double> by_drag = {};  ///< at each area fraction of rods
+    double own_error = 0.0;
+};
+/// Empty if c was not derived there.
+std::optional<ContactSlopes> contact_slopes(const Table& table, std::size_t varied, std::size_t bead);
+
 /// All closures; those with a key are in the order of a scene.
 const std::vector<Closure>& closures();
 
-/// The formula and its error to first order in the errors of `of`, taken as independent, from central differences over
-/// `part` of each error.
-Uncertain evaluated(Measured at, const std::vector<Input>& of, const Formula& value, double part = 1e-3);
+/// The formula and its error to first order in the errors of `of`, from central differences over `part` of each error.
+/// They are taken as independent, and c changes with the inputs that it follows from.
+Uncertain evaluated(const Measured& at, const std::vector<Input>& of, const Formula& value, double part = 1e-3);
 
 }  // namespace drover::calibrate

@@ -88,7 +88,7 @@ TableEntry missing(const std::string& why) {
 
 struct Pooled {
     TableEntry entry;
-    double own_error = 0.0;  ///< without the errors of relaxation, weathercock and drag
+    ContactSlopes slopes = {};
 };
 
 /// Weighted mean of c over area fractions of rods and both assays.  Where they disagree, the error grows by
@@ -124,7 +124,12 @@ Pooled pooled(const Table& table, const Shared& shared, double area, std::size_t
         if (const TableEntry* flow = entry_at(table, row_name(drag), varied, bead, rod))
             by_flow = std::hypot(by_flow, by_drag[rod] / weights * flow->error);
     entry.remark = text("from {} measurements: chi^2 = {:.2g} for {} degrees of freedom", count, chi_square, count - 1);
-    return {.entry = entry, .own_error = std::sqrt(std::max(alone * alone - by_flow * by_flow, 0.0))};
+    for (double& slope : by_drag) slope /= weights;
+    return {.entry = entry,
+            .slopes = {.by_relaxation = by_relaxation / weights,
+                       .by_weathercock = by_weathercock / weights,
+                       .by_drag = by_drag,
+                       .own_error = std::sqrt(std::max(alone * alone - by_flow * by_flow, 0.0))}};
 }
 
 bool has_assays(const Table& table) {
@@ -182,6 +187,14 @@ void add_contact_alignment(Table& table) {
     if (has_held && has_total) table.rows.push_back(std::move(excess));
 }
 
+std::optional<ContactSlopes> contact_slopes(const Table& table, std::size_t varied, std::size_t bead) {
+    const TableRow* row = find_row(table, row_name(contact));
+    if (row == nullptr || !has_assays(table) ||
+        row->entries[entry_index(table, *row, varied, bead, 0)].origin != Origin::measured)
+        return std::nullopt;
+    return contact_at(table, varied, bead).slopes;
+}
+
 std::vector<Uncertain> contact_alone(const Table& table) {
     std::vector<Uncertain> found;
     const TableRow* row = find_row(table, row_name(contact));
@@ -191,7 +204,7 @@ std::vector<Uncertain> contact_alone(const Table& table) {
             const TableEntry& entry = row->entries[entry_index(table, *row, varied, bead, 0)];
             if (has_assays(table) && entry.origin == Origin::measured) {
                 const Pooled one = contact_at(table, varied, bead);
-                found.push_back({.value = one.entry.value, .error = one.own_error});
+                found.push_back({.value = one.entry.value, .error = one.slopes.own_error});
             } else {
                 found.push_back({.value = entry.value, .error = entry.error});
             }

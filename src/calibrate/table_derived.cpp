@@ -46,6 +46,23 @@ TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>
     return result;
 }
 
+/// The errors of a node whose c follows from other rows: c keeps its own, and that of drag at other area fractions of
+/// rods.
+void share_errors(const Table& table, std::size_t varied, std::size_t bead, std::size_t rod, Measured& at) {
+    const std::optional<ContactSlopes> slopes = contact_slopes(table, varied, bead);
+    if (!slopes) return;
+    at.contact_slopes[relaxation] = slopes->by_relaxation;
+    at.contact_slopes[weathercock] = slopes->by_weathercock;
+    at.contact_slopes[drag] = slopes->by_drag[rod];
+    at.contact_error = slopes->own_error;
+    const TableRow& flow = *find_row(table, row_name(drag));
+    for (std::size_t other = 0; other < slopes->by_drag.size(); ++other)
+        if (other != rod && slopes->by_drag[other] != 0.0)
+            at.contact_error =
+                std::hypot(at.contact_error,
+                           slopes->by_drag[other] * flow.entries[entry_index(table, flow, varied, bead, other)].error);
+}
+
 /// Fills the row of a closure; false if the table does not have all its inputs.
 bool make_row(const Closure& closure, const Table& table, TableRow& row) {
     std::vector<const TableRow*> from;
@@ -55,14 +72,19 @@ bool make_row(const Closure& closure, const Table& table, TableRow& row) {
         row.by_rods = row.by_rods || from.back()->by_rods || input == rod_area;
     }
     if (row.by_rods && table.rod_fractions.empty()) return false;
+    const auto takes = [&](Input input) {
+        return std::find(closure.of.begin(), closure.of.end(), input) != closure.of.end();
+    };
     const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1;
     for (std::size_t point = 0; point < count_of(table, row.by_rods); ++point) {
         const std::size_t bead = point / rods;
         std::vector<const TableEntry*> inputs;
         for (const TableRow* one : from) inputs.push_back(&one->entries[one->by_rods ? point : bead]);
-        row.entries.push_back(entry_of(closure, inputs,
-                                       {.bead_fraction = table.bead_fractions[bead % table.bead_fractions.size()],
-                                        .rod_fraction = row.by_rods ? table.rod_fractions[point % rods] : 0.0}));
+        const std::size_t beads = table.bead_fractions.size();
+        Measured at{.bead_fraction = table.bead_fractions[bead % beads],
+                    .rod_fraction = row.by_rods ? table.rod_fractions[point % rods] : 0.0};
+        if (takes(contact) && takes(drag)) share_errors(table, bead / beads, bead % beads, point % rods, at);
+        row.entries.push_back(entry_of(closure, inputs, at));
     }
     return true;
 }

@@ -43,6 +43,32 @@ const TableEntry& entry_at(const Table& table, const std::string& name, std::siz
     return row->entries[entry_index(table, *row, 0, bead, rod)];
 }
 
+// g = g_flow + g_contacts, and contacts are what the total of the drag assay leaves after the flow: at one area fraction
+// of rods the flow cancels, and g is that total, g_0 + g_1/a.
+TEST(CalibrationTable, counts_the_error_of_the_flow_once_in_the_alignment) {
+    Table table{.varied_key = {}, .bead_fractions = {0.4}, .rod_fractions = {0.1}, .rows = {}};
+    const double a = 0.1, e_a = 0.005, e_0 = 0.1, drift = 0.05, e_1 = 0.01, reference = 10.0;
+    const auto add = [&](const char* name, double value, double error) {
+        table.rows.push_back(row_of(name, std::string(name) == "drag", {value}, error / value));
+    };
+    add("relaxation_rate", a, e_a);
+    add("weathercock", 0.02, 0.004);
+    add("drag", 2.0, 0.2);
+    add("propulsion", 3.0, 0.1);
+    add("rod_area", 4.0, 0.0);
+    for (const auto& [name, value, error] : {std::tuple{"alignment_steady", 1.5, e_0},
+                                             {"alignment_drift", drift, e_1},
+                                             {"alignment_reference", 2.0, std::hypot(e_0, reference * e_1)}})
+        table.rows.push_back(row_of(name, true, {value}, error / value));
+    add_derived(table);
+    const TableEntry& g = entry_at(table, "alignment", 0, 0);
+    const double error = std::hypot(e_0, e_1 / a, drift / (a * a) * e_a);
+    EXPECT_NEAR(g.value, 1.5 + drift / a, 1e-12);
+    EXPECT_NEAR(g.error, error, 1e-6 * error);
+    const TableEntry& w = entry_at(table, "advection", 0, 0);  // 3 g/(16 sigma)
+    EXPECT_NEAR(w.error / w.value, g.error / g.value, 1e-6);
+}
+
 TEST(CalibrationTable, has_the_closures_of_independent_rods_with_errors_in_quadrature) {
     Table table = small_table();
     add_derived(table);
