@@ -43,8 +43,8 @@ const TableEntry& entry_at(const Table& table, const std::string& name, std::siz
     return row->entries[entry_index(table, *row, 0, bead, rod)];
 }
 
-// g = g_flow + g_contacts, and contacts are what the total of the drag assay leaves after the flow: at one area fraction
-// of rods the flow cancels, and g is that total, g_0 + g_1/a.
+// g = g_flow + g_contacts, and contacts are what the total of the drag assay leaves after the flow: at one area
+// fraction of rods the flow cancels, and g is that total, g_0 + g_1/a.
 TEST(CalibrationTable, counts_the_error_of_the_flow_once_in_the_alignment) {
     Table table{.varied_key = {}, .bead_fractions = {0.4}, .rod_fractions = {0.1}, .rows = {}};
     const double a = 0.1, e_a = 0.005, e_0 = 0.1, drift = 0.05, e_1 = 0.01, reference = 10.0;

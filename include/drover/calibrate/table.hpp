@@ -68,8 +68,8 @@ void check(const Table& table, const SourceLocation& where = {});
 /// g = (lambda_s alpha/Gamma + 2 c sigma)/D_r; for the current p = sigma u P, alpha, lambda and the closures of
 /// field_number(), with zeros for A, F and zeta, and for E if it was not measured; and g, b, w and K3 of collisions of
 /// pairs.  Densities follow from the area fractions.  Errors add in quadrature to first order, assays being
-/// independent.  An entry is missing if a divisor lies within 3 errors of zero.  Source: physics as in Kumar et al.,
-/// Nat. Commun. 5, 4688 (2014), Methods.
+/// independent and c changing with the rows that it follows from.  An entry is missing if a divisor lies within 3
+/// errors of zero.  Source: physics as in Kumar et al., Nat. Commun. 5, 4688 (2014), Methods.
 void add_derived(Table& table);
 
 /// A number with its standard error.
