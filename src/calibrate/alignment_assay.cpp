@@ -108,12 +108,8 @@ Assay alignment(const AlignmentPlan& plan) {
     return {.name = "alignment",
             .population = Population::all,
             .quantities = quantities,
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return align_rods(plan, make, setup, seed); },
-            .estimator =
-                [plan](std::span<const Trial>) {
-                    return [plan](std::span<const double> means) { return estimates_of(plan, means); };
-                },
+            .trial = std::bind_front(align_rods, plan),
+            .estimator = always(std::bind_front(estimates_of, plan)),
             .conclude = conclude};
 }
 

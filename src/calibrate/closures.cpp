@@ -179,10 +179,9 @@ std::vector<Closure> of_onset() {
 // From collisions of pairs (scattering assay) and the flow, without a fit to a flock: psi_3 = 0, psi_2 follows psi_1
 // (Bertin, Droz & Gregoire, J. Phys. A 42, 445001 (2009)).  Without collisions they are the closures above.
 std::vector<Closure> of_collisions() {
-    const std::vector<Input> pairs{relaxation, weathercock, drag, rod_area, scattered_second, scattered_excitation};
-    const auto with = [&](Input input) {
-        std::vector<Input> all = pairs;
-        all.push_back(input);
+    const auto with = [](std::initializer_list<Input> more) {
+        std::vector<Input> all{relaxation, weathercock, drag, rod_area, scattered_second, scattered_excitation};
+        all.insert(all.end(), more);
         return all;
     };
     return {{.row = "alignment_kinetic",
@@ -191,24 +190,19 @@ std::vector<Closure> of_collisions() {
              .origin = Origin::measured,
              .of = {relaxation, weathercock, drag, rod_area, scattered},
              .under = {relaxation, rod_area},
-             .value = [](M m) { return m.alignment_by_flow() + 2.0 * m[scattered] * m.rod_density() / m[relaxation]; }},
+             .value = [](M m) { return m.alignment(scattered); }},
             {.row = "saturation_kinetic",
              .unit = "1/s",
              .formula = "b for p = P, from collisions of pairs and the flow",
              .origin = Origin::closure,
-             .of = with(scattered_saturation),
+             .of = with({scattered_saturation}),
              .under = {relaxation, rod_area},
              .value = [](M m) { return m.reaction() * m.excitation() / m.second_rate(); }},
             {.row = "advection_kinetic",
              .unit = "mm/s",
              .formula = "w for p = P, from collisions of pairs and the flow",
              .origin = Origin::closure,
-             .of =
-                 [&] {
-                     std::vector<Input> all = with(scattered_saturation);
-                     all.push_back(speed);
-                     return all;
-                 }(),
+             .of = with({scattered_saturation, speed}),
              .under = {relaxation, rod_area},
              .value = [](M m) { return m[speed] * (m.excitation() - 0.5 * m.reaction()) / m.second_rate(); }},
             {.row = "elasticity_kinetic",

@@ -50,9 +50,9 @@ struct Measured {
     double alignment_by_flow() const {
         return physics::single_rod_factor * numbers[weathercock] * numbers[drag] / numbers[relaxation];
     }
-    /// g = g_flow + 2 c sigma/D_r, with contacts.
-    double alignment() const {
-        return alignment_by_flow() + 2.0 * numbers[contact] * rod_density() / numbers[relaxation];
+    /// g = g_flow + 2 c sigma/D_r, with contacts; c of many rods, or of pairs.
+    double alignment(Input c = contact) const {
+        return alignment_by_flow() + 2.0 * numbers[c] * rod_density() / numbers[relaxation];
     }
     /// Of collisions of pairs and the flow: rates of psi_2, of its excitation by psi_1^2, and s in
     /// d_t psi_1 = -s psi_2 psi_1*.  NaN where psi_2 does not decay.

@@ -127,8 +127,7 @@ Assay damping(const DampingPlan& plan) {
                  {"damping_rate_fast", "1/s", "-dv/dx, fastest third of the decade", false},
                  {"damping_rate_middle", "1/s", "-dv/dx, middle third", false},
                  {"damping_rate_slow", "1/s", "-dv/dx, slowest third", false}},
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return release(plan, make, setup, seed); },
+            .trial = std::bind_front(release, plan),
             .estimator =
                 [plan](std::span<const Trial> trials) {
                     return [plan, range = fit_range(plan, trials)](std::span<const double> means) {

@@ -173,12 +173,8 @@ Assay diffusion(const DiffusionPlan& plan) {
                            {"rod_diffusion_offset", "mm^2", "c of rods", false},
                            {"bead_diffusion_change", "1", "(D of longer lags - D of shorter lags)/D, beads", false},
                            {"rod_diffusion_change", "1", "(D of longer lags - D of shorter lags)/D, rods", false}},
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return follow(plan, make, setup, seed); },
-            .estimator =
-                [plan](std::span<const Trial>) {
-                    return [plan](std::span<const double> means) { return estimates_of(plan, means); };
-                },
+            .trial = std::bind_front(follow, plan),
+            .estimator = always(std::bind_front(estimates_of, plan)),
             .conclude = conclude};
 }
 

@@ -135,12 +135,8 @@ Assay drag(const DragPlan& plan) {
     return {.name = "drag",
             .population = Population::all,
             .quantities = quantities,
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return drag_beads(plan, make, setup, seed); },
-            .estimator =
-                [plan](std::span<const Trial>) {
-                    return [plan](std::span<const double> means) { return estimates_of(plan, means); };
-                },
+            .trial = std::bind_front(drag_beads, plan),
+            .estimator = always(std::bind_front(estimates_of, plan)),
             .conclude = [plan](std::vector<measure::Estimate>& estimates) { return conclude(plan, estimates); }};
 }
 

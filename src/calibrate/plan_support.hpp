@@ -58,6 +58,11 @@ inline std::vector<double> means_over(std::span<const Trial> trials) {
     return means;
 }
 
+/// The estimator of an assay that takes the same one for any trials.
+inline std::function<Estimator(std::span<const Trial>)> always(Estimator estimator) {
+    return [estimator](std::span<const Trial>) { return estimator; };
+}
+
 using numerics::fit_line;
 using numerics::Line;
 

@@ -51,8 +51,7 @@ Assay propulsion(const PropulsionPlan& plan) {
             .population = Population::single_rods,
             .quantities = {{"propulsion", "mm/s", "u = <d.n>/frame, corrected for the rotation of n"},
                            {"propulsion_spread", "mm/s", "standard deviation among rods of their mean speeds", false}},
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return follow(plan, make, setup, seed); },
+            .trial = std::bind_front(follow, plan),
             .estimator = [](std::span<const Trial>) { return estimates_of; },
             .conclude = {}};
 }

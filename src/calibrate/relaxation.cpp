@@ -104,8 +104,7 @@ Assay relaxation(const RelaxationPlan& plan) {
             .quantities = {{"relaxation_rate", "1/s", "a = D_r = -d ln C/dt, C(t) = <cos(theta(t) - theta(0))>"},
                            {"rotational_jitter", "1", "1 - c, C(t) = c exp(-a t)", false},
                            {"exponential_from", "s", "t0, the lag from which ln C is a straight line", false}},
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return angle_correlation(plan, make, setup, seed); },
+            .trial = std::bind_front(angle_correlation, plan),
             .estimator =
                 [plan](std::span<const Trial> trials) {
                     const Regime regime = regime_of(trials, plan.frame);

@@ -197,12 +197,8 @@ Assay scattering(const ScatteringPlan& plan) {
     return {.name = "scattering",
             .population = Population::single_rods,
             .quantities = quantities,
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return follow(plan, make, setup, seed); },
-            .estimator =
-                [plan](std::span<const Trial>) {
-                    return [plan](std::span<const double> means) { return estimates_of(plan, means); };
-                },
+            .trial = std::bind_front(follow, plan),
+            .estimator = always(std::bind_front(estimates_of, plan)),
             .conclude = conclude};
 }
 

@@ -103,8 +103,7 @@ Assay shear(const ShearPlan& plan) {
     return {.name = "shear",
             .population = Population::beads,
             .quantities = quantities,
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return release(plan, make, setup, seed); },
+            .trial = std::bind_front(release, plan),
             .estimator =
                 [plan](std::span<const Trial> trials) {
                     return [plan, ends = ends_of(plan, trials)](std::span<const double> means) {

@@ -70,12 +70,8 @@ Assay stiffness(const StiffnessPlan& plan) {
             .quantities = {{"stiffness", "mg mm^2/s^2", "E = f/(q d), density rho (1 - d cos(qx))"},
                            {"density_response", "s^2/(mg mm)", "d/f", false},
                            {"response_ratio", "1", "(d/f at the larger f)/(d/f at the smaller)", false}},
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return push(plan, make, setup, seed); },
-            .estimator =
-                [pushes = plan.pushes](std::span<const Trial>) {
-                    return [pushes](std::span<const double> means) { return estimates_of(pushes, means); };
-                },
+            .trial = std::bind_front(push, plan),
+            .estimator = always(std::bind_front(estimates_of, plan.pushes)),
             .conclude = conclude};
 }
 

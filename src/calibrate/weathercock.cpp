@@ -101,12 +101,8 @@ Assay weathercock(const WeathercockPlan& plan) {
     return {.name = "weathercock",
             .population = Population::single_rods,
             .quantities = quantities,
-            .trial = [plan](const SystemFactory& make, const dem::Setup& setup,
-                            std::uint64_t seed) { return turn_rods(plan, make, setup, seed); },
-            .estimator =
-                [speeds = plan.speeds](std::span<const Trial>) {
-                    return [speeds](std::span<const double> means) { return estimates_of(speeds, means); };
-                },
+            .trial = std::bind_front(turn_rods, plan),
+            .estimator = always(std::bind_front(estimates_of, plan.speeds)),
             .conclude = conclude};
 }
 

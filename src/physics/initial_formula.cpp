@@ -74,7 +74,7 @@ double fraction_cut(const Expression& formula, const Grid& grid, int degree) {
 }
 
 Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree, double most) {
-    constexpr double few = 1024.0 * 1024.0, many = 2048.0 * 2048.0;  // the search takes less than a second
+    constexpr double few = 1024.0 * 1024.0, many = 2048.0 * 2048.0;  // bounds the time of the search
     const double max_points = std::clamp(4.0 * grid.nx * grid.ny, few, many);
     for (int factor = 2; factor <= 64; factor *= 2)
         for (const auto& [x, y] : {std::pair{factor, 1}, std::pair{1, factor}, std::pair{factor, factor}}) {
