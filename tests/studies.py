@@ -11,6 +11,11 @@ def settings_of(keys):
     return [word for key, value in keys.items() for word in ("--set", f"{key}={json.dumps(value)}")]
 
 
+def version_of(program):
+    """The version that a program prints."""
+    return subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout.strip()
+
+
 def timed(*command, **options):
     """A process that has ended, and its core seconds."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)

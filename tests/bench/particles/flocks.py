@@ -5,8 +5,9 @@ Usage: flocks.py --drover PROGRAM --output FOLDER [--only NAME ...] [--threads N
 
 Each case is a scene of models/ with some settings.  FOLDER/NAME.csv gets a row a second; FOLDER/flocks.json one entry
 a case: mean and largest order beside those of as many random directions, the first time that the order passes .8, and
-the flow of the beads.  A case whose table is there is not run again.  A run of a periodic cell of 45 mm takes 2 to 5
-minutes of one core, one of 90 mm four times as long; all of them an hour and a half. """
+the flow of the beads; of a circle the rods at its wall.  A case whose table is there is not run again.  A run of a
+periodic cell of 45 mm takes 2 to 5 minutes of one core, one of 90 mm four times as long; all of them an hour and a
+half. """
 import argparse
 import csv
 import json
@@ -18,6 +19,9 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from studies import version_of  # noqa: E402
 
 MODELS = Path(__file__).resolve().parents[3] / "models"
 NOMINAL = ["plates.amplitude=0.04", "plates.gap=1.2", "rods.size_tolerance=0.0", "kick.strength=0.015"]
@@ -162,7 +166,7 @@ def main():
     arguments.output.mkdir(parents=True, exist_ok=True)
     summary = arguments.output / "flocks.json"
     rows = json.loads(summary.read_text()) if summary.exists() else {}
-    version = subprocess.run([arguments.drover, "--version"], check=True, capture_output=True, text=True).stdout.strip()
+    version = version_of(arguments.drover)
     for name in arguments.only:
         if name in rows and (arguments.output / (name + ".csv")).exists():
             continue

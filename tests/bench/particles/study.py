@@ -45,7 +45,7 @@ import numpy
 import parts
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from studies import settings_of  # noqa: E402
+from studies import settings_of, version_of  # noqa: E402
 
 MODELS = Path(__file__).resolve().parents[3] / "models"
 WORKERS = 2
@@ -308,7 +308,7 @@ def main():
     options = parser.parse_args()
     folder, program = Path(options.output), str(Path(options.drover).resolve())
     folder.mkdir(parents=True, exist_ok=True)
-    version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+    version = version_of(program)
     cases = parts.PARTS[options.part](options.seeds, options.time)[:options.first]
     table = Table(folder / f"{options.part}.csv", options.part, version, columns_of(cases))
     left = [case for case in cases if not table.has(case)]

@@ -17,16 +17,18 @@ import h5py
 import numpy as np
 from flocks import MODELS, write
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from studies import settings_of, version_of  # noqa: E402
+
 BEADS = (0.5, 0.6, 0.7)
 
 
 def run(arguments, beads, archive):
-    settings = [f"beads.area_fraction={beads}", "cell.lx=27.0", "cell.ly=27.0", "forces.hold_beads=true",
-                "time.dt=5e-5", "contacts.substep=5e-5", f"time.end={arguments.seconds}", "output.frame_every=0.1",
-                "output.sample_every=0.1", "run.threads=1"]
-    words = [word for setting in settings for word in ("--set", setting)]
+    settings = {"beads.area_fraction": beads, "cell.lx": 27.0, "cell.ly": 27.0, "forces.hold_beads": True,
+                "time.dt": 5e-5, "contacts.substep": 5e-5, "time.end": arguments.seconds, "output.frame_every": 0.1,
+                "output.sample_every": 0.1, "run.threads": 1}
     subprocess.run([arguments.drover, "run", str(MODELS / "rod-in-beads.toml"), "--output", str(archive), "--quiet",
-                    *words], check=True, stdout=subprocess.DEVNULL)
+                    *settings_of(settings)], check=True, stdout=subprocess.DEVNULL)
     return settings
 
 
@@ -48,7 +50,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=200.0)
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    version = subprocess.run([arguments.drover, "--version"], check=True, capture_output=True, text=True).stdout.strip()
+    version = version_of(arguments.drover)
     for beads in BEADS:
         table = arguments.output / f"wake-{beads}.csv"
         if table.exists():
@@ -57,7 +59,8 @@ def main():
             archive = Path(folder) / "run.h5"
             settings = run(arguments, beads, archive)
             columns = flow(archive)
-        write(table, f"# rod-in-beads.toml {' '.join(settings)}; {version}\n",
+        said = " ".join(f"{key}={value}" for key, value in settings.items())
+        write(table, f"# rod-in-beads.toml {said}; {version}\n",
               [["ahead_mm", "left_mm", "along_mm_s", "across_mm_s"], *columns])
         print(table, len(columns), flush=True)
     return 0
