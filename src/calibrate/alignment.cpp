@@ -36,24 +36,35 @@ double log_bessel(double x) {
 }
 }  // namespace
 
-double order_of_alignment(double alignment) {
-    if (!(alignment > 2.0)) return 0.0;
-    // x = gP solves I1(x)/I0(x) = x/g; the left side is concave, so there is one positive root.
-    double low = 0.0, high = alignment;
+double order_of_alignment(double alignment, double cubic) {
+    const auto excess = [&](double order) {
+        const double pull = order * (alignment + cubic * order * order);
+        return (pull > 0.0 ? bessel_ratio(pull) : 0.0) - order;
+    };
+    // Below P = 1, where it is negative.  Without g3 it is concave: there is one root, and none for g <= 2.
+    double low = 0.0, high = 1.0;
+    if (cubic != 0.0) {
+        constexpr int steps = 400;
+        int step = steps - 1;
+        while (step > 0 && excess(static_cast<double>(step) / steps) <= 0.0) --step;
+        low = static_cast<double>(step) / steps;
+        high = static_cast<double>(step + 1) / steps;
+    }
+    if (low == 0.0 && !(alignment > 2.0)) return 0.0;
     constexpr int halvings = 100;
     for (int i = 0; i < halvings; ++i) {
         const double middle = 0.5 * (low + high);
-        (bessel_ratio(middle) > middle / alignment ? low : high) = middle;
+        (excess(middle) > 0.0 ? low : high) = middle;
     }
-    return 0.5 * (low + high) / alignment;
+    return 0.5 * (low + high);
 }
 
-double saturation_of_alignment(double alignment) {
+double saturation_of_alignment(double alignment, double cubic) {
     // Closer to onset P^2 = (g - 2)(1 - 5/6 (g - 2)) suffers from cancellation; the limit is as accurate there.
     constexpr double near = 1e-6;
     if (alignment < 2.0 + near) return 0.125 * alignment * alignment;
-    const double order = order_of_alignment(alignment);
-    return (0.5 * alignment - 1.0) / (order * order);
+    const double order = order_of_alignment(alignment, cubic);
+    return (0.5 * alignment - 1.0) / (order * order) + 0.5 * cubic;
 }
 
 double concentration_of_order(double order) {
@@ -91,14 +102,16 @@ const std::vector<OrderNode>& order_nodes() {
 }
 }  // namespace
 
-RodsOrder order_of_rods(int rods, double alignment, double field) {
+RodsOrder order_of_rods(int rods, double alignment, double field, double cubic) {
     require(rods >= 2, {}, "the order of {} rods; expected at least 2", rods);
     const double n = rods;
     const std::vector<OrderNode>& nodes = order_nodes();
     std::vector<double> logs;
-    for (const OrderNode& node : nodes)
-        logs.push_back(node.log_weight + n * (node.entropy + 0.5 * alignment * node.order * node.order) +
+    for (const OrderNode& node : nodes) {
+        const double square = node.order * node.order;
+        logs.push_back(node.log_weight + n * (node.entropy + (0.5 * alignment + 0.25 * cubic * square) * square) +
                        log_bessel(n * std::abs(field) * node.order));
+    }
     const double most = *std::max_element(logs.begin(), logs.end());
     double norm = 0.0, square = 0.0;
     RodsOrder result;

@@ -20,6 +20,7 @@ enum Input {
     relaxation,
     weathercock,
     drag,
+    cubic,
     response,
     speed,
     damping,
@@ -31,7 +32,7 @@ enum Input {
     scattered_excitation,
     scattered_saturation
 };
-constexpr std::size_t input_count = 16;
+constexpr std::size_t input_count = 17;
 const char* row_name(Input input);
 
 /// The numbers that one closure needs at one point; others are zero.
@@ -49,6 +50,10 @@ struct Measured {
     /// g_flow = lambda_s alpha/(Gamma D_r), of rods that align with the flow they drive; lambda_s is 2 lambda.
     double alignment_by_flow() const {
         return physics::single_rod_factor * numbers[weathercock] * numbers[drag] / numbers[relaxation];
+    }
+    /// g3 = lambda_s alpha_3/(Gamma D_r), of a flow that is not linear in the order.
+    double alignment_cubic() const {
+        return physics::single_rod_factor * numbers[weathercock] * numbers[cubic] / numbers[relaxation];
     }
     /// g = g_flow + 2 c sigma/D_r, with contacts; c of many rods, or of pairs.
     double alignment(Input c = contact) const {
@@ -72,8 +77,8 @@ struct Measured {
 /// positive, and its error bounds a response that is faster than the resolution.
 inline bool is_below_error(Input input, double value, double error) { return input == response && value < error; }
 
-/// Whether a coefficient is zero in a table that has no row for it: contact alignment alone, which is newer than some.
-inline bool may_be_absent(Input input) { return input == contact; }
+/// Whether a coefficient is zero in a table that has no row for it: those that are newer than some tables.
+inline bool may_be_absent(Input input) { return input == contact || input == cubic; }
 
 /// Why a coefficient cannot be a divisor (it lies within three errors of zero); "" if it can.
 std::string divisor_refusal(Input input, double value, double error);

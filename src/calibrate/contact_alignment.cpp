@@ -47,12 +47,14 @@ double combined_error(double constant, double slope, double referred, double ref
     return std::sqrt(std::max(constant * constant + x * x * slope * slope + x * twice_covariance, 0.0));
 }
 
-/// From the drag assay, whose rods align by flow and contacts.
+/// From the drag assay, whose rods align by flow and contacts: by the flow at the orders of its fields, which is that
+/// of a straight line.
 std::optional<Estimate> of_free_beads(const Table& table, const Shared& shared, std::size_t varied, std::size_t bead,
                                       std::size_t rod) {
     const auto at = [&](const char* name) { return entry_at(table, name, varied, bead, rod); };
     const TableEntry *steady = at("alignment_steady"), *drift = at("alignment_drift"),
-                     *referred = at("alignment_reference"), *flow = at(row_name(drag));
+                     *referred = at("alignment_reference"), *straight = at("drag_straight"),
+                     *flow = straight ? straight : at(row_name(drag));
     if (!steady || !drift || !referred || !flow || !shared.weathercock) return std::nullopt;
     const double a = shared.relaxation->value, turning = factor * shared.weathercock->value;
     const double error = combined_error(steady->error, drift->error, referred->error, reference_time, 1.0 / a);
@@ -60,7 +62,7 @@ std::optional<Estimate> of_free_beads(const Table& table, const Shared& shared, 
                     .error = std::hypot(a * error, turning * flow->error),
                     .by_relaxation = steady->value,
                     .by_weathercock = -factor * flow->value,
-                    .by_drag = -turning,
+                    .by_drag = straight ? 0.0 : -turning,
                     .rod = rod,
                     .trials = steady->trials};
 }
@@ -187,12 +189,19 @@ void add_contact_alignment(Table& table) {
     if (has_held && has_total) table.rows.push_back(std::move(excess));
 }
 
+namespace {
+/// c from the rows as they are; empty where the table does not derive it.
+std::optional<Pooled> derived_at(const Table& table, std::size_t varied, std::size_t bead) {
+    const TableEntry* entry = entry_at(table, row_name(contact), varied, bead, 0);
+    if (entry == nullptr || entry->origin != Origin::measured || !has_assays(table)) return std::nullopt;
+    return contact_at(table, varied, bead);
+}
+}  // namespace
+
 std::optional<ContactSlopes> contact_slopes(const Table& table, std::size_t varied, std::size_t bead) {
-    const TableRow* row = find_row(table, row_name(contact));
-    if (row == nullptr || !has_assays(table) ||
-        row->entries[entry_index(table, *row, varied, bead, 0)].origin != Origin::measured)
-        return std::nullopt;
-    return contact_at(table, varied, bead).slopes;
+    std::optional<Pooled> derived = derived_at(table, varied, bead);
+    if (!derived) return std::nullopt;
+    return std::move(derived->slopes);
 }
 
 std::vector<Uncertain> contact_alone(const Table& table) {
@@ -202,12 +211,9 @@ std::vector<Uncertain> contact_alone(const Table& table) {
     for (std::size_t varied = 0; varied < table.varied.size(); ++varied)
         for (std::size_t bead = 0; bead < table.bead_fractions.size(); ++bead) {
             const TableEntry& entry = row->entries[entry_index(table, *row, varied, bead, 0)];
-            if (has_assays(table) && entry.origin == Origin::measured) {
-                const Pooled one = contact_at(table, varied, bead);
-                found.push_back({.value = one.entry.value, .error = one.slopes.own_error});
-            } else {
-                found.push_back({.value = entry.value, .error = entry.error});
-            }
+            const std::optional<Pooled> derived = derived_at(table, varied, bead);
+            found.push_back(derived ? Uncertain{.value = derived->entry.value, .error = derived->slopes.own_error}
+                                    : Uncertain{.value = entry.value, .error = entry.error});
         }
     return found;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "calibrate/alignment_fit.hpp"
 #include "calibrate/plan_support.hpp"
@@ -53,10 +54,24 @@ Trial drag_beads(const DragPlan& plan, const SystemFactory& make, const dem::Set
     const auto windows = static_cast<std::size_t>(plan.windows);
     Trial trial(numbers * windows * plan.torques.size(), 0.0);
     for (std::size_t k = plan.torques.size(); k-- > 0;) {
-        system->impose({.torque = plan.torques[k]});
+        const double torque = plan.torques[k];
+        system->impose({.torque = std::abs(torque), .angle = torque < 0.0 ? std::numbers::pi : 0.0});
         for (std::size_t w = 0; w < windows; ++w) watch(*system, time, plan, &trial[numbers * (windows * k + w)]);
     }
     return trial;
+}
+
+/// The first torque along x; a reversal comes before it.
+std::size_t first_along(const DragPlan& plan) { return plan.torques.front() < 0.0 ? 1 : 0; }
+
+/// alpha/Gamma of the straight line through the windows in which the field does not turn the rods round.
+double straight_where_aligned(const DragPlan& plan, const std::vector<std::vector<double>>& columns,
+                              const std::vector<double>& flow) {
+    const auto first = static_cast<std::ptrdiff_t>(first_along(plan) * flow.size() / plan.torques.size());
+    const auto along = [&](const std::vector<double>& all) {
+        return std::vector<double>(all.begin() + first, all.end());
+    };
+    return least_squares({along(columns[0]), along(columns[2])}, along(flow))[0];
 }
 
 std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> means) {
@@ -68,16 +83,13 @@ std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> m
         flow.push_back(means[numbers * w]);
         for (std::size_t i = 1; i < numbers; ++i) columns[i - 1].push_back(means[numbers * w + i]);
     }
-    const std::vector<double> curved = least_squares(columns, flow);
-    std::vector<double> values{curved[0], curved[1], -curved[2]};
-    if (!plan.bend) {
-        const std::vector<double> straight = least_squares({columns[0], columns[2]}, flow);
-        values[0] = straight[0];
-        values[2] = -straight[1];
-    }
+    const std::vector<double> curved = least_squares(columns, flow),
+                              straight = least_squares({columns[0], columns[2]}, flow);
+    const double slope = plan.bend ? curved[0] : straight[0], tau = plan.bend ? -curved[2] : -straight[1];
+    std::vector<double> values{slope, curved[1], tau};
     const std::size_t each = windows / torques;
     std::vector<OrderInField> fields;
-    for (std::size_t k = 0; k < torques; ++k) {
+    for (std::size_t k = first_along(plan); k < torques; ++k) {
         const auto first = columns[0].begin() + static_cast<std::ptrdiff_t>(k * each);
         fields.push_back({.torque = plan.torques[k], .orders = {first, first + static_cast<std::ptrdiff_t>(each)}});
     }
@@ -90,6 +102,7 @@ std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> m
         values.push_back(columns[0][last]);
         values.push_back(flow[last]);
     }
+    if (plan.bend) values.push_back(straight_where_aligned(plan, columns, flow));
     return values;
 }
 
@@ -110,8 +123,10 @@ std::string conclude(const DragPlan& plan, std::vector<measure::Estimate>& estim
 }  // namespace
 
 Assay drag(const DragPlan& plan) {
-    require(plan.torques.size() >= 2 && plan.torques.front() > 0.0 && is_ascending(plan.torques), {},
-            "drag: expected at least two torques, > 0 and ascending");
+    require(!plan.torques.empty(), {}, "drag: expected at least two torques > 0");
+    const std::size_t along = plan.torques.size() - first_along(plan);
+    require(along >= 2 && plan.torques[plan.torques.size() - along] > 0.0 && is_ascending(plan.torques), {},
+            "drag: expected at least two torques > 0, ascending, and before them at most one < 0");
     require(plan.windows >= 1 && plan.frame > 0.0 && plan.time >= plan.frame * plan.windows, {},
             "drag: {} s in {} windows and frames of {} s; expected at least one window of at least one frame",
             plan.time, plan.windows, plan.frame);
@@ -132,6 +147,10 @@ Assay drag(const DragPlan& plan) {
         quantities.push_back({text("order_{}", torque), "1", text("<P> at torque {}", torque), false});
         quantities.push_back({text("flow_{}", torque), "mm/s", text("<v> at torque {}", torque), false});
     }
+    if (plan.bend) {
+        quantities[1].name = "drag_cubic";
+        quantities.push_back({"drag_straight", "mm/s", "alpha/Gamma of a straight line, at torques > 0", false});
+    }
     return {.name = "drag",
             .population = Population::all,
             .quantities = quantities,
@@ -151,8 +170,8 @@ const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
         {.name = "torques",
          .member = &Plan::torques,
          .unit = "mg mm^2/s^2",
-         .range = positive,
-         .doc = "of the orienting field, ascending; for P from below a half to nearly one"},
+         .doc = "of the orienting field, ascending; for P from below a half to nearly one.  One < 0 may come first: "
+                "it acts last and turns the rods round, so that P passes through 0"},
         {.name = "warm_up",
          .member = &Plan::warm_up,
          .unit = "s",

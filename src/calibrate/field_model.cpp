@@ -70,7 +70,7 @@ Origin origin_of(const Closure& closure, const Table& table, const Measured& mea
         any_short = any_short || is_short_around(table, row, point);
         if (input == response && measured[response] <= measured.errors[response]) return Origin::closure;
     }
-    if (all_set) return Origin::set;
+    if (all_set || closure.value(measured) == 0.0) return Origin::set;
     return any_short && closure.origin == Origin::measured ? Origin::measured_short : closure.origin;
 }
 }  // namespace
@@ -133,7 +133,7 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
 }
 
 MeanField mean_field(const Table& table, const StatePoint& point) {
-    const std::vector<Input> all{relaxation, weathercock, drag, response, contact, rod_area};
+    const std::vector<Input> all{relaxation, weathercock, drag, cubic, response, contact, rod_area};
     const Wanted wanted{.what = "the order of the mean field", .give = "relaxation.rate"};
     const Measured measured = measured_at(table, all, {relaxation, rod_area}, point, wanted);
     // c follows from the others, and P has zero slope below g = 2 and an infinite one just above it.
@@ -150,10 +150,15 @@ MeanField mean_field(const Table& table, const StatePoint& point) {
         return Uncertain{.value = formula(measured), .error = 0.5 * (high - low)};
     };
     using M = const Measured&;
+    const auto order_of = [](M m) { return order_of_alignment(m.alignment(), m.alignment_cubic()); };
     return {.alignment = of([](M m) { return m.alignment(); }),
+            .alignment_cubic = of([](M m) { return m.alignment_cubic(); }),
             .effective_relaxation = of([](M m) { return m[relaxation] * (1.0 - 0.5 * m.alignment()); }),
-            .order = of([](M m) { return order_of_alignment(m.alignment()); }),
-            .bead_velocity = of([](M m) { return m[drag] * order_of_alignment(m.alignment()); }),
+            .order = of(order_of),
+            .bead_velocity = of([=](M m) {
+                const double order = order_of(m);
+                return (m[drag] + m[cubic] * order * order) * order;
+            }),
             .response_time = {.value = measured[response], .error = measured.errors[response]}};
 }
 
@@ -163,15 +168,19 @@ CellPrediction predict_cell(const Table& table, const StatePoint& point, double 
     const int rods = static_cast<int>(std::lround(point.rod_fraction * cell_area / area));
     require(rods >= 2, {}, "a cell of {} mm^2 holds {} rods at the rod area fraction {}; expected at least 2",
             cell_area, rods, point.rod_fraction);
-    const Uncertain g = mean_field(table, point).alignment;
-    const RodsOrder order = order_of_rods(rods, g.value);
+    const MeanField field = mean_field(table, point);
+    const Uncertain g = field.alignment;
+    const auto order_at = [&](double alignment) {
+        return order_of_rods(rods, alignment, 0.0, field.alignment_cubic.value);
+    };
+    const RodsOrder order = order_at(g.value);
     return {.rods = rods,
             .alignment = g,
             .order = order.mean,
-            .low = order_of_rods(rods, g.value - g.error).mean,
-            .high = order_of_rods(rods, g.value + g.error).mean,
+            .low = order_at(g.value - g.error).mean,
+            .high = order_at(g.value + g.error).mean,
             .deviation = order.deviation,
-            .line = order_of_rods(rods, 2.0).mean};
+            .line = order_at(2.0).mean};
 }
 
 }  // namespace drover::calibrate

@@ -12,35 +12,51 @@ namespace drover::calibrate {
 namespace {
 constexpr double min_errors = 3.0;  // of a significant response
 
-/// -d under each force, averaged over both signs; then q.
+/// Amplitude d of the rod density sigma (1 + d cos(q x)).
+double density_wave_of_rods(const std::vector<RodPose>& rods, double q) {
+    double sum = 0.0;
+    for (const RodPose& rod : rods) sum += std::cos(q * rod.x);
+    return 2.0 * sum / static_cast<double>(rods.size());
+}
+
+/// -d of the beads under each force, averaged over both signs; q; among rods also -d of the rods.
 Trial push(const StiffnessPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "stiffness");
-    const dem::Setup setup = beads_alone(given);
+    dem::Setup setup = plan.among_rods ? with_rods(given, "stiffness", false) : beads_alone(given);
+    dem::BodyForces forces;
+    if (plan.among_rods) forces = {.torque = plan.torque, .angle = 0.5 * std::numbers::pi};
+    setup.forces = forces;
     const auto system = make(setup, seed);
     double time = plan.warm_up;
     system->advance_to(time);
-    const std::size_t frames = frames_in(plan.time, plan.frame);
-    Trial trial;
-    for (const double force : plan.pushes) {
-        double response = 0.0;
+    const std::size_t frames = frames_in(plan.time, plan.frame), levels = plan.pushes.size();
+    const double q = 2.0 * std::numbers::pi * plan.waves / setup.cell.lx;
+    Trial trial(plan.among_rods ? 2 * levels + 1 : levels + 1, 0.0);
+    trial[levels] = q;
+    for (std::size_t level = 0; level < levels; ++level)
         for (const double side : {1.0, -1.0}) {
-            system->impose({.push = side * force, .push_waves = plan.waves});
+            forces.push = side * plan.pushes[level];
+            forces.push_waves = plan.waves;
+            system->impose(forces);
             system->advance_to(time += plan.settle);
+            const double weight = -0.5 * side / static_cast<double>(frames);
             for (std::size_t frame = 0; frame < frames; ++frame) {
                 system->advance_to(time += plan.frame);
-                response -= 0.5 * side * system->density_wave(plan.waves) / static_cast<double>(frames);
+                trial[level] += weight * system->density_wave(plan.waves);
+                if (plan.among_rods) trial[levels + 1 + level] += weight * density_wave_of_rods(system->rods(), q);
             }
         }
-        trial.push_back(response);
-    }
-    trial.push_back(2.0 * std::numbers::pi * plan.waves / setup.cell.lx);
     return trial;
 }
 
-std::vector<double> estimates_of(const std::vector<double>& pushes, std::span<const double> means) {
-    const double response =
-        (pushes[0] * means[0] + pushes[1] * means[1]) / (pushes[0] * pushes[0] + pushes[1] * pushes[1]);
-    return {1.0 / (means[2] * response), response, means[1] / means[0] * pushes[0] / pushes[1]};
+std::vector<double> estimates_of(const StiffnessPlan& plan, std::span<const double> means) {
+    const double low = plan.pushes[0], high = plan.pushes[1];
+    const auto slope = [&](std::size_t first) {
+        return (low * means[first] + high * means[first + 1]) / (low * low + high * high);
+    };
+    std::vector<double> values{1.0 / (means[2] * slope(0)), slope(0), means[1] / means[0] * low / high};
+    if (plan.among_rods) values.push_back(slope(3) / slope(0));
+    return values;
 }
 
 std::string conclude(std::vector<measure::Estimate>& estimates) {
@@ -65,13 +81,16 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 Assay stiffness(const StiffnessPlan& plan) {
     require(plan.pushes.size() == 2 && plan.pushes[0] > 0.0 && plan.pushes[1] > plan.pushes[0], {},
             "stiffness: expected two force amplitudes (pushes), > 0 and ascending");
+    require(!plan.among_rods || plan.torque > 0.0, {}, "stiffness: torque = {} among rods; expected > 0", plan.torque);
+    std::vector<Quantity> quantities{{"stiffness", "mg mm^2/s^2", "E = f/(q d), density rho (1 - d cos(qx))"},
+                                     {"density_response", "s^2/(mg mm)", "d/f", false},
+                                     {"response_ratio", "1", "(d/f at the larger f)/(d/f at the smaller)", false}};
+    if (plan.among_rods) quantities.push_back({"rods_follow", "1", "d of the rods over d of the beads", false});
     return {.name = "stiffness",
-            .population = Population::beads,
-            .quantities = {{"stiffness", "mg mm^2/s^2", "E = f/(q d), density rho (1 - d cos(qx))"},
-                           {"density_response", "s^2/(mg mm)", "d/f", false},
-                           {"response_ratio", "1", "(d/f at the larger f)/(d/f at the smaller)", false}},
+            .population = plan.among_rods ? Population::all : Population::beads,
+            .quantities = quantities,
             .trial = std::bind_front(push, plan),
-            .estimator = always(std::bind_front(estimates_of, plan.pushes)),
+            .estimator = always(std::bind_front(estimates_of, plan)),
             .conclude = conclude};
 }
 
@@ -92,6 +111,14 @@ const std::vector<Row<calibrate::StiffnessPlan>>& schema<calibrate::StiffnessPla
          .unit = "mg mm/s^2",
          .range = positive,
          .doc = "two force amplitudes on a bead, ascending"},
+        {.name = "among_rods",
+         .member = &Plan::among_rods,
+         .doc = "with the rods of the setup, at each of their area fractions; false: beads alone"},
+        {.name = "torque",
+         .member = &Plan::torque,
+         .unit = "mg mm^2/s^2",
+         .range = positive,
+         .doc = "among rods: of the field that holds their directions across the force"},
         {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
         {.name = "settle",
          .member = &Plan::settle,

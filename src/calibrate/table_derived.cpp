@@ -41,6 +41,7 @@ TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>
     const Uncertain found = evaluated(at, of, closure.value);
     if (!std::isfinite(found.value) || !std::isfinite(found.error))
         return missing("the closure has no finite value with these numbers");
+    if (closure.origin == Origin::measured && found.value == 0.0) result.origin = Origin::set;
     result.value = found.value;
     result.error = found.error;
     return result;
@@ -88,15 +89,21 @@ bool make_row(const Closure& closure, const Table& table, TableRow& row) {
     }
     return true;
 }
+/// Adds a row of zeros unless the table has this row.
+void set_to_zero(Table& table, const char* name, const char* unit, const char* formula) {
+    if (find_row(table, name) != nullptr) return;
+    table.rows.push_back(
+        {.name = name,
+         .unit = unit,
+         .formula = formula,
+         .entries = std::vector<TableEntry>(count_of(table, false), TableEntry{.origin = Origin::set})});
+}
 }  // namespace
 
 void add_derived(Table& table) {
-    if (find_row(table, row_name(stiffness)) == nullptr)
-        table.rows.push_back(
-            {.name = row_name(stiffness),
-             .unit = "mg mm^2/s^2",
-             .formula = "E = 0: not measured",
-             .entries = std::vector<TableEntry>(count_of(table, false), TableEntry{.origin = Origin::set})});
+    set_to_zero(table, row_name(stiffness), "mg mm^2/s^2", "E = 0: not measured");
+    if (find_row(table, row_name(drag)) != nullptr)
+        set_to_zero(table, row_name(cubic), "mm/s", "alpha_3/Gamma = 0: drag is that of a straight line");
     add_contact_alignment(table);
     std::vector<TableRow> rows;
     for (const Closure& closure : closures()) {

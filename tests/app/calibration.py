@@ -89,12 +89,13 @@ PLAUSIBLE = {
 BY_RODS, SET = {"drag", "response_time"}, {"bead_mass", "bead_area", "rod_area"}
 
 
-def write_plausible(path, relative_error=0.02, holes=(), kicks=()):
+def write_plausible(path, relative_error=0.02, holes=(), kicks=(), also=()):
     """Writes that table.  `holes`: (name, index) of missing values; `kicks`: values of the varied key, each of which is
-    added to relaxation_rate."""
+    added to relaxation_rate; `also`: further rows, which do not depend on rods."""
+    rows = {**PLAUSIBLE, **dict(also)}
     beads, rods = [0.2, 0.3, 0.5, 0.7], [0.05, 0.08, 0.11]
     with h5py.File(path, "w") as file:
-        file.attrs["coefficients"] = np.bytes_(" ".join(PLAUSIBLE))
+        file.attrs["coefficients"] = np.bytes_(" ".join(rows))
         file.attrs["varied"] = np.array(b"kick.strength" if kicks else b"", dtype="S13")
         file.attrs["remarks"] = np.array(b"", dtype="S1")
         file.attrs["scene"] = np.bytes_("[cell]\nlx = 45.0\nly = 45.0\n")
@@ -102,7 +103,7 @@ def write_plausible(path, relative_error=0.02, holes=(), kicks=()):
         group["bead_area_fraction"], group["rod_area_fraction"] = beads, rods
         if kicks:
             group["kick_strength"] = kicks
-        for name, value in PLAUSIBLE.items():
+        for name, value in rows.items():
             values = np.array([[value(bead, rod) for rod in rods] for bead in beads])
             values = values if name in BY_RODS else values[:, 0].copy()
             if kicks:

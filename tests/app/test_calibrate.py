@@ -32,6 +32,18 @@ def calibration_made_once(tmp_path_factory):
 
 # --- the table
 
+def test_stiffness_among_rods_and_drag_with_a_reversal_are_measured_at_each_area_fraction_of_rods(tmp_path):
+    plan = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["stiffness", "drag"],
+            "calibrate.stiffness.among_rods": True, "calibrate.drag.torques": [-20000.0, 2000.0, 20000.0]}
+    found = drover_json(tmp_path, "calibrate", write_tiny(tmp_path, plan))["coefficients"]
+    for name in ("stiffness", "rods_follow", "drag", "drag_cubic", "drag_straight", "order_-20000"):
+        assert [point["rod_area_fraction"] for point in found[name]["points"]] == [0.1, 0.2], name
+    for point in found["order_-20000"]["points"]:  # the last field is against the others
+        assert point["value"] < found["order_20000"]["points"][0]["value"]
+    scene = write_tiny(tmp_path, {**plan, "calibrate.drag.torques": [-2.0, -1.0, 3.0]}, name="two.toml")
+    rejected(tmp_path, ["check", scene], ["torques > 0, ascending"])
+
+
 def test_every_coefficient_has_a_value_an_error_trials_and_an_origin(whole):
     folder, output, log = whole
     assert already_done(log) == 0 and output["trials_found"] == 0
@@ -397,7 +409,7 @@ SHORT = ["cell.lx=10", "cell.ly=10", "time.dt=4e-5", "contacts.max_overlap=0.2",
 
 def test_scenes_for_calibrate_are_listed_in_the_readme():
     listed = dict(re.findall(r"^\| `([a-z-]+)\.toml` \|.*\| ([^|]+) \|$", (MODELS / "README.md").read_text(), re.M))
-    assert scenes("calibrate") == ["calibrate-matched", "calibrate-small"]
+    assert scenes("calibrate") == ["calibrate-bed", "calibrate-matched", "calibrate-small"]
     for scene in scenes("calibrate"):
         first, second = (MODELS / f"{scene}.toml").read_text().splitlines()[:2]
         assert re.fullmatch(r"# Shows: .+\.", first) and listed[scene] == re.fullmatch(r"# Takes: (.+)\.",
@@ -408,7 +420,7 @@ def test_scenes_for_calibrate_are_listed_in_the_readme():
 def test_a_shipped_calibration_scene_is_valid_and_runs(scene, tmp_path):
     path = MODELS / f"{scene}.toml"
     drover(tmp_path, "check", path)
-    units = {"calibrate-small": 24, "calibrate-matched": 54}[scene]
+    units = {"calibrate-bed": 6, "calibrate-small": 24, "calibrate-matched": 54}[scene]
     assert f"drover calibrate: {units} measurements" in drover(tmp_path, "explain", path).stdout
     point = json.loads(drover(tmp_path, "calibrate", path, "--json",
                               *settings(SHORT)).stdout)["coefficients"]["damping_rate"]["points"][0]

@@ -49,6 +49,23 @@ def model_of(scene):
 
 # --- calibrated scenes
 
+def test_a_flow_that_bends_has_its_cubic_in_the_scene(folder):
+    line = next(line for line in resolved(folder)["calibrated"]["filled"] if line.startswith("driving.cubic"))
+    assert line == "driving.cubic: set, 0"  # the table has a straight line
+    write_plausible(folder / "table.h5", also={"drag_cubic": lambda beads, rods: 1.2})
+    straight, bent = 0.7 / 2.0, resolved(folder)
+    assert bent["driving"]["cubic"] == pytest.approx(1.2 * straight, rel=1e-9)
+    # Of particles without noise: the uniform flock of the fields has the order and the flow of the prediction.
+    assert dict(line.split(": ", 1) for line in bent["calibrated"]["filled"])["driving.cubic"].startswith("measured")
+    expected = dict(line.split(" = ", 1) for line in bent["calibrated"]["expected"])
+    order = float(expected["order"].split()[0])
+    assert float(expected["bead_velocity"].split()[0]) == pytest.approx((3.8 + 1.2 * order**2) * order, rel=1e-3)
+    a, b, alpha, gamma = (bent[section][key] for section, key in (
+        ("relaxation", "rate"), ("relaxation", "saturation"), ("driving", "strength"), ("drag", "coefficient")))
+    flow = (alpha + bent["driving"]["cubic"] * order**2) / gamma
+    assert a + b * order**2 == pytest.approx(0.1 * flow, rel=1e-3)
+
+
 def test_a_calibrated_scene_has_the_numbers_of_the_table_with_origins_and_errors(folder):
     scene = resolved(folder)
     sigma, rho, drag, g = 0.08 / 4.0, 0.5 / 0.5, 1.0 + 2.0 + 0.8, 2.0 * 0.1 * 3.8 / 0.3

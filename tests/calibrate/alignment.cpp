@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <tuple>
 #include <vector>
 
 #include "drover/base/random.hpp"
@@ -36,6 +37,25 @@ TEST(MeanFieldOrder, is_the_mean_of_cos_theta_over_its_distribution) {
     EXPECT_EQ(saturation_of_alignment(1.0), 0.125);
 }
 
+TEST(MeanFieldOrder, of_a_flow_that_bends_is_the_largest_that_holds_itself) {
+    // At g = 1.6 < 2 a flow that grows with the order keeps an order that is there; a smaller one does not.
+    for (const auto& [g, cubic] : {std::pair{1.6, 3.0}, std::pair{2.5, -1.5}, std::pair{3.0, 2.0}}) {
+        const double order = order_of_alignment(g, cubic), x = g * order + cubic * std::pow(order, 3);
+        EXPECT_GT(order, 0.3);
+        EXPECT_NEAR(order, std::cyl_bessel_i(1.0, x) / std::cyl_bessel_i(0.0, x), 1e-12) << g;
+        for (double above = order + 1e-6; above < 1.0; above += 0.01) {
+            const double pull = g * above + cubic * std::pow(above, 3);
+            EXPECT_LT(pull > 0.0 ? std::cyl_bessel_i(1.0, pull) / std::cyl_bessel_i(0.0, pull) : 0.0, above);
+        }
+        if (g > 2.0) {  // the uniform flock of the equations, over D_r
+            const double b = saturation_of_alignment(g, cubic);
+            EXPECT_NEAR(0.5 * g - 1.0 + (0.5 * cubic - b) * order * order, 0.0, 1e-12);
+        }
+        EXPECT_NEAR(order_of_rods(20000, g + 0.5, 0.0, cubic).mean, order_of_alignment(g + 0.5, cubic), 1e-3);
+    }
+    EXPECT_EQ(order_of_alignment(1.6, 0.5), 0.0);
+}
+
 TEST(Concentration, is_the_inverse_of_the_order) {
     for (const double kappa : {1e-9, 0.01, 1.0, 7.0, 79.0, 81.0, 2000.0}) {
         const double order = kappa < 500.0 ? std::cyl_bessel_i(1.0, kappa) / std::cyl_bessel_i(0.0, kappa)
@@ -49,12 +69,13 @@ TEST(Concentration, is_the_inverse_of_the_order) {
 }
 
 TEST(OrderOfRods, is_that_of_sampled_directions) {
-    // Random directions, weighted by exp(g N P^2/2 + N h.P).
+    // Random directions, weighted by exp(g N P^2/2 + g3 N P^4/4 + N h.P).
     constexpr int samples = 40000;
     for (const int rods : {6, 25}) {
         std::vector<double> angles(static_cast<std::size_t>(samples * rods));
         fill_uniform({.seed = 1, .stream = Stream::test}, 0, 1, angles);
-        for (const auto& [alignment, field] : {std::pair{0.0, 0.0}, std::pair{1.2, 0.0}, std::pair{0.8, 0.2}}) {
+        for (const auto& [alignment, field, cubic] : {std::tuple{0.0, 0.0, 0.0}, std::tuple{1.2, 0.0, 0.0},
+                                                      std::tuple{0.8, 0.2, 0.0}, std::tuple{0.8, 0.1, 1.5}}) {
             double norm = 0.0, mean = 0.0, along = 0.0, square = 0.0;
             for (int i = 0; i < samples; ++i) {
                 double x = 0.0, y = 0.0;
@@ -63,11 +84,12 @@ TEST(OrderOfRods, is_that_of_sampled_directions) {
                     x += std::cos(angle) / rods, y += std::sin(angle) / rods;
                 }
                 const double order = std::hypot(x, y),
-                             weight = std::exp(rods * (0.5 * alignment * order * order + field * x));
+                             weight = std::exp(rods * (0.5 * alignment * order * order +
+                                                       0.25 * cubic * std::pow(order, 4) + field * x));
                 norm += weight, mean += weight * order, along += weight * x, square += weight * order * order;
             }
             mean /= norm, along /= norm, square /= norm;
-            const RodsOrder found = order_of_rods(rods, alignment, field);
+            const RodsOrder found = order_of_rods(rods, alignment, field, cubic);
             // The saddle point is good to 2 % at 6 rods and 0.5 % at 25; the weights leave an eighth of the samples.
             const double error = mean * (0.02 * 6.0 / rods) + 3.0 * found.deviation / std::sqrt(samples / 8);
             EXPECT_NEAR(found.mean, mean, error) << rods << " " << alignment << " " << field;

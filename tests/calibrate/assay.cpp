@@ -126,10 +126,7 @@ TEST(AssayRule, rejects_invalid_goals_and_trials) {
 
 TEST(AssayRule, rejects_repeated_forces_and_too_few_windows) {
     // Quantities are named after the values, so values must differ.
-    EXPECT_NE(refusal_of([] {
-                  drag({.torques = {200.0, 500.0, 500.0}});
-              }).find("> 0 and ascending"),
-              std::string::npos);
+    EXPECT_NE(refusal_of([] { drag({.torques = {200.0, 500.0, 500.0}}); }).find("> 0, ascending"), std::string::npos);
     EXPECT_NE(refusal_of([] {
                   weathercock({.speeds = {1.0, 2.0, 2.0}});
               }).find("> 0 and ascending"),

@@ -36,6 +36,11 @@ Case drag_case() {
             .truth = {.turning = 0.1, .damping = 2.0, .drag = 3.0, .drag_cubic = -1.0, .agitation = 0.2, .step = 0.025},
             .values = {{0, 3.0}, {1, -1.0}, {2, 0.5}}};
 }
+Case drag_with_reversal_case() {
+    return {.assay = drag({.torques = {-1500.0, 600.0, 1200.0, 2000.0}, .warm_up = 0.1, .time = 1.6, .frame = 0.05}),
+            .truth = {.turning = 0.1, .damping = 2.0, .drag = 3.0, .drag_cubic = -1.0, .agitation = 0.2, .step = 0.025},
+            .values = {{0, 3.0}, {1, -1.0}, {2, 0.5}}};
+}
 Case damping_case(double coulomb) {
     return {.assay = damping({.warm_up = 0.0, .hold = 0.01, .time = 0.2, .frame = 0.005}),
             .truth = {.damping = 20.0, .coulomb = coulomb, .agitation = 0.2, .step = 0.005},
@@ -64,6 +69,13 @@ Case stiffness_case() {
             .values = {{0, 500.0}, {2, 1.0}},
             .coverage_error = 0.013};
 }
+Case stiffness_among_rods_case() {
+    return {.assay = stiffness({.among_rods = true, .warm_up = 0.0, .settle = 2.0, .time = 1.0, .frame = 0.05}),
+            .truth = {.diffusion = 0.4, .stiffness = 500.0, .rods_follow = -0.4, .step = 2.0},
+            .rods = 60,
+            .values = {{0, 500.0}, {2, 1.0}, {3, -0.4}},
+            .coverage_error = 0.013};
+}
 
 Case diffusion_case() {
     // Rattling of 0.1 mm adds an offset to the displacements of beads; propulsion and rotation must not add to rods.
@@ -86,11 +98,13 @@ Case case_of(const std::string& name) {
     if (name == "weathercock") return weathercock_case(0.3);
     if (name == "weathercock_against_the_flow") return weathercock_case(-0.2);
     if (name == "drag") return drag_case();
+    if (name == "drag_with_reversal") return drag_with_reversal_case();
     if (name == "damping") return damping_case(0.0);
     if (name == "damping_coulomb") return damping_case(60.0);
     if (name == "shear") return shear_case();
     if (name == "propulsion") return propulsion_case();
     if (name == "diffusion") return diffusion_case();
+    if (name == "stiffness_among_rods") return stiffness_among_rods_case();
     return stiffness_case();
 }
 
@@ -204,10 +218,18 @@ const auto assay_of = [](const auto& info) { return std::string(info.param ? "fr
 INSTANTIATE_TEST_SUITE_P(All, ContactAlignment, testing::Bool(), assay_of);
 INSTANTIATE_TEST_SUITE_P(All, ContactAlignmentStatistics, testing::Bool(), assay_of);
 
-constexpr const char* names[] = {"relaxation", "weathercock", "weathercock_against_the_flow",
-                                 "drag",       "damping",     "damping_coulomb",
-                                 "shear",      "propulsion",  "stiffness",
-                                 "diffusion"};
+constexpr const char* names[] = {"relaxation",
+                                 "weathercock",
+                                 "weathercock_against_the_flow",
+                                 "drag",
+                                 "damping",
+                                 "damping_coulomb",
+                                 "shear",
+                                 "propulsion",
+                                 "stiffness",
+                                 "diffusion",
+                                 "stiffness_among_rods",
+                                 "drag_with_reversal"};
 const auto name_of = [](const auto& info) { return std::string(info.param); };
 INSTANTIATE_TEST_SUITE_P(All, Assays, testing::ValuesIn(names), name_of);
 INSTANTIATE_TEST_SUITE_P(All, AssaysStatistics, testing::ValuesIn(names), name_of);

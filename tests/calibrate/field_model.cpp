@@ -86,6 +86,30 @@ TEST(FieldModel, has_the_expected_numbers) {
     }
 }
 
+TEST(FieldModel, of_a_flow_that_bends_has_the_flock_of_the_mean_field) {
+    Table table = flocking_table();
+    TableRow bend{.name = "drag_cubic", .unit = "x", .formula = "x", .by_rods = true};
+    for (int i = 0; i < 6; ++i) bend.entries.push_back({.value = 0.8, .error = 0.1, .origin = Origin::measured});
+    table.rows.push_back(bend);
+    const auto number = [&](const char* key) { return field_number(table, key, dense, OrderKind::orientation).number; };
+    const double a = 0.1, lambda = 0.1, g = 2.0 * lambda * 3.0 / a, cubic = 2.0 * lambda * 0.8 / a;
+    const double order = order_of_alignment(g, cubic), gamma = number("drag.coefficient").value;
+    EXPECT_NEAR(number("driving.cubic").value, 0.8 * gamma, 1e-9);
+    const MeanField field = mean_field(table, dense);
+    EXPECT_NEAR(field.order.value, order, 1e-9);
+    EXPECT_NEAR(field.bead_velocity.value, (3.0 + 0.8 * order * order) * order, 1e-9);
+    EXPECT_NEAR(predict_cell(table, dense, 2000.0).order, order_of_rods(50, g, 0.0, cubic).mean, 1e-9);
+    // The uniform flock of the equations: -a p + lambda v - b p^3 = 0 with v = (alpha + alpha_3 p^2) p/Gamma.
+    const double flow = (number("driving.strength").value + number("driving.cubic").value * order * order) / gamma;
+    EXPECT_NEAR(a + number("relaxation.saturation").value * order * order, lambda * flow, 1e-9);
+    // For p = sigma P.
+    const double sigma = 0.1 / 4.0;
+    EXPECT_NEAR(field_number(table, "driving.cubic", dense, OrderKind::density).number.value,
+                0.8 * gamma / std::pow(sigma, 3), 1e-6);
+    // A table that fitted a straight line does not count its zero as measured.
+    EXPECT_EQ(field_number(flocking_table(), "driving.cubic", dense, OrderKind::orientation).origin, Origin::set);
+}
+
 TEST(FieldModel, has_the_alignment_of_flow_and_contacts) {
     Table table = flocking_table();
     TableRow c{.name = "contact_alignment", .unit = "x", .formula = "x"};

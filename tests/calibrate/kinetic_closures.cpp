@@ -4,8 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <map>
-#include <numbers>
 
+#include "calibrate/collision_rule.hpp"
 #include "drover/calibrate/alignment.hpp"
 #include "drover/calibrate/table.hpp"
 
@@ -15,12 +15,13 @@ namespace {
 constexpr int depth = 12;  // moments of the hierarchy
 constexpr double a = 0.2, u = 3.0, sigma = 0.02;
 
-/// Rods that turn with the flow, and meet at rate 2 d v: v = 2 u sin(angle/2), each encounter leaving half the angle.
+/// Rods that turn with the flow; those that meet keep half the angle between them.
 class Hierarchy {
 public:
     Hierarchy(double g, double diameter) : g_(g) {
         for (int k = 1; k <= depth; ++k)
-            for (int q = k - depth; q <= depth; ++q) kernel_[{k, q}] = diameter > 0.0 ? element(k, q, diameter) : 0.0;
+            for (int q = k - depth; q <= depth; ++q)
+                kernel_[{k, q}] = calibrate::kernel({.kept = 0.5, .reach = diameter, .speed = u}, k, q);
     }
     double kernel(int k, int q) const { return kernel_.at({k, q}); }
 
@@ -73,17 +74,6 @@ private:
     static double at(const Eigen::VectorXd& psi, int k) {
         return k == 0 ? 1.0 : std::abs(k) > depth ? 0.0 : psi(std::abs(k) - 1);
     }
-    static double element(int k, int q, double diameter) {
-        constexpr int points = 2000;
-        double sum = 0.0;
-        for (int i = 0; i < points; ++i) {
-            const double angle = (i + 0.5) / points * std::numbers::pi;
-            const auto wave = [&](double phase) { return std::cos(k * phase + (q - k) * angle); };
-            sum += 2.0 * diameter * u * std::sin(0.5 * angle) *
-                   (wave(0.25 * angle) + wave(0.75 * angle) - wave(0.0) - wave(angle)) / points;
-        }
-        return sum;
-    }
     Eigen::MatrixXd derivative(const Eigen::VectorXd& psi) const {
         constexpr double step = 1e-6;
         Eigen::MatrixXd m(depth, depth);
@@ -124,8 +114,8 @@ class KineticClosures : public testing::TestWithParam<double> {};
 
 TEST_P(KineticClosures, are_those_of_all_moments_at_onset) {
     const double diameter = GetParam();
-    const double c =
-        diameter > 0.0 ? Hierarchy(0.0, diameter).kernel(1, 0) + Hierarchy(0.0, diameter).kernel(1, 1) : 0.0;
+    const Hierarchy without_flow(0.0, diameter);
+    const double c = without_flow.kernel(1, 0) + without_flow.kernel(1, 1);
     const double onset = 2.0 - 2.0 * c * sigma / a;
     double before = 0.0;
     for (const double above : {0.04, 0.02, 0.01}) {

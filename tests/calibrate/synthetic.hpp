@@ -34,6 +34,7 @@ struct Truth {
     double stiffness = 500.0;     ///< E [mg mm^2/s^2]
     double density_rate = 4.0;    ///< of the decay of density waves [1/s]
     double density_noise = 0.02;  ///< standard deviation of their amplitude
+    double rods_follow = 0.0;     ///< part by which the density of rods follows that of beads
     double bead_diffusion = 0.0;  ///< D of each bead [mm^2/s]
     double bead_rattle = 0.0;     ///< standard deviation of each observed bead coordinate [mm]
     double rod_diffusion = 0.0;   ///< D of each rod [mm^2/s]
@@ -47,6 +48,7 @@ public:
         for (int r = 0; r < setup.rods.count; ++r) {
             const double angle = setup.packing.kind == "aligned" ? 0.0 : 2.0 * std::numbers::pi * uniform();
             rods_.push_back({.angle = angle});
+            if (truth.rods_follow != 0.0) rods_.back().x = setup.cell.lx * uniform();
         }
         spin_.resize(rods_.size());
         for (double& spin : spin_)
@@ -66,6 +68,12 @@ public:
         time_ = time;
         seen_ = rods_;
         for (RodPose& rod : seen_) rod.angle += truth_.jitter * normal();
+        if (truth_.rods_follow != 0.0)
+            for (const auto& [number, amplitude] : density_) {
+                // To first order a displacement -(d/q) sin(qx) makes the density wave d cos(qx).
+                const double q = 2.0 * std::numbers::pi * number / setup_.cell.lx;
+                for (RodPose& rod : seen_) rod.x -= truth_.rods_follow * amplitude / q * std::sin(q * rod.x);
+            }
         if (truth_.bead_rattle == 0.0) return;
         seen_rattle_.resize(diffused_.size());
         for (Position& one : seen_rattle_)

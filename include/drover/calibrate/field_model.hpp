@@ -34,16 +34,17 @@ struct FieldNumber {
 
 /// One number of the model:
 ///     rho = Phi_b/(area of a bead), sigma = Phi_r/(area of a rod), J = u sigma P,
-///     Gamma = m rho/tau, alpha = (alpha/Gamma) Gamma, eta = [eta/(m rho)] m rho, E, a, c and lambda as measured (c = 0
-///     in a table without it);
+///     Gamma = m rho/tau, alpha = (alpha/Gamma) Gamma, alpha_3 = (alpha_3/Gamma) Gamma, eta = [eta/(m rho)] m rho, E,
+///     a, c and lambda as measured (alpha_3 and c = 0 in a table without them);
 ///     a tau below its error is replaced by its error (the flow responds faster than was resolved), and Gamma and alpha
 ///     then count as closures;
 ///     K3 = u^2/(16 a), B = u/(2 sigma), Delta = a/sigma: independent rods (closures), D_r being a;
 ///     b such that the uniform flock has the mean-field order of order_of_alignment() in calibrate/alignment.hpp, g
-///     being (lambda_s alpha/Gamma + 2 c sigma)/a;
+///     being (lambda_s alpha/Gamma + 2 c sigma)/a and g3 being lambda_s alpha_3/(Gamma a);
 ///     w = 3 g u/16 (in P), of the same expansion about the onset; A, F, zeta and K1 zero.
 /// The error is of first order in the errors of the rows, which are taken as independent (alpha/Gamma and tau, from one
-/// assay, are not quite).  Throws an input Error for missing entries and for points outside the table.
+/// assay, are not quite; alpha/Gamma and alpha_3/Gamma are anticorrelated, so that errors with both are too
+/// large).  Throws an input Error for missing entries and for points outside the table.
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
 
 /// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.  The
@@ -56,9 +57,10 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
 /// Mean-field prediction for a uniform system with these coefficients.
 struct MeanField {
     Uncertain alignment;             ///< g
+    Uncertain alignment_cubic;       ///< g3, of a flow that is not linear in the order
     Uncertain effective_relaxation;  ///< abar = a - c sigma - lambda alpha/Gamma [1/s]
     Uncertain order;  ///< P; its error, as that of the flow, from steps of a whole error of each input, not from slopes
-    Uncertain bead_velocity;  ///< (alpha/Gamma) P [mm/s]
+    Uncertain bead_velocity;  ///< (alpha + alpha_3 P^2) P/Gamma [mm/s]
     Uncertain response_time;  ///< tau of the flow [s], at least its error
 };
 MeanField mean_field(const Table& table, const StatePoint& point);

@@ -63,6 +63,8 @@ CASES = {
     **{f"held-{beads}-{rods}-{seed}": ("bead-flock", [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}",
                                                       *COARSE, "forces.hold_beads=true", f"run.seed={seed}"])
        for beads in (0.2, 0.3, 0.4, 0.5, 0.6, 0.7) for rods in (0.08, 0.11) for seed in (1, 2)},
+    # Which way a flower turns.
+    **{f"flower-{seed}": ("flower-flock", [*COARSE[:2], f"run.seed={seed}"]) for seed in range(1, 21)},
 }
 ROUND = ("flower-flock", "flower-poor", "circle-flock")
 SERIES = ["polar_order", "polar_order_local", "bead_velocity_size", "bead_velocity_along_order",
