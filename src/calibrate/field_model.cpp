@@ -61,6 +61,7 @@ bool is_short_around(const Table& table, const TableRow& row, const StatePoint& 
 
 /// Origin of a number, which its inputs may lower.
 Origin origin_of(const Closure& closure, const Table& table, const Measured& measured, const StatePoint& point) {
+    if (!closure.of.empty() && closure.value(measured) == 0.0) return Origin::set;
     bool all_set = !closure.of.empty(), any_short = false;
     for (const Input input : closure.of) {
         const TableRow* found = find_row(table, row_name(input));
@@ -70,8 +71,43 @@ Origin origin_of(const Closure& closure, const Table& table, const Measured& mea
         any_short = any_short || is_short_around(table, row, point);
         if (input == response && measured[response] <= measured.errors[response]) return Origin::closure;
     }
-    if (all_set || closure.value(measured) == 0.0) return Origin::set;
+    if (all_set) return Origin::set;
     return any_short && closure.origin == Origin::measured ? Origin::measured_short : closure.origin;
+}
+
+/// Half of the distance from 16 to 84 % of a formula over redrawn tables, in which c follows from the other rows.
+class RedrawnInputs {
+public:
+    RedrawnInputs(const Table& table, const std::vector<Input>& of, const StatePoint& point, const Wanted& wanted) {
+        constexpr int draws = 200;
+        std::vector<std::string> rows;
+        for (const Input input : of) rows.emplace_back(row_name(input));
+        for (const Table& redrawn : redrawn_tables(table, rows, draws))
+            drawn_.push_back(measured_at(redrawn, of, {}, point, wanted));
+    }
+    double error_of(const Formula& formula) const {
+        std::vector<double> values;
+        for (const Measured& one : drawn_) values.push_back(formula(one));
+        const auto [low, middle, high] = quantiles_of(std::move(values));
+        return 0.5 * (high - low);
+    }
+
+private:
+    std::vector<Measured> drawn_;
+};
+
+/// The closure of a key for p of this kind.
+Closure closure_for(const std::string& key, OrderKind kind) {
+    const Closure& closure = closure_of(key);
+    if (kind == OrderKind::orientation) return closure;
+    return scaled(closure, {rod_area}, [](const Measured& at) { return at.rod_density(); });
+}
+
+/// A number with the error of independent inputs.
+Uncertain number_at(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {
+    const Closure closure = closure_for(key, kind);
+    const Measured measured = measured_at(table, closure.of, closure.under, point, {.what = key, .give = key});
+    return evaluated(measured, closure.of, closure.value);
 }
 }  // namespace
 
@@ -88,12 +124,17 @@ const std::vector<std::string>& calibrated_keys() {
 }
 
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {
-    Closure closure = closure_of(key);
-    if (kind == OrderKind::density)
-        closure = scaled(closure, {rod_area}, [](const Measured& at) { return at.rod_density(); });
-    const Measured measured = measured_at(table, closure.of, closure.under, point, {.what = key, .give = key});
-    return {.number = evaluated(measured, closure.of, closure.value),
-            .origin = origin_of(closure, table, measured, point)};
+    const Closure closure = closure_for(key, kind);
+    const Wanted wanted{.what = key, .give = key};
+    const Measured measured = measured_at(table, closure.of, closure.under, point, wanted);
+    FieldNumber result{.number = evaluated(measured, closure.of, closure.value),
+                       .origin = origin_of(closure, table, measured, point)};
+    const auto takes = [&](Input input) {
+        return std::find(closure.of.begin(), closure.of.end(), input) != closure.of.end();
+    };
+    if (takes(contact) && takes(relaxation))  // from which c follows
+        result.number.error = RedrawnInputs(table, closure.of, point, wanted).error_of(closure.value);
+    return result;
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {
@@ -103,7 +144,7 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
         StatePoint node = point;
         node.bead_fraction = beads;
         node.rod_fraction = rods;
-        return field_number(table, key, node, kind).number;
+        return number_at(table, key, node, kind);
     };
     const double beads = table.bead_fractions.front(), rods = table.rod_fractions.front();
     for (const double fraction : table.bead_fractions)
@@ -137,17 +178,9 @@ MeanField mean_field(const Table& table, const StatePoint& point) {
     const Wanted wanted{.what = "the order of the mean field", .give = "relaxation.rate"};
     const Measured measured = measured_at(table, all, {relaxation, rod_area}, point, wanted);
     // c follows from the others, and P has zero slope below g = 2 and an infinite one just above it.
-    constexpr int draws = 200;
-    std::vector<std::string> rows;
-    for (const Input input : all) rows.push_back(row_name(input));
-    std::vector<Measured> drawn;
-    for (const Table& redrawn : redrawn_tables(table, rows, draws))
-        drawn.push_back(measured_at(redrawn, all, {}, point, wanted));
+    const RedrawnInputs redrawn(table, all, point, wanted);
     const auto of = [&](const Formula& formula) {
-        std::vector<double> values;
-        for (const Measured& one : drawn) values.push_back(formula(one));
-        const auto [low, middle, high] = quantiles_of(std::move(values));
-        return Uncertain{.value = formula(measured), .error = 0.5 * (high - low)};
+        return Uncertain{.value = formula(measured), .error = redrawn.error_of(formula)};
     };
     using M = const Measured&;
     const auto order_of = [](M m) { return order_of_alignment(m.alignment(), m.alignment_cubic()); };

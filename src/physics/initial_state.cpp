@@ -88,6 +88,24 @@ double remembered_cut(const std::string& written, const Expression& formula, con
     return kept[key] = fraction_cut(formula, grid, degree);
 }
 
+/// The values of a formula in the cells; throws an input Error where one is not finite.
+void fill_cells(const Expression& formula, const char* key, const std::string& written, const SourceLocation& where,
+                const numerics::Grid& grid, Threads& threads, std::span<double> values) {
+    const auto nx = static_cast<std::size_t>(grid.nx);
+    constexpr std::size_t cells_per_chunk = 4096;
+    // Operation by operation: strips would fold 0 times infinity to 0.
+    threads.for_chunks(values.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t m = begin; m < end; ++m)
+            values[m] = evaluate(formula, std::array{grid.lx / grid.nx * static_cast<double>(m % nx),
+                                                     grid.ly / grid.ny * static_cast<double>(m / nx)});
+    });
+    const auto found = std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+    const auto cell = static_cast<std::size_t>(found - values.begin());
+    if (found != values.end())
+        fail_input(where, "{} = \"{}\" is {} in cell ({}, {}); expected a finite number in every cell", key, written,
+                   *found, cell % nx, cell / nx);
+}
+
 void set_formulas(const InitialState& initial, const Form& form, const numerics::System& system, Threads& threads,
                   numerics::Spectra& state) {
     const numerics::Grid& grid = system.grid;
@@ -97,22 +115,7 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
     for (int c = 0; c < state.count(); ++c) {
         const auto [key, written] = formula_of(initial, components[static_cast<std::size_t>(c)].name);
         if (written->empty()) continue;
-        const Expression formula = expression_in_x_y(*written, {});
-        const std::span<double> values = cells[c];
-        const auto nx = static_cast<std::size_t>(grid.nx);
-        constexpr std::size_t cells_per_chunk = 4096;
-        // Operation by operation: strips would fold 0 times infinity to 0.
-        threads.for_chunks(values.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t m = begin; m < end; ++m)
-                values[m] = evaluate(formula, std::array{grid.lx / grid.nx * static_cast<double>(m % nx),
-                                                         grid.ly / grid.ny * static_cast<double>(m / nx)});
-        });
-        const auto found =
-            std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
-        const auto cell = static_cast<std::size_t>(found - values.begin());
-        if (found != values.end())
-            fail_input({}, "{} = \"{}\" is {} in cell ({}, {}); expected a finite number in every cell", key, *written,
-                       *found, cell % nx, cell / nx);
+        fill_cells(expression_in_x_y(*written, {}), key, *written, {}, grid, threads, cells[c]);
     }
     numerics::Transform(grid, system.degree, threads).forward(cells, made);
     for (int c = 0; c < state.count(); ++c)
@@ -188,6 +191,11 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
         const Expression formula = expression_in_x_y(*written, place(key));
         const int degree = kept_degree(Equations(model), dealiasing);
         const double cut = remembered_cut(*written, formula, grid, degree);
+        if (!std::isfinite(cut)) {
+            Threads one(1);
+            numerics::Fields cells(grid, 1);
+            fill_cells(formula, key, *written, place(key), grid, one, cells[0]);
+        }
         if (cut > 0.5)
             fail_input(place(key), "{} = \"{}\": the grid cuts {:.3g} of its variance; expected less than half: {}",
                        key, *written, cut, finer_grid(formula, grid, degree));

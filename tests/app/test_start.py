@@ -25,6 +25,13 @@ def test_a_formula_of_which_the_grid_cuts_more_than_half_is_rejected(tmp_path, f
         rejected(tmp_path, [command, "start.toml"], ["initial.rod_density", "the grid cuts", "choose grid.n"])
 
 
+@pytest.mark.parametrize("formula", ["2 + 0.01*log(x)", "1 + 0.1/y", "sqrt(20 - x)"])
+def test_a_formula_that_is_not_finite_in_a_cell_is_rejected_before_a_run(tmp_path, formula):
+    (tmp_path / "start.toml").write_text(scene_text({**GRID, "initial.rod_density": formula}))
+    for command in ("check", "explain", "run"):
+        rejected(tmp_path, [command, "start.toml"], ["initial.rod_density", formula, "in cell (", "finite number"])
+
+
 def test_formulas_with_another_kind_of_start_are_rejected_with_the_settings_that_clear_them(tmp_path):
     (tmp_path / "start.toml").write_text(scene_text({**GRID, "initial.rod_density": "1", "initial.polar_order_x": "1"}))
     words = ["check", "start.toml", "--set", "initial.kind=random"]

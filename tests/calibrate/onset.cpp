@@ -80,6 +80,7 @@ Table table_of_measured_alignment() {
     add("weathercock", false, 0.02, [](double bead) { return 0.06 * bead; });
     add("drag", true, 0.3, [](double) { return 1.5; });
     add("rod_area", false, 0.0, [](double) { return 4.0; });
+    add("propulsion", false, 0.0, [](double) { return 3.0; });
     add("alignment_steady", true, 0.1, [](double bead) { return 4.0 * bead; });
     add("alignment_drift", true, 0.0, [](double) { return 0.0; });
     add("alignment_reference", true, 0.1, [](double bead) { return 4.0 * bead; });
@@ -97,6 +98,11 @@ TEST(Onset, has_the_error_of_the_measured_alignment_however_flow_and_contacts_sh
     const Uncertain g = mean_field(table, {.bead_fraction = 0.5, .rod_fraction = 0.08}).alignment;
     EXPECT_NEAR(g.value, 2.0, 1e-9);
     EXPECT_NEAR(g.error, 0.1, 0.02);  // half the distance of two quantiles of 200: 7 %
+    const Uncertain w =
+        field_number(table, "advection.strength", {.bead_fraction = 0.5, .rod_fraction = 0.08}, OrderKind::orientation)
+            .number;
+    EXPECT_NEAR(w.value, 3.0 / 16.0 * 2.0 * 3.0, 1e-9);
+    EXPECT_NEAR(w.error, 3.0 / 16.0 * 0.1 * 3.0, 0.2 * 3.0 / 16.0 * 0.1 * 3.0);
 }
 
 TEST(Onset, gives_the_fraction_of_redrawn_tables_with_a_crossing) {

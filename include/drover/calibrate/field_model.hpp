@@ -42,9 +42,10 @@ struct FieldNumber {
 ///     b such that the uniform flock has the mean-field order of order_of_alignment() in calibrate/alignment.hpp, g
 ///     being (lambda_s alpha/Gamma + 2 c sigma)/a and g3 being lambda_s alpha_3/(Gamma a);
 ///     w = 3 g u/16 (in P), of the same expansion about the onset; A, F, zeta and K1 zero.
-/// The error is of first order in the errors of the rows, which are taken as independent (alpha/Gamma and tau, from one
-/// assay, are not quite; alpha/Gamma and alpha_3/Gamma are anticorrelated, so that errors with both are too
-/// large).  Throws an input Error for missing entries and for points outside the table.
+/// The error is of first order in the errors of the rows, or that of redrawn tables for b and w, whose c follows from
+/// other rows; rows are taken as independent (alpha/Gamma and tau, from one assay, are not quite; alpha/Gamma and
+/// alpha_3/Gamma are anticorrelated, so that errors with both are too large).  Throws an input Error for missing
+/// entries and for points outside the table.
 FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
 
 /// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.  The

@@ -1,5 +1,5 @@
-"""tests/bench/particles/correlations.py: correlations of the directions and fluctuations of the number of rods in a cell
-of 20 rod lengths, kept as small tables.
+"""tests/bench/particles/correlations.py: correlations of directions and fluctuations of the number of rods in a cell of
+20 rod lengths, kept as small tables.
 
 Usage: correlations.py --drover PROGRAM --output FOLDER [--beads FRACTION ...] [--seconds T]
 

@@ -70,7 +70,8 @@ def turning(flock, alone):
             rates[place].append(rate)
     yield ["angle_deg", "rate_rad_s", "error", "intervals"]
     for middle, found in zip(np.degrees(0.5 * (BINS[1:] + BINS[:-1])), rates):
-        yield [middle, np.mean(found), np.std(found) / np.sqrt(len(found)), len(found)] if found else [middle, "", "", 0]
+        mean, error = (np.mean(found), np.std(found) / np.sqrt(len(found))) if found else ("", "")
+        yield [middle, mean, error, len(found)]
 
 
 def return_of_a_stray(flock, alone):
