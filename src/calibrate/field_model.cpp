@@ -96,6 +96,14 @@ private:
     std::vector<Measured> drawn_;
 };
 
+/// Whether c follows from other rows anywhere.
+bool derives_contact(const Table& table, std::size_t varied) {
+    bool derives = false;
+    for (std::size_t bead = 0; bead < table.bead_fractions.size(); ++bead)
+        derives = derives || contact_slopes(table, varied, bead);
+    return derives;
+}
+
 /// The closure of a key for p of this kind.
 Closure closure_for(const std::string& key, OrderKind kind) {
     const Closure& closure = closure_of(key);
@@ -132,7 +140,7 @@ FieldNumber field_number(const Table& table, const std::string& key, const State
     const auto takes = [&](Input input) {
         return std::find(closure.of.begin(), closure.of.end(), input) != closure.of.end();
     };
-    if (takes(contact) && takes(relaxation))  // from which c follows
+    if (takes(contact) && takes(relaxation) && derives_contact(table, point.varied))
         result.number.error = RedrawnInputs(table, closure.of, point, wanted).error_of(closure.value);
     return result;
 }
