@@ -62,7 +62,7 @@ double order_of_alignment(double alignment, double cubic) {
 double saturation_of_alignment(double alignment, double cubic) {
     // Closer to onset P^2 = (g - 2)(1 - 5/6 (g - 2)) suffers from cancellation; the limit is as accurate there.
     constexpr double near = 1e-6;
-    if (alignment < 2.0 + near) return 0.125 * alignment * alignment;
+    if (alignment < 2.0 + near) return std::max(0.125 * alignment * alignment, 0.5 * cubic);
     const double order = order_of_alignment(alignment, cubic);
     return (0.5 * alignment - 1.0) / (order * order) + 0.5 * cubic;
 }

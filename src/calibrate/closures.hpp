@@ -102,6 +102,10 @@ struct Closure {
 /// The closure for p = P times this scale, which has these inputs.  Unchanged if it does not depend on p, or is zero.
 Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formula& scale);
 
+/// alpha/Gamma of the straight line through the orders of a flock, of the drag assay; it gives c where drag is a slope
+/// at P = 0.
+inline constexpr const char* straight_drag = "drag_straight";
+
 /// Adds the row contact_alignment, c at each area fraction of beads, and the closure test alignment_excess, from the
 /// assays drag and alignment; c = 0 if the table has neither.
 void add_contact_alignment(Table& table);

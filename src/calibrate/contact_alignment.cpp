@@ -53,7 +53,7 @@ std::optional<Estimate> of_free_beads(const Table& table, const Shared& shared, 
                                       std::size_t rod) {
     const auto at = [&](const char* name) { return entry_at(table, name, varied, bead, rod); };
     const TableEntry *steady = at("alignment_steady"), *drift = at("alignment_drift"),
-                     *referred = at("alignment_reference"), *straight = at("drag_straight"),
+                     *referred = at("alignment_reference"), *straight = at(straight_drag),
                      *flow = straight ? straight : at(row_name(drag));
     if (!steady || !drift || !referred || !flow || !shared.weathercock) return std::nullopt;
     const double a = shared.relaxation->value, turning = factor * shared.weathercock->value;

@@ -83,10 +83,14 @@ FilledModel fill_model(const Table& table, const StatePoint& point, const std::v
 
 std::vector<std::string> expected_texts(const Table& table, const StatePoint& point) {
     const MeanField field = mean_field(table, point);
-    return {"alignment = " + number_text(field.alignment),
-            "effective_relaxation = " + number_text(field.effective_relaxation) + " 1/s",
-            "order = " + number_text(field.order), "bead_velocity = " + number_text(field.bead_velocity) + " mm/s",
-            "response_time = " + number_text(field.response_time) + " s"};
+    std::vector<std::string> texts{"alignment = " + number_text(field.alignment),
+                                   "effective_relaxation = " + number_text(field.effective_relaxation) + " 1/s",
+                                   "order = " + number_text(field.order),
+                                   "bead_velocity = " + number_text(field.bead_velocity) + " mm/s",
+                                   "response_time = " + number_text(field.response_time) + " s"};
+    if (field.alignment_cubic.value != 0.0)
+        texts.insert(texts.begin() + 1, "alignment_cubic = " + number_text(field.alignment_cubic));
+    return texts;
 }
 
 }  // namespace drover::calibrate

@@ -17,7 +17,7 @@ std::vector<Table> redrawn_tables(const Table& table, const std::vector<std::str
     Table few = table;
     std::erase_if(few.rows, [&](const TableRow& row) {
         return !is_wanted(row.name) && !row.name.starts_with("alignment_") && !row.name.starts_with("contact_") &&
-               row.name != "drag_straight";
+               row.name != straight_drag;
     });
     std::vector<Table> tables;
     for (int number = 0; number < count; ++number) {

@@ -227,7 +227,8 @@ namespace {
 const std::vector<std::string>& contact_rows() {
     static const std::vector<std::string> rows{"alignment_steady", "alignment_drift",    "alignment_reference",
                                                row_name(drag),     row_name(relaxation), "contact_steady",
-                                               "contact_slope",    "contact_reference",  row_name(weathercock)};
+                                               "contact_slope",    "contact_reference",  row_name(weathercock),
+                                               straight_drag};
     return rows;
 }
 
@@ -260,7 +261,8 @@ std::vector<std::string> inputs_of(const Target& target, const std::vector<std::
             if (is_measured("alignment_reference") || is_measured("contact_reference"))
                 for (const std::string& row : contact_rows())
                     if (is_measured(row)) rows.push_back(row);
-        } else if (!is_of_setup && input != stiffness) {
+        } else if (const bool is_zero = input == stiffness || input == cubic;
+                   !is_of_setup && (!is_zero || is_measured(row_name(input)))) {
             rows.push_back(row_name(input));
         }
     }

@@ -34,12 +34,13 @@ def calibration_made_once(tmp_path_factory):
 
 def test_stiffness_among_rods_and_drag_with_a_reversal_are_measured_at_each_area_fraction_of_rods(tmp_path):
     plan = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["stiffness", "drag"],
-            "calibrate.stiffness.among_rods": True, "calibrate.drag.torques": [-20000.0, 2000.0, 20000.0]}
+            "calibrate.stiffness.among_rods": True, "calibrate.drag.torques": [-20000.0, 2000.0, 20000.0],
+            "calibrate.drag.time": 0.6}
     found = drover_json(tmp_path, "calibrate", write_tiny(tmp_path, plan))["coefficients"]
     for name in ("stiffness", "rods_follow", "drag", "drag_cubic", "drag_straight", "order_-20000"):
         assert [point["rod_area_fraction"] for point in found[name]["points"]] == [0.1, 0.2], name
-    for point in found["order_-20000"]["points"]:  # the last field is against the others
-        assert point["value"] < found["order_20000"]["points"][0]["value"]
+    for back, along in zip(found["order_-20000"]["points"], found["order_20000"]["points"]):  # it acts last
+        assert back["value"] < 0 < 0.5 < along["value"]
     scene = write_tiny(tmp_path, {**plan, "calibrate.drag.torques": [-2.0, -1.0, 3.0]}, name="two.toml")
     rejected(tmp_path, ["check", scene], ["torques > 0, ascending"])
 

@@ -50,7 +50,7 @@ MAX_COLUMNS = 120
 PROSE = {".cpp", ".hpp", ".py", ".cmake", ".txt", ".sh", ".toml", ".md", ".cff", ".yml", ".in"}
 PROSE_NAMES = {"Makefile", "run", "setup"}
 EXEMPT = ("LICENSE", "tests/bench/*/data/*", "tests/base/hostile_expressions.txt",
-          "tests/app/read_with_mdanalysis.txt", "models/matched.calibration/*", "build/*")
+          "tests/app/read_with_mdanalysis.txt", "models/*.calibration/*", "build/*")
 URL = re.compile(r"https?://\S+")
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "LICENSE", "Makefile", "README.md",
              "include", "models", "notebooks", "pyproject.toml", "src", "tests"}

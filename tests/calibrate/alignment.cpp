@@ -54,6 +54,9 @@ TEST(MeanFieldOrder, of_a_flow_that_bends_is_the_largest_that_holds_itself) {
         EXPECT_NEAR(order_of_rods(20000, g + 0.5, 0.0, cubic).mean, order_of_alignment(g + 0.5, cubic), 1e-3);
     }
     EXPECT_EQ(order_of_alignment(1.6, 0.5), 0.0);
+    // Without a flock the cubic of the equations, b - g3/2, must not let a fluctuation grow.
+    for (const double g : {0.3, 1.2, 2.0})
+        for (const double cubic : {-1.0, 0.4, 3.0}) EXPECT_GE(saturation_of_alignment(g, cubic) - 0.5 * cubic, 0.0);
 }
 
 TEST(Concentration, is_the_inverse_of_the_order) {

@@ -128,6 +128,36 @@ TEST_P(Assays, recover_known_coefficients_within_three_errors) {
     }
 }
 
+TEST(DragAssay, turns_the_rods_round_and_keeps_the_straight_line_of_the_others) {
+    const Case c = drag_with_reversal_case();
+    const Measurement found = carry_out(c.assay, synthetic_factory(c.truth), synthetic_conditions(c.rods, 7, c.beads),
+                                        {.relative_error = 0.02, .max_trials = 4096});
+    std::map<std::string, double> means;
+    for (std::size_t i = 0; i < found.estimates.size(); ++i)
+        means[c.assay.quantities[i].name] = found.estimates[i].mean;
+    EXPECT_LT(means.at("order_-1500"), -0.5);
+    // v = 3 P - P^3 by a line through windows of these orders: 3 - <P^4>/<P^2>.
+    EXPECT_LT(means.at("drag_straight"), 3.0 - std::pow(means.at("order_600") - 0.05, 2));
+    EXPECT_GT(means.at("drag_straight"), 3.0 - std::pow(means.at("order_2000") + 0.05, 2));
+}
+
+TEST(StiffnessAssay, among_rods_holds_them_across_the_force) {
+    struct Watched : SyntheticSystem {
+        using SyntheticSystem::SyntheticSystem;
+        void impose(const dem::BodyForces& forces) override {
+            EXPECT_NEAR(forces.angle, 0.5 * std::numbers::pi, 1e-15);
+            EXPECT_EQ(forces.torque, 300.0);
+            SyntheticSystem::impose(forces);
+        }
+    };
+    const Case c = stiffness_among_rods_case();
+    const SystemFactory make = [&](const dem::Setup& setup, std::uint64_t seed) {
+        EXPECT_GT(setup.rods.count, 0);
+        return std::make_unique<Watched>(c.truth, setup, seed);
+    };
+    EXPECT_EQ(run_trial(c.assay, make, synthetic_conditions(c.rods), 0).size(), 5u);
+}
+
 TEST_P(AssaysStatistics, have_errors_that_cover_the_true_value_in_68_percent_of_repeats) {
     // One standard error covers 68.3 %; 3 standard deviations of the binomial distribution of 200 repeats are 9.9 %.
     // The stopping rule applies to each repeat separately.

@@ -43,6 +43,28 @@ Scatter scatter_of(const char* row, std::size_t entry, double error, std::uint64
     return scatter;
 }
 
+TEST(Target, has_the_value_of_the_table_where_the_flow_bends) {
+    Table table = straight_table();
+    const auto add = [&](const char* name, auto value) {
+        TableRow row{.name = name, .unit = "1", .formula = "x", .by_rods = true};
+        for (const double bead : table.bead_fractions)
+            row.entries.push_back({.value = value(bead), .error = 0.1, .origin = Origin::measured});
+        table.rows.push_back(row);
+    };
+    add("alignment_steady", [](double bead) { return 2.0 + 4.0 * bead; });
+    add("alignment_drift", [](double) { return 0.0; });
+    add("alignment_reference", [](double bead) { return 2.0 + 4.0 * bead; });
+    add("drag_straight", [](double bead) { return 1.5 + 4.0 * bead; });  // 0.5 above the slope at P = 0
+    Table derived = table;
+    add_derived(derived);
+    const Target target{.row = "alignment", .bead = 2, .error = 0.1};
+    const TargetResult found = evaluate({target}, table, {{scatter_of("drag", 2, 0.04, 1)}})[0];
+    // The straight line leaves c; the slope at P = 0 then gives a smaller g than that of the flock, 2 + 4 Phi_b.
+    EXPECT_NEAR(found.value, 2.0 + 4.0 * 0.4 - 2.0 * 0.1 * 0.5 / 0.3, 1e-9);
+    EXPECT_NEAR(find_row(derived, "alignment")->entries[2].value, found.value, 1e-9);
+    EXPECT_NEAR(found.error, 2.0 * 0.1 * 0.04 / 0.3, 0.15 * 2.0 * 0.1 * 0.04 / 0.3);  // c does not follow from drag
+}
+
 TEST(Target, of_an_onset_has_the_errors_of_the_measurements_next_to_it) {
     std::vector<Source> sources;
     for (std::size_t bead = 0; bead < 6; ++bead) {
@@ -116,6 +138,9 @@ TEST(Target, needs_the_rows_of_its_formula) {
     EXPECT_EQ(inputs_of({.row = "propulsion"}, all), std::vector<std::string>{"propulsion"});
     EXPECT_NE(refusal_of([&] { inputs_of({.row = "alignmnt"}, all); }).find("did you mean alignment?"),
               std::string::npos);
+    // drag_cubic is zero where it is not measured.
+    const std::vector<std::string> straight{"drag", "relaxation_rate", "weathercock", "propulsion"};
+    EXPECT_EQ(inputs_of({.row = "relaxation_saturation"}, straight).size(), 4u);
     EXPECT_NE(refusal_of([&] { inputs_of({}, {"drag"}); }).find("add its assay to calibrate.assays"),
               std::string::npos);
 }

@@ -10,7 +10,8 @@ namespace drover::calibrate {
 double order_of_alignment(double alignment, double cubic = 0.0);
 
 /// b/D_r for p = P: (g/2 - 1)/P^2 + g3/2, which solves a - c sigma - lambda (alpha + alpha_3 P^2)/Gamma + b P^2 = 0 at
-/// that P.  At and below onset its limit g^2/8.
+/// that P.  At and below onset its limit g^2/8, or g3/2 if larger, so that no fluctuation grows: an order that a strong
+/// g3 keeps at g <= 2 is none of the equations.
 double saturation_of_alignment(double alignment, double cubic = 0.0);
 
 /// kappa such that I1(kappa)/I0(kappa) is this order, -1 < P < 1: what holds independent rods at that order.

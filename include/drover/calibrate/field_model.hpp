@@ -60,9 +60,9 @@ struct MeanField {
     Uncertain alignment;             ///< g
     Uncertain alignment_cubic;       ///< g3, of a flow that is not linear in the order
     Uncertain effective_relaxation;  ///< abar = a - c sigma - lambda alpha/Gamma [1/s]
-    Uncertain order;  ///< P; its error, as that of the flow, from steps of a whole error of each input, not from slopes
-    Uncertain bead_velocity;  ///< (alpha + alpha_3 P^2) P/Gamma [mm/s]
-    Uncertain response_time;  ///< tau of the flow [s], at least its error
+    Uncertain order;                 ///< P; its error, as that of the flow, from redrawn tables
+    Uncertain bead_velocity;         ///< (alpha + alpha_3 P^2) P/Gamma [mm/s]
+    Uncertain response_time;         ///< tau of the flow [s], at least its error
 };
 MeanField mean_field(const Table& table, const StatePoint& point);
 
@@ -71,10 +71,10 @@ struct CellPrediction {
     int rods = 0;
     Uncertain alignment;     ///< g; a flock of infinitely many rods for g > 2
     double order = 0.0;      ///< <|P|> of these rods
-    double low = 0.0;        ///< <|P|> one error of g below
+    double low = 0.0;        ///< <|P|> one error of g below, g3 as it is
     double high = 0.0;       ///< <|P|> one error of g above
     double deviation = 0.0;  ///< standard deviation of |P| in time
-    double line = 0.0;       ///< <|P|> of these rods at g = 2
+    double line = 0.0;       ///< <|P|> of these rods at g = 2, the onset unless g3 > 1
 };
 CellPrediction predict_cell(const Table& table, const StatePoint& point, double cell_area);
 

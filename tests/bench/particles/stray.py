@@ -20,8 +20,9 @@ from flocks import MODELS, write
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from studies import settings_of, version_of  # noqa: E402
 
-CELL, LONGEST = 45.0, 4.7  # [mm] of the cell, and the longest rod with some room
-FRAME, LAG = 0.1, 5        # [s] between frames, frames of one measurement
+CELL = 45.0      # [mm]
+TOUCHING = 5.4   # [mm]: the head of a rod is up to 2.6 mm ahead of its centre of mass, so two meet at 5.2
+FRAME, LAG = 0.1, 5  # [s] between frames, frames of one measurement
 BINS = np.linspace(0.0, np.pi, 7)
 IMAGES = 4
 AROUND = 6.0  # [mm] shown to each side
@@ -56,7 +57,7 @@ class Flock:
         apart = self.places[frame][:, None] - self.places[frame][None]
         apart = np.hypot(*np.moveaxis(apart - CELL * np.round(apart / CELL), -1, 0))
         np.fill_diagonal(apart, np.inf)
-        return apart.min(axis=1) > LONGEST
+        return apart.min(axis=1) > TOUCHING
 
 
 def turning(flock, alone):
@@ -75,8 +76,8 @@ def turning(flock, alone):
 
 
 def return_of_a_stray(flock, alone):
-    """The rod and the frames of its turn that lasts at most 6 s, of those without a touch the one that turns most."""
-    best = (0.0, None)
+    """The rod and the frames of its turn by more than 90 degrees within 6 s, of those without a touch the largest."""
+    best = (0.5 * np.pi, None)
     for rod in range(flock.off.shape[1]):
         for first in range(1, len(flock.off)):
             for length in range(10, 61, 10):
@@ -111,7 +112,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drover", required=True, help="the program")
     parser.add_argument("--output", required=True, type=Path, help="folder of the tables")
-    parser.add_argument("--seconds", type=float, default=400.0)
+    parser.add_argument("--seconds", type=float, default=300.0)
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     version = version_of(arguments.drover)
