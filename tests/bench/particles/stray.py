@@ -1,6 +1,6 @@
 """tests/bench/particles/stray.py: rods of a flock that point elsewhere and touch no other rod, and how they turn back.
 
-Usage: stray.py --drover PROGRAM --output FOLDER [--seconds T]
+Usage: stray.py --drover PROGRAM --output FOLDER [--seconds T] [--only free held]
 
 Runs models/bead-flock.toml on from the flock that is kept, with steps of 5e-5 s: with free beads, and with the mean
 velocity of the beads held at zero.  FOLDER/turning-free.csv and turning-held.csv get a row for each bin of the angle
@@ -20,8 +20,9 @@ from flocks import MODELS, write
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from studies import settings_of, version_of  # noqa: E402
 
-CELL = 45.0      # [mm]
-TOUCHING = 5.4   # [mm]: the head of a rod is up to 2.6 mm ahead of its centre of mass, so two meet at 5.2
+CELL = 45.0  # [mm]
+# The spheres of a rod are at -1.6 to 2.1 mm from its centre of mass, with diameters of up to 1.13 mm.
+AXIS, APART, NEAR = np.linspace(-1.6, 2.1, 13), 1.25, 5.5  # [mm]
 FRAME, LAG = 0.1, 5  # [s] between frames, frames of one measurement
 BINS = np.linspace(0.0, np.pi, 7)
 IMAGES = 4
@@ -53,11 +54,16 @@ class Flock:
         self.off = wrapped(self.angle - self.mean[:, None])
 
     def alone(self, frame):
-        """Whether each rod is too far from all others to touch one."""
+        """Whether the axis of each rod is too far from those of all others to touch one."""
         apart = self.places[frame][:, None] - self.places[frame][None]
-        apart = np.hypot(*np.moveaxis(apart - CELL * np.round(apart / CELL), -1, 0))
-        np.fill_diagonal(apart, np.inf)
-        return apart.min(axis=1) > TOUCHING
+        apart = (apart - CELL * np.round(apart / CELL)) @ [1, 1j]
+        first, second = np.nonzero(np.triu(np.abs(apart) < NEAR, 1))
+        axes = np.exp(1j * self.angle[frame])[:, None] * AXIS
+        closest = np.abs(apart[first, second, None, None] + axes[first, :, None] - axes[second, None, :]).min((1, 2))
+        alone = np.ones(len(apart), dtype=bool)
+        for rods in (first, second):
+            alone[rods[closest < APART]] = False
+        return alone
 
 
 def turning(flock, alone):
@@ -76,11 +82,11 @@ def turning(flock, alone):
 
 
 def return_of_a_stray(flock, alone):
-    """The rod and the frames of its turn by more than 90 degrees within 6 s, of those without a touch the largest."""
+    """The rod and the frames of its turn by more than 90 degrees within 10 s, of those without a touch the largest."""
     best = (0.5 * np.pi, None)
     for rod in range(flock.off.shape[1]):
         for first in range(1, len(flock.off)):
-            for length in range(10, 61, 10):
+            for length in range(10, 101, 10):
                 if first + length + 1 >= len(flock.off) or not alone[first:first + length + 1, rod].all():
                     break
                 gain = abs(flock.off[first, rod]) - abs(flock.off[first + length, rod])
@@ -113,10 +119,12 @@ def main():
     parser.add_argument("--drover", required=True, help="the program")
     parser.add_argument("--output", required=True, type=Path, help="folder of the tables")
     parser.add_argument("--seconds", type=float, default=300.0)
+    parser.add_argument("--only", nargs="*", default=["free", "held"], choices=["free", "held"])
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     version = version_of(arguments.drover)
-    for name, held in (("free", False), ("held", True)):
+    for name in arguments.only:
+        held = name == "held"
         table = arguments.output / f"turning-{name}.csv"
         if table.exists():
             continue
