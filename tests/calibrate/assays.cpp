@@ -31,16 +31,12 @@ Case weathercock_case(double turning) {
             .values = {{0, turning}, {1, 0.5 * turning}, {2, 1.0}, {3, turning}, {6, turning}},
             .coverage_error = turning > 0.0 ? 0.018 : 0.023};
 }
-Case drag_case() {
-    return {.assay = drag({.torques = {100.0, 250.0, 600.0, 2000.0}, .warm_up = 0.1, .time = 1.6, .frame = 0.05}),
+Case drag_case(const std::vector<double>& torques = {100.0, 250.0, 600.0, 2000.0}) {
+    return {.assay = drag({.torques = torques, .warm_up = 0.1, .time = 1.6, .frame = 0.05}),
             .truth = {.turning = 0.1, .damping = 2.0, .drag = 3.0, .drag_cubic = -1.0, .agitation = 0.2, .step = 0.025},
             .values = {{0, 3.0}, {1, -1.0}, {2, 0.5}}};
 }
-Case drag_with_reversal_case() {
-    return {.assay = drag({.torques = {-1500.0, 600.0, 1200.0, 2000.0}, .warm_up = 0.1, .time = 1.6, .frame = 0.05}),
-            .truth = {.turning = 0.1, .damping = 2.0, .drag = 3.0, .drag_cubic = -1.0, .agitation = 0.2, .step = 0.025},
-            .values = {{0, 3.0}, {1, -1.0}, {2, 0.5}}};
-}
+Case drag_with_reversal_case() { return drag_case({-1500.0, 600.0, 1200.0, 2000.0}); }
 Case damping_case(double coulomb) {
     return {.assay = damping({.warm_up = 0.0, .hold = 0.01, .time = 0.2, .frame = 0.005}),
             .truth = {.damping = 20.0, .coulomb = coulomb, .agitation = 0.2, .step = 0.005},

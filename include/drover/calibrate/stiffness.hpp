@@ -19,8 +19,8 @@ struct StiffnessPlan {
 };
 
 /// Stiffness E of beads, without rods or among them, from the density response to a standing force wave f sin(qx) on
-/// each bead. (beadmom) with number density rho contains the force density rho f sin(qx); at rest  0 = rho f sin(qx) -
-/// E d rho/dx,
+/// each bead.  (beadmom) with number density rho contains the force density rho f sin(qx); at rest
+///     0 = rho f sin(qx) - E d rho/dx,
 /// so  rho = rho_0 (1 + d cos(qx))  with  d = -f/(E q)  to first order:
 ///     E = -f/(q d)   [mg mm^2/s^2],   (speed of sound)^2 = E/m without damping.
 /// (If rho is a mass density, divide E by the mass m of a bead; if an area fraction, by its area.)  Friction does not
