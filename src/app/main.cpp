@@ -57,12 +57,17 @@ void require_stack() {
 
 /// Memory may be short before main, where static objects are made, and in threads.
 [[noreturn]] void end_without_memory() {
+    const auto end = [](std::string_view sentence) {
+        [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, sentence.data(), sentence.size());
+        ::_exit(run::exit_run_failed);
+    };
+    // Where an exception leaves a noexcept function, as in some libraries, its type may not be known here.
+    if (!std::current_exception() && std::uncaught_exceptions() > 0)
+        end("error: drover could not go on, probably for want of memory; free some\n");
     try {
         if (std::current_exception()) std::rethrow_exception(std::current_exception());
     } catch (const std::bad_alloc&) {
-        static constexpr std::string_view sentence = "error: not enough memory; free some\n";
-        [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, sentence.data(), sentence.size());
-        ::_exit(run::exit_run_failed);
+        end("error: not enough memory; free some\n");
     } catch (...) {
     }
     std::abort();
@@ -112,8 +117,7 @@ int main(int count, char** words) {
     using namespace drover;
     app::open_standard_streams();
     run::ignore_file_size_signal();
-    files::skip_hdf5_at_exit();
-    files::report_crashes_of_hdf5();
+    files::contain_hdf5();
     app::keep_freed_memory();
     const std::span<char*> after_name(words + 1, words + count);
     // One capture: std::function then needs no memory, which may be what is missing.

@@ -450,9 +450,11 @@ void Archive::commit() {
     file_->hdf5.commit();
 }
 
-void skip_hdf5_at_exit() { H5dont_atexit(); }
-
-void report_crashes_of_hdf5() { watch_crashes(); }
+void contain_hdf5() {
+    watch_crashes();  // first: the other call can crash, too
+    const InHdf5 within;
+    H5dont_atexit();
+}
 
 std::string archive_library() {
     require_memory_for_hdf5();

@@ -17,15 +17,19 @@ bool has_memory_for_hdf5();
 
 void require_memory_for_hdf5();  ///< throws std::bad_alloc
 
-void watch_crashes();  ///< as report_crashes_of_hdf5
+void watch_crashes();  ///< as in contain_hdf5
 
-/// While it lives, a crash is one of HDF5.
+/// While it lives, a crash is one of HDF5.  At its end the process ends, if its crashes are watched, when an allocation
+/// has failed in calls that succeeded.
 class InHdf5 {
 public:
     InHdf5();
     ~InHdf5();
     InHdf5(const InHdf5&) = delete;
     InHdf5& operator=(const InHdf5&) = delete;
+
+private:
+    int exceptions_;
 };
 
 /// An identifier and the function that closes it; without the memory for that it stays open until the process ends.

@@ -13,6 +13,7 @@
 
 #include "drover/base/error.hpp"
 #include "isotropic.hpp"
+#include "per_thread.hpp"
 
 namespace drover::numerics {
 
@@ -66,8 +67,8 @@ struct Workspace {
     std::vector<double*> out;
 };
 Workspace& workspace() {
-    thread_local Workspace mine;
-    return mine;
+    static PerThread<Workspace> workspaces;
+    return workspaces.get();
 }
 
 using Order [[gnu::vector_size(32)]] = std::int64_t;

@@ -7,6 +7,7 @@
 #include <complex>
 #include <cstdlib>
 #include <map>
+#include <mutex>
 #include <tuple>
 
 #include "drover/numerics/stepper.hpp"
@@ -81,8 +82,10 @@ Expression expression_in_x_y(const std::string& written, SourceLocation where) {
 /// fraction_cut, kept for the formulas of one scene: a run asks for it in its checks and again in its warnings.
 double remembered_cut(const std::string& written, const Expression& formula, const numerics::Grid& grid, int degree) {
     constexpr std::size_t max_kept = 8;
-    thread_local std::map<std::tuple<std::string, int, int, double, double, int>, double> kept;
+    static std::mutex mutex;
+    static std::map<std::tuple<std::string, int, int, double, double, int>, double> kept;
     const std::tuple key{written, grid.nx, grid.ny, grid.lx, grid.ly, degree};
+    const std::lock_guard lock(mutex);
     if (const auto found = kept.find(key); found != kept.end()) return found->second;
     if (kept.size() >= max_kept) kept.clear();
     return kept[key] = fraction_cut(formula, grid, degree);

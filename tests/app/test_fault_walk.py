@@ -21,3 +21,17 @@ def test_a_command_survives_a_failing_call_and_the_next_one_ends_with_the_same_b
     lines = []
     faults, failures = walk(SHIM, 0, only, lines.append, most)
     assert faults > 0 and failures == 0, "\n".join(lines)
+
+
+# Allocations that libraries do not survive: HDF5 recurses when its errors have no memory, and writes to a list that it
+# has freed; the iterator of the standard library and the TOML parser end the process.
+@pytest.mark.skipif(not SHIM, reason="DROVER_SHIM is not set; ctest sets it")
+@pytest.mark.parametrize("within, only, most", [("H5dont_atexit", "run:malloc", 2),
+                                                ("H5F__accum_write", "restart:malloc", 16),
+                                                ("directory_iterator", "sweep:malloc", 16),
+                                                ("libtomlplusplus", "restart:malloc", 27)])
+def test_a_library_that_finds_no_memory_ends_a_command_with_a_sentence(within, only, most, monkeypatch):
+    monkeypatch.setenv("DROVER_FAULT_WITHIN", within)
+    lines = []
+    faults, failures = walk(SHIM, 0, only, lines.append, most)
+    assert faults > 0 and failures == 0, "\n".join(lines)

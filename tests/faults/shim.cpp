@@ -2,7 +2,9 @@
 //
 //   DROVER_FAULT=pwrite:12:ENOSPC:once      the 12th pwrite, counted from 1, over the program and its child processes
 //   DROVER_FAULT=malloc:900:ENOMEM:always   the 900th and all later ones
+//   DROVER_FAULT_WITHIN=H5Dwrite            of malloc only calls with this function or library among the innermost
 //   DROVER_FAULT_UNDER=/tmp/folder          only calls on files of this folder, and in it; not for malloc
+//   DROVER_FAULT_TRACE=1                    prints the stack of calls of the first that fails
 //   DROVER_FAULT_COUNT=file                 the number of each call is written there at the end (the largest of the
 //                                           processes that were started by exec), and which allocations were the first
 //                                           with their innermost calls
@@ -51,9 +53,9 @@ constexpr const char* names[calls] = {"write", "pwrite", "pread", "fsync", "rena
 long* counts = nullptr;
 int wanted = -1, error = 0;
 long at = 0;
-bool always = false, is_short = false;
+bool always = false, is_short = false, is_traced = false;
 pid_t first_process = 0;
-const char* under = nullptr;
+const char *under = nullptr, *within = nullptr;
 
 /// The stacks of calls seen so far, shared with child processes: a hash table, and the first allocation of each.
 struct Stacks {
@@ -82,10 +84,45 @@ void remember_stack(long number) {
     walking = false;
 }
 
+void print_stack() {
+    void* frames[48];
+    walking = true;  // not to be counted
+    backtrace_symbols_fd(frames, backtrace(frames, 48), STDERR_FILENO);
+    walking = false;
+}
+
+bool is_of_name(const void* address) {
+    Dl_info info{};
+    return dladdr(address, &info) != 0 && (std::strstr(info.dli_fname, within) != nullptr ||
+                                           (info.dli_sname != nullptr && std::strstr(info.dli_sname, within)));
+}
+
+/// Whether a function or library of this name is among the innermost calls.
+bool is_within() {
+    if (within == nullptr) return true;
+    if (walking) return false;
+    walking = true;
+    struct Known {
+        const void* address;
+        bool is_of_name;
+    };
+    static thread_local Known known[1 << 12];  // names are slow to find
+    void* frames[16];
+    bool found = false;
+    for (int k = backtrace(frames, 16) - 1; k >= 0 && !found; --k) {
+        Known& one = known[reinterpret_cast<unsigned long>(frames[k]) * 11400714819323198485UL >> 52];
+        if (one.address != frames[k]) one = {frames[k], is_of_name(frames[k])};
+        found = one.is_of_name;
+    }
+    walking = false;
+    return found;
+}
+
 bool is_now(Call call) {
-    if (counts == nullptr) return false;
+    if (counts == nullptr || (call == call_malloc && !is_within())) return false;
     const long number = __atomic_add_fetch(&counts[call], 1, __ATOMIC_RELAXED);
     if (stacks != nullptr && call == call_malloc) remember_stack(number);
+    if (call == wanted && number == at && is_traced) print_stack();
     return call == wanted && (number == at || (always && number > at));
 }
 
@@ -125,6 +162,10 @@ Function next(Function, const char* name) {
 __attribute__((constructor)) void begin() {
     first_process = getpid();
     under = std::getenv("DROVER_FAULT_UNDER");
+    within = std::getenv("DROVER_FAULT_WITHIN");
+    is_traced = std::getenv("DROVER_FAULT_TRACE") != nullptr;
+    void* frame = nullptr;
+    backtrace(&frame, 1);  // loads what it needs
     if (const char* fault = std::getenv("DROVER_FAULT")) {
         char name[16] = "", what[16] = "", how[16] = "";
         if (std::sscanf(fault, "%15[^:]:%ld:%15[^:]:%15s", name, &at, what, how) != 4) std::abort();
@@ -142,8 +183,6 @@ __attribute__((constructor)) void begin() {
     }
     void* memory = mmap(nullptr, calls * sizeof(long), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (std::getenv("DROVER_FAULT_COUNT") != nullptr && under == nullptr) {
-        void* frame = nullptr;
-        backtrace(&frame, 1);  // loads what it needs
         void* room = mmap(nullptr, sizeof(Stacks), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
         stacks = static_cast<Stacks*>(room);
     }

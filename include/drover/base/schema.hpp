@@ -11,11 +11,12 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
+#include "drover/base/variant.hpp"
 
 namespace drover {
 
 /// A value of a scene.
-using Value = std::variant<bool, std::int64_t, double, std::string, std::vector<double>, std::vector<std::string>>;
+using Value = Variant<bool, std::int64_t, double, std::string, std::vector<double>, std::vector<std::string>>;
 
 /// The type in words: "true or false", "an integer", "a number", ...
 std::string type_text(const Value& value);

@@ -58,14 +58,11 @@ private:
     std::unique_ptr<File> file_;
 };
 
-/// Makes HDF5 do nothing when the process ends.  HDF5 1.10 would end it by a signal there if memory is short or the
-/// closing of a damaged file failed.  For a program that uses HDF5 only through this layer, which leaves nothing to be
-/// written at the end; call it before any other use.
-void skip_hdf5_at_exit();
-
-/// For a program's start: where HDF5 1.10 crashes or calls exit, as it does when some of its allocations fail, the
-/// process ends with status 1 and a sentence instead.
-void report_crashes_of_hdf5();
+/// For the start of a program that uses HDF5 only through this layer.  Where HDF5 1.10 crashes, calls exit or may have
+/// damaged its memory, as it does when some of its allocations fail, the process ends with status 1 and a sentence
+/// instead.  HDF5 does nothing when the process ends, where it would crash after a file that could not be closed; no
+/// data depend on that.
+void contain_hdf5();
 
 /// Name and version of the library that writes archives.
 std::string archive_library();

@@ -5,8 +5,9 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
+
+#include "drover/base/variant.hpp"
 
 namespace drover::files {
 
@@ -62,6 +63,6 @@ struct ResultTable {
     std::vector<std::string> warnings = {};   ///< the attribute `warnings` of the group; not written when empty
 };
 
-using Attribute = std::pair<std::string, std::variant<std::int64_t, double, std::string>>;
+using Attribute = std::pair<std::string, Variant<std::int64_t, double, std::string>>;
 
 }  // namespace drover::files

@@ -3,15 +3,15 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
+#include "drover/base/variant.hpp"
 #include "drover/files/archive.hpp"
 
 namespace drover::run {
 
 /// A number, a flag, text, the components of a vector, or several texts.
-using EntryValue = std::variant<double, std::int64_t, bool, std::string, std::vector<double>, std::vector<std::string>>;
+using EntryValue = Variant<double, std::int64_t, bool, std::string, std::vector<double>, std::vector<std::string>>;
 
 /// Where an entry or a row appears.  JSON has all of them.
 struct Display {
