@@ -1,6 +1,7 @@
 // python/bindings.hpp: what the parts of the module drover._drover share.
 #pragma once
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <functional>
 #include <optional>
@@ -8,8 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "drover/base/variant.hpp"
 #include "drover/files/archive_layout.hpp"
 #include "drover/physics/text_term.hpp"
+
+namespace pybind11::detail {
+template <class... Types>
+struct type_caster<drover::Variant<Types...>> : variant_caster<drover::Variant<Types...>> {};
+}  // namespace pybind11::detail
 
 namespace drover::python {
 
