@@ -20,7 +20,7 @@ Expression combined(Operation operation, const Expression& a, const Expression& 
 /// Derivatives of the nodes of a graph; `slopes` are those of the arguments.
 class Differentiation {
 public:
-    Differentiation(GraphBuilder& the_graph, int slot) : graph(the_graph), slot_(slot) {}
+    explicit Differentiation(GraphBuilder& the_graph) : graph(the_graph) {}
 
     /// The derivative of a node that is not a leaf, from those of its arguments.
     int of(int node, int left_slope, int right_slope) {
@@ -41,9 +41,6 @@ public:
             case Operation::min: return of_extremum(difference(b, a), left_slope, right_slope);
             default: return is_zero(left_slope) ? left_slope : of_function(node, left_slope);
         }
-    }
-    int of_leaf(const Node& leaf) {
-        return graph.number(leaf.operation == Operation::slot && leaf.left == slot_ ? 1.0 : 0.0);
     }
 
 private:
@@ -93,7 +90,6 @@ private:
     }
 
     GraphBuilder& graph;
-    int slot_;
 };
 
 std::optional<int> degree_of_node(const Node& node, const std::vector<Node>& nodes, std::optional<int> left,
@@ -143,21 +139,37 @@ double evaluate(const Expression& expression, std::span<const double> slots) {
     return values[nodes.size() - 1];
 }
 
-Expression derivative(const Expression& expression, int slot, const SourceLocation& where) {
-    GraphBuilder graph(Folding::simplified, where);
-    Differentiation differentiation(graph, slot);
-    const std::vector<int> here = graph.import(expression.graph());
-    // An imported node has only imported ones as arguments, so the slopes exist when they are needed.
-    std::vector<int> slopes(static_cast<std::size_t>(graph.size()));
-    for (int node = 0, end = graph.size(); node < end; ++node) {
-        const Node n = graph[node];
+int chain_rule(GraphBuilder& graph, int root, const std::function<int(int slot)>& slope_of_slot) {
+    Differentiation differentiation(graph);
+    const auto end = static_cast<std::size_t>(root) + 1;
+    std::vector<bool> needed(end, false);
+    needed[end - 1] = true;
+    for (std::size_t node = end; node-- > 0;) {
+        const Node& n = graph[static_cast<int>(node)];
+        if (!needed[node] || is_leaf(n)) continue;
+        needed[static_cast<std::size_t>(n.left)] = true;
+        if (is_binary(n)) needed[static_cast<std::size_t>(n.right)] = true;
+    }
+    std::vector<int> slopes(end, -1);
+    for (std::size_t node = 0; node < end; ++node) {
+        if (!needed[node]) continue;
+        const Node n = graph[static_cast<int>(node)];
         const auto slope_of = [&](int argument) {
             return argument < 0 ? -1 : slopes[static_cast<std::size_t>(argument)];
         };
-        slopes[static_cast<std::size_t>(node)] =
-            is_leaf(n) ? differentiation.of_leaf(n) : differentiation.of(node, slope_of(n.left), slope_of(n.right));
+        slopes[node] = n.operation == Operation::number ? graph.number(0.0)
+                       : n.operation == Operation::slot
+                           ? slope_of_slot(n.left)
+                           : differentiation.of(static_cast<int>(node), slope_of(n.left), slope_of(n.right));
     }
-    return graph.expression(slopes[static_cast<std::size_t>(here.back())]);
+    return slopes[end - 1];
+}
+
+Expression derivative(const Expression& expression, int slot, const SourceLocation& where) {
+    GraphBuilder graph(Folding::simplified, where);
+    const int root = graph.import(expression.graph()).back();
+    return graph.expression(
+        chain_rule(graph, root, [&](int other) { return graph.number(other == slot ? 1.0 : 0.0); }));
 }
 
 Expression bind(const Expression& expression, int slot, double value, const SourceLocation& where) {

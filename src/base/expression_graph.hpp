@@ -53,6 +53,11 @@ inline constexpr std::array function_names{
     FunctionName{"step", Operation::step, 1},   FunctionName{"tan", Operation::tan, 1},
     FunctionName{"tanh", Operation::tanh, 1}};
 
+/// nullptr if there is no such function.
+const FunctionName* find_function(const std::string& name);
+/// The number of its arguments; 0 if there is no such function.
+int function_arguments(const std::string& name);
+
 /// The value of one operation; b is ignored by those of one argument.
 inline double apply(Operation operation, double a, double b) {
     switch (operation) {
@@ -152,5 +157,8 @@ private:
     std::unordered_map<Node, int, Hash> index_;
     std::map<int, std::string> names_;
 };
+
+/// The derivative of a node by the chain rule, from the derivative of each slot that it depends on.
+int chain_rule(GraphBuilder& graph, int node, const std::function<int(int slot)>& slope_of_slot);
 
 }  // namespace drover

@@ -13,8 +13,9 @@ BELOW = {
     "base": (),
     "files": ("base",),
     "numerics": ("base",),
+    "model": ("numerics",),
     "dem": ("base",),
-    "physics": ("numerics",),
+    "physics": ("model",),
     "measure": ("numerics", "dem", "physics"),
     "calibrate": ("dem", "measure", "physics"),
     "io": ("base", "files", "numerics", "dem", "physics", "measure", "calibrate"),
@@ -35,7 +36,7 @@ HOMES = [
 
 # Third-party headers that the public headers of a layer may include; other public headers include none, nor system
 # headers.
-PUBLIC_THIRD_PARTY = {"physics": ("Eigen/*",)}
+PUBLIC_THIRD_PARTY = {"model": ("Eigen/*",), "physics": ("Eigen/*",)}
 
 # Private headers of a module: header pattern, and the files that may include it.
 INTERNALS = [

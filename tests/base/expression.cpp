@@ -100,7 +100,7 @@ TEST(Expression, that_cannot_be_parsed_is_rejected_at_the_column_of_the_characte
           {"x / (1 - 1)", 3, "divides by zero"},
           {"x + log(-1)", 5, "log(-1) in the expression is"},
           {"1 + 10^400", 7, "pow(10, 400) in the expression is inf"},
-          {"d_x", 4, "the operand of d_x: one of rod_density"},
+          {"d_x", 4, "the operand of d_x"},
           {"d_x 3", 5, "\"3\" at character 5; expected the operand of d_x"},
           {"2 d_x(rod_densty)", 7, "did you mean rod_density?"},
           {"d_x rod_density^2", 16, "(d_x rod_density)^..."},

@@ -1,0 +1,78 @@
+// model/equations.hpp: the equations of a model: their linearisations, their noise, and what a solver evaluates.
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drover/base/threads.hpp"
+#include "drover/model/model.hpp"
+#include "drover/numerics/grid.hpp"
+#include "drover/numerics/system.hpp"
+
+namespace drover::model {
+
+/// d/dt of small deviations ~ exp(i q.r) from a uniform state: rates = symbol * deviations, by components.
+using Symbol = Eigen::MatrixXcd;
+
+/// Values of all components in a uniform state, in the order of the fields, fields in balance included.
+using UniformState = std::vector<double>;
+
+/// One summand of a right-hand side.
+struct TermSummary {
+    std::size_t field = 0;
+    std::string text;  ///< as written: "- K4 lap lap p"
+    SourceLocation where;
+    bool is_isotropic = true;  ///< its linear part about the reference is in the propagator
+    bool is_linear = true;     ///< nothing of it is evaluated at points
+    bool has_slopes = true;    ///< false: no derivative at the reference; it is in the explicit part as a whole
+};
+
+class Equations {
+public:
+    /// Throws an input Error, at its column, for a name, rank or parity that does not fit.
+    explicit Equations(const Model& model);
+    ~Equations();
+    Equations(const Equations&);  ///< copies share the equations
+    Equations& operator=(const Equations&);
+
+    const Model& model() const;
+    /// All components, of fields with a rate and of fields in balance.
+    int components() const;
+    /// The components that are integrated, in the order of a state: scalars, then spins, each in the order of the fields.
+    const std::vector<int>& state_components() const;
+    const std::vector<TermSummary>& terms() const;
+
+    /// The state about which the linear part is exact.
+    UniformState reference() const;
+    /// Rates of a uniform state; rows of fields in balance hold what is not balanced.
+    Eigen::VectorXd uniform_rates(const UniformState& at) const;
+    /// The linearisation about any uniform state.  Fields in balance are eliminated: their rows and columns are zero.
+    /// Throws an input Error for a term that depends on position or time.
+    Symbol symbol(const UniformState& about, const numerics::Wavevector& q) const;
+    /// What one term contributes, without elimination.
+    Symbol term_symbol(std::size_t term, const UniformState& about, const numerics::Wavevector& q) const;
+    /// Strengths of the noise at |q|: <f f^H> = noise delta(t - t') per area.
+    Eigen::MatrixXd noise(double q) const;
+    bool has_noise() const;
+
+    /// Degree of the products that are evaluated at points; 1 if there are none.
+    int degree() const;
+    bool has_finite_degree() const;  ///< false: some are no polynomials, and count as products of two
+
+    /// L, N and Q on a grid.  N keeps what it needs of these equations.
+    numerics::System system(const numerics::Grid& grid, Threads& threads) const;
+    /// Transforms of one evaluation of N.
+    struct Transforms {
+        int inverse = 0, forward = 0;
+    };
+    Transforms transforms() const;
+
+    struct Compiled;  // src/model/compiled.hpp
+private:
+    std::shared_ptr<const Compiled> compiled_;
+};
+
+}  // namespace drover::model

@@ -1,0 +1,134 @@
+// model/algebra.cpp: sums, products and derivatives of components.
+#include "algebra.hpp"
+
+#include <set>
+
+namespace drover::model {
+
+namespace {
+constexpr Order no_derivative{}, along_x{1, 0}, along_y{0, 1};
+
+void add(LinearForm& form, const Derivative& derivative, double coefficient) {
+    const auto place = form.emplace(derivative, 0.0).first;
+    place->second += coefficient;
+    if (place->second == 0.0) form.erase(place);
+}
+}  // namespace
+
+std::string rank_text(const Rank& rank, Parity parity) {
+    const std::string pseudo = parity == Parity::odd ? "pseudo" : "";
+    if (rank.indices > 0) return text("a {}tensor of rank {}", pseudo, rank.indices + rank.spin);
+    if (rank.spin == 0) return "a " + pseudo + "scalar";
+    if (rank.spin == 1) return "a " + pseudo + "vector";
+    return rank.spin == 2 ? "a " + pseudo + "nematic (spin 2)" : text("a {}field of spin {}", pseudo, rank.spin);
+}
+
+Component Algebra::constant(double value) {
+    Component result;
+    if (value != 0.0) result.rest[no_derivative] = graph.number(value);
+    return result;
+}
+
+Component Algebra::of_node(int node) const {
+    Component result;
+    if (!graph.is_number(node, 0.0)) result.rest[no_derivative] = node;
+    return result;
+}
+
+bool Algebra::is_constant(const Component& a, double& value) const {
+    value = 0.0;
+    if (!a.linear.empty() || a.rest.size() > 1) return false;
+    if (a.rest.empty()) return true;
+    const auto& [order, node] = *a.rest.begin();
+    if (order != no_derivative || !graph.is_number(node)) return false;
+    value = graph[node].value;
+    return true;
+}
+
+Component Algebra::sum(const Component& a, const Component& b, double sign) {
+    Component result = a;
+    for (const auto& [derivative, coefficient] : b.linear) add(result.linear, derivative, sign * coefficient);
+    for (const auto& [order, node] : b.rest) {
+        const auto place = result.rest.emplace(order, graph.number(0.0)).first;
+        place->second = graph.make(sign > 0.0 ? Operation::add : Operation::subtract, place->second, node);
+        if (graph.is_number(place->second, 0.0)) result.rest.erase(place);
+    }
+    return result;
+}
+
+Component Algebra::scaled(const Component& a, double factor) {
+    Component result;
+    if (factor == 0.0) return result;
+    const int number = graph.number(factor);
+    for (const auto& [derivative, coefficient] : a.linear) result.linear.emplace(derivative, factor * coefficient);
+    for (const auto& [order, node] : a.rest) result.rest.emplace(order, graph.make(Operation::multiply, number, node));
+    return result;
+}
+
+Component Algebra::product(const Component& a, const Component& b) {
+    double number = 0.0;
+    if (is_constant(a, number)) return scaled(b, number);
+    if (is_constant(b, number)) return scaled(a, number);
+    const int left = at_points(a), right = at_points(b);
+    return of_node(graph.make(Operation::multiply, left, right));
+}
+
+Component Algebra::derivative(const Component& a, const Order& order) {
+    Component result;
+    for (const auto& [derivative, coefficient] : a.linear)
+        result.linear.emplace(Derivative{derivative.component, derivative.order + order}, coefficient);
+    for (const auto& [inner, node] : a.rest) {
+        if (reads_atoms(node)) {
+            result.rest.emplace(inner + order, node);
+            continue;
+        }
+        // Given functions of the position need not be periodic: x is not.
+        const int slope = differentiated(node, order);
+        if (!graph.is_number(slope, 0.0)) result = sum(result, of_node(slope));
+    }
+    return result;
+}
+
+bool Algebra::reads_atoms(int node) const {
+    const std::set<int> slots = slots_of(graph.expression(node));
+    return !slots.empty() && *slots.rbegin() >= first_atom;
+}
+
+int Algebra::differentiated(int node, const Order& order) {
+    for (int i = 0; i < order.x; ++i) node = total_derivative(node, along_x);
+    for (int i = 0; i < order.y; ++i) node = total_derivative(node, along_y);
+    return node;
+}
+
+int Algebra::at_points(const Component& a) {
+    int result = a.linear.empty() ? graph.number(0.0) : atom(a.linear);
+    for (const auto& [order, node] : a.rest) {
+        const int slope = differentiated(node, order);
+        result = graph.make(Operation::add, result, slope);
+    }
+    return result;
+}
+
+int Algebra::atom(const LinearForm& form) {
+    if (form.empty()) return graph.number(0.0);
+    const double scale = form.begin()->second;
+    LinearForm normal;
+    for (const auto& [derivative, coefficient] : form) normal.emplace(derivative, coefficient / scale);
+    const auto [place, is_new] = slot_of_.emplace(normal, slots());
+    if (is_new) atoms_.push_back(normal);
+    const int slot = graph.slot(place->second, name_of(normal));
+    return scale == 1.0 ? slot : graph.make(Operation::multiply, graph.number(scale), slot);
+}
+
+int Algebra::total_derivative(int node, const Order& direction) {
+    return chain_rule(graph, node, [&](int slot) {
+        if (slot < first_atom) return graph.number(slot == (direction.x > 0 ? slot_x : slot_y) ? 1.0 : 0.0);
+        const LinearForm form = form_of(slot);
+        LinearForm slope;
+        for (const auto& [derivative, coefficient] : form)
+            slope.emplace(Derivative{derivative.component, derivative.order + direction}, coefficient);
+        return atom(slope);
+    });
+}
+
+}  // namespace drover::model

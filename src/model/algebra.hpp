@@ -1,0 +1,98 @@
+// model/algebra.hpp: formulas in vector notation as components: sums of derivatives of functions of points.
+//
+// A component is a linear form of the derivatives of fields, plus derivatives of functions at points:
+//     sum_k c_k d_x^a d_y^b field_k + sum_n d_x^a d_y^b f_n(slots).
+// The slots of the functions hold the position, the time and atoms: linear forms that are factors in products.
+#pragma once
+#include <compare>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/expression_graph.hpp"
+
+namespace drover::model {
+
+/// A derivative d_x^x d_y^y.
+struct Order {
+    int x = 0, y = 0;
+    auto operator<=>(const Order&) const = default;
+};
+inline Order operator+(const Order& a, const Order& b) { return {a.x + b.x, a.y + b.y}; }
+
+/// A derivative of one component of the fields, numbered through all fields.
+struct Derivative {
+    int component = 0;
+    Order order = {};
+    auto operator<=>(const Derivative&) const = default;
+};
+using LinearForm = std::map<Derivative, double>;
+
+struct Component {
+    LinearForm linear = {};
+    std::map<Order, int> rest = {};  ///< nodes of the graph
+};
+
+/// What kind of quantity a value is: `indices` Cartesian indices, then a spin.  A vector has spin 1 and no index, the
+/// gradient of a vector one index and spin 1.
+struct Rank {
+    int indices = 0, spin = 0;
+    bool operator==(const Rank&) const = default;
+};
+enum class Parity {
+    even,
+    odd,
+    none  ///< a component or a derivative along an axis: directions of space are named
+};
+
+struct Value {
+    Rank rank = {};
+    Parity parity = Parity::even;
+    std::vector<Component> components = {};  ///< the indices first, the last one fastest
+};
+
+/// "a scalar", "a pseudovector", "a nematic (spin 2)".
+std::string rank_text(const Rank& rank, Parity parity);
+
+/// Position and time, then atoms.
+inline constexpr int slot_x = 0, slot_y = 1, slot_t = 2, first_atom = 3;
+
+/// Operations on components in one graph.  Throws an input Error at graph.where as GraphBuilder does.
+class Algebra {
+public:
+    Algebra() : graph(Folding::simplified) {}
+
+    Component constant(double value);
+    Component of_node(int node) const;  ///< a function at points
+    /// The number that a component is, if it is one.
+    bool is_constant(const Component& a, double& value) const;
+    bool is_zero(const Component& a) const { return a.linear.empty() && a.rest.empty(); }
+
+    Component sum(const Component& a, const Component& b, double sign = 1.0);
+    Component scaled(const Component& a, double factor);
+    Component product(const Component& a, const Component& b);
+    Component derivative(const Component& a, const Order& order);
+
+    /// The component as one function at points: derivatives are carried out by the product rule.
+    int at_points(const Component& a);
+    /// The node of a linear form as a slot.
+    int atom(const LinearForm& form);
+    /// The slope of a function at points in the direction x or y.
+    int total_derivative(int node, const Order& direction);
+
+    /// The linear form of an atom slot.
+    const LinearForm& form_of(int slot) const { return atoms_[static_cast<std::size_t>(slot - first_atom)]; }
+    int slots() const { return first_atom + static_cast<int>(atoms_.size()); }
+    std::function<std::string(const LinearForm&)> name_of = [](const LinearForm&) { return std::string("f"); };
+
+    GraphBuilder graph;
+
+private:
+    bool reads_atoms(int node) const;
+    int differentiated(int node, const Order& order);
+
+    std::vector<LinearForm> atoms_;
+    std::map<LinearForm, int> slot_of_;
+};
+
+}  // namespace drover::model

@@ -1,0 +1,376 @@
+// model/compile.cpp: from the texts of a model to linear forms and functions at points.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "compiled.hpp"
+#include "lowering.hpp"
+
+namespace drover::model {
+
+namespace {
+/// One summand of a right-hand side as read.
+struct Part {
+    TermSummary summary;
+    Value value;
+    bool is_acceleration = false;  ///< the mass is one of its factors, and left out
+};
+
+bool equal(const Formula& a, const Formula& b) {
+    return a.kind == b.kind && a.name == b.name && a.value == b.value && a.arguments.size() == b.arguments.size() &&
+           std::equal(a.arguments.begin(), a.arguments.end(), b.arguments.begin(), equal);
+}
+
+class Compiler {
+public:
+    explicit Compiler(const Model& model) : names_(model), lowering_(model, names_, algebra_) {
+        c_.model = model;
+        number_components();
+        algebra_.name_of = [this](const LinearForm& form) { return name_of(form); };
+        for (std::size_t i = 0; i < model.fields.size(); ++i) compile_field(i);
+        for (int slot = first_atom; slot < algebra_.slots(); ++slot) c_.atoms.push_back(algebra_.form_of(slot));
+    }
+
+    Equations::Compiled result() {
+        collect();
+        return std::move(c_);
+    }
+
+private:
+    void number_components() {
+        for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {
+            c_.first_component.push_back(c_.components);
+            for (int k = 0; k < components(c_.model.fields[i]); ++k) c_.field_of.push_back(static_cast<int>(i));
+            c_.components += components(c_.model.fields[i]);
+        }
+        c_.array_of.assign(static_cast<std::size_t>(c_.components), -1);
+        for (const bool scalars : {true, false})
+            for (int k = 0; k < c_.components; ++k) {
+                const Field& field = c_.model.fields[c_.field(k)];
+                if ((field.spin == 0) != scalars || field.left == LeftSide::balance) continue;
+                c_.array_of[static_cast<std::size_t>(k)] = static_cast<int>(c_.state.size());
+                c_.state.push_back(k);
+            }
+        require(!c_.state.empty(), {}, "the model has no field with a rate; expected at least one");
+        c_.linear.resize(static_cast<std::size_t>(c_.components));
+    }
+
+    std::string name_of(const LinearForm& form) const {
+        const auto& [derivative, coefficient] = *form.begin();
+        std::string name = names_.name_of_component(derivative.component);
+        for (int i = 0; i < derivative.order.x; ++i) name = "d_x " + name;
+        for (int i = 0; i < derivative.order.y; ++i) name = "d_y " + name;
+        return form.size() == 1 ? name : name + " + ...";
+    }
+
+    // ---- reading
+
+    void compile_field(std::size_t index) {
+        const Field& field = c_.model.fields[index];
+        if (field.equation.text.empty()) return;
+        const FormulaText text(field.equation.text, field.equation.where);
+        const Formula whole = parse_formula(text, equation_notation());
+        std::optional<Formula> mass;
+        const FormulaText mass_text(field.mass.text, field.mass.where);
+        if (!field.mass.text.empty()) mass = parse_formula(mass_text, equation_notation());
+        std::vector<Part> parts;
+        if (whole.kind != Formula::Kind::sum)
+            parts.push_back(read_part(index, text, whole, 0, text.text().size(), mass));
+        else
+            for (std::size_t i = 0; i < whole.arguments.size(); ++i)
+                parts.push_back(
+                    read_part(index, text, whole.arguments[i], i == 0 ? 0 : whole.arguments[i].sign_at,
+                              i + 1 < whole.arguments.size() ? whole.arguments[i + 1].sign_at : text.text().size(),
+                              mass));
+        if (mass) divide_by_mass(field, mass_text, *mass, parts);
+        else
+            for (const Part& part : parts) add_term(part.summary, part.value.components, true);
+        if (field.conserved) check_conserved(index, parts);
+    }
+
+    Part read_part(std::size_t index, const FormulaText& text, Formula formula, std::size_t begin, std::size_t end,
+                   const std::optional<Formula>& mass) {
+        const Field& field = c_.model.fields[index];
+        Part part;
+        part.summary.field = index;
+        part.summary.text = text.text().substr(begin, end - begin);
+        part.summary.text.erase(part.summary.text.find_last_not_of(" \n\t") + 1);
+        part.summary.where = text.location(begin);
+        if (mass) part.is_acceleration = remove_mass(formula, *mass);
+        part.value = lowering_.value_of(text, formula);
+        lowering_.check(text, formula, part.value, {0, field.spin}, field.odd ? Parity::odd : Parity::even);
+        part.value.components.resize(static_cast<std::size_t>(components(field)));  // of 0
+        if (formula.sign == '-')
+            for (Component& c : part.value.components) c = algebra_.scaled(c, -1.0);
+        return part;
+    }
+
+    /// Takes the factors of the mass away from the front of a product, if they are there.
+    static bool remove_mass(Formula& formula, const Formula& mass) {
+        if (formula.kind != Formula::Kind::product) return false;
+        const std::vector<Formula> factors =
+            mass.kind == Formula::Kind::product ? mass.arguments : std::vector<Formula>{mass};
+        std::vector<Formula>& found = formula.arguments;
+        if (found.size() <= factors.size()) return false;
+        const bool is_negative = found[0].kind == Formula::Kind::negative;
+        for (std::size_t i = 0; i < factors.size(); ++i) {
+            const Formula& factor = i == 0 && is_negative ? found[0].arguments[0] : found[i];
+            if (factors[i].sign == '/' || found[i].sign == '/' || !equal(factor, factors[i])) return false;
+        }
+        found.erase(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(factors.size()));
+        if (found[0].sign == '/') return false;
+        if (is_negative) {
+            Formula first = std::move(found[0]);
+            found[0] = {.kind = Formula::Kind::negative, .arguments = {first}, .at = first.at, .sign = '*'};
+        }
+        return true;
+    }
+
+    /// Forces divided by the mass at every point: all forces have one linear form, so that it is transformed once.
+    void divide_by_mass(const Field& field, const FormulaText& mass_text, const Formula& mass,
+                        std::vector<Part>& parts) {
+        const Value value = lowering_.value_of(mass_text, mass);
+        lowering_.check(mass_text, mass, value, {}, Parity::even);
+        double number = 0.0;
+        const bool is_constant = algebra_.is_constant(value.components[0], number);
+        if (is_constant && !(number > 0.0))
+            mass_text.fail_with(mass.at, text("the mass is {}; expected a number above 0", number));
+        const int node = algebra_.at_points(value.components[0]);
+        const auto divided = [&](const Component& force) {
+            if (is_constant) return algebra_.scaled(force, 1.0 / number);
+            if (algebra_.is_zero(force)) return force;
+            return algebra_.of_node(algebra_.graph.make(Operation::divide, algebra_.at_points(force), node));
+        };
+        const auto width = static_cast<std::size_t>(components(field));
+        std::vector<Component> straight(width), placed(width);
+        for (const Part& part : parts) {
+            std::vector<Component> rates = part.value.components;
+            std::vector<Component>& total = depends_on_position(rates) ? placed : straight;
+            for (std::size_t k = 0; k < width; ++k)
+                if (!part.is_acceleration) {
+                    total[k] = algebra_.sum(total[k], rates[k]);
+                    rates[k] = divided(rates[k]);
+                }
+            add_term(part.summary, rates, is_constant || part.is_acceleration);
+        }
+        if (is_constant) return;
+        for (std::vector<Component>* total : {&straight, &placed}) {
+            for (Component& c : *total) c = divided(c);
+            add_evaluated({.field = parts.empty() ? 0 : parts[0].summary.field}, *total);
+        }
+    }
+
+    bool depends_on_position(const std::vector<Component>& rates) const {
+        for (const Component& c : rates)
+            for (const auto& [order, node] : c.rest) {
+                const std::set<int> slots = slots_of(algebra_.graph.expression(node));
+                if (!slots.empty() && *slots.begin() < first_atom) return true;
+            }
+        return false;
+    }
+
+    // ---- terms
+
+    Row row_of(const Component& component) const {
+        Row row{component.linear, {}};
+        for (const auto& [order, node] : component.rest) {
+            PointFunction function{order, algebra_.graph.expression(node), {}};
+            for (const int slot : slots_of(function.value)) {
+                if (slot < first_atom) continue;
+                Expression slope = derivative(function.value, slot);
+                if (!drover::is_zero(slope)) function.slopes.push_back({slot, std::move(slope)});
+            }
+            row.functions.push_back(std::move(function));
+        }
+        return row;
+    }
+
+    /// For the symbol and, `evaluated`, for the solver.
+    void add_term(const TermSummary& summary, const std::vector<Component>& rates, bool evaluated) {
+        Term term{summary, depends_on_position(rates), {}};
+        for (const Component& rate : rates) term.rows.push_back(row_of(rate));
+        if (evaluated) evaluated_.push_back(term);
+        c_.terms.push_back(std::move(term));
+    }
+    void add_evaluated(const TermSummary& summary, const std::vector<Component>& rates) {
+        Term term{summary, depends_on_position(rates), {}};
+        for (const Component& rate : rates) term.rows.push_back(row_of(rate));
+        evaluated_.push_back(std::move(term));
+    }
+
+    // ---- conservation
+
+    /// The Euler operator of a divergence vanishes identically: tried at random derivatives of the fields.
+    void check_conserved(std::size_t index, const std::vector<Part>& parts) {
+        const Field& field = c_.model.fields[index];
+        require(field.spin == 0, field.where, "{} is conserved and has spin {}; expected a scalar", field.name,
+                field.spin);
+        for (const Part& part : parts) {
+            const Component& rate = part.value.components[0];
+            Component source{rate.linear, {}};  // what is no derivative as a whole
+            std::erase_if(source.linear, [](const auto& entry) { return entry.first.order != Order{}; });
+            if (const auto found = rate.rest.find(Order{}); found != rate.rest.end()) source.rest.insert(*found);
+            if (algebra_.is_zero(source)) continue;
+            require(is_divergence(source), part.summary.where,
+                    "the term \"{}\" is no divergence, and {} is declared as conserved; expected a divergence such as "
+                    "-div(...), or conserved = false",
+                    part.summary.text, field.symbol);
+        }
+    }
+    bool is_divergence(const Component& source) {
+        const int node = algebra_.at_points(source);
+        const Expression whole = algebra_.graph.expression(node);
+        std::map<int, std::vector<int>> euler;  // of each component: summands
+        for (const int slot : slots_of(whole)) {
+            if (slot < first_atom) continue;
+            const int slope = chain_rule(algebra_.graph, node,
+                                         [&](int other) { return algebra_.graph.number(other == slot ? 1.0 : 0.0); });
+            const LinearForm form = algebra_.form_of(slot);
+            for (const auto& [derivative, coefficient] : form) {
+                const double sign = (derivative.order.x + derivative.order.y) % 2 == 0 ? 1.0 : -1.0;
+                Component part = algebra_.scaled(algebra_.of_node(slope), sign * coefficient);
+                part = algebra_.derivative(part, derivative.order);
+                euler[derivative.component].push_back(algebra_.at_points(part));
+            }
+        }
+        std::uint64_t random = 88172645463325252u;
+        const auto next = [&random] {
+            random ^= random << 13u;
+            random ^= random >> 7u;
+            random ^= random << 17u;
+            return 0.5 + static_cast<double>(random >> 11u) * 0x1p-53;
+        };
+        for (int trial = 0; trial < 3; ++trial) {
+            std::map<Derivative, double> values;
+            std::vector<double> slots(static_cast<std::size_t>(algebra_.slots()), 0.3);
+            for (int slot = first_atom; slot < algebra_.slots(); ++slot)
+                for (const auto& [derivative, coefficient] : algebra_.form_of(slot)) {
+                    const auto [place, is_new] = values.emplace(derivative, 0.0);
+                    if (is_new) place->second = next();
+                    slots[static_cast<std::size_t>(slot)] =
+                        (derivative == algebra_.form_of(slot).begin()->first ? 0.0
+                                                                             : slots[static_cast<std::size_t>(slot)]) +
+                        coefficient * place->second;
+                }
+            for (const auto& [component, summands] : euler) {
+                double sum = 0.0, size = 0.0;
+                for (const int summand : summands) {
+                    const double value = evaluate(algebra_.graph.expression(summand), slots);
+                    sum += value;
+                    size += std::abs(value);
+                }
+                if (std::abs(sum) > 1e-9 * size) return false;
+            }
+        }
+        return true;
+    }
+
+    // ---- what the solver evaluates
+
+    /// Linear parts about the reference, and the functions without them; equal functions are one output.
+    void collect() {
+        c_.constants.assign(static_cast<std::size_t>(c_.components), 0.0);
+        std::vector<double> reference;
+        for (const Field& field : c_.model.fields)
+            for (int k = 0; k < components(field); ++k)
+                reference.push_back(field.spin == 0 && !field.odd ? field.reference : 0.0);
+        const std::vector<double> slots = c_.slots_at(reference);
+        std::map<std::pair<int, Order>, int> remainders;  // (component, order) -> node
+        GraphBuilder graph(Folding::lenient);
+        for (Term& term : evaluated_) {
+            const int first = c_.first_component[term.summary.field];
+            for (std::size_t k = 0; k < term.rows.size(); ++k) {
+                const int component = first + static_cast<int>(k);
+                LinearForm& linear = c_.linear[static_cast<std::size_t>(component)];
+                for (const auto& [derivative, coefficient] : term.rows[k].linear) linear[derivative] += coefficient;
+                for (const PointFunction& function : term.rows[k].functions) {
+                    int node = graph.import(function.value.graph()).back();
+                    if (!term.is_placed) node = without_slopes(function, slots, graph, node, linear);
+                    const auto place =
+                        remainders.emplace(std::pair{component, function.order}, graph.number(0.0)).first;
+                    place->second = graph.make(Operation::add, place->second, node);
+                }
+            }
+        }
+        std::map<int, std::size_t> output_of;  // node -> output
+        for (const auto& [target, node] : remainders) {
+            const auto& [component, order] = target;
+            if (graph.is_number(node)) {
+                if (order == Order{}) c_.constants[static_cast<std::size_t>(component)] += graph[node].value;
+                continue;
+            }
+            const bool is_negative = graph[node].operation == Operation::negate;
+            const int bare = is_negative ? graph[node].left : node;
+            const auto [place, is_new] = output_of.emplace(bare, c_.outputs.size());
+            if (is_new) c_.outputs.push_back({graph.expression(bare), {}});
+            c_.outputs[place->second].uses.push_back({component, order, is_negative ? -1.0 : 1.0});
+        }
+        for (LinearForm& row : c_.linear) std::erase_if(row, [](const auto& entry) { return entry.second == 0.0; });
+        c_.is_isotropic = c_.commutes_with_turns(c_.linear);
+        for (const Output& output : c_.outputs)
+            for (const Output::Use& use : output.uses)
+                require(
+                    !c_.in_balance(use.component), c_.model.fields[c_.field(use.component)].equation.where,
+                    "the balance of {} is not linear in the fields; expected linear terms with constant coefficients",
+                    c_.model.fields[c_.field(use.component)].symbol);
+        for (Output& output : c_.outputs)
+            if (output.uses.size() == 1 && output.uses[0].factor < 0.0) {
+                output.value = Expression(0.0) - output.value;
+                output.uses[0].factor = 1.0;
+            }
+        require(c_.is_isotropic || !c_.has_balance(), {},
+                "the linear terms distinguish directions, and a field is in balance; expected isotropic terms");
+        find_degree();
+        for (const Term& term : c_.terms) c_.summaries.push_back(term.summary);
+    }
+
+    /// Moves the slopes of a function about the reference to the linear form, where they are finite.
+    int without_slopes(const PointFunction& function, const std::vector<double>& slots, GraphBuilder& graph, int node,
+                       LinearForm& linear) {
+        std::vector<double> slopes;
+        for (const PointFunction::Slope& slope : function.slopes) {
+            slopes.push_back(evaluate(slope.value, slots));
+            if (!std::isfinite(slopes.back())) {
+                unsmooth_.push_back(text_of(function.value));
+                return node;
+            }
+        }
+        for (std::size_t i = 0; i < slopes.size(); ++i) {
+            if (slopes[i] == 0.0) continue;
+            const int slot = function.slopes[i].slot;
+            for (const auto& [derivative, coefficient] : algebra_.form_of(slot))
+                linear[{derivative.component, derivative.order + function.order}] += slopes[i] * coefficient;
+            const int part = graph.make(Operation::multiply, graph.number(slopes[i]),
+                                        graph.slot(slot, name_of(algebra_.form_of(slot))));
+            node = graph.make(Operation::subtract, node, part);
+        }
+        return node;
+    }
+
+    void find_degree() {
+        std::set<int> fields;
+        for (int slot = first_atom; slot < c_.slots(); ++slot) fields.insert(slot);
+        for (const Output& output : c_.outputs) {
+            const std::set<int> slots = slots_of(output.value);
+            const bool is_placed = slots.count(slot_x) + slots.count(slot_y) > 0;
+            const std::optional<int> found = drover::degree(output.value, fields);
+            c_.has_finite_degree = c_.has_finite_degree && found && !is_placed;
+            c_.degree = std::max(c_.degree, found.value_or(2));
+        }
+    }
+
+    Names names_;
+    Algebra algebra_;
+    Lowering lowering_;
+    Equations::Compiled c_;
+    std::vector<Term> evaluated_;
+    std::vector<std::string> unsmooth_;
+};
+}  // namespace
+
+Equations::Equations(const Model& model) : compiled_(std::make_shared<const Compiled>(Compiler(model).result())) {}
+Equations::~Equations() = default;
+Equations::Equations(const Equations&) = default;
+Equations& Equations::operator=(const Equations&) = default;
+
+}  // namespace drover::model

@@ -1,0 +1,104 @@
+// model/compiled.hpp: what the equations of a model are made of.
+#pragma once
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "algebra.hpp"
+#include "drover/model/equations.hpp"
+
+namespace drover::model {
+
+/// A function at points, with its slopes by atoms.
+struct PointFunction {
+    struct Slope {
+        int slot;
+        Expression value;
+    };
+    Order order = {};  ///< the derivative that is taken of it
+    Expression value;
+    std::vector<Slope> slopes;
+};
+
+/// One row of one term: a linear form plus derivatives of functions at points.
+struct Row {
+    LinearForm linear;
+    std::vector<PointFunction> functions;
+};
+
+struct Term {
+    TermSummary summary;
+    bool is_placed = false;  ///< depends on position or time
+    std::vector<Row> rows;   ///< of the components of its field
+};
+
+/// A function at points that the solver evaluates: without its linear part about the reference.
+struct Output {
+    Expression value;
+    struct Use {
+        int component;
+        Order order;
+        double factor;
+    };
+    std::vector<Use> uses;  ///< factor * derivative of it is added to the rates of components
+};
+
+struct Equations::Compiled {
+    Model model;
+    std::vector<int> first_component;  ///< of each field
+    int components = 0;
+    std::vector<int> state;     ///< component of each array of a state
+    std::vector<int> array_of;  ///< array of a state of each component; -1: in balance
+    std::vector<int> field_of;  ///< of each component
+    std::vector<Term> terms;
+    std::vector<TermSummary> summaries;
+    std::vector<LinearForm> atoms;  ///< by slot less first_atom
+
+    std::vector<LinearForm> linear;  ///< rows: the linear parts about the reference
+    bool is_isotropic = true;        ///< of these; otherwise the propagator has their average over directions
+    std::vector<double> constants;   ///< rows: uniform sources
+    std::vector<Output> outputs;
+    int degree = 1;
+    bool has_finite_degree = true;
+
+    int slots() const { return first_atom + static_cast<int>(atoms.size()); }
+    bool in_balance(int component) const { return array_of[static_cast<std::size_t>(component)] < 0; }
+    bool has_balance() const { return state.size() < static_cast<std::size_t>(components); }
+    /// Values of the slots in a uniform state.
+    std::vector<double> slots_at(const UniformState& state) const;
+    /// A row of symbols: what a linear form is of the deviations at q.
+    void add_form(const LinearForm& form, const Order& order, std::complex<double> factor,
+                  const numerics::Wavevector& q, int row, Symbol& m) const;
+    /// The symbol of linear forms.
+    Symbol form_symbol(const std::vector<LinearForm>& rows, const numerics::Wavevector& q) const;
+    /// Eliminates the fields in balance; returns also what they are of the others.
+    Symbol eliminated(const Symbol& m, Symbol* balance = nullptr) const;
+    /// A symbol at q = |q| (cosine, sine) in the frame of q; back: the inverse.
+    Symbol in_frame(const Symbol& m, double cosine, double sine, bool back = false) const;
+    /// The average over the directions of q, without what couples the even and the odd block, at q along x.
+    Symbol averaged(const std::vector<LinearForm>& rows, double q) const;
+    bool commutes_with_turns(const std::vector<LinearForm>& rows) const;
+    int spin_of(int component) const { return model.fields[field(component)].spin; }
+    std::size_t field(int component) const {
+        return static_cast<std::size_t>(field_of[static_cast<std::size_t>(component)]);
+    }
+    /// 0 or 1: the first or second component of its field.
+    int part_of(int component) const { return component - first_component[field(component)]; }
+    /// The block to which a component belongs in the frame of q: true scalars and first parts are even.
+    bool is_odd(int component) const { return model.fields[field(component)].odd != (part_of(component) == 1); }
+};
+
+/// (i q_x)^x (i q_y)^y.
+inline std::complex<double> factor_of(const Order& order, const numerics::Wavevector& q) {
+    std::complex<double> result = 1.0;
+    for (int i = 0; i < order.x; ++i) result *= std::complex<double>(0.0, q.x);
+    for (int i = 0; i < order.y; ++i) result *= std::complex<double>(0.0, q.y);
+    return result;
+}
+
+/// N on a grid, as a System needs it.
+std::function<void(double, const numerics::Spectra&, numerics::Spectra&)> nonlinear_part(
+    std::shared_ptr<const Equations::Compiled> equations, const numerics::System& system, Threads& threads);
+Equations::Transforms transforms_of(const Equations::Compiled& equations);
+
+}  // namespace drover::model

@@ -1,0 +1,213 @@
+// model/equations.cpp: the linearisation of equations about uniform states, and their noise.
+#include "drover/model/equations.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+#include "compiled.hpp"
+
+namespace drover::model {
+
+using numerics::Wavevector;
+
+const Model& Equations::model() const { return compiled_->model; }
+int Equations::components() const { return compiled_->components; }
+const std::vector<int>& Equations::state_components() const { return compiled_->state; }
+const std::vector<TermSummary>& Equations::terms() const { return compiled_->summaries; }
+int Equations::degree() const { return compiled_->degree; }
+bool Equations::has_finite_degree() const { return compiled_->has_finite_degree; }
+Equations::Transforms Equations::transforms() const { return transforms_of(*compiled_); }
+
+UniformState Equations::reference() const {
+    UniformState state;
+    for (const Field& field : model().fields)
+        for (int k = 0; k < model::components(field); ++k)
+            state.push_back(field.spin == 0 && !field.odd ? field.reference : 0.0);
+    return state;
+}
+
+std::vector<double> Equations::Compiled::slots_at(const UniformState& at) const {
+    std::vector<double> values(static_cast<std::size_t>(slots()), 0.0);
+    for (std::size_t i = 0; i < atoms.size(); ++i)
+        for (const auto& [derivative, coefficient] : atoms[i])
+            if (derivative.order == Order{})
+                values[first_atom + i] += coefficient * at[static_cast<std::size_t>(derivative.component)];
+    return values;
+}
+
+void Equations::Compiled::add_form(const LinearForm& form, const Order& order, std::complex<double> factor,
+                                   const Wavevector& q, int row, Symbol& m) const {
+    for (const auto& [derivative, coefficient] : form)
+        m(row, derivative.component) += factor * coefficient * factor_of(derivative.order + order, q);
+}
+
+Symbol Equations::Compiled::form_symbol(const std::vector<LinearForm>& rows, const Wavevector& q) const {
+    Symbol m = Symbol::Zero(components, components);
+    for (int row = 0; row < components; ++row) add_form(rows[static_cast<std::size_t>(row)], {}, 1.0, q, row, m);
+    return m;
+}
+
+Eigen::VectorXd Equations::uniform_rates(const UniformState& at) const {
+    const Compiled& c = *compiled_;
+    Eigen::VectorXd rates = Eigen::VectorXd::Zero(c.components);
+    const std::vector<double> slots = c.slots_at(at);
+    for (const Term& term : c.terms)
+        for (std::size_t k = 0; k < term.rows.size(); ++k) {
+            double& rate = rates(c.first_component[term.summary.field] + static_cast<int>(k));
+            for (const auto& [derivative, coefficient] : term.rows[k].linear)
+                if (derivative.order == Order{})
+                    rate += coefficient * at[static_cast<std::size_t>(derivative.component)];
+            for (const PointFunction& function : term.rows[k].functions)
+                if (function.order == Order{}) rate += evaluate(function.value, slots);
+        }
+    return rates;
+}
+
+Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wavevector& q) const {
+    const Compiled& c = *compiled_;
+    const Term& term = c.terms[n];
+    require(
+        !term.is_placed, term.summary.where,
+        "the term \"{}\" depends on position or time, so no uniform state satisfies it; expected a term of the fields "
+        "alone",
+        term.summary.text);
+    Symbol m = Symbol::Zero(c.components, c.components);
+    const std::vector<double> slots = c.slots_at(about);
+    for (std::size_t k = 0; k < term.rows.size(); ++k) {
+        const int row = c.first_component[term.summary.field] + static_cast<int>(k);
+        c.add_form(term.rows[k].linear, {}, 1.0, q, row, m);
+        for (const PointFunction& function : term.rows[k].functions)
+            for (const PointFunction::Slope& slope : function.slopes)
+                c.add_form(c.atoms[static_cast<std::size_t>(slope.slot - first_atom)], function.order,
+                           evaluate(slope.value, slots), q, row, m);
+    }
+    return m;
+}
+
+Symbol Equations::symbol(const UniformState& about, const Wavevector& q) const {
+    Symbol m = Symbol::Zero(components(), components());
+    for (std::size_t n = 0; n < terms().size(); ++n) m += term_symbol(n, about, q);
+    return compiled_->eliminated(m);
+}
+
+Symbol Equations::Compiled::eliminated(const Symbol& m, Symbol* balance) const {
+    if (!has_balance()) return m;
+    std::vector<int> held;
+    for (int k = 0; k < components; ++k)
+        if (in_balance(k)) held.push_back(k);
+    const Symbol of_held = m(held, held), of_others = m(held, state);
+    const Symbol held_by = -of_held.partialPivLu().solve(of_others);
+    Symbol result = Symbol::Zero(components, components);
+    result(state, state) = m(state, state) + m(state, held) * held_by;
+    if (balance != nullptr) {
+        *balance = Symbol::Zero(components, components);
+        (*balance)(held, state) = held_by;
+    }
+    return result;
+}
+
+bool Equations::has_noise() const {
+    for (const Field& field : model().fields)
+        if (field.noise != 0.0) return true;
+    return false;
+}
+
+Eigen::MatrixXd Equations::noise(double q) const {
+    Eigen::MatrixXd strengths = Eigen::MatrixXd::Zero(components(), components());
+    for (int k = 0; k < components(); ++k) {
+        const Field& field = model().fields[compiled_->field(k)];
+        strengths(k, k) = field.noise * (field.noise_conserves ? q * q : 1.0);
+    }
+    return strengths;
+}
+
+// ---- L, N and Q
+
+namespace {
+using numerics::Block;
+using numerics::IsotropicBlocks;
+
+/// i^n.
+std::complex<double> power_of_i(int n) {
+    constexpr std::array<std::complex<double>, 4> powers{{{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}}};
+    return powers[static_cast<std::size_t>(((n % 4) + 4) % 4)];
+}
+
+/// The blocks of a symbol at q along x, over the components of a state.
+IsotropicBlocks blocks_of(const Equations::Compiled& c, const Symbol& m, bool at_zero) {
+    std::vector<int> even, odd;
+    for (const int k : c.state) (c.is_odd(k) ? odd : even).push_back(k);
+    const auto block = [&](const std::vector<int>& members) {
+        Block result(static_cast<int>(members.size()));
+        for (std::size_t i = 0; i < members.size(); ++i)
+            for (std::size_t j = 0; j < members.size(); ++j) {
+                const std::complex<double> entry = m(members[i], members[j]);
+                const int turns = at_zero ? 0 : c.spin_of(members[i]) - c.spin_of(members[j]);
+                result(static_cast<int>(i), static_cast<int>(j)) = (power_of_i(turns) * entry).real();
+            }
+        return result;
+    };
+    return {.along = block(even), .across = block(odd)};
+}
+}  // namespace
+
+Symbol Equations::Compiled::in_frame(const Symbol& m, double cosine, double sine, bool back) const {
+    Symbol turn = Symbol::Identity(components, components);
+    for (int k = 0; k < components; ++k) {
+        const int spin = spin_of(k);
+        if (spin == 0 || part_of(k) != 0) continue;
+        const std::complex<double> angle = std::pow(std::complex<double>(cosine, sine), spin);
+        turn(k, k) = turn(k + 1, k + 1) = angle.real();
+        turn(k, k + 1) = angle.imag();
+        turn(k + 1, k) = -angle.imag();
+    }
+    if (back) return turn.transpose() * m * turn;
+    return turn * m * turn.transpose();
+}
+
+Symbol Equations::Compiled::averaged(const std::vector<LinearForm>& rows, double q) const {
+    constexpr int directions = 16;  // exact for polynomials in q of degree and spins up to 15 together
+    if (is_isotropic) return form_symbol(rows, {q, 0.0});
+    Symbol sum = Symbol::Zero(components, components);
+    for (int n = 0; n < directions; ++n) {
+        const double angle = 2.0 * std::numbers::pi * n / directions, cosine = std::cos(angle), sine = std::sin(angle);
+        sum += in_frame(form_symbol(rows, {q * cosine, q * sine}), cosine, sine) / directions;
+    }
+    for (int i = 0; i < components; ++i)
+        for (int j = 0; j < components; ++j)
+            if (is_odd(i) != is_odd(j)) sum(i, j) = 0.0;
+    return sum;
+}
+
+bool Equations::Compiled::commutes_with_turns(const std::vector<LinearForm>& rows) const {
+    for (const double q : {0.31, 1.0, 2.7}) {
+        const Symbol along_x = form_symbol(rows, {q, 0.0});
+        const double size = along_x.cwiseAbs().maxCoeff();
+        for (int i = 0; i < components; ++i)
+            for (int j = 0; j < components; ++j)
+                if (is_odd(i) != is_odd(j) && std::abs(along_x(i, j)) > 1e-12 * size) return false;
+        for (const double angle : {0.7, 2.1}) {
+            const double cosine = std::cos(angle), sine = std::sin(angle);
+            const Symbol turned = in_frame(form_symbol(rows, {q * cosine, q * sine}), cosine, sine);
+            const double scale = std::max(size, turned.cwiseAbs().maxCoeff());
+            if ((turned - along_x).cwiseAbs().maxCoeff() > 1e-12 * scale) return false;
+        }
+    }
+    return true;
+}
+
+numerics::System Equations::system(const numerics::Grid& grid, Threads& threads) const {
+    const std::shared_ptr<const Compiled> c = compiled_;
+    numerics::System system{.grid = grid, .layout = {}};
+    for (const int k : c->state)
+        if (c->part_of(k) == 0) ++(c->spin_of(k) == 0 ? system.layout.scalars : system.layout.vectors);
+    system.linear = [c](double q) { return blocks_of(*c, c->eliminated(c->averaged(c->linear, q)), q == 0.0); };
+    if (has_noise())
+        system.noise = [equations = *this, c](double q) { return blocks_of(*c, equations.noise(q), q == 0.0); };
+    system.degree = c->degree;
+    system.nonlinear = nonlinear_part(c, system, threads);
+    return system;
+}
+
+}  // namespace drover::model

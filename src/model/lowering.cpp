@@ -1,0 +1,310 @@
+// model/lowering.cpp: the rules of ranks and parities, and what each operation does to components.
+#include "lowering.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+namespace drover::model {
+
+namespace {
+using Kind = Formula::Kind;
+constexpr Rank scalar{}, vector{0, 1};
+constexpr Order no_derivative{};
+
+bool is_scalar(const Value& a) { return a.rank == scalar; }
+std::string text_of(const Value& a) { return rank_text(a.rank, a.parity); }
+
+Parity product_parity(Parity a, Parity b) {
+    if (a == Parity::none || b == Parity::none) return Parity::none;
+    return a == b ? Parity::even : Parity::odd;
+}
+}  // namespace
+
+const Notation& equation_notation() {
+    static const Notation notation{
+        .arguments_of = [](const std::string& name) { return name == "outer" ? 2 : function_arguments(name); },
+        .is_operator =
+            [](const std::string& name) {
+                constexpr std::array operators{"grad", "div", "lap", "curl", "perp", "sym", "d_x", "d_y"};
+                return std::find(operators.begin(), operators.end(), name) != operators.end();
+            }};
+    return notation;
+}
+
+Lowering::Lowering(const Model& model, const Names& names, Algebra& algebra)
+    : model_(model), names_(names), algebra_(algebra) {}
+
+Value Lowering::value_of(const Text& text, const Rank& rank, Parity parity) {
+    const FormulaText source(text.text, text.where);
+    const Formula formula = parse_formula(source, equation_notation());
+    Value value = value_of(source, formula);
+    check(source, formula, value, rank, parity);
+    return value;
+}
+
+void Lowering::check(const FormulaText& text, const Formula& formula, const Value& found, const Rank& rank,
+                     Parity parity) const {
+    double zero = 1.0;
+    if (is_scalar(found) && algebra_.is_constant(found.components[0], zero) && zero == 0.0) return;  // 0 has any rank
+    if (found.rank != rank)
+        text.fail_with(formula.at, drover::text("this is {}; expected {}", text_of(found), rank_text(rank, parity)));
+    if (!model_.chiral && found.parity != Parity::none && parity != Parity::none && found.parity != parity)
+        text.fail_with(formula.at,
+                       drover::text("this is {}; expected {}, or chiral = true in the model, which allows terms that "
+                                    "distinguish left and right",
+                                    text_of(found), rank_text(rank, parity)));
+}
+
+Parity Lowering::common_parity(const FormulaText& text, const Formula& at, const Value& a, const Value& b) const {
+    if (a.parity == b.parity) return a.parity;
+    if (a.parity == Parity::none || b.parity == Parity::none || model_.chiral) return Parity::none;
+    text.fail_with(at.at,
+                   drover::text("{} is added to {}; expected equal parities, or chiral = true in the model, which "
+                                "allows terms that distinguish left and right",
+                                text_of(b), text_of(a)));
+}
+
+Value Lowering::value_of(const FormulaText& text, const Formula& f) {
+    algebra_.graph.where = text.location(f.at);
+    switch (f.kind) {
+        case Kind::number: return {.components = {algebra_.constant(f.value)}};
+        case Kind::name: return named(text, f);
+        case Kind::sum: return added(text, f);
+        case Kind::product: return multiplied(text, f);
+        case Kind::negative: {
+            Value value = value_of(text, f.arguments[0]);
+            for (Component& component : value.components) component = algebra_.scaled(component, -1.0);
+            return value;
+        }
+        case Kind::power: return power(text, f);
+        case Kind::dot: return dot(text, f);
+        case Kind::double_dot: return double_dot(text, f);
+        case Kind::norm: return norm(text, f);
+        case Kind::call: return call(text, f);
+        case Kind::operation: return operation(text, f);
+    }
+    return {};
+}
+
+Value Lowering::named(const FormulaText& text, const Formula& f) {
+    const Names::Meaning* meaning = names_.find(f.name);
+    if (meaning == nullptr) {
+        if (f.name == "pi") return {.components = {algebra_.constant(std::numbers::pi)}};
+        if (f.name == "e_x" || f.name == "e_y")  // unit vectors along the axes
+            return {vector, Parity::none, {algebra_.constant(f.name == "e_x"), algebra_.constant(f.name == "e_y")}};
+        text.fail(f.at, names_.expected(f.name));
+    }
+    const auto component = [](int number) { return Component{.linear = {{{number, no_derivative}, 1.0}}}; };
+    switch (meaning->kind) {
+        case Names::Kind::component: return {.parity = Parity::none, .components = {component(meaning->component)}};
+        case Names::Kind::coefficient: return {.components = {algebra_.constant(model_.coefficients.at(f.name))}};
+        case Names::Kind::position:
+            return {.parity = meaning->index == slot_t ? Parity::even : Parity::none,
+                    .components = {algebra_.of_node(algebra_.graph.slot(static_cast<int>(meaning->index), f.name))}};
+        case Names::Kind::field: {
+            const Field& field = model_.fields[meaning->index];
+            Value value{.rank = {0, field.spin}, .parity = field.odd ? Parity::odd : Parity::even};
+            for (int c = 0; c < components(field); ++c) value.components.push_back(component(meaning->component + c));
+            return value;
+        }
+        case Names::Kind::definition: break;
+    }
+    const std::size_t index = meaning->index;
+    if (const auto found = definitions_.find(index); found != definitions_.end()) return found->second;
+    if (std::find(open_definitions_.begin(), open_definitions_.end(), index) != open_definitions_.end())
+        text.fail_with(f.at, drover::text("{} is defined by itself; expected a definition by other names", f.name));
+    open_definitions_.push_back(index);
+    const Text& written = model_.definitions[index].value;
+    const FormulaText source(written.text, written.where);
+    const Value value = value_of(source, parse_formula(source, equation_notation()));
+    open_definitions_.pop_back();
+    definitions_.emplace(index, value);
+    algebra_.graph.where = text.location(f.at);
+    return value;
+}
+
+Value Lowering::added(const FormulaText& text, const Formula& f) {
+    Value sum = value_of(text, f.arguments[0]);
+    for (std::size_t i = 1; i < f.arguments.size(); ++i) {
+        const Formula& part = f.arguments[i];
+        const Value next = value_of(text, part);
+        if (next.rank != sum.rank)
+            text.fail_with(part.sign_at,
+                           drover::text("{} and {} are added; expected equal ranks", text_of(sum), text_of(next)));
+        sum.parity = common_parity(text, part, sum, next);
+        for (std::size_t c = 0; c < sum.components.size(); ++c)
+            sum.components[c] = algebra_.sum(sum.components[c], next.components[c], part.sign == '-' ? -1.0 : 1.0);
+    }
+    return sum;
+}
+
+void Lowering::need_scalar(const FormulaText& text, const Formula& f, const Value& found, const char* what) const {
+    if (!is_scalar(found)) text.fail_with(f.at, drover::text("{} is {}; expected a scalar", what, text_of(found)));
+}
+
+Value Lowering::multiplied(const FormulaText& text, const Formula& f) {
+    Value result = value_of(text, f.arguments[0]);
+    for (std::size_t i = 1; i < f.arguments.size(); ++i) {
+        const Formula& part = f.arguments[i];
+        Value next = value_of(text, part);
+        algebra_.graph.where = text.location(part.sign_at);
+        if (part.sign == '/') {
+            need_scalar(text, part, next, "the divisor");
+            double number = 0.0;
+            const bool is_number = algebra_.is_constant(next.components[0], number);
+            if (is_number && number == 0.0)
+                text.fail_with(part.sign_at, "this divides by zero; expected another divisor");
+            if (is_number) {
+                for (Component& c : result.components) c = algebra_.scaled(c, 1.0 / number);
+            } else {
+                const int below = algebra_.at_points(next.components[0]);
+                for (Component& c : result.components)
+                    if (!algebra_.is_zero(c))
+                        c = algebra_.of_node(algebra_.graph.make(Operation::divide, algebra_.at_points(c), below));
+            }
+        } else {
+            if (!is_scalar(result) && !is_scalar(next))
+                text.fail_with(part.at, drover::text("{} stands beside {}; write a.b for their dot product, or "
+                                                     "outer(a, b) for their outer product",
+                                                     text_of(result), text_of(next)));
+            if (!is_scalar(next)) std::swap(result, next);
+            for (Component& c : result.components) c = algebra_.product(c, next.components[0]);
+        }
+        result.parity = product_parity(result.parity, next.parity);
+    }
+    return result;
+}
+
+Value Lowering::power(const FormulaText& text, const Formula& f) {
+    const Value base = value_of(text, f.arguments[0]), exponent = value_of(text, f.arguments[1]);
+    if (!is_scalar(base))
+        text.fail_with(f.at, drover::text("a power of {}; expected a scalar: write (p.p)^2 or |p|^3", text_of(base)));
+    need_scalar(text, f.arguments[1], exponent, "the exponent");
+    double n = 0.0;
+    const bool is_number = algebra_.is_constant(exponent.components[0], n);
+    if (is_number && n == 1.0) return base;
+    const int node = algebra_.graph.make(Operation::power, algebra_.at_points(base.components[0]),
+                                         algebra_.at_points(exponent.components[0]));
+    const bool is_even = is_number && std::fmod(n, 2.0) == 0.0,
+               is_odd = is_number && std::abs(std::fmod(n, 2.0)) == 1.0;
+    Parity parity = base.parity;
+    if (parity == Parity::odd && is_even) parity = Parity::even;
+    else if (parity == Parity::odd && !is_odd)
+        text.fail_with(f.at, "a power of a pseudoscalar that is not whole; expected a whole exponent");
+    return {.parity = parity, .components = {algebra_.of_node(node)}};
+}
+
+Component Lowering::scalar_function(const FormulaText& text, const Formula& f, Operation operation,
+                                    const std::vector<Value>& arguments) {
+    std::vector<int> nodes;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        need_scalar(text, f.arguments[i], arguments[i], "the argument");
+        nodes.push_back(algebra_.at_points(arguments[i].components[0]));
+    }
+    algebra_.graph.where = text.location(f.at);
+    return algebra_.of_node(algebra_.graph.make(operation, nodes[0], nodes.size() > 1 ? nodes[1] : -1));
+}
+
+Value Lowering::call(const FormulaText& text, const Formula& f) {
+    if (f.name == "outer") return outer(text, f);
+    std::vector<Value> arguments;
+    Parity parity = Parity::even;
+    for (const Formula& argument : f.arguments) {
+        arguments.push_back(value_of(text, argument));
+        if (arguments.back().parity == Parity::none) parity = Parity::none;
+    }
+    const Operation operation = find_function(f.name)->operation;
+    const Component result = scalar_function(text, f, operation, arguments);
+    constexpr std::array odd_functions{Operation::atan, Operation::sign, Operation::sin,
+                                       Operation::sinh, Operation::tan,  Operation::tanh};
+    const bool is_odd = std::find(odd_functions.begin(), odd_functions.end(), operation) != odd_functions.end();
+    const bool is_even = operation == Operation::abs || operation == Operation::cos || operation == Operation::cosh;
+    for (const Value& argument : arguments)
+        if (argument.parity == Parity::odd && !is_even) {
+            if (!is_odd && !model_.chiral)
+                text.fail_with(f.at, drover::text("{} of a pseudoscalar is neither even nor odd under reflections; "
+                                                  "expected a scalar, or chiral = true in the model",
+                                                  f.name));
+            if (parity != Parity::none) parity = is_odd ? Parity::odd : Parity::none;
+        }
+    return {.parity = parity, .components = {result}};
+}
+
+Value Lowering::norm(const FormulaText& text, const Formula& f) {
+    const Value a = value_of(text, f.arguments[0]);
+    algebra_.graph.where = text.location(f.at);
+    const Parity parity = a.parity == Parity::none ? Parity::none : Parity::even;
+    if (is_scalar(a))
+        return {.parity = parity,
+                .components = {
+                    algebra_.of_node(algebra_.graph.make(Operation::abs, algebra_.at_points(a.components[0])))}};
+    if (a.rank.indices > 0)
+        text.fail_with(f.at,
+                       drover::text("the norm of {}; expected a scalar, a vector or a field of a spin", text_of(a)));
+    Component square;
+    for (const Component& c : a.components) square = algebra_.sum(square, algebra_.product(c, c));
+    return {.parity = parity,
+            .components = {algebra_.of_node(algebra_.graph.make(Operation::sqrt, algebra_.at_points(square)))}};
+}
+
+// ---- names
+
+std::vector<std::string> component_names(const Field& field) {
+    switch (field.spin) {
+        case 0: return {field.symbol};
+        case 1: return {field.symbol + "_x", field.symbol + "_y"};
+        case 2: return {field.symbol + "_xx", field.symbol + "_xy"};
+        default: return {field.symbol + "_1", field.symbol + "_2"};
+    }
+}
+
+Names::Names(const Model& model) {
+    add("x", {Kind::position, slot_x, 0}, {});
+    add("y", {Kind::position, slot_y, 0}, {});
+    add("t", {Kind::position, slot_t, 0}, {});
+    int component = 0;
+    for (std::size_t i = 0; i < model.fields.size(); ++i) {
+        const Field& field = model.fields[i];
+        require(field.spin >= 0 && field.spin <= 6, field.where, "the field {} has spin {}; expected 0 to 6",
+                field.name, field.spin);
+        add(field.symbol, {Kind::field, i, component}, field.where);
+        if (field.name != field.symbol) add(field.name, {Kind::field, i, component}, field.where);
+        const std::vector<std::string> names = component_names(field);
+        for (std::size_t c = 0; c < names.size(); ++c) {
+            if (field.spin > 0) add(names[c], {Kind::component, i, component + static_cast<int>(c)}, field.where);
+            component_names_.push_back(names[c]);
+        }
+        component += components(field);
+    }
+    for (std::size_t i = 0; i < model.definitions.size(); ++i)
+        add(model.definitions[i].name, {Kind::definition, i, 0}, model.definitions[i].value.where);
+    for (const auto& [name, value] : model.coefficients) add(name, {Kind::coefficient, 0, 0}, {});
+}
+
+void Names::add(const std::string& name, const Meaning& meaning, const SourceLocation& where) {
+    const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+    require(!name.empty() && !std::isdigit(static_cast<unsigned char>(name[0])) &&
+                std::all_of(name.begin(), name.end(), is_letter),
+            where, "the name \"{}\" of a field, definition or coefficient; expected letters, digits and _", name);
+    require(equation_notation().arguments_of(name) == 0 && !equation_notation().is_operator(name) && name != "pi",
+            where, "the name {} is that of a function, an operator or a constant; expected another name", name);
+    const auto [place, is_new] = meanings_.emplace(name, meaning);
+    require(is_new, where, "the name {} is used twice{}; expected another name", name,
+            location_text(places_[name]).empty() ? "" : text(", first at {}", location_text(places_[name])));
+    places_[name] = where;
+}
+
+const Names::Meaning* Names::find(const std::string& name) const {
+    const auto found = meanings_.find(name);
+    return found == meanings_.end() ? nullptr : &found->second;
+}
+
+std::string Names::expected(const std::string& name) const {
+    std::vector<std::string> known;
+    for (const auto& [other, meaning] : meanings_) known.push_back(other);
+    const std::string near = name.size() < 3 ? "" : nearest_name(name, known);  // any letter is near another
+    return text("{}one of {}, pi, e_x, e_y, or a function", near.empty() ? "" : text("{} (did you mean that?), ", near),
+                joined(known));
+}
+
+}  // namespace drover::model

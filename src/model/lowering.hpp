@@ -1,0 +1,86 @@
+// model/lowering.hpp: formulas of a model as values of the algebra, with checks of rank and parity.
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "algebra.hpp"
+#include "drover/base/formula.hpp"
+#include "drover/model/model.hpp"
+
+namespace drover::model {
+
+/// The notation of equations: the functions of expressions, outer, and the prefix operators grad, div, lap, curl, perp,
+/// sym, d_x and d_y.
+const Notation& equation_notation();
+
+/// The meanings of all names of a model.
+class Names {
+public:
+    /// Throws an input Error for names that are no names, are reserved, or are used twice, at the second place.
+    explicit Names(const Model& model);
+
+    enum class Kind { field, component, definition, coefficient, position };
+    struct Meaning {
+        Kind kind = Kind::field;
+        std::size_t index = 0;  ///< of the field or definition; slot of a position
+        int component = 0;      ///< the first of the field, or that named, numbered through all fields
+    };
+    /// nullptr if unknown.
+    const Meaning* find(const std::string& name) const;
+    /// A name like it and the list of names, for errors.
+    std::string expected(const std::string& name) const;
+    const std::string& name_of_component(int component) const {
+        return component_names_[static_cast<std::size_t>(component)];
+    }
+
+private:
+    void add(const std::string& name, const Meaning& meaning, const SourceLocation& where);
+    std::map<std::string, Meaning> meanings_;
+    std::map<std::string, SourceLocation> places_;
+    std::vector<std::string> component_names_;
+};
+
+class Lowering {
+public:
+    Lowering(const Model& model, const Names& names, Algebra& algebra);
+
+    /// Throws an input Error, at the column, for unknown names, ranks and parities that do not fit, and whatever the
+    /// algebra rejects.
+    Value value_of(const FormulaText& text, const Formula& formula);
+    /// A value of a text, with its rank and parity as declared.
+    Value value_of(const Text& text, const Rank& rank, Parity parity);
+    void check(const FormulaText& text, const Formula& formula, const Value& found, const Rank& rank,
+               Parity parity) const;
+
+    /// Combines parities; an input Error where they differ and the model is not chiral.
+    Parity common_parity(const FormulaText& text, const Formula& at, const Value& a, const Value& b) const;
+
+private:
+    Value named(const FormulaText& text, const Formula& f);
+    Value added(const FormulaText& text, const Formula& f);
+    Value multiplied(const FormulaText& text, const Formula& f);
+    Value power(const FormulaText& text, const Formula& f);
+    Value dot(const FormulaText& text, const Formula& f);
+    Value double_dot(const FormulaText& text, const Formula& f);
+    Value norm(const FormulaText& text, const Formula& f);
+    Value call(const FormulaText& text, const Formula& f);
+    Value outer(const FormulaText& text, const Formula& f);
+    Value operation(const FormulaText& text, const Formula& f);
+    Value gradient(const Value& a);
+    Value divergence(const Value& a);
+    Value symmetric(const Value& a);
+    Value self_advection(const Value& v);
+    Component scalar_function(const FormulaText& text, const Formula& f, Operation operation,
+                              const std::vector<Value>& arguments);
+    void need_scalar(const FormulaText& text, const Formula& f, const Value& found, const char* what) const;
+
+    const Model& model_;
+    const Names& names_;
+    Algebra& algebra_;
+    std::map<std::size_t, Value> definitions_;
+    std::vector<std::size_t> open_definitions_;
+};
+
+}  // namespace drover::model

@@ -1,0 +1,343 @@
+// model/right_hand_side.cpp: fields to the grid, the functions at its points, and back.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "compiled.hpp"
+#include "drover/numerics/transform.hpp"
+#include "drover/numerics/wavenumbers.hpp"
+
+namespace drover::model {
+
+namespace {
+using numerics::Complex;
+using numerics::Spectra;
+using numerics::Wavevector;
+constexpr std::size_t points_in_cache = 256;  // of some twenty arrays: the first-level cache
+
+Complex times_i_power(Complex a, int n) {
+    switch (n % 4) {
+        case 0: return a;
+        case 1: return {-a.imag(), a.real()};
+        case 2: return -a;
+        default: return {a.imag(), -a.real()};
+    }
+}
+double power(double base, int exponent) {
+    double result = 1.0;
+    for (int i = 0; i < exponent; ++i) result *= base;
+    return result;
+}
+Complex derived(Complex a, const Order& order, double factor, const Wavevector& q) {
+    return times_i_power(factor * power(q.x, order.x) * power(q.y, order.y) * a, order.x + order.y);
+}
+
+/// The arrays that are transformed to the grid, and the functions of them.
+struct Plan {
+    std::vector<LinearForm> inputs;
+    std::vector<Expression> values;  ///< of the outputs; slots: position, time, inputs
+};
+
+/// Replaces slots by expressions.
+Expression substituted(const Expression& expression, const std::map<int, Expression>& by) {
+    GraphBuilder graph(Folding::lenient);
+    std::vector<int> here;
+    for (const Node& node : expression.graph().nodes) {
+        const auto at = [&](int there) { return there < 0 ? -1 : here[static_cast<std::size_t>(there)]; };
+        if (node.operation == Operation::number) here.push_back(graph.number(node.value));
+        else if (node.operation == Operation::slot) here.push_back(graph.import(by.at(node.left).graph()).back());
+        else here.push_back(graph.make(node.operation, at(node.left), at(node.right)));
+    }
+    return graph.expression(here.back());
+}
+Expression slot_expression(int slot) {
+    GraphBuilder graph(Folding::exact);
+    return graph.expression(graph.slot(slot, text("input {}", slot)));
+}
+
+/// A basis of linear forms: each further form is a combination of earlier ones or extends it.
+class Basis {
+public:
+    /// The coefficients of a form in the basis; extends the basis if there are none.
+    std::vector<std::pair<std::size_t, double>> coefficients(const LinearForm& form) {
+        LinearForm rest = form;
+        std::map<std::size_t, double> of_members;
+        for (const Reduced& row : reduced_) {
+            const auto pivot = rest.find(row.pivot);
+            if (pivot == rest.end()) continue;
+            const double factor = pivot->second / row.form.at(row.pivot);
+            for (const auto& [derivative, value] : row.form) rest[derivative] -= factor * value;
+            rest.erase(row.pivot);
+            for (const auto& [member, value] : row.of_members) of_members[member] += factor * value;
+        }
+        std::erase_if(rest, [](const auto& entry) { return std::abs(entry.second) < 1e-12; });
+        if (!rest.empty()) {
+            Reduced row{rest, rest.begin()->first, {}};
+            for (const auto& [member, value] : of_members) row.of_members[member] = -value;
+            row.of_members[members.size()] = 1.0;
+            reduced_.push_back(row);
+            of_members = {{members.size(), 1.0}};
+            members.push_back(form);
+        }
+        return {of_members.begin(), of_members.end()};
+    }
+    std::vector<LinearForm> members;
+
+private:
+    struct Reduced {
+        LinearForm form;
+        Derivative pivot;
+        std::map<std::size_t, double> of_members;
+    };
+    std::vector<Reduced> reduced_;
+};
+
+bool is_plain(const LinearForm& form) {
+    return form.size() == 1 && form.begin()->first.order == Order{} && form.begin()->second == 1.0;
+}
+
+Plan plan_of(const Equations::Compiled& c) {
+    std::set<int> slots;
+    for (const Output& output : c.outputs) slots.merge(slots_of(output.value));
+    std::vector<int> atoms;
+    for (const int slot : slots)
+        if (slot >= first_atom) atoms.push_back(slot);
+    const auto form_of = [&](int slot) -> const LinearForm& {
+        return c.atoms[static_cast<std::size_t>(slot - first_atom)];
+    };
+    std::stable_sort(atoms.begin(), atoms.end(), [&](int a, int b) {
+        const auto key = [&](int slot) {
+            return is_plain(form_of(slot)) ? form_of(slot).begin()->first.component : c.components;
+        };
+        return key(a) < key(b);
+    });
+    Basis basis;
+    std::map<int, Expression> by;
+    for (const int slot : {slot_x, slot_y, slot_t}) by.emplace(slot, slot_expression(slot));
+    for (const int slot : atoms) {
+        Expression sum(0.0);
+        for (const auto& [member, coefficient] : basis.coefficients(form_of(slot)))
+            sum = sum + Expression(coefficient) * slot_expression(first_atom + static_cast<int>(member));
+        by.emplace(slot, sum);
+    }
+    Plan plan{basis.members, {}};
+    for (const Output& output : c.outputs) plan.values.push_back(substituted(output.value, by));
+    return plan;
+}
+
+class NonlinearPart {
+public:
+    NonlinearPart(std::shared_ptr<const Equations::Compiled> equations, const numerics::System& system,
+                  Threads& the_threads)
+        : c_(std::move(equations)),
+          plan_(plan_of(*c_)),
+          program_(plan_.values),
+          grid_(system.grid),
+          threads_(the_threads),
+          transform_(grid_, system.degree, threads_),
+          wavenumbers_(numerics::distinct_wavenumbers(grid_, system.degree)) {
+        std::set<int> slots;
+        for (const Expression& value : plan_.values) slots.merge(slots_of(value));
+        reads_position_ = slots.count(slot_x) + slots.count(slot_y) > 0;
+        int arrays = 0;
+        held_.assign(static_cast<std::size_t>(c_->components), -1);
+        for (const LinearForm& input : plan_.inputs) {
+            for (const auto& [derivative, coefficient] : input)
+                if (c_->in_balance(derivative.component) && held_[static_cast<std::size_t>(derivative.component)] < 0)
+                    held_[static_cast<std::size_t>(derivative.component)] = arrays++;
+            derived_.push_back(is_plain(input) ? -1 : arrays++);
+        }
+        for (const Output& output : c_->outputs)
+            made_.push_back(output.uses.size() == 1 && output.uses[0].order == Order{} ? -1 : arrays++);
+        scratch_ = Spectra(grid_, arrays);
+        for (const double q : wavenumbers_.q) {
+            if (!c_->has_balance() && c_->is_isotropic) break;
+            averaged_.push_back(c_->averaged(c_->linear, q));
+            if (!c_->has_balance()) continue;
+            balance_.emplace_back();
+            static_cast<void>(c_->eliminated(averaged_.back(), &balance_.back()));
+        }
+    }
+
+    void operator()(double t, const Spectra& state, Spectra& rate) {
+        balance(state);
+        derive_inputs(state);
+        if (!c_->outputs.empty())
+            transform_.products(sources(state), targets(rate),
+                                [&](const numerics::Strip& strip) { at_points(t, strip); });
+        assemble(state, rate);
+    }
+
+private:
+    const Complex* field(const Spectra& state, int component) const {
+        const int array = c_->array_of[static_cast<std::size_t>(component)];
+        return array >= 0 ? state[array].data() : scratch_[held_[static_cast<std::size_t>(component)]].data();
+    }
+    template <class Body>
+    void for_modes(Body body) const {
+        numerics::for_kept_modes(grid_, wavenumbers_, threads_, body);
+    }
+
+    /// Deviations of a state at a mode in the frame of q, by components; and back.
+    void turn(Eigen::VectorXcd& values, const Wavevector& q, double inverse, double sign) const {
+        if (inverse == 0.0) return;
+        const std::complex<double> unit(q.x * inverse, sign * q.y * inverse);
+        for (int k = 0; k < c_->components; ++k) {
+            const int spin = c_->spin_of(k);
+            if (spin == 0) continue;
+            std::complex<double> angle = unit;
+            for (int i = 1; i < spin; ++i) angle *= unit;
+            const Complex first = values(k), second = values(k + 1);
+            values(k) = angle.real() * first + angle.imag() * second;
+            values(k + 1) = angle.real() * second - angle.imag() * first;
+            ++k;
+        }
+    }
+    Eigen::VectorXcd values_of(const Spectra& state, std::size_t m) const {
+        Eigen::VectorXcd values = Eigen::VectorXcd::Zero(c_->components);
+        for (const int k : c_->state) values(k) = field(state, k)[m];
+        return values;
+    }
+
+    /// Fields in balance that are inputs.
+    void balance(const Spectra& state) {
+        if (std::all_of(held_.begin(), held_.end(), [](int at) { return at < 0; })) return;
+        for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
+            Eigen::VectorXcd values = values_of(state, m);
+            turn(values, q, wavenumbers_.inverse[n], 1.0);
+            values = balance_[n] * values;
+            turn(values, q, wavenumbers_.inverse[n], -1.0);
+            for (int k = 0; k < c_->components; ++k)
+                if (const int at = held_[static_cast<std::size_t>(k)]; at >= 0) scratch_[at][m] = values(k);
+        });
+    }
+
+    void derive_inputs(const Spectra& state) {
+        for (std::size_t i = 0; i < plan_.inputs.size(); ++i) {
+            if (derived_[i] < 0) continue;
+            Complex* out = scratch_[derived_[i]].data();
+            bool is_first = true;
+            for (const auto& [derivative, factor] : plan_.inputs[i]) {
+                const Complex* from = field(state, derivative.component);
+                for_modes([=, order = derivative.order, c = factor](std::size_t m, std::size_t, const Wavevector& q) {
+                    out[m] = (is_first ? Complex(0.0) : out[m]) + derived(from[m], order, c, q);
+                });
+                is_first = false;
+            }
+        }
+    }
+    std::vector<const Complex*> sources(const Spectra& state) const {
+        std::vector<const Complex*> from;
+        for (std::size_t i = 0; i < plan_.inputs.size(); ++i)
+            from.push_back(derived_[i] >= 0 ? scratch_[derived_[i]].data()
+                                            : field(state, plan_.inputs[i].begin()->first.component));
+        return from;
+    }
+    /// Rates straight into `rate`, the others into the scratch.
+    std::vector<Complex*> targets(Spectra& rate) {
+        std::vector<Complex*> to;
+        for (std::size_t k = 0; k < c_->outputs.size(); ++k)
+            to.push_back(made_[k] >= 0
+                             ? scratch_[made_[k]].data()
+                             : rate[c_->array_of[static_cast<std::size_t>(c_->outputs[k].uses[0].component)]].data());
+        return to;
+    }
+
+    /// A few points at a time: all that the functions need is then in the first-level cache.
+    void at_points(double t, const numerics::Strip& strip) const {
+        std::array<double, points_in_cache> x, y;
+        std::vector<const double*> slots(first_atom + plan_.inputs.size(), nullptr);
+        std::vector<double> uniform(slots.size(), 0.0);
+        uniform[slot_t] = t;
+        std::vector<double*> out(strip.out.size());
+        for (std::size_t begin = 0; begin < strip.size; begin += points_in_cache) {
+            const std::size_t size = std::min(points_in_cache, strip.size - begin);
+            for (std::size_t i = 0; i < plan_.inputs.size(); ++i) slots[first_atom + i] = strip.in[i] + begin;
+            for (std::size_t k = 0; k < out.size(); ++k) {
+                out[k] = strip.out[k] + begin;
+                std::fill_n(out[k], size, 0.0);
+            }
+            if (reads_position_) {
+                const auto width = static_cast<std::size_t>(grid_.nx);
+                for (std::size_t i = 0; i < size; ++i) {
+                    x[i] = grid_.lx / grid_.nx * static_cast<double>((strip.first + begin + i) % width);
+                    y[i] = grid_.ly / grid_.ny * static_cast<double>((strip.first + begin + i) / width);
+                }
+                slots[slot_x] = x.data();
+                slots[slot_y] = y.data();
+            }
+            program_.add(size, slots, uniform, out);
+        }
+    }
+
+    void assemble(const Spectra& state, Spectra& rate) const {
+        for (std::size_t array = 0; array < c_->state.size(); ++array) {
+            const int component = c_->state[array];
+            Complex* to = rate[static_cast<int>(array)].data();
+            bool is_empty =
+                std::none_of(c_->outputs.begin(), c_->outputs.end(), [&, k = std::size_t{0}](const Output& o) mutable {
+                    return made_[k++] < 0 && o.uses[0].component == component;
+                });
+            for (std::size_t k = 0; k < c_->outputs.size(); ++k) {
+                if (made_[k] < 0) continue;
+                const Complex* from = scratch_[made_[k]].data();
+                for (const Output::Use& use : c_->outputs[k].uses) {
+                    if (use.component != component) continue;
+                    for_modes([=, order = use.order, c = use.factor](std::size_t m, std::size_t, const Wavevector& q) {
+                        to[m] = (is_empty ? Complex(0.0) : to[m]) + derived(from[m], order, c, q);
+                    });
+                    is_empty = false;
+                }
+            }
+            if (is_empty) for_modes([=](std::size_t m, std::size_t, const Wavevector&) { to[m] = 0.0; });
+            to[0] += c_->constants[static_cast<std::size_t>(component)];
+            if (c_->model.fields[c_->field(component)].conserved) to[0] = 0.0;
+        }
+        if (!c_->is_isotropic) add_anisotropic(state, rate);
+    }
+
+    /// The linear parts that the propagator does not have.
+    void add_anisotropic(const Spectra& state, Spectra& rate) const {
+        for_modes([&](std::size_t m, std::size_t n, const Wavevector& q) {
+            const double inverse = wavenumbers_.inverse[n];
+            const Eigen::VectorXcd values = values_of(state, m);
+            Eigen::VectorXcd in_propagator = values;
+            turn(in_propagator, q, inverse, 1.0);
+            in_propagator = averaged_[n] * in_propagator;
+            turn(in_propagator, q, inverse, -1.0);
+            const Eigen::VectorXcd rates = c_->form_symbol(c_->linear, q) * values - in_propagator;
+            for (std::size_t array = 0; array < c_->state.size(); ++array)
+                rate[static_cast<int>(array)][m] += rates(c_->state[array]);
+        });
+    }
+
+    std::shared_ptr<const Equations::Compiled> c_;
+    Plan plan_;
+    StripProgram program_;
+    numerics::Grid grid_;
+    Threads& threads_;
+    numerics::Transform transform_;
+    numerics::DistinctWavenumbers wavenumbers_;
+    bool reads_position_ = false;
+    std::vector<int> held_, derived_, made_;  // arrays of the scratch, -1: none
+    Spectra scratch_;
+    std::vector<Symbol> averaged_, balance_;  // of each |q|
+};
+}  // namespace
+
+std::function<void(double, const Spectra&, Spectra&)> nonlinear_part(
+    std::shared_ptr<const Equations::Compiled> equations, const numerics::System& system, Threads& threads) {
+    const bool has_sources = std::any_of(equations->constants.begin(), equations->constants.end(),
+                                         [](double constant) { return constant != 0.0; });
+    if (equations->outputs.empty() && equations->is_isotropic && !has_sources) return {};
+    auto part = std::make_shared<NonlinearPart>(std::move(equations), system, threads);
+    return [part](double t, const Spectra& state, Spectra& rate) { (*part)(t, state, rate); };
+}
+
+Equations::Transforms transforms_of(const Equations::Compiled& equations) {
+    const Plan plan = plan_of(equations);
+    return {static_cast<int>(plan.inputs.size()), static_cast<int>(plan.values.size())};
+}
+
+}  // namespace drover::model
