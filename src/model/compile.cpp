@@ -1,9 +1,11 @@
 // model/compile.cpp: from the texts of a model to linear forms and functions at points.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "compiled.hpp"
+#include "drover/model/equations.hpp"
 #include "lowering.hpp"
 
 namespace drover::model {
@@ -31,7 +33,7 @@ public:
         for (int slot = first_atom; slot < algebra_.slots(); ++slot) c_.atoms.push_back(algebra_.form_of(slot));
     }
 
-    Equations::Compiled result() {
+    CompiledEquations result() {
         collect();
         return std::move(c_);
     }
@@ -362,13 +364,14 @@ private:
     Names names_;
     Algebra algebra_;
     Lowering lowering_;
-    Equations::Compiled c_;
+    CompiledEquations c_;
     std::vector<Term> evaluated_;
     std::vector<std::string> unsmooth_;
 };
 }  // namespace
 
-Equations::Equations(const Model& model) : compiled_(std::make_shared<const Compiled>(Compiler(model).result())) {}
+Equations::Equations(const Model& model)
+    : compiled_(std::make_shared<const CompiledEquations>(Compiler(model).result())) {}
 Equations::~Equations() = default;
 Equations::Equations(const Equations&) = default;
 Equations& Equations::operator=(const Equations&) = default;

@@ -1,11 +1,15 @@
 // model/compiled.hpp: what the equations of a model are made of.
 #pragma once
+#include <complex>
+#include <functional>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "algebra.hpp"
-#include "drover/model/equations.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/model/model.hpp"
+#include "drover/model/symbol.hpp"
+#include "drover/numerics/system.hpp"
 
 namespace drover::model {
 
@@ -43,7 +47,7 @@ struct Output {
     std::vector<Use> uses;  ///< factor * derivative of it is added to the rates of components
 };
 
-struct Equations::Compiled {
+struct CompiledEquations {
     Model model;
     std::vector<int> first_component;  ///< of each field
     int components = 0;
@@ -98,7 +102,7 @@ inline std::complex<double> factor_of(const Order& order, const numerics::Waveve
 
 /// N on a grid, as a System needs it.
 std::function<void(double, const numerics::Spectra&, numerics::Spectra&)> nonlinear_part(
-    std::shared_ptr<const Equations::Compiled> equations, const numerics::System& system, Threads& threads);
-Equations::Transforms transforms_of(const Equations::Compiled& equations);
+    std::shared_ptr<const CompiledEquations> equations, const numerics::System& system, Threads& threads);
+TransformCount transforms_of(const CompiledEquations& equations);
 
 }  // namespace drover::model

@@ -17,7 +17,7 @@ const std::vector<int>& Equations::state_components() const { return compiled_->
 const std::vector<TermSummary>& Equations::terms() const { return compiled_->summaries; }
 int Equations::degree() const { return compiled_->degree; }
 bool Equations::has_finite_degree() const { return compiled_->has_finite_degree; }
-Equations::Transforms Equations::transforms() const { return transforms_of(*compiled_); }
+TransformCount Equations::transforms() const { return transforms_of(*compiled_); }
 
 UniformState Equations::reference() const {
     UniformState state;
@@ -27,7 +27,7 @@ UniformState Equations::reference() const {
     return state;
 }
 
-std::vector<double> Equations::Compiled::slots_at(const UniformState& at) const {
+std::vector<double> CompiledEquations::slots_at(const UniformState& at) const {
     std::vector<double> values(static_cast<std::size_t>(slots()), 0.0);
     for (std::size_t i = 0; i < atoms.size(); ++i)
         for (const auto& [derivative, coefficient] : atoms[i])
@@ -36,20 +36,20 @@ std::vector<double> Equations::Compiled::slots_at(const UniformState& at) const 
     return values;
 }
 
-void Equations::Compiled::add_form(const LinearForm& form, const Order& order, std::complex<double> factor,
-                                   const Wavevector& q, int row, Symbol& m) const {
+void CompiledEquations::add_form(const LinearForm& form, const Order& order, std::complex<double> factor,
+                                 const Wavevector& q, int row, Symbol& m) const {
     for (const auto& [derivative, coefficient] : form)
         m(row, derivative.component) += factor * coefficient * factor_of(derivative.order + order, q);
 }
 
-Symbol Equations::Compiled::form_symbol(const std::vector<LinearForm>& rows, const Wavevector& q) const {
+Symbol CompiledEquations::form_symbol(const std::vector<LinearForm>& rows, const Wavevector& q) const {
     Symbol m = Symbol::Zero(components, components);
     for (int row = 0; row < components; ++row) add_form(rows[static_cast<std::size_t>(row)], {}, 1.0, q, row, m);
     return m;
 }
 
 Eigen::VectorXd Equations::uniform_rates(const UniformState& at) const {
-    const Compiled& c = *compiled_;
+    const CompiledEquations& c = *compiled_;
     Eigen::VectorXd rates = Eigen::VectorXd::Zero(c.components);
     const std::vector<double> slots = c.slots_at(at);
     for (const Term& term : c.terms)
@@ -65,7 +65,7 @@ Eigen::VectorXd Equations::uniform_rates(const UniformState& at) const {
 }
 
 Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wavevector& q) const {
-    const Compiled& c = *compiled_;
+    const CompiledEquations& c = *compiled_;
     const Term& term = c.terms[n];
     require(
         !term.is_placed, term.summary.where,
@@ -91,7 +91,7 @@ Symbol Equations::symbol(const UniformState& about, const Wavevector& q) const {
     return compiled_->eliminated(m);
 }
 
-Symbol Equations::Compiled::eliminated(const Symbol& m, Symbol* balance) const {
+Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
     if (!has_balance()) return m;
     std::vector<int> held;
     for (int k = 0; k < components; ++k)
@@ -135,7 +135,7 @@ std::complex<double> power_of_i(int n) {
 }
 
 /// The blocks of a symbol at q along x, over the components of a state.
-IsotropicBlocks blocks_of(const Equations::Compiled& c, const Symbol& m, bool at_zero) {
+IsotropicBlocks blocks_of(const CompiledEquations& c, const Symbol& m, bool at_zero) {
     std::vector<int> even, odd;
     for (const int k : c.state) (c.is_odd(k) ? odd : even).push_back(k);
     const auto block = [&](const std::vector<int>& members) {
@@ -152,7 +152,7 @@ IsotropicBlocks blocks_of(const Equations::Compiled& c, const Symbol& m, bool at
 }
 }  // namespace
 
-Symbol Equations::Compiled::in_frame(const Symbol& m, double cosine, double sine, bool back) const {
+Symbol CompiledEquations::in_frame(const Symbol& m, double cosine, double sine, bool back) const {
     Symbol turn = Symbol::Identity(components, components);
     for (int k = 0; k < components; ++k) {
         const int spin = spin_of(k);
@@ -166,7 +166,7 @@ Symbol Equations::Compiled::in_frame(const Symbol& m, double cosine, double sine
     return turn * m * turn.transpose();
 }
 
-Symbol Equations::Compiled::averaged(const std::vector<LinearForm>& rows, double q) const {
+Symbol CompiledEquations::averaged(const std::vector<LinearForm>& rows, double q) const {
     constexpr int directions = 16;  // exact for polynomials in q of degree and spins up to 15 together
     if (is_isotropic) return form_symbol(rows, {q, 0.0});
     Symbol sum = Symbol::Zero(components, components);
@@ -180,7 +180,7 @@ Symbol Equations::Compiled::averaged(const std::vector<LinearForm>& rows, double
     return sum;
 }
 
-bool Equations::Compiled::commutes_with_turns(const std::vector<LinearForm>& rows) const {
+bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows) const {
     for (const double q : {0.31, 1.0, 2.7}) {
         const Symbol along_x = form_symbol(rows, {q, 0.0});
         const double size = along_x.cwiseAbs().maxCoeff();
@@ -198,7 +198,7 @@ bool Equations::Compiled::commutes_with_turns(const std::vector<LinearForm>& row
 }
 
 numerics::System Equations::system(const numerics::Grid& grid, Threads& threads) const {
-    const std::shared_ptr<const Compiled> c = compiled_;
+    const std::shared_ptr<const CompiledEquations> c = compiled_;
     numerics::System system{.grid = grid, .layout = {}};
     for (const int k : c->state)
         if (c->part_of(k) == 0) ++(c->spin_of(k) == 0 ? system.layout.scalars : system.layout.vectors);

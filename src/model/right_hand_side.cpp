@@ -97,7 +97,7 @@ bool is_plain(const LinearForm& form) {
     return form.size() == 1 && form.begin()->first.order == Order{} && form.begin()->second == 1.0;
 }
 
-Plan plan_of(const Equations::Compiled& c) {
+Plan plan_of(const CompiledEquations& c) {
     std::set<int> slots;
     for (const Output& output : c.outputs) slots.merge(slots_of(output.value));
     std::vector<int> atoms;
@@ -128,7 +128,7 @@ Plan plan_of(const Equations::Compiled& c) {
 
 class NonlinearPart {
 public:
-    NonlinearPart(std::shared_ptr<const Equations::Compiled> equations, const numerics::System& system,
+    NonlinearPart(std::shared_ptr<const CompiledEquations> equations, const numerics::System& system,
                   Threads& the_threads)
         : c_(std::move(equations)),
           plan_(plan_of(*c_)),
@@ -312,7 +312,7 @@ private:
         });
     }
 
-    std::shared_ptr<const Equations::Compiled> c_;
+    std::shared_ptr<const CompiledEquations> c_;
     Plan plan_;
     StripProgram program_;
     numerics::Grid grid_;
@@ -326,8 +326,8 @@ private:
 };
 }  // namespace
 
-std::function<void(double, const Spectra&, Spectra&)> nonlinear_part(
-    std::shared_ptr<const Equations::Compiled> equations, const numerics::System& system, Threads& threads) {
+std::function<void(double, const Spectra&, Spectra&)> nonlinear_part(std::shared_ptr<const CompiledEquations> equations,
+                                                                     const numerics::System& system, Threads& threads) {
     const bool has_sources = std::any_of(equations->constants.begin(), equations->constants.end(),
                                          [](double constant) { return constant != 0.0; });
     if (equations->outputs.empty() && equations->is_isotropic && !has_sources) return {};
@@ -335,7 +335,7 @@ std::function<void(double, const Spectra&, Spectra&)> nonlinear_part(
     return [part](double t, const Spectra& state, Spectra& rate) { (*part)(t, state, rate); };
 }
 
-Equations::Transforms transforms_of(const Equations::Compiled& equations) {
+TransformCount transforms_of(const CompiledEquations& equations) {
     const Plan plan = plan_of(equations);
     return {static_cast<int>(plan.inputs.size()), static_cast<int>(plan.values.size())};
 }

@@ -104,7 +104,7 @@ TEST(RodBeadText, has_the_symbol_of_the_built_in_terms_about_any_uniform_state) 
 TEST(RodBeadText, takes_no_more_transforms_than_the_built_in_terms) {
     for (const auto& [name, built_in] : linear_balances()) {
         const physics::TransformCount cost = physics::transform_count(physics::Equations(built_in));
-        const Equations::Transforms found = Equations(rod_bead(built_in)).transforms();
+        const TransformCount found = Equations(rod_bead(built_in)).transforms();
         EXPECT_LE(found.inverse + found.forward, cost.inverse + cost.forward)
             << name << ": " << found.inverse << " inverse, " << found.forward << " forward";
     }

@@ -1,34 +1,18 @@
 // model/equations.hpp: the equations of a model: their linearisations, their noise, and what a solver evaluates.
 #pragma once
 #include <Eigen/Core>
-#include <complex>
 #include <memory>
-#include <span>
-#include <string>
 #include <vector>
 
 #include "drover/base/threads.hpp"
 #include "drover/model/model.hpp"
+#include "drover/model/symbol.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/numerics/system.hpp"
 
 namespace drover::model {
 
-/// d/dt of small deviations ~ exp(i q.r) from a uniform state: rates = symbol * deviations, by components.
-using Symbol = Eigen::MatrixXcd;
-
-/// Values of all components in a uniform state, in the order of the fields, fields in balance included.
-using UniformState = std::vector<double>;
-
-/// One summand of a right-hand side.
-struct TermSummary {
-    std::size_t field = 0;
-    std::string text;  ///< as written: "- K4 lap lap p"
-    SourceLocation where;
-    bool is_isotropic = true;  ///< its linear part about the reference is in the propagator
-    bool is_linear = true;     ///< nothing of it is evaluated at points
-    bool has_slopes = true;    ///< false: no derivative at the reference; it is in the explicit part as a whole
-};
+struct CompiledEquations;  // src/model/compiled.hpp
 
 class Equations {
 public:
@@ -64,15 +48,10 @@ public:
 
     /// L, N and Q on a grid.  N keeps what it needs of these equations.
     numerics::System system(const numerics::Grid& grid, Threads& threads) const;
-    /// Transforms of one evaluation of N.
-    struct Transforms {
-        int inverse = 0, forward = 0;
-    };
-    Transforms transforms() const;
+    TransformCount transforms() const;
 
-    struct Compiled;  // src/model/compiled.hpp
 private:
-    std::shared_ptr<const Compiled> compiled_;
+    std::shared_ptr<const CompiledEquations> compiled_;
 };
 
 }  // namespace drover::model

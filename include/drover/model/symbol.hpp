@@ -1,0 +1,32 @@
+// model/symbol.hpp: symbols, uniform states and summaries of the terms of a model.
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "drover/base/error.hpp"
+
+namespace drover::model {
+
+/// d/dt of small deviations ~ exp(i q.r) from a uniform state: rates = symbol * deviations, by components.
+using Symbol = Eigen::MatrixXcd;
+
+/// Values of all components in a uniform state, in the order of the fields, fields in balance included.
+using UniformState = std::vector<double>;
+
+/// One summand of a right-hand side.
+struct TermSummary {
+    std::size_t field = 0;
+    std::string text;  ///< as written: "- K4 lap lap p"
+    SourceLocation where;
+    bool is_isotropic = true;  ///< its linear part about the reference is in the propagator
+    bool is_linear = true;     ///< nothing of it is evaluated at points
+    bool has_slopes = true;    ///< false: no derivative at the reference; it is in the explicit part as a whole
+};
+
+/// Transforms of one evaluation of the explicit part.
+struct TransformCount {
+    int inverse = 0, forward = 0;  ///< to the grid, and from it
+};
+
+}  // namespace drover::model
