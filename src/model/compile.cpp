@@ -29,6 +29,9 @@ public:
         c_.model = model;
         number_components();
         algebra_.name_of = [this](const LinearForm& form) { return name_of(form); };
+        c_.is_substituted.assign(model.fields.size(), false);
+        for (std::size_t i = 0; i < model.fields.size(); ++i)
+            if (model.fields[i].left == LeftSide::balance) solve_balance(i);
         for (std::size_t i = 0; i < model.fields.size(); ++i) compile_field(i);
         for (int slot = first_atom; slot < algebra_.slots(); ++slot) c_.atoms.push_back(algebra_.form_of(slot));
     }
@@ -67,23 +70,97 @@ private:
 
     // ---- reading
 
+    /// The summands of an equation, without the mass where it is one of their factors.
+    std::vector<Part> read_parts(std::size_t index, const std::optional<Formula>& mass = {}) {
+        const FormulaText text(c_.model.fields[index].equation.text, c_.model.fields[index].equation.where);
+        const Formula whole = parse_formula(text, equation_notation());
+        if (whole.kind != Formula::Kind::sum) return {read_part(index, text, whole, 0, text.text().size(), mass)};
+        std::vector<Part> parts;
+        for (std::size_t i = 0; i < whole.arguments.size(); ++i)
+            parts.push_back(
+                read_part(index, text, whole.arguments[i], i == 0 ? 0 : whole.arguments[i].sign_at,
+                          i + 1 < whole.arguments.size() ? whole.arguments[i + 1].sign_at : text.text().size(), mass));
+        return parts;
+    }
+
+    // ---- balances
+
+    /// A balance with products is solved at every point: the field stands for an expression of the others.  A linear one
+    /// with constant coefficients is left to the solution mode by mode.
+    void solve_balance(std::size_t index) {
+        const Field& field = c_.model.fields[index];
+        require(!field.equation.text.empty(), field.where, "{} is in balance and has no equation; expected one",
+                field.symbol);
+        const int first = c_.first_component[index];
+        const auto width = static_cast<std::size_t>(components(field));
+        std::vector<Component> total(width);
+        for (const Part& part : read_parts(index))
+            for (std::size_t k = 0; k < width; ++k) total[k] = algebra_.sum(total[k], part.value.components[k]);
+        double number = 0.0;
+        if (std::all_of(total.begin(), total.end(), [&](const Component& c) {
+                return algebra_.is_constant({{}, c.rest}, number);
+            }))
+            return;
+        Value value{{0, field.spin}, field.odd ? Parity::odd : Parity::even, {}};
+        const auto is_own = [&](const Derivative& derivative) {
+            return derivative.component >= first && derivative.component < first + static_cast<int>(width);
+        };
+        const auto reject = [&](const char* found) {
+            fail_input(field.equation.where,
+                       "the balance of {} has products, and {}; expected {} times functions of other fields, plus "
+                       "functions of other fields",
+                       field.symbol, found, field.symbol);
+        };
+        std::vector<int> drags;
+        for (std::size_t k = 0; k < width; ++k) {
+            LinearForm others = total[k].linear;
+            const double own = others[{first + static_cast<int>(k), {}}];
+            others.erase({first + static_cast<int>(k), {}});
+            for (const auto& [derivative, coefficient] : others)
+                if (is_own(derivative)) reject("derivatives or other components of it");
+            const int rest = algebra_.at_points({{}, total[k].rest});
+            int slope = algebra_.graph.number(0.0);
+            Expression without = algebra_.graph.expression(rest);
+            for (const int slot : slots_of(algebra_.graph.expression(rest))) {
+                if (slot < first_atom) continue;
+                const LinearForm& form = algebra_.form_of(slot);
+                if (std::none_of(form.begin(), form.end(), [&](const auto& entry) { return is_own(entry.first); }))
+                    continue;
+                if (form.size() != 1 || form.begin()->first != Derivative{first + static_cast<int>(k), {}})
+                    reject("derivatives or other components of it");
+                slope = chain_rule(algebra_.graph, rest,
+                                   [&](int other) { return algebra_.graph.number(other == slot ? 1.0 : 0.0); });
+                if (slots_of(algebra_.graph.expression(slope)).count(slot) > 0) reject("is not linear in it");
+                without = bind(without, slot, 0.0, field.equation.where);
+            }
+            drags.push_back(
+                algebra_.graph.make(Operation::negate,
+                                    algebra_.graph.make(Operation::add, algebra_.graph.number(own), slope)));
+            if (algebra_.graph.is_number(drags.back(), 0.0)) reject("no term of it");
+            const int force = algebra_.graph.make(Operation::add, algebra_.atom(others),
+                                                  algebra_.graph.import(without.graph()).back());
+            value.components.push_back(algebra_.of_node(algebra_.graph.make(Operation::divide, force, drags.back())));
+        }
+        c_.is_substituted[index] = true;
+        lowering_.substitute(index, value);
+    }
+
     void compile_field(std::size_t index) {
         const Field& field = c_.model.fields[index];
+        require(field.noise >= 0.0 && std::isfinite(field.noise), field.where,
+                "the noise of {} is {}; expected a finite strength of 0 or more", field.symbol, field.noise);
+        require(!field.conserved || field.noise == 0.0 || field.noise_conserves, field.where,
+                "the noise of {} changes its mean, and {} is declared as conserved; expected conserved_noise = true",
+                field.symbol, field.symbol);
         if (field.equation.text.empty()) return;
-        const FormulaText text(field.equation.text, field.equation.where);
-        const Formula whole = parse_formula(text, equation_notation());
         std::optional<Formula> mass;
         const FormulaText mass_text(field.mass.text, field.mass.where);
         if (!field.mass.text.empty()) mass = parse_formula(mass_text, equation_notation());
-        std::vector<Part> parts;
-        if (whole.kind != Formula::Kind::sum)
-            parts.push_back(read_part(index, text, whole, 0, text.text().size(), mass));
-        else
-            for (std::size_t i = 0; i < whole.arguments.size(); ++i)
-                parts.push_back(
-                    read_part(index, text, whole.arguments[i], i == 0 ? 0 : whole.arguments[i].sign_at,
-                              i + 1 < whole.arguments.size() ? whole.arguments[i + 1].sign_at : text.text().size(),
-                              mass));
+        std::vector<Part> parts = read_parts(index, mass);
+        if (c_.is_substituted[index]) {
+            for (const Part& part : parts) add_term(part.summary, {}, false);
+            return;
+        }
         if (mass) divide_by_mass(field, mass_text, *mass, parts);
         else
             for (const Part& part : parts) add_term(part.summary, part.value.components, true);
@@ -311,10 +388,9 @@ private:
         c_.is_isotropic = c_.commutes_with_turns(c_.linear);
         for (const Output& output : c_.outputs)
             for (const Output::Use& use : output.uses)
-                require(
-                    !c_.in_balance(use.component), c_.model.fields[c_.field(use.component)].equation.where,
-                    "the balance of {} is not linear in the fields; expected linear terms with constant coefficients",
-                    c_.model.fields[c_.field(use.component)].symbol);
+                require(!c_.in_balance(use.component), c_.model.fields[c_.field(use.component)].equation.where,
+                        "the balance of {} depends on position or time; expected a function of the fields",
+                        c_.model.fields[c_.field(use.component)].symbol);
         for (Output& output : c_.outputs)
             if (output.uses.size() == 1 && output.uses[0].factor < 0.0) {
                 output.value = Expression(0.0) - output.value;

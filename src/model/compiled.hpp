@@ -51,9 +51,10 @@ struct CompiledEquations {
     Model model;
     std::vector<int> first_component;  ///< of each field
     int components = 0;
-    std::vector<int> state;     ///< component of each array of a state
-    std::vector<int> array_of;  ///< array of a state of each component; -1: in balance
-    std::vector<int> field_of;  ///< of each component
+    std::vector<int> state;            ///< component of each array of a state
+    std::vector<int> array_of;         ///< array of a state of each component; -1: in balance
+    std::vector<int> field_of;         ///< of each component
+    std::vector<bool> is_substituted;  ///< of each field: in balance at every point, an expression of the others
     std::vector<Term> terms;
     std::vector<TermSummary> summaries;
     std::vector<LinearForm> atoms;  ///< by slot less first_atom
@@ -66,8 +67,13 @@ struct CompiledEquations {
     bool has_finite_degree = true;
 
     int slots() const { return first_atom + static_cast<int>(atoms.size()); }
-    bool in_balance(int component) const { return array_of[static_cast<std::size_t>(component)] < 0; }
-    bool has_balance() const { return state.size() < static_cast<std::size_t>(components); }
+    /// Whether a component follows the others by a linear balance, mode by mode.
+    bool in_balance(int component) const {
+        return array_of[static_cast<std::size_t>(component)] < 0 && !is_substituted[field(component)];
+    }
+    bool has_balance() const;
+    /// Uniform sources of the rates, those through fields in balance included.
+    std::vector<double> sources(std::vector<double>* held = nullptr) const;
     /// Values of the slots in a uniform state.
     std::vector<double> slots_at(const UniformState& state) const;
     /// A row of symbols: what a linear form is of the deviations at q.

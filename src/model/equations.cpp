@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "compiled.hpp"
+#include "lowering.hpp"
 
 namespace drover::model {
 
@@ -91,6 +92,32 @@ Symbol Equations::symbol(const UniformState& about, const Wavevector& q) const {
     return compiled_->eliminated(m);
 }
 
+bool CompiledEquations::has_balance() const {
+    for (int k = 0; k < components; ++k)
+        if (in_balance(k)) return true;
+    return false;
+}
+
+std::vector<double> CompiledEquations::sources(std::vector<double>* held) const {
+    if (!has_balance()) return constants;
+    const Eigen::Map<const Eigen::VectorXd> given(constants.data(), components);
+    Symbol m = form_symbol(linear, {0.0, 0.0});
+    std::vector<int> members;
+    for (int k = 0; k < components; ++k)
+        if (in_balance(k)) members.push_back(k);
+    const Eigen::VectorXcd shift =
+        -m(members, members).partialPivLu().solve(given(members).cast<std::complex<double>>());
+    std::vector<double> result = constants;
+    if (held != nullptr) held->assign(static_cast<std::size_t>(components), 0.0);
+    for (std::size_t i = 0; i < members.size(); ++i) {
+        const auto member = static_cast<std::size_t>(members[i]);
+        const double value = shift(static_cast<Eigen::Index>(i)).real();
+        if (held != nullptr) (*held)[member] = value;
+        for (const int k : state) result[static_cast<std::size_t>(k)] += m(k, members[i]).real() * value;
+    }
+    return result;
+}
+
 Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
     if (!has_balance()) return m;
     std::vector<int> held;
@@ -120,6 +147,25 @@ Eigen::MatrixXd Equations::noise(double q) const {
         strengths(k, k) = field.noise * (field.noise_conserves ? q * q : 1.0);
     }
     return strengths;
+}
+
+std::string Equations::latex(std::size_t index) const {
+    const Field& field = model().fields[index];
+    const auto name = [this](const std::string& word) {
+        for (const Field& other : model().fields) {
+            if (word != other.symbol && word != other.name) continue;
+            const std::string symbol = latex_of_name(other.symbol);
+            return other.spin == 0 ? symbol : (other.spin == 1 ? "\\boldsymbol{" : "\\mathsf{") + symbol + "}";
+        }
+        return latex_of_name(word);
+    };
+    const auto typeset = [&](const Text& text) {
+        return latex_of(parse_formula(FormulaText(text.text, text.where), equation_notation()), name);
+    };
+    const std::string right = field.equation.text.empty() ? "0" : typeset(field.equation);
+    if (field.left == LeftSide::balance) return "0 = " + right;
+    const std::string mass = field.mass.text.empty() ? "" : typeset(field.mass) + "\\, ";
+    return mass + "\\partial_t " + name(field.symbol) + " = " + right;
 }
 
 // ---- L, N and Q

@@ -95,6 +95,13 @@ Value Lowering::named(const FormulaText& text, const Formula& f) {
         text.fail(f.at, names_.expected(f.name));
     }
     const auto component = [](int number) { return Component{.linear = {{{number, no_derivative}, 1.0}}}; };
+    if (const auto found = substitutes_.find(meaning->index);
+        found != substitutes_.end() &&
+        (meaning->kind == Names::Kind::field || meaning->kind == Names::Kind::component)) {
+        if (meaning->kind == Names::Kind::field) return found->second;
+        const auto part = static_cast<std::size_t>(meaning->component - names_.first_component(meaning->index));
+        return {.parity = Parity::none, .components = {found->second.components[part]}};
+    }
     switch (meaning->kind) {
         case Names::Kind::component: return {.parity = Parity::none, .components = {component(meaning->component)}};
         case Names::Kind::coefficient: return {.components = {algebra_.constant(model_.coefficients.at(f.name))}};
@@ -270,6 +277,7 @@ Names::Names(const Model& model) {
         add(field.symbol, {Kind::field, i, component}, field.where);
         if (field.name != field.symbol) add(field.name, {Kind::field, i, component}, field.where);
         const std::vector<std::string> names = component_names(field);
+        first_components_.push_back(component);
         for (std::size_t c = 0; c < names.size(); ++c) {
             if (field.spin > 0) add(names[c], {Kind::component, i, component + static_cast<int>(c)}, field.where);
             component_names_.push_back(names[c]);

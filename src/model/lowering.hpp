@@ -34,12 +34,14 @@ public:
     const std::string& name_of_component(int component) const {
         return component_names_[static_cast<std::size_t>(component)];
     }
+    int first_component(std::size_t field) const { return first_components_[field]; }
 
 private:
     void add(const std::string& name, const Meaning& meaning, const SourceLocation& where);
     std::map<std::string, Meaning> meanings_;
     std::map<std::string, SourceLocation> places_;
     std::vector<std::string> component_names_;
+    std::vector<int> first_components_;
 };
 
 class Lowering {
@@ -53,6 +55,9 @@ public:
     Value value_of(const Text& text, const Rank& rank, Parity parity);
     void check(const FormulaText& text, const Formula& formula, const Value& found, const Rank& rank,
                Parity parity) const;
+
+    /// From now on a field stands for this value.
+    void substitute(std::size_t field, const Value& value) { substitutes_.insert_or_assign(field, value); }
 
     /// Combines parities; an input Error where they differ and the model is not chiral.
     Parity common_parity(const FormulaText& text, const Formula& at, const Value& a, const Value& b) const;
@@ -79,7 +84,7 @@ private:
     const Model& model_;
     const Names& names_;
     Algebra& algebra_;
-    std::map<std::size_t, Value> definitions_;
+    std::map<std::size_t, Value> definitions_, substitutes_;
     std::vector<std::size_t> open_definitions_;
 };
 

@@ -150,6 +150,7 @@ public:
         }
         for (const Output& output : c_->outputs)
             made_.push_back(output.uses.size() == 1 && output.uses[0].order == Order{} ? -1 : arrays++);
+        sources_ = c_->sources(&held_means_);
         scratch_ = Spectra(grid_, arrays);
         for (const double q : wavenumbers_.q) {
             if (!c_->has_balance() && c_->is_isotropic) break;
@@ -211,6 +212,8 @@ private:
             for (int k = 0; k < c_->components; ++k)
                 if (const int at = held_[static_cast<std::size_t>(k)]; at >= 0) scratch_[at][m] = values(k);
         });
+        for (std::size_t k = 0; k < held_.size(); ++k)
+            if (held_[k] >= 0) scratch_[held_[k]][0] += held_means_[k];
     }
 
     void derive_inputs(const Spectra& state) {
@@ -291,7 +294,7 @@ private:
                 }
             }
             if (is_empty) for_modes([=](std::size_t m, std::size_t, const Wavevector&) { to[m] = 0.0; });
-            to[0] += c_->constants[static_cast<std::size_t>(component)];
+            to[0] += sources_[static_cast<std::size_t>(component)];
             if (c_->model.fields[c_->field(component)].conserved) to[0] = 0.0;
         }
         if (!c_->is_isotropic) add_anisotropic(state, rate);
@@ -322,6 +325,7 @@ private:
     bool reads_position_ = false;
     std::vector<int> held_, derived_, made_;  // arrays of the scratch, -1: none
     Spectra scratch_;
+    std::vector<double> sources_, held_means_;
     std::vector<Symbol> averaged_, balance_;  // of each |q|
 };
 }  // namespace

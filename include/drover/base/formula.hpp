@@ -73,4 +73,10 @@ private:
 /// than 10000 characters or 200 levels of nesting.
 Formula parse_formula(const FormulaText& text, const Notation& notation);
 
+/// A formula as LaTeX.  `name`: how a variable is written.
+std::string latex_of(const Formula& formula, const std::function<std::string(const std::string&)>& name);
+
+/// A name as LaTeX: Greek letters by their names, what follows "_" as an index: "rho_0" is \rho_{0}, "Gamma" \Gamma.
+std::string latex_of_name(const std::string& name);
+
 }  // namespace drover

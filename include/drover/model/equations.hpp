@@ -2,6 +2,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "drover/base/threads.hpp"
@@ -49,6 +50,9 @@ public:
     /// L, N and Q on a grid.  N keeps what it needs of these equations.
     numerics::System system(const numerics::Grid& grid, Threads& threads) const;
     TransformCount transforms() const;
+
+    /// The equation of a field as LaTeX: "\\partial_t \\phi = ...".
+    std::string latex(std::size_t field) const;
 
 private:
     std::shared_ptr<const CompiledEquations> compiled_;

@@ -22,6 +22,9 @@
     drover.film(run, "flock.mp4")                        # of a run in memory, or an archive
     run.observe(lambda frame: frame.rod_density.max(), "peak", "mm-2")   # an observable of your own
 
+    model = drover.Model([drover.Field("phi", "lap(phi^3 - phi - kappa lap phi)", conserved=True)], kappa=0.5)
+    model.growth_rates([0.1, 1.0]), model.start(points=64, side=64.0, dt=0.1).advance(10.0).fields
+
 `python3 -m drover.figure isotropic.h5` draws a figure of any archive.
 `python3 -m drover.film flock.h5`, or `drover film flock.h5`, makes a film of a run.
 `python3 -m drover.demo` makes the page of `make demo`.
@@ -32,7 +35,8 @@ from importlib import import_module
 
 # Imported when they are used: the package itself loads in milliseconds.
 HOMES = {
-    "Calibration": "calibration", "DroverError": "error", "Error": "error", "Frame": "simulation",
+    "Calibration": "calibration", "DroverError": "error", "Error": "error", "Field": "model",
+    "Frame": "simulation", "Model": "model", "ModelRun": "model",
     "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
     "Tradeoff": "trading",
     "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "export": "commands",

@@ -1,0 +1,43 @@
+// model/evolution.hpp: a run of a model in memory: its fields on a grid, advanced in steps.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "drover/model/equations.hpp"
+#include "drover/numerics/field.hpp"
+
+namespace drover::model {
+
+/// How a model is integrated.
+struct EvolutionControl {
+    numerics::Grid grid;
+    double dt = 0.0;                         ///< step [time], above 0
+    std::string method = "etdrk4-krogstad";  ///< a row of numerics::stepper_tables()
+    std::uint64_t seed = 1;                  ///< of the noise; runs of dt and dt/2 share their noise
+    int threads = 1;
+};
+
+class Evolution {
+public:
+    /// At time 0 with all fields at their reference.  Throws an input Error for an invalid grid, step or method.
+    Evolution(const Equations& equations, const EvolutionControl& control);
+    ~Evolution();
+    Evolution(Evolution&&) noexcept;
+
+    /// The fields with a rate, by components in the order of Equations::state_components(), on the grid.
+    numerics::Fields fields() const;
+    /// Throws an input Error for values that are not finite or of another number.
+    void set_fields(const numerics::Fields& fields);
+
+    /// Throws a run Error that names the field and the step where a value is no longer finite.
+    void advance(std::int64_t steps);
+    std::int64_t step() const;
+    double time() const;  ///< step() * dt
+
+private:
+    struct Work;
+    std::unique_ptr<Work> work_;
+};
+
+}  // namespace drover::model

@@ -1,0 +1,100 @@
+// model/evolution.cpp: a stepper on the system of a model.
+#include "drover/model/evolution.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drover/numerics/stepper.hpp"
+#include "drover/numerics/stepper_table.hpp"
+#include "drover/numerics/transform.hpp"
+
+namespace drover::model {
+
+namespace {
+EvolutionControl checked(const EvolutionControl& control) {
+    numerics::check(control.grid);
+    require(control.dt > 0.0 && std::isfinite(control.dt), {}, "dt = {}; expected a finite step above 0", control.dt);
+    require(control.threads >= 1, {}, "threads = {}; expected 1 or more", control.threads);
+    return control;
+}
+}  // namespace
+
+struct Evolution::Work {
+    Equations equations;
+    EvolutionControl control;
+    Threads threads;
+    numerics::System system;
+    numerics::Transform transform;
+    numerics::Stepper stepper;
+    numerics::Spectra state;
+    std::int64_t step = 0;
+
+    Work(const Equations& the_equations, const EvolutionControl& the_control)
+        : equations(the_equations),
+          control(checked(the_control)),
+          threads(control.threads),
+          system(equations.system(control.grid, threads)),
+          transform(control.grid, system.degree, threads),
+          stepper(system, numerics::stepper_table(control.method), control.dt, control.seed, threads),
+          state(control.grid, static_cast<int>(equations.state_components().size())) {
+        const UniformState reference = equations.reference();
+        for (int c = 0; c < state.count(); ++c)
+            state[c][0] =
+                reference[static_cast<std::size_t>(equations.state_components()[static_cast<std::size_t>(c)])];
+    }
+
+    void check_finite() const {
+        for (int c = 0; c < state.count(); ++c) {
+            const auto values = state[c];
+            if (std::all_of(values.begin(), values.end(), [](const numerics::Complex& value) {
+                    return std::isfinite(value.real()) && std::isfinite(value.imag());
+                }))
+                continue;
+            const int component = equations.state_components()[static_cast<std::size_t>(c)];
+            int first = 0;
+            for (const Field& field : equations.model().fields) {
+                if (component < first + components(field))
+                    fail_run(
+                        "the run diverged: {} is NaN or infinite at t = {:.6g} (step {} of dt = {}); choose a shorter "
+                        "dt, or check the signs of the equations",
+                        field.name, static_cast<double>(step) * control.dt, step, control.dt);
+                first += components(field);
+            }
+        }
+    }
+};
+
+Evolution::Evolution(const Equations& equations, const EvolutionControl& control)
+    : work_(std::make_unique<Work>(equations, control)) {}
+Evolution::~Evolution() = default;
+Evolution::Evolution(Evolution&&) noexcept = default;
+
+numerics::Fields Evolution::fields() const {
+    numerics::Fields result(work_->control.grid, work_->state.count());
+    work_->transform.backward(work_->state, result);
+    return result;
+}
+
+void Evolution::set_fields(const numerics::Fields& fields) {
+    const auto expected = numerics::points(work_->control.grid) * static_cast<std::size_t>(work_->state.count());
+    require(fields.values.size() == expected, {}, "{} values of fields; expected {}", fields.values.size(), expected);
+    require(std::all_of(fields.values.begin(), fields.values.end(), [](double value) { return std::isfinite(value); }),
+            {}, "the fields have values that are not finite; expected finite values");
+    numerics::Spectra fresh(work_->control.grid, work_->state.count());
+    work_->transform.forward(fields, fresh);
+    work_->state = std::move(fresh);
+}
+
+void Evolution::advance(std::int64_t steps) {
+    constexpr std::int64_t check_every = 8;
+    for (std::int64_t i = 0; i < steps; ++i) {
+        work_->stepper.step(time(), static_cast<std::uint64_t>(work_->step), work_->state);
+        ++work_->step;
+        if (work_->step % check_every == 0 || i + 1 == steps) work_->check_finite();
+    }
+}
+
+std::int64_t Evolution::step() const { return work_->step; }
+double Evolution::time() const { return static_cast<double>(work_->step) * work_->control.dt; }
+
+}  // namespace drover::model

@@ -1,0 +1,239 @@
+"""drover/model.py: models of declared fields and equations in vector notation, their linear theory, runs in memory."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from drover.error import Error
+
+
+@dataclass(frozen=True)
+class Field:
+    """One declared field with its equation.
+
+    symbol            as in equations: "phi"; `name`, if given, names it in datasets
+    equation          the right-hand side of d_t: "lap(phi^3 - phi - lap phi)"
+    spin              0: a scalar; 1: a vector; 2: a nematic Q_xx + i Q_xy; m: turns by m times the angle
+    odd               changes sign under reflections: a pseudoscalar
+    mass              m of m d_t F = equation: "m rho"
+    balance           0 = equation: the field follows the others at every instant
+    conserved         the mean does not change; an equation that is no divergence is an error
+    reference         of a scalar: the uniform value about which the linear part is exact, and at which a run starts
+    noise             D: each component of d_t F has white noise, <f f> = D delta(r - r') delta(t - t')
+    conserved_noise   the noise is the divergence of a random flux: D q^2
+
+    >>> Field("phi", "lap mu", conserved=True).spin
+    0
+    """
+
+    symbol: str
+    equation: str = ""
+    spin: int = 0
+    name: str = ""
+    odd: bool = False
+    unit: str = "1"
+    mass: str = ""
+    balance: bool = False
+    conserved: bool = False
+    reference: float = 0.0
+    noise: float = 0.0
+    conserved_noise: bool = False
+
+    @property
+    def components(self):
+        """Names of the components: ("p_x", "p_y") of a vector."""
+        ends = {0: ("",), 1: ("_x", "_y"), 2: ("_xx", "_xy")}.get(self.spin, ("_1", "_2"))
+        return tuple((self.name or self.symbol) + end for end in ends)
+
+
+class Model:
+    """Fields, the equations that couple them, named parts of these, and the values of their coefficients.
+
+    The linear part about the reference is exact in runs, noise included; linear theory is of the same equations.
+    Errors give the place as "symbol.equation:1:column".
+
+    >>> model = Model([Field("phi", "D lap phi - k phi", noise=0.5)], D=2.0, k=1.0)
+    >>> float(model.growth_rates([3.0]).growth_rate[0, 0])
+    -19.0
+    >>> run = model.start(points=16, side=8.0, dt=0.1, seed=3).advance(2.0)
+    >>> run.fields.phi.shape
+    (16, 16)
+    """
+
+    def __init__(self, fields, *, define=None, chiral=False, **coefficients):
+        from drover._drover import Equations
+
+        self.fields = tuple(fields)
+        self.coefficients = dict(coefficients)
+        self._equations = Equations([{**vars(field), "name": field.name or field.symbol} for field in self.fields],
+                                    dict(define or {}), {key: float(value) for key, value in coefficients.items()},
+                                    chiral)
+
+    @property
+    def terms(self):
+        """(symbol of the field, summand of its equation), as written."""
+        return [(self.fields[field].symbol, text) for field, text in self._equations.terms()]
+
+    @property
+    def latex(self):
+        """The equations as LaTeX, one line each."""
+        lines = [self._equations.latex(i).replace(" = ", " &= ", 1) for i in range(len(self.fields))]
+        return r"\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}"
+
+    def _repr_latex_(self):
+        return f"$\\displaystyle {self.latex}$"
+
+    def __repr__(self):
+        return "\n".join(f"{'0' if f.balance else f'({f.mass}) d_t {f.symbol}' if f.mass else f'd_t {f.symbol}'}"
+                         f" = {f.equation or '0'}" for f in self.fields)
+
+    @property
+    def components(self):
+        """Names of all components, in the order of symbols and states."""
+        return tuple(name for field in self.fields for name in field.components)
+
+    @property
+    def transforms(self):
+        """(inverse, forward) Fourier transforms of one evaluation of the explicit part."""
+        return self._equations.transforms()
+
+    def state(self, **values):
+        """A uniform state by components: the reference, with other values by symbol: state(phi=0.3, p=(1.0, 0.0))."""
+        state, at = np.array(self._equations.reference()), 0
+        for field in self.fields:
+            width = len(field.components)
+            if field.symbol in values:
+                state[at:at + width] = values.pop(field.symbol)
+            at += width
+        if values:
+            raise Error(f"{next(iter(values))} is not a field of this model; expected one of "
+                        + ", ".join(field.symbol for field in self.fields))
+        return state
+
+    def rates(self, state=None):
+        """d/dt of a uniform state, by components."""
+        return self._equations.uniform_rates(self._of(state))
+
+    def symbol(self, q, state=None):
+        """The matrix M of d_t a = M a for small waves a exp(i q.r) about a uniform state, by components."""
+        return self._equations.symbol(self._of(state), *map(float, q))
+
+    def growth_rates(self, wavenumbers, angle=0.0, state=None):
+        """growth_rate and frequency of the waves (wavenumber, branch) about a uniform state; the fastest first.
+
+        angle: of q to the x axis.
+        """
+        import xarray
+
+        held = self._equations.state_components()
+        rates = []
+        for q in np.atleast_1d(np.asarray(wavenumbers, dtype=float)):
+            matrix = self.symbol((q * np.cos(angle), q * np.sin(angle)), state)[np.ix_(held, held)]
+            rates.append(sorted(np.linalg.eigvals(matrix), key=lambda s: (-s.real, s.imag)))
+        rates, dims = np.array(rates), ("wavenumber", "branch")
+        return xarray.Dataset({"growth_rate": (dims, rates.real), "frequency": (dims, -rates.imag)},
+                              {"wavenumber": np.atleast_1d(wavenumbers)})
+
+    def structure_factors(self, wavenumbers, angle=0.0, state=None):
+        """S = <a a^H> per area of the stationary linear theory: (wavenumber, component, with_component), complex.
+
+        Solves M S + S M^H + Q = 0.  Raises Error where a mode does not decay.
+        """
+        import scipy.linalg
+        import xarray
+
+        held = self._equations.state_components()
+        names = [self.components[k] for k in held]
+        result = []
+        for q in np.atleast_1d(np.asarray(wavenumbers, dtype=float)):
+            matrix = self.symbol((q * np.cos(angle), q * np.sin(angle)), state)[np.ix_(held, held)]
+            if (growth := np.linalg.eigvals(matrix).real.max()) >= 0.0:
+                raise Error(f"a mode at |q| = {q:.6g} grows at {growth:.3g}; expected a state in which all modes decay, "
+                            "where the noise is balanced")
+            noise = self._equations.noise(q)[np.ix_(held, held)]
+            result.append(scipy.linalg.solve_sylvester(matrix, matrix.conj().T, -noise.astype(complex)))
+        return xarray.DataArray(np.array(result), dims=("wavenumber", "component", "with_component"),
+                                coords={"wavenumber": np.atleast_1d(wavenumbers), "component": names,
+                                        "with_component": names})
+
+    def start(self, points, side, dt, *, method="etdrk4-krogstad", seed=1, threads=1):
+        """A run in memory, at time 0 with all fields at their reference.
+
+        points, side: of the periodic grid; one number, or two along x and y (1 point along y: a line).
+        dt: the step; method: a name of `drover schema time`.  Runs of dt and dt/2 with one seed share their noise, so
+        their difference measures the error of the step.
+        """
+        return ModelRun(self, np.broadcast_to(points, 2), np.broadcast_to(side, 2), float(dt), method, seed, threads)
+
+    def _of(self, state):
+        if isinstance(state, dict):
+            return self.state(**state)
+        return self._equations.reference() if state is None else list(state)
+
+
+class ModelRun:
+    """A run of a model in memory; made by Model.start()."""
+
+    def __init__(self, model, points, side, dt, method, seed, threads):
+        from drover._drover import Evolution
+
+        self.model, self.dt, self.side = model, dt, tuple(map(float, side))
+        self._evolution = Evolution(model._equations, *map(int, points), *self.side, dt, method, seed, threads)
+        self._names = [model.components[k] for k in model._equations.state_components()]
+
+    @property
+    def time(self):
+        """The time reached."""
+        return self._evolution.time()
+
+    def advance(self, duration):
+        """Advances by a duration, a whole number of steps; returns the run."""
+        steps = round(duration / self.dt)
+        if abs(steps * self.dt - duration) > 1e-9 * abs(duration):
+            raise Error(f"duration = {duration} is {duration / self.dt:.6g} steps of dt = {self.dt}; expected a whole "
+                        "number of steps")
+        self._evolution.advance(steps)
+        return self
+
+    @property
+    def fields(self):
+        """The fields now, a dataset of arrays (y, x) by component."""
+        import xarray
+
+        values = self._evolution.fields()
+        axes = {name: np.arange(size) * (side / size)
+                for name, size, side in zip(("x", "y"), values.shape[:0:-1], self.side)}
+        return xarray.Dataset({name: (("y", "x"), array) for name, array in zip(self._names, values)}, axes,
+                              {"time": self.time})
+
+    def set(self, **arrays):
+        """Replaces components by arrays (y, x), functions of x and y, or numbers; returns the run.
+
+        run.set(phi=lambda x, y: 0.1 * np.cos(2 * np.pi * x / 8.0))
+        """
+        now = self.fields
+        values = np.array([now[name].values for name in self._names])
+        x, y = np.meshgrid(now.x, now.y)
+        for name, given in arrays.items():
+            if name not in self._names:
+                raise Error(f"{name} is not a component of this run; expected one of {', '.join(self._names)}")
+            values[self._names.index(name)] = given(x, y) if callable(given) else given
+        self._evolution.set_fields(values)
+        return self
+
+    def structure_factor(self, name):
+        """|a_q|^2 times the area, averaged over shells of the width of the smallest |q|, by wavenumber."""
+        import xarray
+
+        values = self.fields[name].values
+        power = np.abs(np.fft.fft2(values) / values.size) ** 2 * self.side[0] * self.side[1]
+        wave = [2 * np.pi * np.fft.fftfreq(size, side / size) for size, side in zip(values.shape, self.side[::-1])]
+        q = np.hypot(*np.meshgrid(*wave, indexing="ij"))
+        width = 2 * np.pi / max(self.side)
+        shell = np.rint(q / width).astype(int)
+        count, total, mean_q = (np.bincount(shell.ravel(), weights) for weights in (None, power.ravel(), q.ravel()))
+        kept = np.flatnonzero(count)[1:]
+        return xarray.DataArray(total[kept] / count[kept], dims="wavenumber",
+                                coords={"wavenumber": mean_q[kept] / count[kept]}, name=f"structure_factor_{name}")
+
+    def __repr__(self):
+        return f"<run of {', '.join(field.symbol for field in self.model.fields)} at t = {self.time:.6g}>"

@@ -1,0 +1,130 @@
+// python/model.cpp: models of declared fields and equations for Python.
+#include <pybind11/complex.h>
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <atomic>
+
+#include "bindings.hpp"
+#include "drover/model/evolution.hpp"
+
+namespace drover::python {
+
+namespace py = pybind11;
+
+namespace {
+model::Field field_of(const py::dict& given) {
+    const auto text = [&](const char* key) {
+        return model::Text{given[key].cast<std::string>(),
+                           {.file = given["symbol"].cast<std::string>() + "." + key, .line = 1, .column = 1}};
+    };
+    return {.name = given["name"].cast<std::string>(),
+            .symbol = given["symbol"].cast<std::string>(),
+            .spin = given["spin"].cast<int>(),
+            .odd = given["odd"].cast<bool>(),
+            .unit = given["unit"].cast<std::string>(),
+            .left = given["balance"].cast<bool>() ? model::LeftSide::balance : model::LeftSide::rate,
+            .mass = text("mass"),
+            .equation = text("equation"),
+            .conserved = given["conserved"].cast<bool>(),
+            .reference = given["reference"].cast<double>(),
+            .noise = given["noise"].cast<double>(),
+            .noise_conserves = given["conserved_noise"].cast<bool>(),
+            .where = {.file = given["symbol"].cast<std::string>()}};
+}
+
+model::Equations equations_of(const py::list& fields, const std::map<std::string, std::string>& definitions,
+                              const std::map<std::string, double>& coefficients, bool chiral) {
+    model::Model result{.fields = {}, .definitions = {}, .coefficients = coefficients, .chiral = chiral};
+    for (const py::handle& field : fields) result.fields.push_back(field_of(field.cast<py::dict>()));
+    for (const auto& [name, text] : definitions)
+        result.definitions.push_back({name, {text, {.file = name, .line = 1, .column = 1}}});
+    return model::Equations(result);
+}
+
+py::list terms_of(const model::Equations& equations) {
+    py::list terms;
+    for (const model::TermSummary& term : equations.terms()) terms.append(py::make_tuple(term.field, term.text));
+    return terms;
+}
+
+/// An evolution that one thread uses at a time.
+struct GuardedEvolution {
+    model::Evolution evolution;
+    std::vector<py::ssize_t> shape;
+    std::atomic_flag busy;
+
+    GuardedEvolution(const model::Equations& equations, const model::EvolutionControl& control)
+        : evolution(equations, control),
+          shape{static_cast<py::ssize_t>(equations.state_components().size()), control.grid.ny, control.grid.nx} {}
+};
+
+void advance(GuardedEvolution& guarded, std::int64_t steps) {
+    require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
+    require(!guarded.busy.test_and_set(), {},
+            "another thread is advancing this run; wait for it, or start a run of your own");
+    struct Release {
+        std::atomic_flag& busy;
+        ~Release() { busy.clear(); }
+    } release{guarded.busy};
+    constexpr std::int64_t steps_at_a_time = 16;  // Python handles signals in between
+    for (std::int64_t done = 0; done < steps; done += steps_at_a_time) {
+        {
+            const py::gil_scoped_release unlocked;
+            guarded.evolution.advance(std::min(steps_at_a_time, steps - done));
+        }
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
+}
+}  // namespace
+
+void bind_model(py::module_& module) {
+    py::class_<model::Equations>(module, "Equations")
+        .def(py::init(&equations_of))
+        .def("terms", &terms_of)
+        .def("state_components", &model::Equations::state_components)
+        .def("reference", &model::Equations::reference)
+        .def("degree", &model::Equations::degree)
+        .def("has_finite_degree", &model::Equations::has_finite_degree)
+        .def("transforms",
+             [](const model::Equations& e) {
+                 const model::TransformCount count = e.transforms();
+                 return py::make_tuple(count.inverse, count.forward);
+             })
+        .def("uniform_rates", &model::Equations::uniform_rates)
+        .def("symbol",
+             [](const model::Equations& e, const model::UniformState& about, double qx, double qy) {
+                 return e.symbol(about, {qx, qy});
+             })
+        .def("term_symbol",
+             [](const model::Equations& e, std::size_t term, const model::UniformState& about, double qx, double qy) {
+                 return e.term_symbol(term, about, {qx, qy});
+             })
+        .def("noise", &model::Equations::noise)
+        .def("latex", &model::Equations::latex);
+    py::class_<GuardedEvolution>(module, "Evolution")
+        .def(py::init([](const model::Equations& equations, int nx, int ny, double lx, double ly, double dt,
+                         const std::string& method, std::uint64_t seed, int threads) {
+            return std::make_unique<GuardedEvolution>(
+                equations, model::EvolutionControl{.grid = {.nx = nx, .ny = ny, .lx = lx, .ly = ly},
+                                                   .dt = dt,
+                                                   .method = method,
+                                                   .seed = seed,
+                                                   .threads = threads});
+        }))
+        .def("advance", &advance)
+        .def("step", [](const GuardedEvolution& g) { return g.evolution.step(); })
+        .def("time", [](const GuardedEvolution& g) { return g.evolution.time(); })
+        .def("fields",
+             [](const GuardedEvolution& g) { return py::array_t<double>(g.shape, g.evolution.fields().values.data()); })
+        .def("set_fields", [](GuardedEvolution& g, const py::array_t<double, py::array::c_style>& values) {
+            numerics::Fields fields;
+            fields.values.assign(values.data(), values.data() + values.size());
+            fields.size = static_cast<std::size_t>(g.shape[1]) * static_cast<std::size_t>(g.shape[2]);
+            g.evolution.set_fields(fields);
+        });
+}
+
+}  // namespace drover::python

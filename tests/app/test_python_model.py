@@ -1,0 +1,113 @@
+"""tests/app/test_python_model.py: models of declared fields in Python: exact results, and the page of the manual."""
+import contextlib
+import io
+import re
+
+import numpy as np
+import pytest
+from support import MODELS
+
+import drover
+from drover import Field, Model
+
+PAGE = (MODELS.parent / "src" / "docs" / "model.md").read_text(encoding="utf-8")
+
+
+def test_every_block_of_the_page_runs():
+    names = {}
+    printed = []
+    for block in re.findall(r"^```python\n(.*?)^```", PAGE, re.M | re.S):
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            exec(block, names)  # pylint: disable=exec-used
+        printed.append([line for line in out.getvalue().splitlines() if line])
+    assert len(printed) == 5
+    assert float(printed[1][1]) < 3e-4, "walls 16 apart, of width sqrt(2), attract each other by exp(-16 sqrt(2))"
+    assert float(printed[2][0]) == 0.0 and float(printed[2][1]) > 0.0
+    assert 0.0 < float(printed[3][0]) < 0.05
+    assert printed[4] == ["[[-1.2]]"]
+
+
+def test_burgers_follows_the_solution_of_cole_and_hopf():
+    # u = -2 nu d_x log psi with psi = 1 + 0.5 cos(q x) exp(-nu q^2 t) solves d_t u + u d_x u = nu d_xx u.
+    nu, side, points = 0.2, 2 * np.pi, 64
+
+    def exact(x, t):
+        wave = 0.5 * np.exp(-nu * t)
+        return 2 * nu * wave * np.sin(x) / (1 + wave * np.cos(x))
+
+    burgers = Model([Field("u", "-u.grad u + nu lap u", spin=1)], nu=nu)
+    run = burgers.start((points, 1), side, dt=0.01).set(u_x=lambda x, y: exact(x, 0.0)).advance(2.0)
+    error = np.abs(run.fields.u_x.values[0] - exact(run.fields.x.values, 2.0)).max()
+    assert error < 1e-10  # fourth order in dt = 0.01, and a spectrum that has decayed to rounding on 64 points
+    assert np.abs(run.fields.u_y).max() == 0.0
+
+
+def test_stripes_of_swift_and_hohenberg_have_their_amplitude():
+    # Near onset u = 2 sqrt(eps/3) cos(q x); the next harmonic, of 3 q, changes it by eps/(64 * 3) of itself.
+    eps = 0.01
+    stripes = Model([Field("u", "eps u - (u + 2 lap u + lap lap u) - u^3")], eps=eps)
+    run = stripes.start((32, 1), 2 * np.pi, dt=1.0).set(u=lambda x, y: 0.05 * np.cos(x)).advance(2000.0)
+    amplitude = 2 * np.abs(np.fft.rfft(run.fields.u.values[0])[1]) / 32
+    assert amplitude == pytest.approx(2 * np.sqrt(eps / 3), rel=3e-4)
+
+
+def test_the_noise_of_an_interface_is_stationary_at_any_step():
+    # Edwards-Wilkinson, the linear part of KPZ: S = D/(2 nu q^2), for steps of 20 times the slowest relaxation time too.
+    height = Model([Field("h", "nu lap h", noise=0.6, conserved_noise=False)], nu=1.0)
+    run = height.start(16, 16.0, dt=50.0, seed=2)
+    found = np.mean([run.advance(50.0).structure_factor("h").values for _ in range(400)], axis=0)
+    q = run.structure_factor("h").wavenumber.values
+    modes = 400 * np.maximum(2 * np.pi * np.arange(1, len(q) + 1) / 2, 1)  # independent samples of a shell, at least
+    assert np.all(np.abs(found[:7] / (0.3 / q[:7] ** 2) - 1) < 5 / np.sqrt(modes[:7]) + 0.05)  # and q varies in a shell
+
+
+def test_rates_are_those_of_the_equations_by_hand():
+    model = Model([Field("s", "-div(s p)", conserved=True, reference=2.0),
+                   Field("p", "-w p.grad p + (1 - p.p) p - B grad s", spin=1)], w=0.3, B=0.7)
+    p, s, q = np.array([0.6, 0.2]), 1.5, np.array([0.4, -0.9])
+    expected = np.zeros((3, 3), complex)
+    expected[0] = [-1j * q @ p, -1j * s * q[0], -1j * s * q[1]]
+    expected[1:, 0] = -0.7j * q
+    expected[1:, 1:] = (1 - p @ p - 0.3j * q @ p) * np.eye(2) - 2 * np.outer(p, p)
+    assert np.abs(model.symbol(q, {"s": s, "p": p}) - expected).max() < 1e-15
+    assert np.allclose(model.rates({"s": s, "p": p}), [0, *(1 - p @ p) * p], atol=1e-16)
+
+
+@pytest.mark.parametrize("equation, column, said", [
+    ("-w p.grad p + p p", 17, "stands beside"), ("lap s", 1, "this is a scalar; expected a vector"),
+    ("-a p", 2, "expected"), ("p^2", 2, "a power of a vector"), ("-p + perp p", 6, "pseudovector"),
+    ("-p - s", 4, "a vector and a scalar are added"), ("-p/(s - s)", 3, "divides by zero"), ("grad p.grad p", 8, "rank"),
+])
+def test_a_wrong_equation_is_rejected_at_its_column(equation, column, said):
+    with pytest.raises(drover.Error) as caught:
+        Model([Field("s"), Field("p", equation, spin=1)], w=1.0)
+    assert caught.value.place == f"p.equation:1:{column}" and said in str(caught.value)
+
+
+def test_what_cannot_be_run_is_rejected_with_a_remedy():
+    with pytest.raises(drover.Error, match="no divergence"):
+        Model([Field("s", "-s", conserved=True)])
+    with pytest.raises(drover.Error, match="conserved_noise"):
+        Model([Field("s", "lap s", conserved=True, noise=1.0)])
+    with pytest.raises(drover.Error, match="is not linear in it"):
+        Model([Field("s", "lap s"), Field("v", "-|v| v + grad s", spin=1, balance=True)])
+    model = Model([Field("s", "s^3")])
+    with pytest.raises(drover.Error, match="diverged: s is NaN or infinite"):
+        model.start(8, 1.0, dt=1.0).set(s=1.0).advance(100.0)
+    run = model.start(8, 1.0, dt=0.1)
+    for action, said in [(lambda: run.advance(0.25), "whole number of steps"), (lambda: run.set(q=1.0), "no"),
+                         (lambda: run.set(s=np.nan), "finite"), (lambda: model.state(q=1.0), "not a field"),
+                         (lambda: model.start(7, 1.0, 0.1), "even"), (lambda: model.start(8, 1.0, 0.0), "dt = 0")]:
+        with pytest.raises(drover.Error, match=said):
+            action()
+
+
+def test_a_model_shows_its_equations():
+    model = Model([Field("rho", "-div(rho v) + D lap rho", conserved=True, reference=1.0),
+                   Field("v", "-Gamma v / 2 + alpha_0 |v| v", spin=1, mass="m rho")],
+                  D=1.0, Gamma=1.0, alpha_0=0.1, m=1.0)
+    assert model.latex == (
+        r"\begin{aligned}\partial_t \rho &= -\nabla \cdot \left(\rho\, \boldsymbol{v}\right) + D\, \nabla^2 \rho \\ "
+        r"m\, \rho\, \partial_t \boldsymbol{v} &= -\frac{\Gamma\, \boldsymbol{v}}{2} + "
+        r"\alpha_{0}\, \left|\boldsymbol{v}\right|\, \boldsymbol{v}\end{aligned}")
+    assert model.terms[0] == ("rho", "-div(rho v)") and model.components == ("rho", "v_x", "v_y")
