@@ -66,15 +66,16 @@ Stepper& AdaptiveStepper::stepper(int division) {
 double AdaptiveStepper::relative_error(const Spectra& before, const Spectra& after, const Spectra& error) const {
     const double parts = division_;
     double largest = 0.0;
-    for (int first = 0, width = 1; first < after.count(); first += width) {
-        width = first < system_.layout.scalars ? 1 : 2;
+    int first = 0;
+    for (const FieldKind& kind : system_.layout.fields) {
         double wrong = 0.0, size = 0.0, change = 0.0;
-        for (int c = first; c < first + width; ++c)
+        for (int c = first; c < first + components(kind); ++c)
             for (std::size_t m = 0; m < after.size; ++m) {
                 wrong += std::norm(error[c][m]);
                 size += std::norm(after[c][m]);
                 change += std::norm(after[c][m] - before[c][m]);
             }
+        first += components(kind);
         if (!std::isfinite(wrong)) return INFINITY;
         const double scale = std::sqrt(std::max(size, parts * parts * change));
         if (wrong > 0.0) largest = std::max(largest, scale > 0.0 ? std::sqrt(wrong) / scale : INFINITY);

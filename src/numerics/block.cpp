@@ -25,29 +25,32 @@ using Vector = ExtendedVector<N>;
 /// body<N>() for the size of a block.
 template <class Body>
 auto for_size(const Block& block, Body body) {
+    require(block.size >= 0 && block.size <= max_block, {}, "a block has {} rows; expected 0 to {}", block.size,
+            max_block);
     switch (block.size) {
         case 1: return body.template operator()<1>();
         case 2: return body.template operator()<2>();
         case 3: return body.template operator()<3>();
         case 4: return body.template operator()<4>();
-        default: fail_input({}, "a block has {} rows; expected 1 to {}", block.size, max_block);
+        default: return body.template operator()<any_size>();
     }
 }
-static_assert(max_block == 4);
+static_assert(Block::most_inside == 4);
 
 template <int N>
-Matrix<N> extended(const Block& block) {
-    require(block.size == N, {}, "a block has {} rows; expected {}, as its partner", block.size, N);
-    Matrix<N> result;
-    for (int i = 0; i < N; ++i)
-        for (int j = 0; j < N; ++j) result(i, j) = block(i, j);
+Matrix<N> extended(const Block& block, const Block& partner) {
+    require(block.size == partner.size, {}, "a block has {} rows; expected {}, as its partner", block.size,
+            partner.size);
+    Matrix<N> result(block.size);
+    const std::span<const double> values = block.values();
+    std::copy(values.begin(), values.end(), result.values.begin());
     return result;
 }
 
 template <int N>
 Block rounded(const Matrix<N>& matrix) {
-    Block result(N);
-    for (std::size_t k = 0; k < matrix.values.size(); ++k) result.values[k] = static_cast<double>(matrix.values[k]);
+    Block result(matrix.rows());
+    for (std::size_t k = 0; k < matrix.values.size(); ++k) result.values()[k] = static_cast<double>(matrix.values[k]);
     return result;
 }
 
@@ -56,9 +59,9 @@ Block rounded(const Matrix<N>& matrix) {
 template <int N>
 int halvings(const Matrix<N>& m, Real dt) {
     Real norm = 0.0L;
-    for (int i = 0; i < N; ++i) {
+    for (int i = 0; i < m.rows(); ++i) {
         Real sum = 0.0L;
-        for (int j = 0; j < N; ++j) sum += std::abs(m(i, j));
+        for (int j = 0; j < m.rows(); ++j) sum += std::abs(m(i, j));
         if (!(sum <= norm)) norm = sum;  // a NaN stays
     }
     norm *= dt;
@@ -92,7 +95,7 @@ constexpr std::array<Real, max_phi + 1> factorials = [] {
 /// phi functions of z, |z| <= 1/2: the series of the highest, the others by phi_k = z phi_{k+1} + 1/k!.
 template <int N>
 Exponential<N> short_exponential(const Matrix<N>& z, int highest = 3) {
-    const Matrix<N> one = identity<N>();
+    const Matrix<N> one = identity<N>(z.rows());
     Exponential<N> e{.highest = highest};
     const auto most = static_cast<std::size_t>(highest);
     e.phi[most] = one;
@@ -107,12 +110,13 @@ Exponential<N> short_exponential(const Matrix<N>& z, int highest = 3) {
 /// exp(2z) - 1 = 2 growth + growth^2; once every mode has decayed, exp(z) is small and its square is the better way.
 template <int N>
 void double_propagator(Exponential<N>& e) {
+    const Matrix<N> one = identity<N>(e.growth.rows());
     if (max_abs(e.propagator) < 0.5L) {
         e.propagator = e.propagator * e.propagator;
-        e.growth = e.propagator - identity<N>();
+        e.growth = e.propagator - one;
     } else {
         e.growth = 2.0L * e.growth + e.growth * e.growth;
-        e.propagator = identity<N>() + e.growth;
+        e.propagator = one + e.growth;
     }
 }
 
@@ -142,7 +146,7 @@ std::vector<PhiFunctions> phi_functions_of_halves(const Block& m, double dt, int
     require(highest >= 3 && highest <= max_phi, {}, "phi functions up to {}; expected 3 to {}", highest, max_phi);
     std::vector<PhiFunctions> result(static_cast<std::size_t>(count));
     for_size(m, [&]<int N>() {
-        const Matrix<N> rates = extended<N>(m);
+        const Matrix<N> rates = extended<N>(m, m);
         const int doublings = halvings(rates, dt);
         const auto short_interval = [&](int k) {
             return short_exponential<N>(std::ldexp(Real(dt), -k) * rates, highest);
@@ -190,7 +194,7 @@ NoisyInterval<N> short_noisy_interval(const Matrix<N>& rates, const Matrix<N>& q
 /// Calls found(k, covariance, propagator) for intervals of dt/2^k, k < count, from the shortest to dt.
 template <int N, class Found>
 void for_noisy_intervals(const Block& m, const Block& q, double dt, int count, Found found) {
-    const Matrix<N> rates = extended<N>(m), noise = extended<N>(q);
+    const Matrix<N> rates = extended<N>(m, m), noise = extended<N>(q, m);
     const int doublings = halvings(rates, dt);
     const auto report = [&](int k, const NoisyInterval<N>& interval) {
         if (k >= count) return;
@@ -214,8 +218,8 @@ Real rounding_of(int size) { return 16.0L * static_cast<Real>(size) * std::numer
 /// Square roots of the diagonal.
 template <int N>
 Vector<N> deviations(const Matrix<N>& covariance) {
-    Vector<N> result;
-    for (int i = 0; i < N; ++i) {
+    Vector<N> result(static_cast<std::size_t>(covariance.rows()));
+    for (int i = 0; i < covariance.rows(); ++i) {
         const Real variance = covariance(i, i);
         if (!(variance >= 0.0L) || !std::isfinite(variance))
             fail_run("a noise covariance has the variance {}; expected a finite number >= 0",
@@ -228,26 +232,28 @@ Vector<N> deviations(const Matrix<N>& covariance) {
 /// Row i divided by rows(i), column k by columns(k); zero where one of them is.
 template <int N>
 Matrix<N> scaled(const Matrix<N>& matrix, const Vector<N>& rows, const Vector<N>& columns) {
-    Matrix<N> result;
-    for (int i = 0; i < N; ++i)
-        for (int k = 0; k < N; ++k) {
+    Matrix<N> result(matrix.rows());
+    for (int i = 0; i < matrix.rows(); ++i)
+        for (int k = 0; k < matrix.rows(); ++k) {
             const Real scale = rows[static_cast<std::size_t>(i)] * columns[static_cast<std::size_t>(k)];
             result(i, k) = scale > 0.0L ? matrix(i, k) / scale : 0.0L;
         }
     return result;
 }
 
+/// The largest variance, or 0.
 template <int N>
 Real max_diagonal(const Matrix<N>& matrix) {
-    Real largest = matrix(0, 0);
-    for (int i = 1; i < N; ++i) largest = std::max(largest, matrix(i, i));
+    Real largest = 0.0L;
+    for (int i = 0; i < matrix.rows(); ++i) largest = std::max(largest, matrix(i, i));
     return largest;
 }
 
+/// The least variance, or 0.
 template <int N>
 Real min_diagonal(const Matrix<N>& matrix) {
-    Real least = matrix(0, 0);
-    for (int i = 1; i < N; ++i) least = std::min(least, matrix(i, i));
+    Real least = 0.0L;
+    for (int i = 0; i < matrix.rows(); ++i) least = std::min(least, matrix(i, i));
     return least;
 }
 
@@ -255,24 +261,25 @@ Real min_diagonal(const Matrix<N>& matrix) {
 template <int N>
 struct Elimination {
     Matrix<N> factor;
-    std::array<int, std::size_t{N}> pivots{};
+    std::array<int, max_block> pivots{};
     int rank = 0;
 };
 template <int N>
 Elimination<N> eliminate(Matrix<N>& rest) {
-    Elimination<N> result;
-    for (int column = 0; column < N; ++column) {
+    const int rows = rest.rows();
+    Elimination<N> result{.factor = Matrix<N>(rows)};
+    for (int column = 0; column < rows; ++column) {
         const Real largest = max_diagonal(rest);
-        if (largest <= rounding_of(N)) break;
+        if (largest <= rounding_of(rows)) break;
         // The first of those that are as large: which of two equal ones is larger is a matter of rounding.
         int pivot = 0;
         while (rest(pivot, pivot) < 0.999L * largest) ++pivot;
         result.pivots[static_cast<std::size_t>(result.rank++)] = pivot;
         const Real deviation = std::sqrt(rest(pivot, pivot));
-        for (int i = 0; i < N; ++i) result.factor(i, column) = rest(i, pivot) / deviation;
-        for (int i = 0; i < N; ++i)
-            for (int k = 0; k < N; ++k) rest(i, k) -= result.factor(i, column) * result.factor(k, column);
-        for (int i = 0; i < N; ++i) rest(pivot, i) = rest(i, pivot) = 0.0L;
+        for (int i = 0; i < rows; ++i) result.factor(i, column) = rest(i, pivot) / deviation;
+        for (int i = 0; i < rows; ++i)
+            for (int k = 0; k < rows; ++k) rest(i, k) -= result.factor(i, column) * result.factor(k, column);
+        for (int i = 0; i < rows; ++i) rest(pivot, i) = rest(i, pivot) = 0.0L;
     }
     return result;
 }
@@ -297,8 +304,8 @@ Matrix<N> factor_of(const Matrix<N>& covariance, const Vector<N>& of_terms) {
     if (!is_rounding(rest))
         fail_run("a noise covariance is not positive: a direction has the relative variance {:.3g}; expected >= 0",
                  static_cast<double>(min_diagonal(rest)));
-    for (int i = 0; i < N; ++i)
-        for (int k = 0; k < N; ++k) f(i, k) *= deviation[static_cast<std::size_t>(i)];
+    for (int i = 0; i < f.rows(); ++i)
+        for (int k = 0; k < f.rows(); ++k) f(i, k) *= deviation[static_cast<std::size_t>(i)];
     return f;
 }
 
@@ -306,28 +313,28 @@ Matrix<N> factor_of(const Matrix<N>& covariance, const Vector<N>& of_terms) {
 /// c.  Directions of c without variance get none.
 template <int N>
 Matrix<N> regression_on(const Matrix<N>& c, const Matrix<N>& cross, const Vector<N>& deviation_of_it) {
+    const int rows = c.rows();
     const Vector<N> deviation = deviations(c);
     Matrix<N> rest = scaled(c, deviation, deviation);
     const Elimination<N> known = eliminate(rest);
     // In the normalised variables of the elimination, then back: row pivots[k] of the factor ends at column k.
-    Matrix<N> result, on_normal;
+    Matrix<N> result(rows), on_normal(rows), unscaled(rows);
     const Matrix<N> scaled_cross = scaled(cross, deviation_of_it, deviation);
     const auto pivot_of = [&](int k) { return known.pivots[static_cast<std::size_t>(k)]; };
     for (int k = 0; k < known.rank; ++k)
-        for (int i = 0; i < N; ++i) {
+        for (int i = 0; i < rows; ++i) {
             Real left = scaled_cross(i, pivot_of(k));
             for (int j = 0; j < k; ++j) left -= on_normal(i, j) * known.factor(pivot_of(k), j);
             on_normal(i, k) = left / known.factor(pivot_of(k), k);
         }
     for (int k = known.rank - 1; k >= 0; --k)
-        for (int i = 0; i < N; ++i) {
+        for (int i = 0; i < rows; ++i) {
             Real left = on_normal(i, k);
             for (int j = k + 1; j < known.rank; ++j) left -= result(i, pivot_of(j)) * known.factor(pivot_of(j), k);
             result(i, pivot_of(k)) = left / known.factor(pivot_of(k), k);
         }
-    Matrix<N> unscaled;
-    for (int i = 0; i < N; ++i)
-        for (int k = 0; k < N; ++k) {
+    for (int i = 0; i < rows; ++i)
+        for (int k = 0; k < rows; ++k) {
             const Real of_it = deviation_of_it[static_cast<std::size_t>(i)],
                        of_c = deviation[static_cast<std::size_t>(k)];
             unscaled(i, k) = of_c > 0.0L ? of_it * result(i, k) / of_c : 0.0L;
@@ -349,6 +356,7 @@ Block noise_covariance(const Block& m, const Block& q, double dt) {
 namespace {
 template <int N>
 NoiseHalves halves_of(const Matrix<N>& half, const Matrix<N>& propagator, double dt) {
+    const int rows = half.rows();
     const Matrix<N> with_whole = half * transposed(propagator);  // of the first half with the whole
     const Matrix<N> whole = propagator * with_whole + half;
     refuse_overflow(whole, 2.0 * dt);
@@ -356,9 +364,9 @@ NoiseHalves halves_of(const Matrix<N>& half, const Matrix<N>& propagator, double
     const Matrix<N> regression = regression_on(symmetric_part(whole), with_whole, deviation);
     Matrix<N> spread = symmetric_part(half - regression * transposed(with_whole));
     // What is left of a variable that the whole determines is rounding, of either sign.
-    for (int i = 0; i < N; ++i)
-        if (spread(i, i) <= rounding_of(N) * half(i, i))
-            for (int k = 0; k < N; ++k) spread(i, k) = spread(k, i) = 0.0L;
+    for (int i = 0; i < rows; ++i)
+        if (spread(i, i) <= rounding_of(rows) * half(i, i))
+            for (int k = 0; k < rows; ++k) spread(i, k) = spread(k, i) = 0.0L;
     return {rounded(regression), rounded(factor_of(spread, deviation)), rounded(propagator)};
 }
 }  // namespace
@@ -389,7 +397,7 @@ NoiseTree noise_tree(const Block& m, const Block& q, double whole, int count) {
 
 namespace {
 template <class Scalar>
-using DynamicMatrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, 0, max_block, max_block>;
+using DynamicMatrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
 template <class Scalar>
 DynamicMatrix<Scalar> matrix_of(const Block& block) {
@@ -401,11 +409,14 @@ DynamicMatrix<Scalar> matrix_of(const Block& block) {
 }  // namespace
 
 std::vector<std::complex<double>> eigenvalues(const Block& m) {
-    const Eigen::VectorXcd rates = Eigen::MatrixXd(matrix_of<double>(m)).eigenvalues();
+    if (m.size == 0) return {};
+    const Eigen::VectorXcd rates = matrix_of<double>(m).eigenvalues();
     return {rates.begin(), rates.end()};
 }
 
 Block stationary_covariance(const Block& m, const Block& q) {
+    Block result(m.size);
+    if (m.size == 0) return result;
     using ComplexMatrix = DynamicMatrix<std::complex<Real>>;
     ComplexMatrix covariance;
     const Real largest =
@@ -413,7 +424,6 @@ Block stationary_covariance(const Block& m, const Block& q) {
     if (!(largest < 0.0L))
         fail_run("no stationary state: a linear mode grows at {:.4g} /s; expected every mode to decay",
                  static_cast<double>(largest));
-    Block result(m.size);
     for (int i = 0; i < m.size; ++i)
         for (int j = 0; j < m.size; ++j) result(i, j) = static_cast<double>(covariance(i, j).real());
     return result;
@@ -421,7 +431,7 @@ Block stationary_covariance(const Block& m, const Block& q) {
 
 Block factor(const Block& c) {
     return for_size(c, [&]<int N>() {
-        const Matrix<N> covariance = extended<N>(c);
+        const Matrix<N> covariance = extended<N>(c, c);
         return rounded(factor_of(covariance, deviations(covariance)));
     });
 }

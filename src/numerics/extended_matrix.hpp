@@ -1,31 +1,51 @@
-// numerics/extended_matrix.hpp: square matrices of a size known at compile time, in extended precision.
+// numerics/extended_matrix.hpp: square matrices in extended precision.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 namespace drover::numerics {
 
 using ExtendedReal = long double;  // 64 bits of mantissa on x86-64
 
-/// Plain loops: unrolled expressions of Eigen take minutes to compile, and those of a size known at run time alone are
-/// several times slower.
+/// Count numbers; Count = 0: a count known at run time alone.
+template <std::size_t Count>
+struct ExtendedNumbers : std::array<ExtendedReal, Count> {
+    explicit ExtendedNumbers(std::size_t = 0) : std::array<ExtendedReal, Count>{} {}
+};
+template <>
+struct ExtendedNumbers<0> : std::vector<ExtendedReal> {
+    explicit ExtendedNumbers(std::size_t count = 0) : std::vector<ExtendedReal>(count) {}
+};
+
+/// Of N rows; N = any_size: of a number known at run time alone, which is several times slower.  Plain loops: unrolled
+/// expressions of Eigen take minutes to compile.
+inline constexpr int any_size = 0;
 template <int N>
 struct ExtendedMatrix {
-    ExtendedReal& operator()(int i, int j) { return values[static_cast<std::size_t>(i * N + j)]; }
-    ExtendedReal operator()(int i, int j) const { return values[static_cast<std::size_t>(i * N + j)]; }
+    ExtendedMatrix() : ExtendedMatrix(0) {}
+    explicit ExtendedMatrix(int rows)
+        : size(rows), values(static_cast<std::size_t>(rows) * static_cast<std::size_t>(rows)) {}
+    int rows() const {
+        if constexpr (N == any_size) return size;
+        else return N;
+    }
+    ExtendedReal& operator()(int i, int j) { return values[static_cast<std::size_t>(i * rows() + j)]; }
+    ExtendedReal operator()(int i, int j) const { return values[static_cast<std::size_t>(i * rows() + j)]; }
 
-    std::array<ExtendedReal, std::size_t{N} * N> values{};
+    int size;
+    ExtendedNumbers<std::size_t{N} * N> values;
 };
 
 template <int N>
-using ExtendedVector = std::array<ExtendedReal, std::size_t{N}>;
+using ExtendedVector = ExtendedNumbers<std::size_t{N}>;
 
 template <int N>
-ExtendedMatrix<N> identity() {
-    ExtendedMatrix<N> result;
-    for (int i = 0; i < N; ++i) result(i, i) = 1.0L;
+ExtendedMatrix<N> identity(int rows) {
+    ExtendedMatrix<N> result(rows);
+    for (int i = 0; i < result.rows(); ++i) result(i, i) = 1.0L;
     return result;
 }
 
@@ -60,11 +80,11 @@ ExtendedMatrix<N> operator/(ExtendedMatrix<N> a, ExtendedReal divisor) {
 
 template <int N>
 ExtendedMatrix<N> operator*(const ExtendedMatrix<N>& a, const ExtendedMatrix<N>& b) {
-    ExtendedMatrix<N> result;
-    for (int i = 0; i < N; ++i)
-        for (int j = 0; j < N; ++j) {
+    ExtendedMatrix<N> result(a.rows());
+    for (int i = 0; i < a.rows(); ++i)
+        for (int j = 0; j < a.rows(); ++j) {
             ExtendedReal sum = a(i, 0) * b(0, j);
-            for (int k = 1; k < N; ++k) sum += a(i, k) * b(k, j);
+            for (int k = 1; k < a.rows(); ++k) sum += a(i, k) * b(k, j);
             result(i, j) = sum;
         }
     return result;
@@ -72,9 +92,9 @@ ExtendedMatrix<N> operator*(const ExtendedMatrix<N>& a, const ExtendedMatrix<N>&
 
 template <int N>
 ExtendedMatrix<N> transposed(const ExtendedMatrix<N>& a) {
-    ExtendedMatrix<N> result;
-    for (int i = 0; i < N; ++i)
-        for (int j = 0; j < N; ++j) result(i, j) = a(j, i);
+    ExtendedMatrix<N> result(a.rows());
+    for (int i = 0; i < a.rows(); ++i)
+        for (int j = 0; j < a.rows(); ++j) result(i, j) = a(j, i);
     return result;
 }
 

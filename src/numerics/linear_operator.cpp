@@ -1,30 +1,30 @@
 // numerics/linear_operator.cpp: isotropic blocks on the modes of a state.
 #include "drover/numerics/linear_operator.hpp"
 
+#include <Eigen/LU>
+
 #include "isotropic.hpp"
 #include "mode_noise.hpp"
-#include "small_matrices.hpp"
 
 namespace drover::numerics {
 
 LinearOperator::LinearOperator(const System& system)
     : grid_(system.grid), layout_(system.layout), wavenumbers_(distinct_wavenumbers(system.grid, system.degree)) {
-    for (const double q : wavenumbers_.q) append_entries(system.linear(q), matrices_);
+    for (const double q : wavenumbers_.q) append_entries(linear_blocks(system, q), matrices_);
 }
 
 void LinearOperator::add(const Spectra& state, Spectra& rate) const {
-    for_layout(layout_, [&]<int Scalars, int Vectors>() {
-        constexpr std::size_t along = Scalars + Vectors, across = Vectors, entries = along * along + across * across;
+    for_layout(layout_, [&](const auto& kernel) {
         const std::size_t width = columns(grid_), rows = static_cast<std::size_t>(grid_.ny);
         for (std::size_t row = 0; row < rows; ++row)
             for (std::size_t i = 0, kept = kept_in_row(grid_, wavenumbers_, row); i < kept; ++i) {
                 const std::size_t m = row * width + i;
                 const auto n = static_cast<std::size_t>(wavenumbers_.of_mode[m]);
-                const Direction d = direction(wavevector(grid_, i, row), wavenumbers_.inverse[n]);
-                ModeParts<Scalars, Vectors> sum{};
-                add_blocks(matrices_.data() + n * entries,
-                           parts_of<Scalars, Vectors>({state.values.data() + m, state.stride}, d), sum);
-                write_parts(sum, rate.values.data() + m, {rate.values.data() + m, rate.stride}, d);
+                const auto frame = kernel.frame(direction(wavevector(grid_, i, row), wavenumbers_.inverse[n]));
+                auto sum = zero_parts(kernel);
+                add_blocks(kernel, matrices_.data() + n * kernel.entries,
+                           parts_of(kernel, {state.values.data() + m, state.stride}, frame), sum);
+                write_parts(kernel, sum, rate.values.data() + m, {rate.values.data() + m, rate.stride}, frame);
             }
     });
 }
@@ -35,18 +35,18 @@ void invert_shifted(double* m, std::size_t size, double gamma) {
     using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
     const auto rows = static_cast<Eigen::Index>(size);
     Rows matrix(m, rows, rows);
-    const SmallRealMatrix shifted = SmallRealMatrix::Identity(rows, rows) - gamma * matrix;
-    matrix = real_inverse(shifted);
+    const Eigen::MatrixXd shifted = Eigen::MatrixXd::Identity(rows, rows) - gamma * matrix;
+    const Eigen::MatrixXd inverse = shifted.partialPivLu().inverse();
+    matrix = inverse;
 }
 }  // namespace
 
 LinearOperator LinearOperator::shifted_inverse(double gamma) const {
     LinearOperator result = *this;
-    const auto along = static_cast<std::size_t>(layout_.scalars + layout_.vectors),
-               across = static_cast<std::size_t>(layout_.vectors);
+    const BlockParts parts = block_parts(layout_);
     double* matrix = result.matrices_.data();
     for (std::size_t n = 0; n < wavenumbers_.q.size(); ++n)
-        for (const std::size_t size : {along, across}) {
+        for (const std::size_t size : {parts.even.size(), parts.odd.size()}) {
             invert_shifted(matrix, size, gamma);
             matrix += size * size;
         }

@@ -4,21 +4,19 @@
 namespace drover::numerics {
 
 void add_mode_noise(const NoiseDraw& draw, const Layout& layout, Threads& threads, Spectra& to) {
-    for_layout(layout, [&]<int Scalars, int Vectors>() {
-        constexpr std::size_t parts = Scalars + 2 * Vectors;
-        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors;
+    for_layout(layout, [&](const auto& kernel) {
         const std::size_t width = columns(draw.grid);
         const auto of_row = [&](std::size_t row, std::vector<double>& normal) {
             const std::size_t kept = kept_in_row(draw.grid, draw.wavenumbers, row);
-            fill_row_normals(draw.grid, draw.key, row, kept, parts, normal);
+            fill_row_normals(draw.grid, draw.key, row, kept, kernel.parts, normal);
             for (std::size_t i = 0; i < kept; ++i) {
                 const auto n = static_cast<std::size_t>(draw.wavenumbers.of_mode[row * width + i]);
-                ModeParts<Scalars, Vectors> sum{};
-                add_blocks(draw.factors.data() + n * entries,
-                           load_parts<Scalars, Vectors>(normal.data() + i * 2 * parts), sum);
+                auto sum = zero_parts(kernel);
+                add_blocks(kernel, draw.factors.data() + n * kernel.entries,
+                           load_parts(kernel, normal.data() + i * 2 * kernel.parts), sum);
                 Complex* mode = to.values.data() + row * width + i;
-                write_parts(sum, mode, {mode, to.stride},
-                            direction(wavevector(draw.grid, i, row), draw.wavenumbers.inverse[n]));
+                write_parts(kernel, sum, mode, {mode, to.stride},
+                            kernel.frame(direction(wavevector(draw.grid, i, row), draw.wavenumbers.inverse[n])));
             }
         };
         threads.for_chunks(static_cast<std::size_t>(draw.grid.ny), rows_per_chunk(draw.grid),

@@ -11,7 +11,7 @@
 namespace drover::numerics {
 
 /// One draw of noise for every kept mode: Gaussian numbers of covariance f f^T / area, with f from `factors`: for each
-/// distinct |q| the entries of its block along q, then of that across.  Real fields: a stored mode whose conjugate is
+/// distinct |q| the entries of its even block, then of the odd one.  Real fields: a stored mode whose conjugate is
 /// stored too uses the numbers of its partner.
 struct NoiseDraw {
     const Grid& grid;
@@ -36,7 +36,9 @@ inline std::size_t rows_per_chunk(const Grid& grid) {
 }
 
 /// Normal numbers of covariance 1/area, `parts` complex ones for each of the first `kept` modes of a row.  Those of a
-/// mode are a function of the key and its signed wavevector (kx, ky) alone: grids of N and 2N points share them.
+/// mode are a function of the key and its signed wavevector (kx, ky) alone: grids of N and 2N points share them.  Their
+/// order is that of the parts: the even ones, then the odd ones, each in the order of the fields (block_parts); two
+/// numbers for each, its real and its imaginary part.
 inline void fill_row_normals(const Grid& grid, const RandomKey& key, std::size_t row, std::size_t kept,
                              std::size_t parts, std::vector<double>& normal) {
     const int ky = mode_number_y(grid, row);
@@ -56,37 +58,20 @@ inline void fill_row_normals(const Grid& grid, const RandomKey& key, std::size_t
     }
 }
 
-/// One mode as an array of its parts: those along, then those across; of two modes: one of each array.
-template <int Scalars, int Vectors, class Number = Pair>
-[[gnu::always_inline]] inline ModeParts<Scalars, Vectors, Number> load_parts(const double* from,
-                                                                             const double* second = nullptr) {
-    const auto part = [&](std::size_t k) {
-        if constexpr (sizeof(Number) == sizeof(Pair)) return load_as<Pair>(from + 2 * k);
-        else return joined(load_as<Pair>(from + 2 * k), load_as<Pair>(second + 2 * k));
-    };
-    ModeParts<Scalars, Vectors, Number> parts;
-    for (std::size_t k = 0; k < std::size_t{Scalars + Vectors}; ++k) parts.along[k] = part(k);
-    for (std::size_t k = 0; k < std::size_t{Vectors}; ++k) parts.across[k] = part(Scalars + Vectors + k);
+/// One mode as an array of its parts; of two modes: one of each array.
+template <class Number = Pair, class Kernel>
+[[gnu::always_inline]] inline ModeParts<Kernel, Number> load_parts(const Kernel& kernel, const double* from,
+                                                                   const double* second = nullptr) {
+    ModeParts<Kernel, Number> parts;
+    for (std::size_t k = 0; k < kernel.parts; ++k)
+        if constexpr (sizeof(Number) == sizeof(Pair)) parts.values[k] = load_as<Pair>(from + 2 * k);
+        else parts.values[k] = joined(load_as<Pair>(from + 2 * k), load_as<Pair>(second + 2 * k));
     return parts;
 }
 
-template <int Scalars, int Vectors>
-[[gnu::always_inline]] inline void store_parts(const ModeParts<Scalars, Vectors>& parts, double* to) {
-    for (std::size_t k = 0; k < std::size_t{Scalars + Vectors}; ++k)
-        std::memcpy(to + 2 * k, &parts.along[k], sizeof(Pair));
-    to += 2 * (Scalars + Vectors);
-    for (std::size_t k = 0; k < std::size_t{Vectors}; ++k) std::memcpy(to + 2 * k, &parts.across[k], sizeof(Pair));
-}
-
-/// sum += (block along) in.along, (block across) in.across; returns the matrix after them.
-template <int Scalars, int Vectors, class Number>
-[[gnu::always_inline]] inline const double* add_blocks(const double* matrix,
-                                                       const ModeParts<Scalars, Vectors, Number>& in,
-                                                       ModeParts<Scalars, Vectors, Number>& sum) {
-    constexpr std::size_t along = Scalars + Vectors, across = Vectors;
-    add_product(matrix, in.along, sum.along);
-    if constexpr (Vectors > 0) add_product(matrix + along * along, in.across, sum.across);
-    return matrix + along * along + across * across;
+template <class Kernel>
+[[gnu::always_inline]] inline void store_parts(const Kernel& kernel, const ModeParts<Kernel, Pair>& parts, double* to) {
+    for (std::size_t k = 0; k < kernel.parts; ++k) std::memcpy(to + 2 * k, &parts.values[k], sizeof(Pair));
 }
 
 }  // namespace drover::numerics

@@ -14,9 +14,9 @@ ModeVector::ModeVector(const Grid& grid, const Layout& layout, int degree) {
             weights_.insert(weights_.end(), is_mean ? 1 : 2, is_mean ? 1.0 : 2.0);
         }
     size_ = weights_.size() * static_cast<std::size_t>(components(layout));
-    for (int i = 0; i < layout.scalars + layout.vectors; ++i) {
+    for (const FieldKind& kind : layout.fields) {
         const std::size_t begin = fields_.empty() ? 0 : fields_.back().end;
-        fields_.push_back({begin, begin + weights_.size() * (i < layout.scalars ? 1 : 2)});
+        fields_.push_back({begin, begin + weights_.size() * static_cast<std::size_t>(components(kind))});
     }
 }
 

@@ -11,7 +11,7 @@ namespace drover::numerics {
 /// that are not kept are zero.  Here each real number of a state occurs once, component by component.
 class ModeVector {
 public:
-    /// A field of the state: a scalar, or both components of a vector.
+    /// A field of the state, with both of its components if it has two.
     struct Field {
         std::size_t begin = 0, end = 0;
     };

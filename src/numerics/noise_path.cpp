@@ -20,10 +20,9 @@ constexpr int max_levels = 30;
 double fastest_growth(const System& system, const std::vector<double>& wavenumbers) {
     double largest = 0.0;
     for (const double q : wavenumbers) {
-        const IsotropicBlocks rates = system.linear(q);
-        for (const Block* block : {&rates.along, &rates.across})
-            if (block->size > 0)
-                for (const std::complex<double>& rate : eigenvalues(*block)) largest = std::max(largest, rate.real());
+        const IsotropicBlocks rates = linear_blocks(system, q);
+        for (const Block* block : {&rates.even, &rates.odd})
+            for (const std::complex<double>& rate : eigenvalues(*block)) largest = std::max(largest, rate.real());
     }
     return largest;
 }
@@ -41,9 +40,7 @@ int doublings_to_root(const System& system, const std::vector<double>& wavenumbe
     return growth > 0.0 ? std::min(most, doublings(max_growth / growth)) : most;
 }
 
-std::size_t numbers_of(const Layout& layout) {
-    return 2 * static_cast<std::size_t>(layout.scalars + 2 * layout.vectors);
-}
+std::size_t numbers_of(const Layout& layout) { return 2 * static_cast<std::size_t>(components(layout)); }
 }  // namespace
 
 NoisePath::NoisePath(const System& system, double dt, std::uint64_t seed, Threads& threads)
@@ -67,9 +64,7 @@ const double* NoisePath::row(int level, std::size_t row) const {
 void NoisePath::prepare(int level) {
     const auto first = static_cast<int>(levels_.size());
     if (first > level) return;
-    const auto blocks = [](int size) { return static_cast<std::size_t>(size * size); };
-    const std::size_t entries =
-        blocks(system_.layout.scalars + system_.layout.vectors) + blocks(system_.layout.vectors);
+    const std::size_t entries = block_entries(system_.layout);
     std::vector<Level> made(static_cast<std::size_t>(level - first + 1));
     for (int k = first; k <= level; ++k) {
         Level& now = made[static_cast<std::size_t>(k - first)];
@@ -79,30 +74,31 @@ void NoisePath::prepare(int level) {
     }
     const int first_halves = std::max(first, 1), halves = level - first_halves + 1;
     const auto of_wavenumber = [&](std::size_t n) {
-        const IsotropicBlocks m = system_.linear(wavenumbers_.q[n]), covariance = system_.noise(wavenumbers_.q[n]);
+        const double q = wavenumbers_.q[n];
+        const IsotropicBlocks m = linear_blocks(system_, q), covariance = noise_blocks(system_, q);
         std::vector<double> entries_of_n;
         const auto store = [&](std::vector<double>& to) {
             std::copy(entries_of_n.begin(), entries_of_n.end(), to.data() + n * entries_of_n.size());
             entries_of_n.clear();
         };
-        std::vector<NoiseHalves> along, across;
+        std::vector<NoiseHalves> even, odd;
         if (first == 0) {
-            NoiseTree tree_along = noise_tree(m.along, covariance.along, root_, halves),
-                      tree_across = noise_tree(m.across, covariance.across, root_, halves);
-            append_entries({factor(tree_along.covariance), factor(tree_across.covariance)}, entries_of_n);
+            NoiseTree tree_even = noise_tree(m.even, covariance.even, root_, halves),
+                      tree_odd = noise_tree(m.odd, covariance.odd, root_, halves);
+            append_entries({factor(tree_even.covariance), factor(tree_odd.covariance)}, entries_of_n);
             store(made.front().draw);
-            along = std::move(tree_along.halves), across = std::move(tree_across.halves);
+            even = std::move(tree_even.halves), odd = std::move(tree_odd.halves);
         } else {
             const double longest = std::ldexp(root_, -first_halves);
-            along = noise_halves(m.along, covariance.along, longest, halves);
-            across = noise_halves(m.across, covariance.across, longest, halves);
+            even = noise_halves(m.even, covariance.even, longest, halves);
+            odd = noise_halves(m.odd, covariance.odd, longest, halves);
         }
-        for (std::size_t k = 0; k < along.size(); ++k) {
+        for (std::size_t k = 0; k < even.size(); ++k) {
             Level& now = made[static_cast<std::size_t>(first_halves - first) + k];
-            append_entries({along[k].regression, across[k].regression}, entries_of_n);
-            append_entries({along[k].spread, across[k].spread}, entries_of_n);
+            append_entries({even[k].regression, odd[k].regression}, entries_of_n);
+            append_entries({even[k].spread, odd[k].spread}, entries_of_n);
             store(now.draw);
-            append_entries({along[k].propagator, across[k].propagator}, entries_of_n);
+            append_entries({even[k].propagator, odd[k].propagator}, entries_of_n);
             store(now.propagator);
         }
     };
@@ -113,16 +109,16 @@ void NoisePath::prepare(int level) {
     std::move(made.begin(), made.end(), std::back_inserter(levels_));
 }
 
-/// body<Scalars, Vectors>(row, number of its kept modes, scratch) for every row that keeps modes.
+/// body(kernel, row, number of its kept modes, scratch) for every row that keeps modes.
 template <class Body>
 void NoisePath::for_rows(Body body) {
-    for_layout(system_.layout, [&]<int Scalars, int Vectors>() {
+    for_layout(system_.layout, [&](const auto& kernel) {
         threads_.for_chunks(static_cast<std::size_t>(system_.grid.ny), rows_per_chunk(system_.grid),
                             [&](std::size_t begin, std::size_t end) {
                                 std::vector<double> normal;
                                 for (std::size_t row = begin; row < end; ++row)
                                     if (const std::size_t kept = row_begin_[row + 1] - row_begin_[row]; kept > 0)
-                                        body.template operator()<Scalars, Vectors>(row, kept, normal);
+                                        body(kernel, row, kept, normal);
                             });
     });
 }
@@ -130,16 +126,15 @@ void NoisePath::for_rows(Body body) {
 void NoisePath::draw_root(std::uint64_t index) {
     Level& root = levels_.front();
     const RandomKey key{.seed = seed_, .stream = Stream::noise, .step = index, .substep = 0};
-    for_rows([&]<int Scalars, int Vectors>(std::size_t row, std::size_t kept, std::vector<double>& normal) {
-        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors;
+    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>& normal) {
         fill_row_normals(system_.grid, key, row, kept, numbers_ / 2, normal);
         double* to = root.values.data() + row_begin_[row] * numbers_;
         const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
         for (std::size_t i = 0; i < kept; ++i) {
-            ModeParts<Scalars, Vectors> sum{};
-            add_blocks(root.draw.data() + static_cast<std::size_t>(of_mode[i]) * entries,
-                       load_parts<Scalars, Vectors>(normal.data() + i * numbers_), sum);
-            store_parts(sum, to + i * numbers_);
+            auto sum = zero_parts(kernel);
+            add_blocks(kernel, root.draw.data() + static_cast<std::size_t>(of_mode[i]) * kernel.entries,
+                       load_parts(kernel, normal.data() + i * numbers_), sum);
+            store_parts(kernel, sum, to + i * numbers_);
         }
     });
 }
@@ -154,18 +149,17 @@ void NoisePath::draw_first_half(int level, std::uint64_t index) {
                         .stream = Stream::noise,
                         .step = index >> level,
                         .substep = ((std::uint64_t{1} << level) + in_root) >> 1};
-    for_rows([&]<int Scalars, int Vectors>(std::size_t row, std::size_t kept, std::vector<double>& normal) {
-        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors;
+    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>& normal) {
         fill_row_normals(system_.grid, key, row, kept, numbers_ / 2, normal);
         const double* whole = above.values.data() + row_begin_[row] * numbers_;
         double* to = now.values.data() + row_begin_[row] * numbers_;
         const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
         for (std::size_t i = 0; i < kept; ++i) {
-            ModeParts<Scalars, Vectors> sum{};
-            const double* matrix = now.draw.data() + static_cast<std::size_t>(of_mode[i]) * 2 * entries;
-            matrix = add_blocks(matrix, load_parts<Scalars, Vectors>(whole + i * numbers_), sum);
-            add_blocks(matrix, load_parts<Scalars, Vectors>(normal.data() + i * numbers_), sum);
-            store_parts(sum, to + i * numbers_);
+            auto sum = zero_parts(kernel);
+            const double* matrix = now.draw.data() + static_cast<std::size_t>(of_mode[i]) * 2 * kernel.entries;
+            matrix = add_blocks(kernel, matrix, load_parts(kernel, whole + i * numbers_), sum);
+            add_blocks(kernel, matrix, load_parts(kernel, normal.data() + i * numbers_), sum);
+            store_parts(kernel, sum, to + i * numbers_);
         }
     });
 }
@@ -174,20 +168,17 @@ void NoisePath::draw_first_half(int level, std::uint64_t index) {
 void NoisePath::compute_second_half(int level) {
     Level& now = levels_[static_cast<std::size_t>(level)];
     const Level& above = levels_[static_cast<std::size_t>(level - 1)];
-    for_rows([&]<int Scalars, int Vectors>(std::size_t row, std::size_t kept, std::vector<double>&) {
-        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors;
+    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>&) {
         const double* whole = above.values.data() + row_begin_[row] * numbers_;
         double* half = now.values.data() + row_begin_[row] * numbers_;
         const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
         for (std::size_t i = 0; i < kept; ++i) {
-            ModeParts<Scalars, Vectors> sum{};
-            add_blocks(now.propagator.data() + static_cast<std::size_t>(of_mode[i]) * entries,
-                       load_parts<Scalars, Vectors>(half + i * numbers_), sum);
-            for (std::size_t k = 0; k < numbers_; k += 2) {
-                const Pair moved = k / 2 < Scalars + Vectors ? sum.along[k / 2] : sum.across[k / 2 - Scalars - Vectors];
-                half[i * numbers_ + k] = whole[i * numbers_ + k] - moved[0];
-                half[i * numbers_ + k + 1] = whole[i * numbers_ + k + 1] - moved[1];
-            }
+            auto sum = zero_parts(kernel);
+            add_blocks(kernel, now.propagator.data() + static_cast<std::size_t>(of_mode[i]) * kernel.entries,
+                       load_parts(kernel, half + i * numbers_), sum);
+            auto second = load_parts(kernel, whole + i * numbers_);
+            for (std::size_t k = 0; k < kernel.parts; ++k) second.values[k] -= sum.values[k];
+            store_parts(kernel, second, half + i * numbers_);
         }
     });
 }
@@ -217,10 +208,10 @@ std::shared_ptr<NoisePath> make_noise_path(const System& system, double dt, std:
 double noise_path_bytes(const System& system, double dt, int halvings) {
     if (!system.noise) return 0.0;
     const double levels = 2.0 + std::max(0.0, std::ceil(std::log2(max_root / dt))) + halvings;
-    const int along = system.layout.scalars + system.layout.vectors, across = system.layout.vectors;
     const double kept =
                      std::min(1.0, std::pow(2.0 / (system.degree + 1), 2.0)) * static_cast<double>(modes(system.grid)),
-                 matrices = 3.0 * (along * along + across * across) / (system.grid.lx == system.grid.ly ? 8.0 : 4.0);
+                 matrices = 3.0 * static_cast<double>(block_entries(system.layout)) /
+                            (system.grid.lx == system.grid.ly ? 8.0 : 4.0);
     return levels * kept * (static_cast<double>(numbers_of(system.layout)) + matrices) * sizeof(double);
 }
 

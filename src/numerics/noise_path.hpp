@@ -30,7 +30,7 @@ public:
     void compute(const NoiseInterval& interval);
 
     /// The increments of the interval of that level that was computed last, for the kept modes of a row, in the
-    /// variables of IsotropicBlocks: two numbers for each part along, then across.
+    /// variables of IsotropicBlocks: two numbers for each even part, then for each odd one.
     const double* row(int level, std::size_t row) const;
 
 private:

@@ -38,9 +38,8 @@ void draw_stationary(const System& system, const RandomKey& key, Spectra& state)
     const DistinctWavenumbers wavenumbers = distinct_wavenumbers(system.grid, system.degree);
     std::vector<double> factors;
     for (const double q : wavenumbers.q) {
-        const IsotropicBlocks m = system.linear(q), covariance = system.noise(q);
-        append_entries({stationary_factor(m.along, covariance.along), stationary_factor(m.across, covariance.across)},
-                       factors);
+        const IsotropicBlocks m = linear_blocks(system, q), covariance = noise_blocks(system, q);
+        append_entries({stationary_factor(m.even, covariance.even), stationary_factor(m.odd, covariance.odd)}, factors);
     }
     std::fill(state.values.begin(), state.values.end(), Complex(0.0));
     Threads one(1);

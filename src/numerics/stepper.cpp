@@ -16,7 +16,7 @@ namespace {
 /// One stage for every mode: its plan with the matrices of each |q|.
 struct Combination {
     StagePlan plan;
-    std::vector<double> matrices;  ///< for each |q|, for each use: the entries along, then across
+    std::vector<double> matrices;  ///< for each |q|, for each use: the entries of the even block, then of the odd one
     int halvings = 0;              ///< of the step, to the interval whose noise the stage includes
 };
 
@@ -28,7 +28,7 @@ Block combined(const std::vector<PhiTerm>& terms, const std::map<double, PhiFunc
     for (const PhiTerm& term : terms) {
         const PhiFunctions& f = phi.at(term.at);
         const Block& block = f[static_cast<std::size_t>(term.order)];
-        for (std::size_t k = 0; k < block.values.size(); ++k) result.values[k] += dt * term.weight * block.values[k];
+        for (std::size_t k = 0; k < block.entries(); ++k) result.values()[k] += dt * term.weight * block.values()[k];
     }
     return result;
 }
@@ -157,24 +157,23 @@ void Stepper::Work::prepare_stages() {
                 table->stages[s].c);
         combinations[s].halvings = halvings;
     }
-    const int along_size = system.layout.scalars + system.layout.vectors, across_size = system.layout.vectors;
-    const auto entries = static_cast<std::size_t>(along_size * along_size + across_size * across_size);
+    const std::size_t entries = block_entries(system.layout);
     const auto reserve = [&](Combination& combination) {
         combination.matrices.resize(wavenumbers.q.size() * combination.plan.uses.size() * entries);
     };
     std::for_each(combinations.begin(), combinations.end(), reserve);
     reserve(estimate);
     const auto of_wavenumber = [&](std::size_t n) {
-        const IsotropicBlocks rate_blocks = system.linear(wavenumbers.q[n]);
-        const auto along = phi_at_fractions(*table, rate_blocks.along, dt),
-                   across = phi_at_fractions(*table, rate_blocks.across, dt);
+        const IsotropicBlocks rate_blocks = linear_blocks(system, wavenumbers.q[n]);
+        const auto even = phi_at_fractions(*table, rate_blocks.even, dt),
+                   odd = phi_at_fractions(*table, rate_blocks.odd, dt);
         std::vector<double> made;
         const auto store = [&](double c, Combination& to) {
             made.clear();
             for (const MatrixUse& use : to.plan.uses)
                 append_entries(use.terms.empty()
-                                   ? IsotropicBlocks{along.at(c).front(), across.at(c).front()}
-                                   : IsotropicBlocks{combined(use.terms, along, dt), combined(use.terms, across, dt)},
+                                   ? IsotropicBlocks{even.at(c).front(), odd.at(c).front()}
+                                   : IsotropicBlocks{combined(use.terms, even, dt), combined(use.terms, odd, dt)},
                                made);
             std::copy(made.begin(), made.end(), to.matrices.begin() + static_cast<std::ptrdiff_t>(n * made.size()));
         };
@@ -211,13 +210,12 @@ Source Stepper::Work::source_of(const std::vector<WeightedInput>& inputs, const 
 }
 
 void Stepper::Work::combine(const Combination& combination, const Spectra& old, int level, Spectra& out) {
-    for_layout(system.layout, [&]<int Scalars, int Vectors>() {
-        constexpr std::size_t entries = (Scalars + Vectors) * (Scalars + Vectors) + Vectors * Vectors,
-                              count = Scalars + 2 * Vectors;
+    for_layout(system.layout, [&](const auto& kernel) {
+        const std::size_t count = kernel.parts;
         const std::size_t width = columns(system.grid), rows = static_cast<std::size_t>(system.grid.ny);
         const std::vector<MatrixUse>& uses = combination.plan.uses;
         const Spectra* begun = combination.plan.from_previous ? &stage : nullptr;
-        const std::size_t doubles = uses.size() * entries;
+        const std::size_t doubles = uses.size() * kernel.entries;
         // A row of each component at a time: contiguous reads from memory, then work in the first-level cache.
         const auto of_rows = [&]<class Number>(std::size_t row, const Rows& at, std::vector<Complex>& scratch, Number) {
             scratch.resize(uses.size() * 2 * count * at.kept);
@@ -236,20 +234,19 @@ void Stepper::Work::combine(const Combination& combination, const Spectra& old, 
                 const double* following = matrices_of(std::min(i + 2, at.kept - 1));
                 for (std::size_t k = 0; k < doubles; k += 8) __builtin_prefetch(following + k);
                 const double* matrix = matrices_of(i);
-                const Direction d = direction(wavevector(system.grid, i, row),
-                                              wavenumbers.inverse[static_cast<std::size_t>(of_mode[i])]);
-                ModeParts<Scalars, Vectors, Number> sum{};
+                const auto frame = kernel.frame(direction(wavevector(system.grid, i, row),
+                                                          wavenumbers.inverse[static_cast<std::size_t>(of_mode[i])]));
+                auto sum = zero_parts<Number>(kernel);
                 if (increments)
-                    sum = load_parts<Scalars, Vectors, Number>(increments + i * 2 * count, of_partner + i * 2 * count);
+                    sum = load_parts<Number>(kernel, increments + i * 2 * count, of_partner + i * 2 * count);
                 for (std::size_t u = 0; u < uses.size(); ++u) {
                     const Source& from = sources[u];
                     matrix =
-                        add_blocks(matrix,
-                                   parts_of<Scalars, Vectors, Number>({from.values + i, from.stride, from.apart}, d),
-                                   sum);
+                        add_blocks(kernel, matrix,
+                                   parts_of<Number>(kernel, {from.values + i, from.stride, from.apart}, frame), sum);
                 }
-                write_parts(sum, begun ? begun->values.data() + at.first + i : nullptr,
-                            {out.values.data() + at.first + i, out.stride, at.apart}, d);
+                write_parts(kernel, sum, begun ? begun->values.data() + at.first + i : nullptr,
+                            {out.values.data() + at.first + i, out.stride, at.apart}, frame);
             }
         };
         threads.for_chunks(rows / 2 + 1, rows_per_chunk(system.grid), [&](std::size_t begin, std::size_t end) {
@@ -421,11 +418,10 @@ double stepper_bytes(const System& system, const StepperTable& table, int count)
     matrices += static_cast<double>(error_plan(used).uses.size());
     double held = 1.0;
     if (system.nonlinear) held += 1.0 + static_cast<double>(std::max(used.stages.size(), used.error.size()));
-    const int along = system.layout.scalars + system.layout.vectors, across = system.layout.vectors;
     // At most a quarter of the kept modes have distinct |q|, an eighth on a square.
     const double distinct = static_cast<double>(modes(system.grid)) / (system.grid.lx == system.grid.ly ? 4.0 : 2.0);
     return spectra * held * (used.history > 0 ? count : 1) +
-           count * (distinct * matrices * (along * along + across * across) * sizeof(double) +
+           count * (distinct * matrices * static_cast<double>(block_entries(system.layout)) * sizeof(double) +
                     static_cast<double>(modes(system.grid)) * sizeof(std::int32_t));
 }
 

@@ -20,8 +20,8 @@ Form make_form(const FieldChoice& fields, bool order_is_density) {
 }
 
 numerics::Layout layout(const Form& form) {
-    return {.scalars = (form.bead_density >= 0 ? 1 : 0) + (form.rod_density >= 0 ? 1 : 0),
-            .vectors = (form.bead_velocity >= 0 ? 1 : 0) + (form.polar_order >= 0 ? 1 : 0)};
+    return numerics::scalars_and_vectors((form.bead_density >= 0 ? 1 : 0) + (form.rod_density >= 0 ? 1 : 0),
+                                         (form.bead_velocity >= 0 ? 1 : 0) + (form.polar_order >= 0 ? 1 : 0));
 }
 
 std::string form_name(const Form& form) {

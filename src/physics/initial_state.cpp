@@ -33,7 +33,7 @@ void add_random(const InitialState& initial, const numerics::System& system, std
     }
     numerics::Spectra noise(system.grid, state.count());
     numerics::Transform(system.grid, system.degree, threads).forward(cells, noise);
-    for (int c = 0; c < system.layout.scalars; ++c) noise[c][0] = 0.0;
+    for (const int c : numerics::scalar_components(system.layout)) noise[c][0] = 0.0;
     for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] += noise.values[m];
 }
 

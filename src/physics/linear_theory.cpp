@@ -13,20 +13,20 @@
 namespace drover::physics {
 
 namespace {
-/// Places of a form's fields in its blocks: with q along x, the parts along q are the x components.
+/// Places of a form's fields in its blocks: with q along x, the even parts of vectors are the x components.
 struct BlockPlaces {
-    std::vector<int> along, across;
+    std::vector<int> even, odd;
 };
 BlockPlaces block_places(const Form& form) {
     BlockPlaces places;
-    if (form.bead_density >= 0) places.along.push_back(FieldIndex::bead_density);
-    if (form.rod_density >= 0) places.along.push_back(FieldIndex::rod_density);
+    if (form.bead_density >= 0) places.even.push_back(FieldIndex::bead_density);
+    if (form.rod_density >= 0) places.even.push_back(FieldIndex::rod_density);
     if (form.bead_velocity >= 0) {
-        places.along.push_back(FieldIndex::bead_velocity_x);
-        places.across.push_back(FieldIndex::bead_velocity_y);
+        places.even.push_back(FieldIndex::bead_velocity_x);
+        places.odd.push_back(FieldIndex::bead_velocity_y);
     }
-    places.along.push_back(FieldIndex::polar_order_x);
-    places.across.push_back(FieldIndex::polar_order_y);
+    places.even.push_back(FieldIndex::polar_order_x);
+    places.odd.push_back(FieldIndex::polar_order_y);
     return places;
 }
 
@@ -68,12 +68,12 @@ numerics::System linear_system(const Equations& equations, const numerics::Grid&
     const BlockPlaces places = block_places(equations.form);
     system.linear = [shared, places, reference](double q) {
         const Symbol symbol = propagator_symbol(*shared, reference, q);
-        return numerics::IsotropicBlocks{block_of(symbol, places.along), block_of(symbol, places.across)};
+        return numerics::IsotropicBlocks{block_of(symbol, places.even), block_of(symbol, places.odd)};
     };
     if (has_noise(equations.model.noise))
         system.noise = [shared, places](double q) {
             const Symbol symbol = noise_symbol(*shared, q);
-            return numerics::IsotropicBlocks{block_of(symbol, places.along), block_of(symbol, places.across)};
+            return numerics::IsotropicBlocks{block_of(symbol, places.even), block_of(symbol, places.odd)};
         };
     return system;
 }
@@ -103,7 +103,7 @@ namespace {
 template <class See>
 void rates_at(const numerics::System& system, double q, See see) {
     const numerics::IsotropicBlocks blocks = system.linear(q);
-    for (const auto* block : {&blocks.along, &blocks.across})
+    for (const auto* block : {&blocks.even, &blocks.odd})
         for (const numerics::Complex s : numerics::eigenvalues(*block)) see(q, s);
 }
 
@@ -151,8 +151,8 @@ void add_scaled(const StructureFactor& part, double factor, StructureFactor& sum
 
 StructureFactor structure_factor(const numerics::System& system, const Form& form, double q) {
     const numerics::IsotropicBlocks rates = system.linear(q), noise = system.noise(q);
-    const numerics::Block along = numerics::stationary_covariance(rates.along, noise.along);
-    const numerics::Block across = numerics::stationary_covariance(rates.across, noise.across);
+    const numerics::Block along = numerics::stationary_covariance(rates.even, noise.even);
+    const numerics::Block across = numerics::stationary_covariance(rates.odd, noise.odd);
     const int order = along.size - 1, velocity = order - 1;
     StructureFactor result{.order_along = along(order, order),
                            .order_across = across(across.size - 1, across.size - 1)};

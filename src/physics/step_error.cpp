@@ -99,7 +99,7 @@ std::vector<FastWave> fast_waves(const numerics::System& system, const Grid& gri
     const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(grid, degree);
     std::vector<double> rate(wavenumbers.q.size(), -INFINITY), frequency(wavenumbers.q.size());
     for (std::size_t n = 0; n < wavenumbers.q.size(); ++n)
-        for (const std::complex<double> s : numerics::eigenvalues(system.linear(wavenumbers.q[n]).along)) {
+        for (const std::complex<double> s : numerics::eigenvalues(system.linear(wavenumbers.q[n]).even)) {
             rate[n] = std::max(rate[n], s.real());
             frequency[n] = std::max(frequency[n], std::abs(s.imag()));
         }
@@ -212,7 +212,7 @@ void StepError::Work::set_reference(const Reference& about) {
         linear.nonlinear = {};
         turn.emplace(linear, numerics::stepper_table("etdrk2"), dt / 4.0, 0, one);
     }
-    const numerics::Block rates = system.linear(cut).along;
+    const numerics::Block rates = system.linear(cut).even;
     for (int k = 0; k < rates.size; ++k) {
         const double kept = std::exp(rates(k, k) * dt * (noisy ? 2.0 : 1.0));
         fields[static_cast<std::size_t>(k)].memory = kept < 1.0 ? 1.0 / (1.0 - kept) : INFINITY;

@@ -91,7 +91,7 @@ void TravellingEquations::find_conserved(Values a) {
     evaluate(other, g);
     conserved.clear();
     masses.clear();
-    for (int c = 0; c < rates->whole.system.layout.scalars; ++c) {
+    for (const int c : numerics::scalar_components(rates->whole.system.layout)) {
         const std::size_t mean = static_cast<std::size_t>(c) * per_component;
         constexpr double rounding = 1e-13;
         if (std::max(std::abs(f[mean]), std::abs(g[mean])) > rounding * shift * sizes[mean]) continue;
@@ -116,7 +116,7 @@ void TravellingEquations::choose_shift() {
     const double growth = std::max(0.0, fastest_growth(system).rate);
     double slowest = std::numeric_limits<double>::infinity();
     const numerics::IsotropicBlocks uniform = system.linear(0.0);
-    for (const numerics::Block* block : {&uniform.along, &uniform.across})
+    for (const numerics::Block* block : {&uniform.even, &uniform.odd})
         for (const Complex s : numerics::eigenvalues(*block))
             if (std::abs(s) > 1e-9) slowest = std::min(slowest, std::abs(s));
     shift = 2.0 * growth + (std::isfinite(slowest) ? slowest : 1.0);
@@ -153,17 +153,21 @@ namespace {
 /// The blocks of L at q along x, in the Cartesian components of the fields: see IsotropicBlocks.
 numerics::SmallMatrix cartesian_block(const numerics::System& system, double q) {
     const numerics::IsotropicBlocks blocks = system.linear(q);
-    const int scalars = system.layout.scalars, vectors = system.layout.vectors;
-    numerics::SmallMatrix m = numerics::SmallMatrix::Zero(scalars + 2 * vectors, scalars + 2 * vectors);
-    const auto place = [&](int i) { return i < scalars ? i : scalars + 2 * (i - scalars); };
-    const Complex factor = q > 0.0 ? Complex(0.0, 1.0) : Complex(1.0);
-    for (int i = 0; i < scalars + vectors; ++i)
-        for (int k = 0; k < scalars + vectors; ++k) {
-            const Complex to = i < scalars ? Complex(1.0) : 1.0 / factor, from = k < scalars ? Complex(1.0) : factor;
-            m(place(i), place(k)) = to * blocks.along(i, k) * from;
-        }
-    for (int i = 0; i < vectors; ++i)
-        for (int k = 0; k < vectors; ++k) m(scalars + 2 * i + 1, scalars + 2 * k + 1) = blocks.across(i, k);
+    const numerics::BlockParts parts = numerics::block_parts(system.layout);
+    const int count = numerics::components(system.layout);
+    numerics::SmallMatrix m = numerics::SmallMatrix::Zero(count, count);
+    const auto factor = [&](const numerics::Part& part) {
+        static constexpr Complex powers_of_i[] = {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}};
+        return q > 0.0 ? powers_of_i[part.spin % 4] : 1.0;
+    };
+    const auto fill = [&](const numerics::Block& block, const std::vector<numerics::Part>& of) {
+        for (std::size_t i = 0; i < of.size(); ++i)
+            for (std::size_t k = 0; k < of.size(); ++k)
+                m(of[i].component, of[k].component) =
+                    std::conj(factor(of[i])) * block(static_cast<int>(i), static_cast<int>(k)) * factor(of[k]);
+    };
+    fill(blocks.even, parts.even);
+    fill(blocks.odd, parts.odd);
     return m;
 }
 }  // namespace

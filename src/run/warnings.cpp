@@ -196,7 +196,7 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
 /// Largest growth rate of a uniform state, at q = 0.
 physics::FastestGrowth uniform_growth(const numerics::System& system) {
     physics::FastestGrowth growth{.rate = -std::numeric_limits<double>::infinity()};
-    for (const numerics::Complex rate : numerics::eigenvalues(system.linear(0.0).along))
+    for (const numerics::Complex rate : numerics::eigenvalues(system.linear(0.0).even))
         growth.rate = std::max(growth.rate, rate.real());
     return growth;
 }

@@ -97,8 +97,8 @@ TEST(Propagator, its_error_is_below_1e_11_on_every_eigenvector_of_both_blocks) {
             for (const double dt_rate : {0.01, 1.0, 100.0}) {
                 const double q = wavenumber(i);
                 const IsotropicBlocks m = test::rod_bead_operator(coefficients, q);
-                expect_right_on_every_mode(m.along, dt_rate, q);
-                expect_right_on_every_mode(m.across, dt_rate, q);
+                expect_right_on_every_mode(m.even, dt_rate, q);
+                expect_right_on_every_mode(m.odd, dt_rate, q);
             }
 }
 
@@ -106,8 +106,7 @@ TEST(Propagator, order_grows_only_below_the_mean_field_threshold) {
     // The test above uses both cases.
     const auto fastest = [](const RodBeadCoefficients& c) {
         double rate = -INFINITY;
-        for (const Mode& mode : modes_of(test::rod_bead_operator(c, 0.01).across))
-            rate = std::max(rate, mode.rate.real());
+        for (const Mode& mode : modes_of(test::rod_bead_operator(c, 0.01).odd)) rate = std::max(rate, mode.rate.real());
         return rate;
     };
     EXPECT_LT(fastest(decaying), 0.0);
@@ -141,27 +140,27 @@ TEST(NoiseTree, has_the_bits_of_its_covariance_and_of_its_halves) {
     for (const double dt : {1e-4, 0.05, 3.0, 12.8})
         for (const double q : {0.0, 0.3, 7.0})
             for (const Block& m :
-                 {test::rod_bead_operator(decaying, q).along, test::rod_bead_operator(decaying, q).across}) {
+                 {test::rod_bead_operator(decaying, q).even, test::rod_bead_operator(decaying, q).odd}) {
                 Block noise(m.size);
                 noise(m.size - 1, m.size - 1) = 0.5;
                 const NoiseTree tree = noise_tree(m, noise, dt, 7);
-                EXPECT_EQ(tree.covariance.values, noise_covariance(m, noise, dt).values);
+                EXPECT_EQ(tree.covariance, noise_covariance(m, noise, dt));
                 const std::vector<NoiseHalves> halves = noise_halves(m, noise, 0.5 * dt, 7);
                 ASSERT_EQ(tree.halves.size(), halves.size());
                 for (std::size_t k = 0; k < halves.size(); ++k) {
-                    EXPECT_EQ(tree.halves[k].regression.values, halves[k].regression.values);
-                    EXPECT_EQ(tree.halves[k].spread.values, halves[k].spread.values);
-                    EXPECT_EQ(tree.halves[k].propagator.values, halves[k].propagator.values);
+                    EXPECT_EQ(tree.halves[k].regression, halves[k].regression);
+                    EXPECT_EQ(tree.halves[k].spread, halves[k].spread);
+                    EXPECT_EQ(tree.halves[k].propagator, halves[k].propagator);
                 }
             }
 }
 
 TEST(PhiFunctions, of_blocks_obey_their_recurrence) {
     for (const double dt : {1e-4, 0.05, 3.0}) {
-        const Block m = test::rod_bead_operator(decaying, 0.7).along;
+        const Block m = test::rod_bead_operator(decaying, 0.7).even;
         const PhiFunctions phi = phi_functions(m, dt, max_phi);
         double norm = 0.0;
-        for (const double value : m.values) norm = std::max(norm, std::abs(value) * dt);
+        for (const double value : m.values()) norm = std::max(norm, std::abs(value) * dt);
         for (std::size_t k = 0; k + 1 < phi.size(); ++k)
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 4; ++j) {
@@ -176,13 +175,13 @@ TEST(PhiFunctions, of_blocks_obey_their_recurrence) {
 // To the last digit: halving a step halves z exactly, and each step is made by the same doublings.
 TEST(PhiFunctions, of_halved_steps_are_those_of_each_step) {
     for (const double dt : {1e-3, 0.05, 3.0, 40.0}) {
-        const Block m = test::rod_bead_operator(decaying, 0.7).along;
+        const Block m = test::rod_bead_operator(decaying, 0.7).even;
         const std::vector<PhiFunctions> found = phi_functions_of_halves(m, dt, 5, 4);
         ASSERT_EQ(found.size(), 5u);
         for (int k = 0; k < 5; ++k) {
             const PhiFunctions expected = phi_functions(m, std::ldexp(dt, -k), 4);
             for (std::size_t n = 0; n <= 4; ++n)
-                EXPECT_EQ(found[static_cast<std::size_t>(k)][n].values, expected[n].values) << k << " phi " << n;
+                EXPECT_EQ(found[static_cast<std::size_t>(k)][n], expected[n]) << k << " phi " << n;
         }
     }
 }
@@ -238,12 +237,12 @@ TEST(NoiseCovariance, its_error_is_below_1e_10_for_dt_s_max_from_1e_minus_6_to_1
             const IsotropicBlocks m = test::rod_bead_operator(decaying, q);
             for (const std::vector<int>& noisy :
                  {std::vector<int>{3}, std::vector<int>{1, 3}, std::vector<int>{0, 1, 2, 3}}) {
-                const double dt = dt_rate / largest_rate(modes_of(m.along));
-                expect_right_covariance(m.along, noise_on(4, noisy), dt, dt_rate <= 1.0,
+                const double dt = dt_rate / largest_rate(modes_of(m.even));
+                expect_right_covariance(m.even, noise_on(4, noisy), dt, dt_rate <= 1.0,
                                         "along, q " + std::to_string(q) + ", dt|s|max " + std::to_string(dt_rate));
             }
-            const double dt = dt_rate / largest_rate(modes_of(m.across));
-            expect_right_covariance(m.across, noise_on(2, {1}), dt, dt_rate <= 1.0,
+            const double dt = dt_rate / largest_rate(modes_of(m.odd));
+            expect_right_covariance(m.odd, noise_on(2, {1}), dt, dt_rate <= 1.0,
                                     "across, q " + std::to_string(q) + ", dt|s|max " + std::to_string(dt_rate));
         }
 }
@@ -263,7 +262,7 @@ TEST(NoiseCovariance, a_slow_mode_beside_one_faster_by_1e12_is_accurate) {
 }
 
 TEST(NoiseCovariance, of_a_growing_mode_it_is_that_of_the_quadrature) {
-    const Block m = test::rod_bead_operator(growing, 0.05).across;
+    const Block m = test::rod_bead_operator(growing, 0.05).odd;
     expect_right_covariance(m, noise_on(2, {1}), 0.06, true, "small step");
     expect_right_covariance(m, noise_on(2, {1}), 40.0, false, "a growth by e^15");
 }
@@ -299,15 +298,15 @@ TEST(NoiseHalves, have_the_covariances_of_two_independent_intervals) {
     for (const double q : {0.05, 0.8, 6.0})
         for (double dt_rate = 1e-6; dt_rate < 2e6; dt_rate *= 10.0) {
             const IsotropicBlocks m = test::rod_bead_operator(decaying, q);
-            const double dt = dt_rate / largest_rate(modes_of(m.along));
+            const double dt = dt_rate / largest_rate(modes_of(m.even));
             for (const std::vector<int>& noisy : {std::vector<int>{3}, std::vector<int>{0, 1, 2, 3}}) {
                 const Block noise = noise_on(4, noisy);
                 const auto covariance = [&](double t) {
-                    return dt_rate <= 1.0 ? covariance_by_quadrature(QuadMatrix(m.along), QuadMatrix(noise), t)
-                                          : covariance_by_difference(QuadMatrix(m.along), QuadMatrix(noise), t);
+                    return dt_rate <= 1.0 ? covariance_by_quadrature(QuadMatrix(m.even), QuadMatrix(noise), t)
+                                          : covariance_by_difference(QuadMatrix(m.even), QuadMatrix(noise), t);
                 };
                 const QuadMatrix half = covariance(dt), whole = covariance(2.0 * dt);
-                const NoiseHalves found = noise_halves(m.along, noise, dt, 1).front();
+                const NoiseHalves found = noise_halves(m.even, noise, dt, 1).front();
                 const QuadMatrix k(found.regression), s(found.spread), e(found.propagator),
                     with_whole = product(k, whole),
                     first = sum(product(with_whole, transposed(k)), product(s, transposed(s))),
@@ -333,9 +332,9 @@ TEST(NoiseCovariance, of_a_conserved_mean_and_without_noise_it_is_exact) {
     Block q = noise_on(3, {0, 2});
     const Block c = noise_covariance(still, q, 0.25);
     for (int i = 0; i < 3; ++i) EXPECT_DOUBLE_EQ(c(i, i), 0.25 * q(i, i));
-    const Block none = noise_covariance(test::rod_bead_operator(decaying, 1.0).along, Block(4), 1.0);
-    for (const double value : none.values) EXPECT_EQ(value, 0.0);
-    for (const double value : factor(none).values) EXPECT_EQ(value, 0.0);
+    const Block none = noise_covariance(test::rod_bead_operator(decaying, 1.0).even, Block(4), 1.0);
+    for (const double value : none.values()) EXPECT_EQ(value, 0.0);
+    for (const double value : factor(none).inside) EXPECT_EQ(value, 0.0);
 }
 
 TEST(Factor, covariances_of_lower_rank_and_of_very_different_scales_are_factored) {
@@ -363,14 +362,14 @@ TEST(StationaryCovariance, of_the_transverse_block_is_the_closed_form) {
     for (const double q : {0.0, 0.3, 2.0}) {
         const double g = (c.drag + c.eta * q * q) / c.rho0, h = c.decay + c.stiffness * q * q,
                      k = c.weathercock * c.alpha / c.rho0;
-        const Block s = stationary_covariance(test::rod_bead_operator(c, q).across, noise_on(2, {1}));
+        const Block s = stationary_covariance(test::rod_bead_operator(c, q).odd, noise_on(2, {1}));
         const double expected = 0.5 * 0.8 * (g * g + g * h - k) / ((g + h) * (g * h - k));
         EXPECT_NEAR(s(1, 1), expected, 1e-14 * expected);
     }
 }
 
 TEST(StationaryCovariance, is_rejected_where_a_mode_grows_or_does_not_decay) {
-    EXPECT_THROW(stationary_covariance(test::rod_bead_operator(growing, 0.05).across, noise_on(2, {1})), Error);
+    EXPECT_THROW(stationary_covariance(test::rod_bead_operator(growing, 0.05).odd, noise_on(2, {1})), Error);
     EXPECT_THROW(stationary_covariance(Block(1), noise_on(1, {0})), Error);
 }
 

@@ -11,7 +11,7 @@ TEST(KeptModes, are_those_that_are_kept_and_give_the_state_back) {
          {Grid{.nx = 12, .ny = 8, .lx = 1.0, .ly = 2.0}, Grid{.nx = 16, .ny = 1, .lx = 1.0, .ly = 1.0},
           Grid{.nx = 4, .ny = 24, .lx = 1.0, .ly = 1.0}})
         for (const int degree : {1, 2, 3}) {
-            const System system{.grid = grid, .layout = {.scalars = 1, .vectors = 1}, .degree = degree};
+            const System system{.grid = grid, .layout = scalars_and_vectors(1, 1), .degree = degree};
             Spectra state(grid, 3);
             const std::size_t width = columns(grid);
             std::size_t kept = 0;

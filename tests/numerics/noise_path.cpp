@@ -16,13 +16,13 @@ namespace {
 /// Rods and beads with inertia; noise on the densities and on the order.
 System rods_and_beads(int n) {
     System system{
-        .grid = {n, n, 5.0, 5.0}, .layout = {.scalars = 2, .vectors = 2}, .linear = {}, .nonlinear = {}, .noise = {}};
+        .grid = {n, n, 5.0, 5.0}, .layout = scalars_and_vectors(2, 2), .linear = {}, .nonlinear = {}, .noise = {}};
     system.linear = [](double q) { return test::rod_bead_operator({}, q); };
     system.noise = [](double q) {
         IsotropicBlocks noise{Block(4), Block(2)};
-        noise.along(0, 0) = 0.3 * q * q;
-        noise.along(1, 1) = 0.2 * q * q;
-        noise.along(3, 3) = noise.across(1, 1) = 0.7;
+        noise.even(0, 0) = 0.3 * q * q;
+        noise.even(1, 1) = 0.2 * q * q;
+        noise.even(3, 3) = noise.odd(1, 1) = 0.7;
         return noise;
     };
     return system;
@@ -66,7 +66,7 @@ TEST(NoisePath, the_halves_of_an_interval_compose_to_its_own_increment) {
                 for (std::size_t i = 0; i < kept_in_row(system.grid, wavenumbers, row); ++i, at += 12) {
                     const auto n = static_cast<std::size_t>(wavenumbers.of_mode[row * 9 + i]);
                     const IsotropicBlocks m = system.linear(wavenumbers.q[n]);
-                    const Block along = phi_functions(m.along, half)[0], across = phi_functions(m.across, half)[0];
+                    const Block along = phi_functions(m.even, half)[0], across = phi_functions(m.odd, half)[0];
                     for (std::size_t k = 0; k < 12; ++k) {
                         const bool is_along = k < 8;
                         const Block& propagator = is_along ? along : across;
@@ -155,7 +155,7 @@ TEST(NoisePathStatistics, of_halves_has_the_covariance_of_their_length_and_none_
     for (const double dt : {0.01, 0.5, 16.0}) {
         NoisePath path(system, dt, 11, threads);
         const int level = path.level() + 2;
-        const Block expected = noise_covariance(m.along, noise.along, 0.25 * dt);
+        const Block expected = noise_covariance(m.even, noise.even, 0.25 * dt);
         constexpr int samples = 20000;
         std::vector<double> same(16), next(16), before(4);
         for (std::uint64_t index = 0; index < samples; ++index) {
@@ -184,15 +184,15 @@ TEST(NoisePathStatistics, of_halves_has_the_covariance_of_their_length_and_none_
 /// One wave of order that relaxes at a rate that rises with its square: large increments need short steps.
 System stiffening(double strength) {
     System system{
-        .grid = {4, 4, 2.0, 2.0}, .layout = {.scalars = 0, .vectors = 1}, .linear = {}, .nonlinear = {}, .noise = {}};
+        .grid = {4, 4, 2.0, 2.0}, .layout = scalars_and_vectors(0, 1), .linear = {}, .nonlinear = {}, .noise = {}};
     system.linear = [](double) {
         IsotropicBlocks rates{Block(1), Block(1)};
-        rates.along(0, 0) = rates.across(0, 0) = -1.0;
+        rates.even(0, 0) = rates.odd(0, 0) = -1.0;
         return rates;
     };
     system.noise = [](double q) {
         IsotropicBlocks noise{Block(1), Block(1)};
-        if (q == 0.0) noise.along(0, 0) = 8.0;  // variance 1 at strength 0, in a cell of 4 mm^2
+        if (q == 0.0) noise.even(0, 0) = 8.0;  // variance 1 at strength 0, in a cell of 4 mm^2
         return noise;
     };
     system.nonlinear = [strength](double, const Spectra& state, Spectra& rate) {

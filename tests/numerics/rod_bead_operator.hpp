@@ -16,20 +16,20 @@ struct RodBeadCoefficients {
 /// Along q: rho, sigma, i v.q/|q|, i p.q/|q|; across: i v, i p along q turned by 90 degrees.
 inline numerics::IsotropicBlocks rod_bead_operator(const RodBeadCoefficients& c, double q) {
     numerics::IsotropicBlocks m{numerics::Block(4), numerics::Block(2)};
-    m.along(0, 2) = -c.rho0 * q;
-    m.along(1, 3) = -c.speed * q;
-    m.along(2, 0) = c.bead_pressure * q / c.rho0;
-    m.along(2, 1) = c.rod_pressure * q / c.rho0;
-    m.along(2, 2) = -(c.drag + (c.eta + c.zeta) * q * q) / c.rho0;
-    m.along(2, 3) = c.alpha / c.rho0;
-    m.along(3, 0) = c.order_beads * q;
-    m.along(3, 1) = c.order_rods * q;
-    m.along(3, 2) = c.weathercock;
-    m.along(3, 3) = -(c.decay + (c.splay + c.stiffness) * q * q);
-    m.across(0, 0) = -(c.drag + c.eta * q * q) / c.rho0;
-    m.across(0, 1) = c.alpha / c.rho0;
-    m.across(1, 0) = c.weathercock;
-    m.across(1, 1) = -(c.decay + c.stiffness * q * q);
+    m.even(0, 2) = -c.rho0 * q;
+    m.even(1, 3) = -c.speed * q;
+    m.even(2, 0) = c.bead_pressure * q / c.rho0;
+    m.even(2, 1) = c.rod_pressure * q / c.rho0;
+    m.even(2, 2) = -(c.drag + (c.eta + c.zeta) * q * q) / c.rho0;
+    m.even(2, 3) = c.alpha / c.rho0;
+    m.even(3, 0) = c.order_beads * q;
+    m.even(3, 1) = c.order_rods * q;
+    m.even(3, 2) = c.weathercock;
+    m.even(3, 3) = -(c.decay + (c.splay + c.stiffness) * q * q);
+    m.odd(0, 0) = -(c.drag + c.eta * q * q) / c.rho0;
+    m.odd(0, 1) = c.alpha / c.rho0;
+    m.odd(1, 0) = c.weathercock;
+    m.odd(1, 1) = -(c.decay + c.stiffness * q * q);
     return m;
 }
 

@@ -15,25 +15,25 @@ inline constexpr Grid small_grid{16, 16, 6.0, 6.0};
 inline auto noise_on_order(double strength) {
     return [strength](double) {
         IsotropicBlocks q{Block(2), Block(1)};
-        q.along(1, 1) = q.across(0, 0) = strength;
+        q.even(1, 1) = q.odd(0, 0) = strength;
         return q;
     };
 }
 
 inline System small_flock(const Transform& transform) {
     System system{.grid = small_grid,
-                  .layout = {.scalars = 1, .vectors = 1},
+                  .layout = scalars_and_vectors(1, 1),
                   .linear = {},
                   .nonlinear = {},
                   .noise = {},
                   .degree = 3};
     system.linear = [](double q) {
         IsotropicBlocks m{Block(2), Block(1)};
-        m.along(0, 0) = -0.3 * q * q;
-        m.along(0, 1) = -q;
-        m.along(1, 0) = 0.5 * q;
-        m.along(1, 1) = 1.0 - 1.2 * q * q;
-        m.across(0, 0) = 1.0 - 0.8 * q * q;
+        m.even(0, 0) = -0.3 * q * q;
+        m.even(0, 1) = -q;
+        m.even(1, 0) = 0.5 * q;
+        m.even(1, 1) = 1.0 - 1.2 * q * q;
+        m.odd(0, 0) = 1.0 - 0.8 * q * q;
         return m;
     };
     system.nonlinear = [&transform](double t, const Spectra& state, Spectra& rate) {

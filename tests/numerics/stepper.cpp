@@ -167,7 +167,7 @@ TEST(Stepper, shares_its_arrays_with_others_and_keeps_its_bits) {
 TEST(Stepper, one_step_of_a_linear_system_equals_many) {
     Threads threads(1);
     System system{
-        .grid = {12, 10, 5.0, 3.0}, .layout = {.scalars = 2, .vectors = 2}, .linear = {}, .nonlinear = {}, .noise = {}};
+        .grid = {12, 10, 5.0, 3.0}, .layout = scalars_and_vectors(2, 2), .linear = {}, .nonlinear = {}, .noise = {}};
     system.linear = [](double q) { return test::rod_bead_operator({}, q); };
     Spectra from(system.grid, 6);
     Threads one(1);
@@ -185,7 +185,7 @@ TEST(Stepper, the_blocks_are_the_cartesian_equations_in_every_direction) {
     Threads threads(1);
     const test::RodBeadCoefficients c;
     System system{
-        .grid = {8, 8, 3.0, 4.0}, .layout = {.scalars = 2, .vectors = 2}, .linear = {}, .nonlinear = {}, .noise = {}};
+        .grid = {8, 8, 3.0, 4.0}, .layout = scalars_and_vectors(2, 2), .linear = {}, .nonlinear = {}, .noise = {}};
     system.linear = [&c](double q) { return test::rod_bead_operator(c, q); };
     const double dt = 1e-9;
     Stepper stepper(system, stepper_table("exponential-euler"), dt, 1, threads);

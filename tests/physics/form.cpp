@@ -7,7 +7,7 @@ namespace drover::physics {
 namespace {
 
 TEST(Form, rods_alone_have_one_scalar_and_one_vector_named_in_the_order_of_the_components) {
-    EXPECT_EQ(layout(rods_only), (numerics::Layout{.scalars = 1, .vectors = 1}));
+    EXPECT_EQ(layout(rods_only), (numerics::scalars_and_vectors(1, 1)));
     const auto names = component_names(rods_only);
     ASSERT_EQ(names.size(), 3u);
     EXPECT_EQ(names[0].name, "rod_density");
@@ -21,7 +21,7 @@ TEST(Form, rods_alone_have_one_scalar_and_one_vector_named_in_the_order_of_the_c
 
 TEST(Form, an_absent_field_has_no_component) {
     const Form order_alone{.polar_order = 0};
-    EXPECT_EQ(layout(order_alone), (numerics::Layout{.scalars = 0, .vectors = 1}));
+    EXPECT_EQ(layout(order_alone), (numerics::scalars_and_vectors(0, 1)));
     ASSERT_EQ(component_names(order_alone).size(), 2u);
     EXPECT_EQ(component_names(order_alone)[0].name, "polar_order_x");
     EXPECT_TRUE(component_names(Form{}).empty());

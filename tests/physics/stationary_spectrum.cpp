@@ -47,8 +47,8 @@ Whitened whitened(const numerics::System& system, const numerics::Spectra& state
     const numerics::Wavevector q = numerics::wavevector(grid, m % numerics::columns(grid), m / numerics::columns(grid));
     const double length = std::hypot(q.x, q.y);
     const numerics::IsotropicBlocks rates = system.linear(length), noise = system.noise(length);
-    const auto along = root(numerics::stationary_covariance(rates.along, noise.along));
-    const double across = std::sqrt(numerics::stationary_covariance(rates.across, noise.across)(0, 0));
+    const auto along = root(numerics::stationary_covariance(rates.even, noise.even));
+    const double across = std::sqrt(numerics::stationary_covariance(rates.odd, noise.odd)(0, 0));
     const Complex i(0.0, 1.0), sigma = state[0][m], x = state[1][m], y = state[2][m];
     const Complex p_along = i * (q.x * x + q.y * y) / length, p_across = i * (q.x * y - q.y * x) / length;
     const double scale = std::sqrt(numerics::area(grid));

@@ -6,19 +6,11 @@
 #include <vector>
 
 #include "drover/numerics/grid.hpp"
+#include "drover/numerics/layout.hpp"
 
 namespace drover::numerics {
 
 using Complex = std::complex<double>;
-
-/// The fields of a system: scalars first, then vectors, each as its x and y components.
-struct Layout {
-    int scalars = 0;
-    int vectors = 0;
-};
-
-inline int components(const Layout& layout) { return layout.scalars + 2 * layout.vectors; }
-inline bool operator==(const Layout& a, const Layout& b) { return a.scalars == b.scalars && a.vectors == b.vectors; }
 
 /// `components` consecutive real arrays [y][x].
 struct Fields {

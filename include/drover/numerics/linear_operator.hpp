@@ -22,7 +22,7 @@ private:
     Grid grid_;
     Layout layout_;
     DistinctWavenumbers wavenumbers_;
-    std::vector<double> matrices_;  // for each |q|: the entries along, then across
+    std::vector<double> matrices_;  // for each |q|: the entries of the even block, then of the odd one
 };
 
 }  // namespace drover::numerics

@@ -6,7 +6,7 @@
 namespace drover::numerics {
 
 /// Largest number of rows.
-inline constexpr int max_lyapunov = 6;
+inline constexpr int max_lyapunov = 48;
 
 /// Solves m s + s m^H + q = 0 for `rows` by `rows` matrices stored column by column; q Hermitian, and so is s.  Returns
 /// the largest real part of the eigenvalues of m: `s` is written only where it is negative.  Defective m are allowed.

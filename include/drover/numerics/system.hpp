@@ -7,12 +7,17 @@
 
 namespace drover::numerics {
 
-/// An isotropic linear operator at one |q|.  Along q: the scalars, then i times the part of each vector along q.
-/// Across q: i times the part of each vector along q rotated by +90 degrees.  In these variables the blocks are real.
-/// At q = 0 both are used, without the i: "along" is x, "across" is y.
+/// An isotropic linear operator at one |q|, in the variables that turn with q.  Where q has the angle theta, a field of
+/// spin m has the parts
+///     along:   i^m ( cos(m theta) F_1 + sin(m theta) F_2)
+///     across:  i^m (-sin(m theta) F_1 + cos(m theta) F_2);
+/// a scalar is one part, itself.  In these variables the operator is real and depends on |q| alone.  The reflection
+/// about q keeps the even parts and changes the sign of the odd ones (block_parts): only chiral operators couple them.
+/// At q = 0 theta is 0, and the factor i^m is left out: along is F_1, across is F_2; only fields of equal spin are
+/// coupled, and the factors of L cancel.
 struct IsotropicBlocks {
-    Block along;   ///< size scalars + vectors
-    Block across;  ///< size vectors
+    Block even;
+    Block odd;  ///< of a chiral layout: without rows
 };
 
 /// A system of fields: da/dt = L a + N(t, a) + noise.
