@@ -59,8 +59,9 @@ private:
     Typeset sum(const Formula& f) const {
         std::string written;
         for (const Formula& part : f.arguments) {
-            if (!written.empty()) written += part.sign == '-' ? " - " : " + ";
-            written += enclosed(of(part), binding_product);
+            const bool is_first = written.empty();
+            if (!is_first) written += part.sign == '-' ? " - " : " + ";
+            written += enclosed(of(part), is_first ? binding_sum : binding_product);
         }
         return {written, binding_sum};
     }

@@ -45,12 +45,13 @@ bool Algebra::is_constant(const Component& a, double& value) const {
     return true;
 }
 
-Component Algebra::sum(const Component& a, const Component& b, double sign) {
+Component Algebra::sum(const Component& a, const Component& b, double factor) {
+    if (std::abs(factor) != 1.0) return sum(a, scaled(b, factor));
     Component result = a;
-    for (const auto& [derivative, coefficient] : b.linear) add(result.linear, derivative, sign * coefficient);
+    for (const auto& [derivative, coefficient] : b.linear) add(result.linear, derivative, factor * coefficient);
     for (const auto& [order, node] : b.rest) {
         const auto place = result.rest.emplace(order, graph.number(0.0)).first;
-        place->second = graph.make(sign > 0.0 ? Operation::add : Operation::subtract, place->second, node);
+        place->second = graph.make(factor > 0.0 ? Operation::add : Operation::subtract, place->second, node);
         if (graph.is_number(place->second, 0.0)) result.rest.erase(place);
     }
     return result;

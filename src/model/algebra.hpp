@@ -68,7 +68,8 @@ public:
     bool is_constant(const Component& a, double& value) const;
     bool is_zero(const Component& a) const { return a.linear.empty() && a.rest.empty(); }
 
-    Component sum(const Component& a, const Component& b, double sign = 1.0);
+    /// a + factor * b.
+    Component sum(const Component& a, const Component& b, double factor = 1.0);
     Component scaled(const Component& a, double factor);
     Component product(const Component& a, const Component& b);
     Component derivative(const Component& a, const Order& order);

@@ -49,13 +49,11 @@ private:
             c_.components += components(c_.model.fields[i]);
         }
         c_.array_of.assign(static_cast<std::size_t>(c_.components), -1);
-        for (const bool scalars : {true, false})
-            for (int k = 0; k < c_.components; ++k) {
-                const Field& field = c_.model.fields[c_.field(k)];
-                if ((field.spin == 0) != scalars || field.left == LeftSide::balance) continue;
-                c_.array_of[static_cast<std::size_t>(k)] = static_cast<int>(c_.state.size());
-                c_.state.push_back(k);
-            }
+        for (int k = 0; k < c_.components; ++k) {
+            if (c_.model.fields[c_.field(k)].left == LeftSide::balance) continue;
+            c_.array_of[static_cast<std::size_t>(k)] = static_cast<int>(c_.state.size());
+            c_.state.push_back(k);
+        }
         require(!c_.state.empty(), {}, "the model has no field with a rate; expected at least one");
         c_.linear.resize(static_cast<std::size_t>(c_.components));
     }

@@ -180,21 +180,30 @@ std::complex<double> power_of_i(int n) {
     return powers[static_cast<std::size_t>(((n % 4) + 4) % 4)];
 }
 
-/// The blocks of a symbol at q along x, over the components of a state.
-IsotropicBlocks blocks_of(const CompiledEquations& c, const Symbol& m, bool at_zero) {
-    std::vector<int> even, odd;
-    for (const int k : c.state) (c.is_odd(k) ? odd : even).push_back(k);
-    const auto block = [&](const std::vector<int>& members) {
+numerics::Layout layout_of(const CompiledEquations& c) {
+    numerics::Layout layout{.chiral = c.model.chiral};
+    for (const int k : c.state)
+        if (c.part_of(k) == 0) layout.fields.push_back({c.spin_of(k), c.model.fields[c.field(k)].odd});
+    return layout;
+}
+
+/// The blocks of a symbol at q along x.
+IsotropicBlocks blocks_of(const CompiledEquations& c, const Symbol& m, const numerics::BlockParts& parts,
+                          bool at_zero) {
+    const auto block = [&](const std::vector<numerics::Part>& members) {
         Block result(static_cast<int>(members.size()));
         for (std::size_t i = 0; i < members.size(); ++i)
             for (std::size_t j = 0; j < members.size(); ++j) {
-                const std::complex<double> entry = m(members[i], members[j]);
-                const int turns = at_zero ? 0 : c.spin_of(members[i]) - c.spin_of(members[j]);
+                const auto component = [&](const numerics::Part& part) {
+                    return c.state[static_cast<std::size_t>(part.component)];
+                };
+                const std::complex<double> entry = m(component(members[i]), component(members[j]));
+                const int turns = at_zero ? 0 : members[i].spin - members[j].spin;
                 result(static_cast<int>(i), static_cast<int>(j)) = (power_of_i(turns) * entry).real();
             }
         return result;
     };
-    return {.along = block(even), .across = block(odd)};
+    return {.even = block(parts.even), .odd = block(parts.odd)};
 }
 }  // namespace
 
@@ -222,7 +231,7 @@ Symbol CompiledEquations::averaged(const std::vector<LinearForm>& rows, double q
     }
     for (int i = 0; i < components; ++i)
         for (int j = 0; j < components; ++j)
-            if (is_odd(i) != is_odd(j)) sum(i, j) = 0.0;
+            if (is_odd(i) != is_odd(j) && !model.chiral) sum(i, j) = 0.0;
     return sum;
 }
 
@@ -232,7 +241,7 @@ bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows)
         const double size = along_x.cwiseAbs().maxCoeff();
         for (int i = 0; i < components; ++i)
             for (int j = 0; j < components; ++j)
-                if (is_odd(i) != is_odd(j) && std::abs(along_x(i, j)) > 1e-12 * size) return false;
+                if (!model.chiral && is_odd(i) != is_odd(j) && std::abs(along_x(i, j)) > 1e-12 * size) return false;
         for (const double angle : {0.7, 2.1}) {
             const double cosine = std::cos(angle), sine = std::sin(angle);
             const Symbol turned = in_frame(form_symbol(rows, {q * cosine, q * sine}), cosine, sine);
@@ -245,12 +254,15 @@ bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows)
 
 numerics::System Equations::system(const numerics::Grid& grid, Threads& threads) const {
     const std::shared_ptr<const CompiledEquations> c = compiled_;
-    numerics::System system{.grid = grid, .layout = {}};
-    for (const int k : c->state)
-        if (c->part_of(k) == 0) ++(c->spin_of(k) == 0 ? system.layout.scalars : system.layout.vectors);
-    system.linear = [c](double q) { return blocks_of(*c, c->eliminated(c->averaged(c->linear, q)), q == 0.0); };
+    numerics::System system{.grid = grid, .layout = layout_of(*c)};
+    const numerics::BlockParts parts = numerics::block_parts(system.layout);
+    system.linear = [c, parts](double q) {
+        return blocks_of(*c, c->eliminated(c->averaged(c->linear, q)), parts, q == 0.0);
+    };
     if (has_noise())
-        system.noise = [equations = *this, c](double q) { return blocks_of(*c, equations.noise(q), q == 0.0); };
+        system.noise = [equations = *this, c, parts](double q) {
+            return blocks_of(*c, equations.noise(q), parts, q == 0.0);
+        };
     system.degree = c->degree;
     system.nonlinear = nonlinear_part(c, system, threads);
     return system;
