@@ -1,19 +1,24 @@
 // model/algebra.cpp: sums, products and derivatives of components.
 #include "algebra.hpp"
 
+#include <cmath>
 #include <set>
 
 namespace drover::model {
 
 namespace {
 constexpr Order no_derivative{}, along_x{1, 0}, along_y{0, 1};
+}  // namespace
 
-void add(LinearForm& form, const Derivative& derivative, double coefficient) {
+void Algebra::add(LinearForm& form, const Derivative& derivative, double coefficient) const {
+    require(derivative.order.x + derivative.order.y <= max_order, graph.where,
+            "a derivative of order {}; expected at most {}", derivative.order.x + derivative.order.y, max_order);
     const auto place = form.emplace(derivative, 0.0).first;
     place->second += coefficient;
+    require(std::isfinite(place->second), graph.where,
+            "the coefficient of a field is {}; expected a number below 1e308 in size", place->second);
     if (place->second == 0.0) form.erase(place);
 }
-}  // namespace
 
 std::string rank_text(const Rank& rank, Parity parity) {
     const std::string pseudo = parity == Parity::odd ? "pseudo" : "";
@@ -60,8 +65,10 @@ Component Algebra::sum(const Component& a, const Component& b, double factor) {
 Component Algebra::scaled(const Component& a, double factor) {
     Component result;
     if (factor == 0.0) return result;
+    require(std::isfinite(factor), graph.where,
+            "a factor or a reciprocal of it is {}; expected a number below 1e308 in size", factor);
     const int number = graph.number(factor);
-    for (const auto& [derivative, coefficient] : a.linear) result.linear.emplace(derivative, factor * coefficient);
+    for (const auto& [derivative, coefficient] : a.linear) add(result.linear, derivative, factor * coefficient);
     for (const auto& [order, node] : a.rest) result.rest.emplace(order, graph.make(Operation::multiply, number, node));
     return result;
 }
@@ -77,10 +84,13 @@ Component Algebra::product(const Component& a, const Component& b) {
 Component Algebra::derivative(const Component& a, const Order& order) {
     Component result;
     for (const auto& [derivative, coefficient] : a.linear)
-        result.linear.emplace(Derivative{derivative.component, derivative.order + order}, coefficient);
+        add(result.linear, {derivative.component, derivative.order + order}, coefficient);
     for (const auto& [inner, node] : a.rest) {
         if (reads_atoms(node)) {
-            result.rest.emplace(inner + order, node);
+            const Order all = inner + order;
+            require(all.x + all.y <= max_order, graph.where, "a derivative of order {}; expected at most {}",
+                    all.x + all.y, max_order);
+            result.rest.emplace(all, node);
             continue;
         }
         // Given functions of the position need not be periodic: x is not.
@@ -127,7 +137,7 @@ int Algebra::total_derivative(int node, const Order& direction) {
         const LinearForm form = form_of(slot);
         LinearForm slope;
         for (const auto& [derivative, coefficient] : form)
-            slope.emplace(Derivative{derivative.component, derivative.order + direction}, coefficient);
+            add(slope, {derivative.component, derivative.order + direction}, coefficient);
         return atom(slope);
     });
 }

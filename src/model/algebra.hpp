@@ -54,10 +54,14 @@ struct Value {
 /// "a scalar", "a pseudovector", "a nematic (spin 2)".
 std::string rank_text(const Rank& rank, Parity parity);
 
+/// Coefficients of higher derivatives overflow, and no equation of physics has them.
+inline constexpr int max_order = 32;
+
 /// Position and time, then atoms.
 inline constexpr int slot_x = 0, slot_y = 1, slot_t = 2, first_atom = 3;
 
-/// Operations on components in one graph.  Throws an input Error at graph.where as GraphBuilder does.
+/// Operations on components in one graph.  Throws an input Error at graph.where as GraphBuilder does, for coefficients
+/// that are not finite, and for derivatives of an order above max_order.
 class Algebra {
 public:
     Algebra() : graph(Folding::simplified) {}
@@ -68,7 +72,7 @@ public:
     bool is_constant(const Component& a, double& value) const;
     bool is_zero(const Component& a) const { return a.linear.empty() && a.rest.empty(); }
 
-    /// a + factor * b.
+    /// a + factor b.
     Component sum(const Component& a, const Component& b, double factor = 1.0);
     Component scaled(const Component& a, double factor);
     Component product(const Component& a, const Component& b);
@@ -90,6 +94,7 @@ public:
 
 private:
     bool reads_atoms(int node) const;
+    void add(LinearForm& form, const Derivative& derivative, double coefficient) const;
     int differentiated(int node, const Order& order);
 
     std::vector<LinearForm> atoms_;

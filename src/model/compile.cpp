@@ -1,10 +1,12 @@
 // model/compile.cpp: from the texts of a model to linear forms and functions at points.
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <set>
 
 #include "compiled.hpp"
+#include "conservation.hpp"
 #include "drover/model/equations.hpp"
 #include "lowering.hpp"
 
@@ -19,20 +21,24 @@ struct Part {
 };
 
 bool equal(const Formula& a, const Formula& b) {
+    const auto equal_parts = [](const Formula& c, const Formula& d) { return c.sign == d.sign && equal(c, d); };
     return a.kind == b.kind && a.name == b.name && a.value == b.value && a.arguments.size() == b.arguments.size() &&
-           std::equal(a.arguments.begin(), a.arguments.end(), b.arguments.begin(), equal);
+           std::equal(a.arguments.begin(), a.arguments.end(), b.arguments.begin(), equal_parts);
 }
 
 class Compiler {
 public:
     explicit Compiler(const Model& model) : names_(model), lowering_(model, names_, algebra_) {
         c_.model = model;
+        check_values();
         number_components();
         algebra_.name_of = [this](const LinearForm& form) { return name_of(form); };
         c_.is_substituted.assign(model.fields.size(), false);
         for (std::size_t i = 0; i < model.fields.size(); ++i)
             if (model.fields[i].left == LeftSide::balance) solve_balance(i);
         for (std::size_t i = 0; i < model.fields.size(); ++i) compile_field(i);
+        for (std::size_t i = 0; i < model.definitions.size(); ++i)
+            static_cast<void>(lowering_.value_of_definition(i));  // those that no equation uses are checked as well
         for (int slot = first_atom; slot < algebra_.slots(); ++slot) c_.atoms.push_back(algebra_.form_of(slot));
     }
 
@@ -42,6 +48,30 @@ public:
     }
 
 private:
+    void check_values() const {
+        constexpr std::size_t max_fields = 64;  // symbols are dense matrices
+        const Model& model = c_.model;
+        require(model.fields.size() <= max_fields, model.fields.empty() ? SourceLocation{} : model.fields.back().where,
+                "the model has {} fields; expected at most {}", model.fields.size(), max_fields);
+        for (const auto& [name, value] : model.coefficients)
+            require(std::isfinite(value), {}, "the coefficient {} is {}; expected a finite number", name, value);
+        for (const Field& field : model.fields) {
+            require(std::isfinite(field.noise) && field.noise >= 0.0, field.where,
+                    "the noise of {} is {}; expected a finite number >= 0", field.name, field.noise);
+            require(std::isfinite(field.reference), field.where, "the reference of {} is {}; expected a finite number",
+                    field.name, field.reference);
+            require(field.reference == 0.0 || (field.spin == 0 && !field.odd), field.where,
+                    "the reference of {}, which is {}, is {}; expected 0, the isotropic state", field.name,
+                    rank_text({0, field.spin}, field.odd ? Parity::odd : Parity::even), field.reference);
+            const bool is_held = field.left == LeftSide::balance;
+            require(!is_held || (field.noise == 0.0 && field.mass.text.empty()), field.where,
+                    "{} is in balance and has a {}; expected none, since it has no rate", field.name,
+                    field.noise != 0.0 ? "noise" : "mass");
+            require(!field.conserved || field.noise == 0.0 || field.noise_conserves, field.where,
+                    "{} is conserved, and its noise is not; expected conserved_noise = true", field.name);
+        }
+    }
+
     void number_components() {
         for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {
             c_.first_component.push_back(c_.components);
@@ -54,7 +84,8 @@ private:
             c_.array_of[static_cast<std::size_t>(k)] = static_cast<int>(c_.state.size());
             c_.state.push_back(k);
         }
-        require(!c_.state.empty(), {}, "the model has no field with a rate; expected at least one");
+        require(!c_.state.empty(), c_.model.fields.empty() ? SourceLocation{} : c_.model.fields[0].where,
+                "the model has no field with a rate; expected at least one");
         c_.linear.resize(static_cast<std::size_t>(c_.components));
     }
 
@@ -72,7 +103,9 @@ private:
     std::vector<Part> read_parts(std::size_t index, const std::optional<Formula>& mass = {}) {
         const FormulaText text(c_.model.fields[index].equation.text, c_.model.fields[index].equation.where);
         const Formula whole = parse_formula(text, equation_notation());
-        if (whole.kind != Formula::Kind::sum) return {read_part(index, text, whole, 0, text.text().size(), mass)};
+        const bool is_in_parentheses = whole.at != text.text().find_first_not_of(" \t\n");
+        if (whole.kind != Formula::Kind::sum || is_in_parentheses)
+            return {read_part(index, text, whole, 0, text.text().size(), mass)};
         std::vector<Part> parts;
         for (std::size_t i = 0; i < whole.arguments.size(); ++i)
             parts.push_back(
@@ -145,12 +178,10 @@ private:
 
     void compile_field(std::size_t index) {
         const Field& field = c_.model.fields[index];
-        require(field.noise >= 0.0 && std::isfinite(field.noise), field.where,
-                "the noise of {} is {}; expected a finite strength of 0 or more", field.symbol, field.noise);
-        require(!field.conserved || field.noise == 0.0 || field.noise_conserves, field.where,
-                "the noise of {} changes its mean, and {} is declared as conserved; expected conserved_noise = true",
-                field.symbol, field.symbol);
-        if (field.equation.text.empty()) return;
+        if (field.equation.text.empty()) {
+            if (!field.mass.text.empty()) static_cast<void>(lowering_.value_of(field.mass, {}, Parity::even));
+            return;
+        }
         std::optional<Formula> mass;
         const FormulaText mass_text(field.mass.text, field.mass.where);
         if (!field.mass.text.empty()) mass = parse_formula(mass_text, equation_notation());
@@ -188,14 +219,13 @@ private:
         const std::vector<Formula> factors =
             mass.kind == Formula::Kind::product ? mass.arguments : std::vector<Formula>{mass};
         std::vector<Formula>& found = formula.arguments;
-        if (found.size() <= factors.size()) return false;
+        if (found.size() <= factors.size() || found[factors.size()].sign == '/') return false;
         const bool is_negative = found[0].kind == Formula::Kind::negative;
         for (std::size_t i = 0; i < factors.size(); ++i) {
             const Formula& factor = i == 0 && is_negative ? found[0].arguments[0] : found[i];
             if (factors[i].sign == '/' || found[i].sign == '/' || !equal(factor, factors[i])) return false;
         }
         found.erase(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(factors.size()));
-        if (found[0].sign == '/') return false;
         if (is_negative) {
             Formula first = std::move(found[0]);
             found[0] = {.kind = Formula::Kind::negative, .arguments = {first}, .at = first.at, .sign = '*'};
@@ -212,7 +242,10 @@ private:
         const bool is_constant = algebra_.is_constant(value.components[0], number);
         if (is_constant && !(number > 0.0))
             mass_text.fail_with(mass.at, text("the mass is {}; expected a number above 0", number));
+        require(is_constant || !field.conserved, field.mass.where,
+                "{} is conserved, and its mass is not constant; expected a number", field.symbol);
         const int node = algebra_.at_points(value.components[0]);
+        masses_.push_back({mass_text.location(mass.at), algebra_.graph.expression(node)});
         const auto divided = [&](const Component& force) {
             if (is_constant) return algebra_.scaled(force, 1.0 / number);
             if (algebra_.is_zero(force)) return force;
@@ -233,7 +266,7 @@ private:
         if (is_constant) return;
         for (std::vector<Component>* total : {&straight, &placed}) {
             for (Component& c : *total) c = divided(c);
-            add_evaluated({.field = parts.empty() ? 0 : parts[0].summary.field}, *total);
+            if (!parts.empty()) add_evaluated({.field = parts[0].summary.field, .where = field.equation.where}, *total);
         }
     }
 
@@ -248,13 +281,13 @@ private:
 
     // ---- terms
 
-    Row row_of(const Component& component) const {
+    Row row_of(const Component& component, const SourceLocation& where) const {
         Row row{component.linear, {}};
         for (const auto& [order, node] : component.rest) {
             PointFunction function{order, algebra_.graph.expression(node), {}};
             for (const int slot : slots_of(function.value)) {
                 if (slot < first_atom) continue;
-                Expression slope = derivative(function.value, slot);
+                Expression slope = derivative(function.value, slot, where);
                 if (!drover::is_zero(slope)) function.slopes.push_back({slot, std::move(slope)});
             }
             row.functions.push_back(std::move(function));
@@ -265,81 +298,40 @@ private:
     /// For the symbol and, `evaluated`, for the solver.
     void add_term(const TermSummary& summary, const std::vector<Component>& rates, bool evaluated) {
         Term term{summary, depends_on_position(rates), {}};
-        for (const Component& rate : rates) term.rows.push_back(row_of(rate));
+        for (const Component& rate : rates) term.rows.push_back(row_of(rate, summary.where));
         if (evaluated) evaluated_.push_back(term);
         c_.terms.push_back(std::move(term));
     }
     void add_evaluated(const TermSummary& summary, const std::vector<Component>& rates) {
         Term term{summary, depends_on_position(rates), {}};
-        for (const Component& rate : rates) term.rows.push_back(row_of(rate));
+        for (const Component& rate : rates) term.rows.push_back(row_of(rate, summary.where));
         evaluated_.push_back(std::move(term));
     }
 
     // ---- conservation
 
-    /// The Euler operator of a divergence vanishes identically: tried at random derivatives of the fields.
     void check_conserved(std::size_t index, const std::vector<Part>& parts) {
         const Field& field = c_.model.fields[index];
         require(field.spin == 0, field.where, "{} is conserved and has spin {}; expected a scalar", field.name,
                 field.spin);
+        require(field.left == LeftSide::rate, field.where,
+                "{} is conserved and in balance; expected a field with a rate", field.name);
+        const Part* first = nullptr;  // of the parts that are no divergences, which together may be one
+        Component total;
         for (const Part& part : parts) {
             const Component& rate = part.value.components[0];
             Component source{rate.linear, {}};  // what is no derivative as a whole
             std::erase_if(source.linear, [](const auto& entry) { return entry.first.order != Order{}; });
             if (const auto found = rate.rest.find(Order{}); found != rate.rest.end()) source.rest.insert(*found);
-            if (algebra_.is_zero(source)) continue;
-            require(is_divergence(source), part.summary.where,
-                    "the term \"{}\" is no divergence, and {} is declared as conserved; expected a divergence such as "
-                    "-div(...), or conserved = false",
-                    part.summary.text, field.symbol);
+            if (algebra_.is_zero(source) || is_divergence(algebra_, source)) continue;
+            if (first == nullptr) first = &part;
+            total = algebra_.sum(total, source);
         }
-    }
-    bool is_divergence(const Component& source) {
-        const int node = algebra_.at_points(source);
-        const Expression whole = algebra_.graph.expression(node);
-        std::map<int, std::vector<int>> euler;  // of each component: summands
-        for (const int slot : slots_of(whole)) {
-            if (slot < first_atom) continue;
-            const int slope = chain_rule(algebra_.graph, node,
-                                         [&](int other) { return algebra_.graph.number(other == slot ? 1.0 : 0.0); });
-            const LinearForm form = algebra_.form_of(slot);
-            for (const auto& [derivative, coefficient] : form) {
-                const double sign = (derivative.order.x + derivative.order.y) % 2 == 0 ? 1.0 : -1.0;
-                Component part = algebra_.scaled(algebra_.of_node(slope), sign * coefficient);
-                part = algebra_.derivative(part, derivative.order);
-                euler[derivative.component].push_back(algebra_.at_points(part));
-            }
-        }
-        std::uint64_t random = 88172645463325252u;
-        const auto next = [&random] {
-            random ^= random << 13u;
-            random ^= random >> 7u;
-            random ^= random << 17u;
-            return 0.5 + static_cast<double>(random >> 11u) * 0x1p-53;
-        };
-        for (int trial = 0; trial < 3; ++trial) {
-            std::map<Derivative, double> values;
-            std::vector<double> slots(static_cast<std::size_t>(algebra_.slots()), 0.3);
-            for (int slot = first_atom; slot < algebra_.slots(); ++slot)
-                for (const auto& [derivative, coefficient] : algebra_.form_of(slot)) {
-                    const auto [place, is_new] = values.emplace(derivative, 0.0);
-                    if (is_new) place->second = next();
-                    slots[static_cast<std::size_t>(slot)] =
-                        (derivative == algebra_.form_of(slot).begin()->first ? 0.0
-                                                                             : slots[static_cast<std::size_t>(slot)]) +
-                        coefficient * place->second;
-                }
-            for (const auto& [component, summands] : euler) {
-                double sum = 0.0, size = 0.0;
-                for (const int summand : summands) {
-                    const double value = evaluate(algebra_.graph.expression(summand), slots);
-                    sum += value;
-                    size += std::abs(value);
-                }
-                if (std::abs(sum) > 1e-9 * size) return false;
-            }
-        }
-        return true;
+        require(first == nullptr || algebra_.is_zero(total) || is_divergence(algebra_, total),
+                first == nullptr ? field.where : first->summary.where,
+                "the term \"{}\" is no divergence, and {} is declared as conserved; expected a divergence such as "
+                "-div(...), or conserved = false",
+                first == nullptr ? "" : first->summary.text, field.symbol);
     }
 
     // ---- what the solver evaluates
@@ -352,9 +344,15 @@ private:
             for (int k = 0; k < components(field); ++k)
                 reference.push_back(field.spin == 0 && !field.odd ? field.reference : 0.0);
         const std::vector<double> slots = c_.slots_at(reference);
+        for (const auto& [where, mass] : masses_) {
+            const double value = evaluate(mass, slots);
+            require(value > 0.0 && std::isfinite(value), where,
+                    "the mass is {} in the state of the references; expected a number above 0", value);
+        }
         std::map<std::pair<int, Order>, int> remainders;  // (component, order) -> node
         GraphBuilder graph(Folding::lenient);
         for (Term& term : evaluated_) {
+            graph.where = term.summary.where;
             const int first = c_.first_component[term.summary.field];
             for (std::size_t k = 0; k < term.rows.size(); ++k) {
                 const int component = first + static_cast<int>(k);
@@ -394,10 +392,32 @@ private:
                 output.value = Expression(0.0) - output.value;
                 output.uses[0].factor = 1.0;
             }
-        require(c_.is_isotropic || !c_.has_balance(), {},
-                "the linear terms distinguish directions, and a field is in balance; expected isotropic terms");
+        check_balances();
         find_degree();
         for (const Term& term : c_.terms) c_.summaries.push_back(term.summary);
+    }
+
+    /// The balances must determine their fields at every q.
+    void check_balances() const {
+        std::vector<int> held;
+        for (int k = 0; k < c_.components; ++k)
+            if (c_.in_balance(k)) held.push_back(k);
+        if (held.empty()) return;
+        const Field& first = c_.model.fields[c_.field(held[0])];
+        const SourceLocation& where = first.equation.text.empty() ? first.where : first.equation.where;
+        require(c_.is_isotropic, where,
+                "the linear terms distinguish directions, and {} is in balance; expected isotropic terms",
+                first.symbol);
+        for (const int k : held)
+            require(c_.constants[static_cast<std::size_t>(k)] == 0.0, c_.model.fields[c_.field(k)].equation.where,
+                    "the balance of {} has a constant term; expected linear terms of the fields alone",
+                    c_.model.fields[c_.field(k)].symbol);
+        for (const double q : {0.0, 0.31, 1.0, 2.7}) {
+            const Symbol of_held = c_.form_symbol(c_.linear, {q, 0.0})(held, held);
+            require(of_held.fullPivLu().isInvertible(), where,
+                    "the balance of {} does not determine it at wavenumber {}; expected a term such as -c {}",
+                    first.symbol, q, first.symbol);
+        }
     }
 
     /// Moves the slopes of a function about the reference to the linear form, where they are finite.
@@ -407,8 +427,7 @@ private:
         for (const PointFunction::Slope& slope : function.slopes) {
             slopes.push_back(evaluate(slope.value, slots));
             if (!std::isfinite(slopes.back())) {
-                unsmooth_.push_back(text_of(function.value));
-                return node;
+                return node;  // it stays in the explicit part as a whole
             }
         }
         for (std::size_t i = 0; i < slopes.size(); ++i) {
@@ -440,7 +459,7 @@ private:
     Lowering lowering_;
     CompiledEquations c_;
     std::vector<Term> evaluated_;
-    std::vector<std::string> unsmooth_;
+    std::vector<std::pair<SourceLocation, Expression>> masses_;
 };
 }  // namespace
 

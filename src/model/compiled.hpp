@@ -87,6 +87,7 @@ struct CompiledEquations {
     Symbol in_frame(const Symbol& m, double cosine, double sine, bool back = false) const;
     /// The average over the directions of q, without what couples the even and the odd block, at q along x.
     Symbol averaged(const std::vector<LinearForm>& rows, double q) const;
+    Eigen::MatrixXd size_between_fields(const std::vector<LinearForm>& rows, double q) const;
     bool commutes_with_turns(const std::vector<LinearForm>& rows) const;
     int spin_of(int component) const { return model.fields[field(component)].spin; }
     std::size_t field(int component) const {

@@ -235,18 +235,29 @@ Symbol CompiledEquations::averaged(const std::vector<LinearForm>& rows, double q
     return sum;
 }
 
+/// The size of a symbol at |q| without cancellations, between the fields of two components: turning mixes no others.
+Eigen::MatrixXd CompiledEquations::size_between_fields(const std::vector<LinearForm>& rows, double q) const {
+    const auto count = static_cast<Eigen::Index>(model.fields.size());
+    Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(count, count);
+    for (int row = 0; row < components; ++row)
+        for (const auto& [derivative, coefficient] : rows[static_cast<std::size_t>(row)])
+            sizes(field_of[static_cast<std::size_t>(row)], field_of[static_cast<std::size_t>(derivative.component)]) +=
+                std::abs(coefficient) * std::pow(q, derivative.order.x + derivative.order.y);
+    return sizes(field_of, field_of);
+}
+
 bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows) const {
     for (const double q : {0.31, 1.0, 2.7}) {
         const Symbol along_x = form_symbol(rows, {q, 0.0});
-        const double size = along_x.cwiseAbs().maxCoeff();
+        const Eigen::MatrixXd sizes = size_between_fields(rows, q);
         for (int i = 0; i < components; ++i)
             for (int j = 0; j < components; ++j)
-                if (!model.chiral && is_odd(i) != is_odd(j) && std::abs(along_x(i, j)) > 1e-12 * size) return false;
+                if (!model.chiral && is_odd(i) != is_odd(j) && std::abs(along_x(i, j)) > 1e-12 * sizes(i, j))
+                    return false;
         for (const double angle : {0.7, 2.1}) {
             const double cosine = std::cos(angle), sine = std::sin(angle);
             const Symbol turned = in_frame(form_symbol(rows, {q * cosine, q * sine}), cosine, sine);
-            const double scale = std::max(size, turned.cwiseAbs().maxCoeff());
-            if ((turned - along_x).cwiseAbs().maxCoeff() > 1e-12 * scale) return false;
+            if (((turned - along_x).cwiseAbs().array() > 1e-12 * sizes.array()).any()) return false;
         }
     }
     return true;

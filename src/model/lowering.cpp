@@ -10,6 +10,7 @@ namespace {
 using Kind = Formula::Kind;
 constexpr Rank scalar{}, vector{0, 1};
 constexpr Order no_derivative{};
+constexpr int max_depth = 600;  // the stack
 
 bool is_scalar(const Value& a) { return a.rank == scalar; }
 std::string text_of(const Value& a) { return rank_text(a.rank, a.parity); }
@@ -65,6 +66,17 @@ Parity Lowering::common_parity(const FormulaText& text, const Formula& at, const
 }
 
 Value Lowering::value_of(const FormulaText& text, const Formula& f) {
+    if (depth_ >= max_depth)
+        text.fail_with(f.at, drover::text("this is nested deeper than {} levels, with definitions and chains of dots; "
+                                          "expected a simpler formula",
+                                          max_depth));
+    ++depth_;
+    Value value = value_of_kind(text, f);
+    --depth_;
+    return value;
+}
+
+Value Lowering::value_of_kind(const FormulaText& text, const Formula& f) {
     algebra_.graph.where = text.location(f.at);
     switch (f.kind) {
         case Kind::number: return {.components = {algebra_.constant(f.value)}};
@@ -117,16 +129,21 @@ Value Lowering::named(const FormulaText& text, const Formula& f) {
         case Names::Kind::definition: break;
     }
     const std::size_t index = meaning->index;
-    if (const auto found = definitions_.find(index); found != definitions_.end()) return found->second;
     if (std::find(open_definitions_.begin(), open_definitions_.end(), index) != open_definitions_.end())
         text.fail_with(f.at, drover::text("{} is defined by itself; expected a definition by other names", f.name));
+    const Value value = value_of_definition(index);
+    algebra_.graph.where = text.location(f.at);
+    return value;
+}
+
+Value Lowering::value_of_definition(std::size_t index) {
+    if (const auto found = definitions_.find(index); found != definitions_.end()) return found->second;
     open_definitions_.push_back(index);
     const Text& written = model_.definitions[index].value;
     const FormulaText source(written.text, written.where);
     const Value value = value_of(source, parse_formula(source, equation_notation()));
     open_definitions_.pop_back();
     definitions_.emplace(index, value);
-    algebra_.graph.where = text.location(f.at);
     return value;
 }
 
@@ -194,7 +211,10 @@ Value Lowering::power(const FormulaText& text, const Formula& f) {
                                          algebra_.at_points(exponent.components[0]));
     const bool is_even = is_number && std::fmod(n, 2.0) == 0.0,
                is_odd = is_number && std::abs(std::fmod(n, 2.0)) == 1.0;
-    Parity parity = base.parity;
+    if (exponent.parity == Parity::odd && !model_.chiral)
+        text.fail_with(f.arguments[1].at,
+                       "the exponent is a pseudoscalar; expected a scalar, or chiral = true in the model");
+    Parity parity = exponent.parity == Parity::even ? base.parity : Parity::none;
     if (parity == Parity::odd && is_even) parity = Parity::even;
     else if (parity == Parity::odd && !is_odd)
         text.fail_with(f.at, "a power of a pseudoscalar that is not whole; expected a whole exponent");
@@ -294,11 +314,12 @@ void Names::add(const std::string& name, const Meaning& meaning, const SourceLoc
     require(!name.empty() && !std::isdigit(static_cast<unsigned char>(name[0])) &&
                 std::all_of(name.begin(), name.end(), is_letter),
             where, "the name \"{}\" of a field, definition or coefficient; expected letters, digits and _", name);
-    require(equation_notation().arguments_of(name) == 0 && !equation_notation().is_operator(name) && name != "pi",
+    require(equation_notation().arguments_of(name) == 0 && !equation_notation().is_operator(name) && name != "pi" &&
+                name != "e_x" && name != "e_y",
             where, "the name {} is that of a function, an operator or a constant; expected another name", name);
     const auto [place, is_new] = meanings_.emplace(name, meaning);
-    require(is_new, where, "the name {} is used twice{}; expected another name", name,
-            location_text(places_[name]).empty() ? "" : text(", first at {}", location_text(places_[name])));
+    require(is_new, where.file.empty() ? places_[name] : where, "the name {} is used twice{}; expected another name",
+            name, location_text(places_[name]).empty() ? "" : text(", first at {}", location_text(places_[name])));
     places_[name] = where;
 }
 

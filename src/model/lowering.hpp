@@ -51,6 +51,8 @@ public:
     /// Throws an input Error, at the column, for unknown names, ranks and parities that do not fit, and whatever the
     /// algebra rejects.
     Value value_of(const FormulaText& text, const Formula& formula);
+    /// The value of a definition.
+    Value value_of_definition(std::size_t index);
     /// A value of a text, with its rank and parity as declared.
     Value value_of(const Text& text, const Rank& rank, Parity parity);
     void check(const FormulaText& text, const Formula& formula, const Value& found, const Rank& rank,
@@ -73,6 +75,8 @@ private:
     Value call(const FormulaText& text, const Formula& f);
     Value outer(const FormulaText& text, const Formula& f);
     Value operation(const FormulaText& text, const Formula& f);
+    Value applied(const FormulaText& text, const Formula& f, Value a);
+    Value value_of_kind(const FormulaText& text, const Formula& f);
     Value gradient(const Value& a);
     Value divergence(const Value& a);
     Value symmetric(const Value& a);
@@ -86,6 +90,7 @@ private:
     Algebra& algebra_;
     std::map<std::size_t, Value> definitions_, substitutes_;
     std::vector<std::size_t> open_definitions_;
+    int depth_ = 0;
 };
 
 }  // namespace drover::model

@@ -67,11 +67,14 @@ public:
             const auto pivot = rest.find(row.pivot);
             if (pivot == rest.end()) continue;
             const double factor = pivot->second / row.form.at(row.pivot);
-            for (const auto& [derivative, value] : row.form) rest[derivative] -= factor * value;
+            for (const auto& [derivative, value] : row.form) {
+                double& left = rest[derivative];
+                left -= factor * value;
+                if (std::abs(left) <= 1e-12 * std::abs(factor * value)) rest.erase(derivative);  // rounding
+            }
             rest.erase(row.pivot);
             for (const auto& [member, value] : row.of_members) of_members[member] += factor * value;
         }
-        std::erase_if(rest, [](const auto& entry) { return std::abs(entry.second) < 1e-12; });
         if (!rest.empty()) {
             Reduced row{rest, rest.begin()->first, {}};
             for (const auto& [member, value] : of_members) row.of_members[member] = -value;

@@ -49,6 +49,7 @@ Value Lowering::self_advection(const Value& v) {
 Value Lowering::dot(const FormulaText& text, const Formula& f) {
     const Value left = value_of(text, f.arguments[0]);
     const Formula& second = f.arguments[1];
+    Value right;
     if (second.kind == Formula::Kind::operation && second.name == "grad" && left.rank == vector) {
         const Value inner = value_of(text, second.arguments[0]);
         const auto is_linear = [](const Component& c) { return c.rest.empty(); };
@@ -57,8 +58,10 @@ Value Lowering::dot(const FormulaText& text, const Formula& f) {
             left.components[1].linear == inner.components[1].linear && is_linear(inner.components[0]) &&
             is_linear(inner.components[1]) && left.parity == Parity::even)
             return self_advection(left);
+        right = applied(text, second, inner);
+    } else {
+        right = value_of(text, second);
     }
-    const Value right = value_of(text, second);
     algebra_.graph.where = text.location(f.at);
     const Value a = with_indices(algebra_, left), b = right.rank.indices > 0 ? right : with_indices(algebra_, right);
     if (a.rank.spin != 0 || a.rank.indices == 0 || b.rank.indices == 0)
@@ -150,7 +153,10 @@ Value Lowering::symmetric(const Value& a) {
 }
 
 Value Lowering::operation(const FormulaText& text, const Formula& f) {
-    Value a = value_of(text, f.arguments[0]);
+    return applied(text, f, value_of(text, f.arguments[0]));
+}
+
+Value Lowering::applied(const FormulaText& text, const Formula& f, Value a) {
     algebra_.graph.where = text.location(f.at);
     const auto reject = [&](const char* expected) {
         text.fail_with(f.at, drover::text("{} of {}; expected {}", f.name, rank_text(a.rank, a.parity), expected));

@@ -1,0 +1,77 @@
+// model/conservation.cpp: the Euler operator of a rate.
+#include "conservation.hpp"
+
+#include <cmath>
+#include <set>
+
+namespace drover::model {
+
+namespace {
+/// A divergence of fields vanishes where they are uniform; a given source does not.
+bool has_uniform_value(const Algebra& algebra, const Expression& source) {
+    const std::set<int> slots = slots_of(source);
+    const bool reads_position = slots.count(slot_x) + slots.count(slot_y) > 0,
+               reads_fields = !slots.empty() && *slots.rbegin() >= first_atom;
+    if (reads_position && reads_fields) return false;  // not known: "cos(x) phi + sin(x) d_x phi" is a divergence
+    std::vector<double> values(static_cast<std::size_t>(algebra.slots()), 0.0);
+    values[slot_x] = 0.37, values[slot_y] = 0.83, values[slot_t] = 0.59;
+    double size = 0.0;
+    for (int slot = first_atom; slot < algebra.slots(); ++slot)
+        for (const auto& [derivative, coefficient] : algebra.form_of(slot))
+            if (derivative.order == Order{}) {
+                values[static_cast<std::size_t>(slot)] += coefficient * (0.7 + 0.11 * derivative.component);
+                size = std::max(size, std::abs(coefficient));
+            }
+    return !(std::abs(evaluate(source, values)) <= 1e-12 * size);
+}
+}  // namespace
+
+bool is_divergence(Algebra& algebra, const Component& source) {
+    const int node = algebra.at_points(source);
+    const Expression whole = algebra.graph.expression(node);
+    if (has_uniform_value(algebra, whole)) return false;
+    std::map<int, std::vector<int>> euler;  // of each component: summands
+    for (const int slot : slots_of(whole)) {
+        if (slot < first_atom) continue;
+        const int slope =
+            chain_rule(algebra.graph, node, [&](int other) { return algebra.graph.number(other == slot ? 1.0 : 0.0); });
+        const LinearForm form = algebra.form_of(slot);
+        for (const auto& [derivative, coefficient] : form) {
+            const double sign = (derivative.order.x + derivative.order.y) % 2 == 0 ? 1.0 : -1.0;
+            Component part = algebra.scaled(algebra.of_node(slope), sign * coefficient);
+            part = algebra.derivative(part, derivative.order);
+            euler[derivative.component].push_back(algebra.at_points(part));
+        }
+    }
+    std::uint64_t random = 88172645463325252u;
+    const auto next = [&random] {
+        random ^= random << 13u;
+        random ^= random >> 7u;
+        random ^= random << 17u;
+        return 0.5 + static_cast<double>(random >> 11u) * 0x1p-53;
+    };
+    for (int trial = 0; trial < 3; ++trial) {
+        std::map<Derivative, double> values;
+        std::vector<double> slots(static_cast<std::size_t>(algebra.slots()), 0.3);
+        for (int slot = first_atom; slot < algebra.slots(); ++slot)
+            for (const auto& [derivative, coefficient] : algebra.form_of(slot)) {
+                const auto [place, is_new] = values.emplace(derivative, 0.0);
+                if (is_new) place->second = next();
+                slots[static_cast<std::size_t>(slot)] =
+                    (derivative == algebra.form_of(slot).begin()->first ? 0.0 : slots[static_cast<std::size_t>(slot)]) +
+                    coefficient * place->second;
+            }
+        for (const auto& [component, summands] : euler) {
+            double sum = 0.0, size = 0.0;
+            for (const int summand : summands) {
+                const double value = evaluate(algebra.graph.expression(summand), slots);
+                sum += value;
+                size += std::abs(value);
+            }
+            if (!std::isfinite(size) || std::abs(sum) > 1e-9 * size) return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace drover::model
