@@ -27,9 +27,10 @@ inline SpinField lowered(const Wavevector& q, const SpinField& f) {
     return {i * (q.x * f.first + q.y * f.second), i * (q.x * f.second - q.y * f.first)};
 }
 
-/// dF/dt = -damping F + sum of c lap^n d^k G, c lap^n d*^k G and c lap^n d^k conj(G) over all pairs of fields, k such that
-/// the spins agree.  A reflection takes F_1 + j F_2 to its conjugate, times -1 where the field is odd: c is real between
-/// fields of one parity, imaginary between others, and both for a chiral layout.  Derivatives are in units of `scale`.
+/// dF/dt = -damping F + sum of c lap^n d^k G, c lap^n d*^k G and c lap^n d^k conj(G) over all pairs of fields, with k
+/// such that the spins agree.  A reflection takes F_1 + j F_2 to its conjugate, times -1 where the field is odd: c is
+/// real between fields of one parity, imaginary between others, and both for a chiral layout.  Derivatives are in units
+/// of `scale`.
 class SpinEquations {
 public:
     SpinEquations(Layout the_layout, double damping, double strength, double scale, unsigned seed)
