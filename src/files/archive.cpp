@@ -203,16 +203,15 @@ Descriptor lock_old(const std::filesystem::path& file, bool overwrite) {
     return old;
 }
 
-/// Creates the file under its temporary name, locked and empty.
+/// Creates the file under its temporary name, locked.
 Descriptor lock_new(const std::filesystem::path& file, bool overwrite) {
     const std::filesystem::path partial = temporary_name(file);
-    Descriptor created = open_file(partial, O_RDWR | O_CREAT);
+    Descriptor created = create_file(partial);
     if (!lock_for_writing(created) || !is_at(created, partial)) fail_locked(file);
     if (!overwrite && std::filesystem::exists(file)) {
         remove_if_exists(partial);
         fail_locked(file);  // another process has just created it
     }
-    truncate_to(created, 0);
     return created;
 }
 

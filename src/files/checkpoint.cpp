@@ -1,8 +1,6 @@
 // files/checkpoint.cpp: "drvchkp1", version, file length, write counter, the members of Checkpoint, checksum.
 #include "drover/files/checkpoint.hpp"
 
-#include <fcntl.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -125,7 +123,7 @@ void write_checkpoint(const std::filesystem::path& archive, const Checkpoint& ch
     const std::filesystem::path partial = temporary_name(slot.file);
     try {
         {
-            const Descriptor file = open_file(partial, O_RDWR | O_CREAT | O_TRUNC);
+            const Descriptor file = create_file(partial);
             allocate(file, 0, bytes.size());
             write_at(file, 0, bytes);
             sync(file);

@@ -2,8 +2,6 @@
 // checksum.
 #include "files/journal.hpp"
 
-#include <fcntl.h>
-
 #include "drover/files/bytes.hpp"
 
 namespace drover::files {
@@ -47,7 +45,7 @@ std::optional<Journal> decoded(Bytes bytes, std::uint64_t file_length) {
 }
 
 void write_journal(const std::filesystem::path& file, Bytes journal) {
-    const Descriptor to = open_file(journal_of(file), O_RDWR | O_CREAT | O_TRUNC);
+    const Descriptor to = create_file(journal_of(file));
     write_at(to, 0, journal);
     sync(to);
     sync_folder_of(file);

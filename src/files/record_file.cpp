@@ -1,8 +1,6 @@
 // files/record_file.cpp: "drvtrls1", the identity, then records: length, bytes, checksum.
 #include "drover/files/record_file.hpp"
 
-#include <fcntl.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -100,7 +98,7 @@ struct RecordFile::File {
 RecordFile::RecordFile(const std::filesystem::path& file, std::uint64_t identity) try
     : file_(std::make_unique<File>()) {
     file_->path = file;
-    file_->open = open_file(file, O_RDWR | O_CREAT);
+    file_->open = open_or_create(file);
     require(
         lock_or_wait(file_->open), {file.string()},
         "another drover calibrate is using it; expected one at a time: wait for it, or divide the work with --share");
@@ -188,7 +186,7 @@ ClaimedFolder claim_folder(const std::filesystem::path& folder, const std::strin
     // Another process may claim it at the same moment: then the folder is not empty, and holds this file.
     require(std::filesystem::is_empty(folder) || std::filesystem::exists(file), where,
             "the folder is not empty and holds no {}; choose another with --output", name);
-    const auto lock = std::make_shared<Descriptor>(open_file(file, O_RDWR | O_CREAT));
+    const auto lock = std::make_shared<Descriptor>(open_or_create(file));
     const Descriptor& open = *lock;
     require(lock_or_wait(open), where, "another drover is using this folder; expected one at a time: wait for it");
     const std::vector<std::byte> bytes = bytes_of(open);

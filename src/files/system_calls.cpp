@@ -57,6 +57,32 @@ Descriptor open_file(const std::filesystem::path& file, int flags) {
     return result;
 }
 
+Descriptor create_file(const std::filesystem::path& file) {
+    constexpr int exclusively = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW;
+    Descriptor created = try_open(file, exclusively);
+    if (!created.is_open() && errno == EEXIST) {
+        const Descriptor left_over = try_open(file, O_RDWR | O_NOFOLLOW);
+        // The lock also excludes a process that has created the file, but not locked it yet.
+        require(!left_over.is_open() || (lock_for_writing(left_over) && is_at(left_over, file)), {file.string()},
+                "another process is writing this file; wait for it, or choose another file");
+        remove_if_exists(file);
+        created = try_open(file, exclusively);
+    }
+    if (!created.is_open()) fail_call("open", errno);
+    return created;
+}
+
+Descriptor open_or_create(const std::filesystem::path& file) {
+    for (int tries = 0;; ++tries) {
+        Descriptor opened = try_open(file, O_RDWR);
+        if (opened.is_open()) return opened;
+        if (errno != ENOENT) fail_call("open", errno);
+        opened = try_open(file, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
+        if (opened.is_open()) return opened;
+        if (errno != EEXIST || tries > 0) fail_call("open", errno);  // another process has just created it
+    }
+}
+
 void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes) {
     while (!bytes.empty()) {
         const auto written = uninterrupted(

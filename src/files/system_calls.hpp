@@ -44,6 +44,14 @@ private:
 Descriptor try_open(const std::filesystem::path& file, int flags);
 Descriptor open_file(const std::filesystem::path& file, int flags);
 
+/// A new file of this process alone, open for reading and writing.  What has the name is removed first: what a killed
+/// process left, or a link, never what that leads to.  Throws an input Error when another process has locked it for
+/// writing.
+Descriptor create_file(const std::filesystem::path& file);
+
+/// An existing file, or a new one; never a new one elsewhere, behind a link that leads nowhere.
+Descriptor open_or_create(const std::filesystem::path& file);
+
 void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes);
 
 /// Bytes read: fewer than asked only at the end of the file.
