@@ -150,9 +150,7 @@ std::vector<std::string> read_records(const std::filesystem::path& file, std::ui
 
 std::uint64_t fingerprint(const std::string& content) { return checksum(std::as_bytes(std::span(content))); }
 
-namespace {
-/// The first difference of two scene texts: "kick.strength = 0.02 there, 0.015 here".
-std::string difference(const std::string& there, const std::string& here) {
+TextDifference first_difference(const std::string& one, const std::string& other) {
     const auto keys_of = [](const std::string& words) {
         std::vector<std::pair<std::string, std::string>> keys;
         std::string section, line;
@@ -165,11 +163,25 @@ std::string difference(const std::string& there, const std::string& here) {
         }
         return keys;
     };
-    const auto a = keys_of(there), b = keys_of(here);
-    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-        if (a[i] != b[i] && a[i].first == b[i].first)
-            return text("{} = {} there, {} here", a[i].first, a[i].second, b[i].second);
-    return "their keys differ";
+    const auto a = keys_of(one), b = keys_of(other);
+    const auto has = [](const auto& keys, const std::string& name) {
+        return std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return key.first == name; });
+    };
+    for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+        if (i < a.size() && i < b.size() && a[i] == b[i]) continue;
+        if (i < a.size() && i < b.size() && a[i].first == b[i].first) return {a[i].first, a[i].second, b[i].second};
+        const bool is_in_one = i < a.size() && (i >= b.size() || !has(b, a[i].first));
+        if (is_in_one || i >= b.size()) return {a[i].first, a[i].second, "absent"};
+        return {b[i].first, "absent", b[i].second};
+    }
+    return {};
+}
+
+namespace {
+std::string difference(const std::string& there, const std::string& here) {
+    const TextDifference found = first_difference(there, here);
+    if (found.key.empty()) return "their texts differ";
+    return text("{} = {} there, {} here", found.key, found.one, found.other);
 }
 
 std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }

@@ -154,6 +154,30 @@ FileState state_of(const std::filesystem::path& file) {
             .nanoseconds = found.st_mtim.tv_nsec};
 }
 
+Named named(const Descriptor& open, const std::filesystem::path& file) {
+    struct stat mine {
+    }, there{};
+    if (::fstat(open.number(), &mine) < 0) fail_call("stat", errno);
+    if (::stat(file.c_str(), &there) < 0) {
+        if (errno != ENOENT && errno != ENOTDIR) fail_call("stat", errno);
+        return Named::nothing;
+    }
+    const bool is_same = mine.st_ino == there.st_ino && mine.st_dev == there.st_dev;
+    return is_same ? Named::this_file : Named::another_file;
+}
+
+std::uint64_t link_count(const Descriptor& open) {
+    struct stat status {};
+    if (::fstat(open.number(), &status) < 0) fail_call("stat", errno);
+    return status.st_nlink;
+}
+
+std::filesystem::path name_of(const Descriptor& open) {
+    std::error_code unknown;
+    const auto name = std::filesystem::read_symlink(text("/proc/self/fd/{}", open.number()), unknown);
+    return is_at(open, name) ? name : std::filesystem::path();
+}
+
 bool is_at(const Descriptor& open, const std::filesystem::path& file) {
     struct stat mine {
     }, there{};

@@ -74,6 +74,15 @@ struct FileState {
 };
 FileState state_of(const std::filesystem::path& file);  ///< all zero if there is none
 
+/// What a name refers to, beside an open file.
+enum class Named { nothing, this_file, another_file };
+Named named(const Descriptor& open, const std::filesystem::path& file);
+
+/// Number of hard links of an open file.
+std::uint64_t link_count(const Descriptor& open);
+/// A name that the open file has now; empty if that is not known.
+std::filesystem::path name_of(const Descriptor& open);
+
 /// Whether the name `file` still refers to the open file.
 bool is_at(const Descriptor& open, const std::filesystem::path& file);
 

@@ -190,6 +190,39 @@ def test_a_pipe_beside_an_archive_is_rejected_and_not_waited_for(name, tmp_path)
     assert "is not a plain file" in ended.stderr
 
 
+def test_a_run_whose_archive_is_deleted_says_what_can_be_done_and_that_works(tmp_path):
+    archive = tmp_path / "flock.h5"
+    process = start(tmp_path, "run", write_scene(tmp_path, {**LONG, "output.frame_every": 0.0}), "--quiet")
+    try:
+        wait_until(checkpoints(archive)[0].exists, "the first checkpoint", process=process)
+        archive.unlink()
+        process.send_signal(signal.SIGTERM)
+        _, log = process.communicate(timeout=20)
+        assert process.returncode == 1 and "the archive was deleted while the run wrote it" in log
+        assert "to resume: drover restart flock.h5" in log
+    finally:
+        end_group(process)
+    drover(tmp_path, "restart", "flock.h5", "--quiet", "--set", "time.end=2.0")  # from the checkpoint of the start
+    whole = {**LONG, "output.frame_every": 0.0, "time.end": 2.0}
+    drover(tmp_path, "run", write_scene(tmp_path, whole, name="whole.toml"), "--quiet")
+    assert_same_bytes(tmp_path / "whole.h5", archive)
+
+
+@pytest.mark.parametrize("loss, words", [
+    (lambda archive: archive.rename(archive.with_name("away.h5")), "was moved to "),
+    (lambda archive: archive.write_bytes(b"a thesis"), "cut the archive to 8 of ")])
+def test_the_next_commit_of_a_run_notices_that_its_archive_is_lost(loss, words, tmp_path):
+    process = start(tmp_path, "run", write_scene(tmp_path, LONG), "--quiet")
+    try:
+        wait_until(checkpoints(tmp_path / "flock.h5")[0].exists, "the first checkpoint", process=process)
+        loss(tmp_path / "flock.h5")
+        _, log = process.communicate(timeout=60)
+        assert process.returncode == 1 and words in log and log.count("\n") == 1
+        assert ("drover restart" in log) == (tmp_path / "away.h5").exists()
+    finally:
+        end_group(process)
+
+
 def test_an_archive_behind_a_symbolic_link_is_replaced_and_resumed_like_the_file_itself(tmp_path):
     (tmp_path / "there").mkdir()
     (tmp_path / "link.h5").symlink_to("there/flock.h5")
