@@ -117,7 +117,8 @@ class Pair:
             return ["run_id = "]
         if self.difference == "version":
             return ["the version of drover = ", "run_id = "]  # where only one of the files has the version
-        return [self.difference + " = "]
+        # Trials of one scene differ in keys of their own, too.
+        return [" in the archive, "] if self.kind == "trial" else [self.difference + " = "]
 
 
 def leave_journal(place, program):
