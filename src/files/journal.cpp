@@ -35,7 +35,7 @@ void require_for(const Journal& journal, const Descriptor& open, const std::file
             "that was replaced, or remove the journal",
             before.run_id, file.string());
     const std::uint64_t head = head_of(open);
-    require(head == before.head || head == journal.head_after, where,
+    require((head == before.head || head == journal.head_after) && journal.length <= length_of(open), where,
             "holds a commit that does not follow the last one of {}; expected none, or the next one: put back the "
             "file that was replaced, or remove the journal",
             file.string());
@@ -69,7 +69,8 @@ std::optional<Journal> decoded(Bytes bytes, std::uint64_t file_length) {
     ByteReader reader{*content};
     const auto found = reader.take<std::uint64_t>();
     Journal journal{.length = reader.take<std::uint64_t>(), .patches = {}};
-    if ((found != magic && found != magic_without_file) || journal.length > file_length) return std::nullopt;
+    if (found != magic && found != magic_without_file) return std::nullopt;
+    if (found == magic_without_file && journal.length > file_length) return std::nullopt;
     if (found == magic) {
         journal.before = FileMark{.run_id = reader.take_list<std::string>()};
         journal.before->offset = reader.take<std::uint64_t>();

@@ -46,7 +46,7 @@ std::filesystem::path journal_of(const std::filesystem::path& file);
 
 std::vector<std::byte> encoded(const Journal& journal);
 
-/// Nothing unless the bytes are a complete journal for a file that is now file_length bytes long.
+/// Nothing unless the bytes are a complete journal; of an earlier version, one for a file of file_length bytes.
 std::optional<Journal> decoded(Bytes bytes, std::uint64_t file_length);
 
 /// Makes the journal durable under its name.

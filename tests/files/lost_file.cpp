@@ -164,6 +164,10 @@ TEST(Journal, of_another_run_or_another_commit_is_rejected_and_kept) {
                                                  "90f3a1b7"),
                                        HasSubstr("or remove the journal")));
     EXPECT_EQ(contents(one.file), other);
+    const std::string shorter = one.content.substr(0, 8000);
+    write_contents(one.file, shorter);
+    EXPECT_THAT(one.recovered(), HasSubstr("holds a commit that does not follow the last one of"));
+    EXPECT_EQ(contents(one.file), shorter);
     const std::string later = std::string(one.content).replace(0, 4, "9999");
     write_contents(one.file, later);
     EXPECT_THAT(one.recovered(), HasSubstr("holds a commit that does not follow the last one of"));
