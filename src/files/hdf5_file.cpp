@@ -7,6 +7,7 @@
 #include <array>
 
 #include "files/journal.hpp"
+#include "files/lost_file.hpp"
 #include "files/overlay.hpp"
 
 namespace drover::files {
@@ -26,7 +27,10 @@ struct Hdf5File::Parts {
     Parts& operator=(const Parts&) = delete;
 
     Hdf5Errors errors_of(const std::string& name, Fault fault) const {
-        return {name, fault, [overlay = overlay] { throw_failure(*overlay); }};
+        return {name, fault, [overlay = overlay] {
+                    require_in_place(*overlay);
+                    throw_failure(*overlay);
+                }};
     }
 
     std::shared_ptr<Overlay> overlay;
@@ -77,7 +81,7 @@ Hdf5File::~Hdf5File() = default;
 
 Hdf5File Hdf5File::create(Descriptor empty, const std::filesystem::path& path, const std::string& name,
                           const Handle& creation) {
-    auto parts = std::make_unique<Parts>(overlay_of(std::move(empty), path), name, Fault::run);
+    auto parts = std::make_unique<Parts>(written_overlay(std::move(empty), path), name, Fault::run);
     allow_writing(parts->access, parts->errors);
     parts->file = parts->errors.own(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation, parts->access), H5Fclose,
                                     "creating the file");
@@ -85,9 +89,11 @@ Hdf5File Hdf5File::create(Descriptor empty, const std::filesystem::path& path, c
 }
 
 void Hdf5File::rename(const std::filesystem::path& path) { parts_->overlay->path = path; }
+void Hdf5File::know_by(const std::string& run_id) { find_run_id(*parts_->overlay, run_id); }
+void Hdf5File::remove() { remove_in_place(*parts_->overlay); }
 
 Hdf5File Hdf5File::open_for_writing(Descriptor locked, const std::filesystem::path& path) {
-    auto parts = std::make_unique<Parts>(overlay_of(std::move(locked), path), path.string(), Fault::input);
+    auto parts = std::make_unique<Parts>(written_overlay(std::move(locked), path), path.string(), Fault::input);
     allow_writing(parts->access, parts->errors);
     parts->file = parts->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDWR, parts->access), H5Fclose, "opening the file");
     return Hdf5File(std::move(parts));
@@ -107,6 +113,7 @@ Hdf5Failure& Hdf5File::failure() { return parts_->failure; }
 void Hdf5File::require_disk() const { throw_failure(*parts_->overlay); }
 
 void Hdf5File::commit() {
+    require_in_place(*parts_->overlay);  // first: HDF5 may fail because the file is gone
     parts_->errors.check(H5Fflush(parts_->file, H5F_SCOPE_GLOBAL), "flushing the file");
     require_disk();
     // In an existing file without a failure of the disk, it is the file that is damaged.

@@ -7,7 +7,7 @@
 #include <new>
 #include <vector>
 
-#include "files/journal.hpp"
+#include "drover/files/bytes.hpp"
 
 namespace drover::files {
 namespace {
@@ -41,8 +41,25 @@ Changes changes_of(const Overlay& overlay) {
     return changes;
 }
 
+std::uint64_t head_of(const Overlay& overlay) {
+    std::string head(std::min<std::uint64_t>(sector_bytes, overlay.end), '\0');
+    read_overlay(overlay, 0, std::as_writable_bytes(std::span(head)));
+    return checksum(std::as_bytes(std::span(head)));
+}
+
+/// Whether the run id will be where it was, as it is unless HDF5 moved the attribute.
+bool keeps_run_id(const Overlay& overlay) {
+    std::string found(overlay.mark.run_id.size(), '\0');
+    read_overlay(overlay, overlay.mark.offset, std::as_writable_bytes(std::span(found)));
+    return found == overlay.mark.run_id;
+}
+
 Changes changes_to_commit(const Overlay& overlay) try {
-    return changes_of(overlay);
+    Changes changes = changes_of(overlay);
+    changes.overwriting.before = overlay.mark;
+    changes.overwriting.head_after = head_of(overlay);
+    if (!keeps_run_id(overlay)) changes.overwriting.before->run_id.clear();
+    return changes;
 } catch (const std::system_error& cause) {
     throw disk_failure(overlay.path, cause);
 }
@@ -74,6 +91,24 @@ Overlay overlay_of(Descriptor file, const std::filesystem::path& path) {
     overlay.committed = overlay.length = length_of(file);
     overlay.file = std::move(file);
     return overlay;
+}
+
+Overlay written_overlay(Descriptor locked, const std::filesystem::path& path) {
+    Overlay overlay = overlay_of(std::move(locked), path);
+    overlay.is_written = true;
+    overlay.end = overlay.length;
+    overlay.mark.head = head_of(overlay);
+    return overlay;
+}
+
+void find_run_id(Overlay& overlay, const std::string& run_id) {
+    constexpr std::uint64_t most = 1 << 20;  // attributes are written first
+    std::string start(std::min(most, overlay.committed), '\0');
+    read_overlay(overlay, 0, std::as_writable_bytes(std::span(start)));
+    const std::size_t found = start.find(run_id);
+    const bool is_found = found != std::string::npos;
+    overlay.mark.run_id = is_found ? run_id : "";
+    overlay.mark.offset = is_found ? found : 0;
 }
 
 void read_overlay(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes) {
@@ -133,6 +168,8 @@ void commit_overlay(Overlay& overlay) {
     }
     overlay.committed = overlay.end;
     overlay.pages.clear();
+    overlay.mark.head = changes.overwriting.head_after;
+    if (changes.overwriting.before->run_id != overlay.mark.run_id) find_run_id(overlay, overlay.mark.run_id);
 }
 
 namespace {

@@ -57,6 +57,32 @@ Descriptor open_file(const std::filesystem::path& file, int flags) {
     return result;
 }
 
+Descriptor create_file(const std::filesystem::path& file) {
+    constexpr int exclusively = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW;
+    Descriptor created = try_open(file, exclusively);
+    if (!created.is_open() && errno == EEXIST) {
+        const Descriptor left_over = try_open(file, O_RDWR | O_NOFOLLOW);
+        // The lock also excludes a process that has created the file, but not locked it yet.
+        require(!left_over.is_open() || (lock_for_writing(left_over) && is_at(left_over, file)), {file.string()},
+                "another process is writing this file; wait for it, or choose another file");
+        remove_if_exists(file);
+        created = try_open(file, exclusively);
+    }
+    if (!created.is_open()) fail_call("open", errno);
+    return created;
+}
+
+Descriptor open_or_create(const std::filesystem::path& file) {
+    for (int tries = 0;; ++tries) {
+        Descriptor opened = try_open(file, O_RDWR);
+        if (opened.is_open()) return opened;
+        if (errno != ENOENT) fail_call("open", errno);
+        opened = try_open(file, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
+        if (opened.is_open()) return opened;
+        if (errno != EEXIST || tries > 0) fail_call("open", errno);  // another process has just created it
+    }
+}
+
 void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes) {
     while (!bytes.empty()) {
         const auto written = uninterrupted(
@@ -126,6 +152,30 @@ FileState state_of(const std::filesystem::path& file) {
             .length = static_cast<std::uint64_t>(found.st_size),
             .seconds = found.st_mtim.tv_sec,
             .nanoseconds = found.st_mtim.tv_nsec};
+}
+
+Named named(const Descriptor& open, const std::filesystem::path& file) {
+    struct stat mine {
+    }, there{};
+    if (::fstat(open.number(), &mine) < 0) fail_call("stat", errno);
+    if (::stat(file.c_str(), &there) < 0) {
+        if (errno != ENOENT && errno != ENOTDIR) fail_call("stat", errno);
+        return Named::nothing;
+    }
+    const bool is_same = mine.st_ino == there.st_ino && mine.st_dev == there.st_dev;
+    return is_same ? Named::this_file : Named::another_file;
+}
+
+std::uint64_t link_count(const Descriptor& open) {
+    struct stat status {};
+    if (::fstat(open.number(), &status) < 0) fail_call("stat", errno);
+    return status.st_nlink;
+}
+
+std::filesystem::path name_of(const Descriptor& open) {
+    std::error_code unknown;
+    const auto name = std::filesystem::read_symlink(text("/proc/self/fd/{}", open.number()), unknown);
+    return is_at(open, name) ? name : std::filesystem::path();
 }
 
 bool is_at(const Descriptor& open, const std::filesystem::path& file) {

@@ -44,6 +44,14 @@ private:
 Descriptor try_open(const std::filesystem::path& file, int flags);
 Descriptor open_file(const std::filesystem::path& file, int flags);
 
+/// A new file of this process alone, open for reading and writing.  What has the name is removed first: what a killed
+/// process left, or a link, never what that leads to.  Throws an input Error when another process has locked it for
+/// writing.
+Descriptor create_file(const std::filesystem::path& file);
+
+/// An existing file, or a new one; never a new one elsewhere, behind a link that leads nowhere.
+Descriptor open_or_create(const std::filesystem::path& file);
+
 void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes);
 
 /// Bytes read: fewer than asked only at the end of the file.
@@ -65,6 +73,15 @@ struct FileState {
     bool operator==(const FileState&) const = default;
 };
 FileState state_of(const std::filesystem::path& file);  ///< all zero if there is none
+
+/// What a name refers to, beside an open file.
+enum class Named { nothing, this_file, another_file };
+Named named(const Descriptor& open, const std::filesystem::path& file);
+
+/// Number of hard links of an open file.
+std::uint64_t link_count(const Descriptor& open);
+/// A name that the open file has now; empty if that is not known.
+std::filesystem::path name_of(const Descriptor& open);
 
 /// Whether the name `file` still refers to the open file.
 bool is_at(const Descriptor& open, const std::filesystem::path& file);

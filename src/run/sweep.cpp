@@ -16,6 +16,7 @@
 #include "drover/run/kind.hpp"
 #include "drover/run/run_scene.hpp"
 #include "drover/run/worker_pool.hpp"
+#include "run/same_run.hpp"
 
 namespace drover::run {
 
@@ -43,6 +44,14 @@ io::Scene scene_of(const io::Scene& scene, const fs::path& folder, const SweepRu
         overrides.push_back(start + ".frame=-1");
     }
     return io::parse_scene(io::resolved_text(base), scene.file, overrides);
+}
+
+/// Throws an input Error for an archive in the folder that is of another run than its name says.
+void check_archives(const io::Scene& scene, const fs::path& folder, const SweepLayout& layout) {
+    for (const auto& chain : layout.chains)
+        for (std::size_t i = 0; i < chain.size(); ++i)
+            if (const fs::path path = archive_of(folder, chain[i]); fs::exists(path))
+                require_archive_of(scene_of(scene, folder, chain[i], i == 0 ? nullptr : &chain[i - 1]), path);
 }
 
 /// `at`: the name of the run that it is at.
@@ -147,6 +156,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
         }
     // To resume, the scene must be the same, or different runs would be mixed.  Workers keep the lock.
     const files::ClaimedFolder claimed = files::claim_folder(folder, "sweep.toml", "", io::resolved_text(scene));
+    check_archives(scene, folder, layout);
     for (const auto& chain : layout.chains)
         outcome.already_done += static_cast<std::size_t>(
             std::count_if(chain.begin(), chain.end(), [&](const SweepRun& run) { return is_done(folder, run); }));

@@ -5,22 +5,28 @@
 #include <sstream>
 
 #include "drover/base/error.hpp"
+#include "drover/files/run_id.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/run_scene.hpp"
 #include "drover/run/worker_pool.hpp"
+#include "run/same_run.hpp"
 
 namespace drover::run {
 
 namespace {
 namespace fs = std::filesystem;
 
+constexpr const char* records_name = "trials.records";
 RunOutcome run_or_continue(const Trial& trial) {
     const fs::path path = archive_path(trial.scene);
     const RunOptions options{.overwrite = true, .quiet = true, .rounds_up = trial.rounds_up};
     if (!fs::exists(path) || !has_checkpoint(path)) return run_scene(trial.scene, options);
     return restart_run(path, std::vector<std::string>{text("time.end={:.17g}", trial.scene.time.end)}, options);
 }
+
+constexpr std::string_view id_sign = "run_id=";
+constexpr std::string_view scene_sign = "trials of\n";  // begins the first record: the scene
 
 std::string one_line(std::string text) {
     std::replace(text.begin(), text.end(), '\n', ' ');
@@ -32,9 +38,10 @@ std::string one_line(std::string text) {
 int run_trial(const Trial& trial, const std::string& name, std::string& record) {
     double steps = 0.0, end = trial.scene.time.end;
     int status = exit_done;
-    std::string failure;
+    std::string failure, run_id;
     try {
         const RunOutcome outcome = run_or_continue(trial);
+        run_id = files::run_id_of(files::ArchiveReader(outcome.archive));
         steps = outcome.loop.core_seconds;
         if (outcome.loop.signal != 0) {
             status = exit_stopped;
@@ -43,14 +50,26 @@ int run_trial(const Trial& trial, const std::string& name, std::string& record) 
     } catch (const Error& error) {
         failure = one_line(error.what());
     }
-    record = text("{} {:.17g} {:.6g} {:.6g} {}", name, end, core_seconds() - steps, steps, failure);
+    record =
+        text("{} {:.17g} {:.6g} {:.6g} {}{} {}", name, end, core_seconds() - steps, steps, id_sign, run_id, failure);
     return status;
 }
 }  // namespace
 
-Trials::Trials(const fs::path& folder, int workers)
-    : folder_(folder), workers_(workers), records_(folder / "trials.records", files::fingerprint("trials")) {
-    for (const std::string& record : records_.records()) take(record);
+Trials::Trials(const fs::path& folder, const std::string& scene, int workers)
+    : folder_(folder), workers_(workers), records_(folder / records_name, files::fingerprint("trials")) {
+    if (records_.records().empty()) records_.append(std::string(scene_sign) + scene);
+    for (const std::string& record : records_.records()) {
+        if (!record.starts_with(scene_sign)) {
+            take(record);
+            continue;
+        }
+        const files::TextDifference found = files::first_difference(record.substr(scene_sign.size()), scene);
+        require(found.key.empty(), {.file = (folder / records_name).string()},
+                "holds the trials of another scene: {} = {} there, {} here; expected those that were written here: put "
+                "them back, or choose another folder with --output",
+                found.key, found.one, found.other);
+    }
 }
 
 /// Runs that differ in their end alone are one trial.
@@ -61,7 +80,7 @@ std::string Trials::name_of(const Trial& trial) const {
     return text("trial-{:016x}{}", files::fingerprint(io::resolved_text(scene)), trial.rounds_up ? "-up" : "");
 }
 
-/// A record: name, end, core seconds of start and of steps, failure.
+/// A record: name, end, core seconds of start and of steps, run id, failure.
 void Trials::take(const std::string& record) {
     std::istringstream words(record);
     std::string name;
@@ -73,6 +92,11 @@ void Trials::take(const std::string& record) {
     result.start_seconds = std::max(result.start_seconds, start);  // one that is continued starts more than once
     result.step_seconds += steps;
     std::getline(words >> std::ws, result.failure);
+    if (result.failure.starts_with(id_sign)) {
+        const std::size_t space = result.failure.find(' ');
+        result.run_id = result.failure.substr(id_sign.size(), space - id_sign.size());
+        result.failure.erase(0, space + 1);
+    }
 }
 
 const TrialResult* Trials::find(const Trial& trial) const {
@@ -80,6 +104,15 @@ const TrialResult* Trials::find(const Trial& trial) const {
     if (found == results_.end()) return nullptr;
     const TrialResult& result = found->second;
     return !result.failure.empty() || result.end >= trial.scene.time.end * (1.0 - 1e-9) ? &result : nullptr;
+}
+
+void Trials::require_archive(const Trial& trial, const TrialResult& result) const {
+    require_archive_of(trial.scene, result.archive);
+    const std::string found = files::run_id_of(files::ArchiveReader(result.archive));
+    require(result.run_id.empty() || found == result.run_id, {.file = result.archive.string()},
+            "the archive is of another run of this trial: run_id = {} there, {} in {}; expected the one that was "
+            "written here: put it back, or choose another folder with --output",
+            found.empty() ? "none" : found, result.run_id, (folder_ / records_name).string());
 }
 
 bool Trials::run(const std::vector<Trial>& trials) {
@@ -91,6 +124,8 @@ bool Trials::run(const std::vector<Trial>& trials) {
         missing.push_back(trial);
         missing.back().scene.output.file = (folder_ / (name + ".h5")).string();
         missing.back().scene.run.threads = 1;
+        const fs::path& archive = missing.back().scene.output.file;
+        if (fs::exists(archive)) require_archive_of(missing.back().scene, archive);
         names.push_back(name);
     }
     std::size_t next = 0;

@@ -4,6 +4,7 @@
 """
 import argparse
 import html
+import io
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ import matplotlib
 import numpy
 
 import drover
+from drover import new_file
 from drover.error import status_of
 from drover.paper import STYLE
 
@@ -65,7 +67,7 @@ def make(models, output, part=1.0):
         with archive.result() as run, matplotlib.rc_context(STYLE):
             parts = [particles(moving, film), fields(run, output), boundary(models, output)]
     page = PAGE.format(sections="\n".join(section(one) for one in parts))
-    (output / "index.html").write_text(page, encoding="utf-8")
+    new_file.write(output / "index.html", page.encode())
     return parts
 
 
@@ -83,7 +85,9 @@ def new_figure(width, height):
 
 
 def picture(figure, path, words, shape=""):
-    figure.savefig(path, dpi=200)
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=200)
+    new_file.write(path, content.getvalue())
     return f'<img src="{path.name}" alt="{html.escape(words)}"{shape}>'
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import (boundary_figure, live, onset_figure, panels, particle_figure, smooth_panels, stability_figure,
-                    trade_panel)
+from drover import (boundary_figure, live, new_file, onset_figure, panels, particle_figure, smooth_panels,
+                    stability_figure, trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
 from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
@@ -165,7 +165,7 @@ def write(figure, path):
     picture = io.BytesIO()
     figure.savefig(picture, format=kind)
     try:
-        path.write_bytes(picture.getvalue())
+        new_file.write(path, picture.getvalue())
     except OSError as error:
         raise DroverError(f"{path} cannot be written ({error.strerror}); choose another path with --output") from error
 

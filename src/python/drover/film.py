@@ -3,7 +3,6 @@
     python3 -m drover.film ARCHIVE [--output MP4] [--rate N] [--every N]
 """
 import argparse
-import os
 import shutil
 import subprocess
 import sys
@@ -13,6 +12,7 @@ import numpy
 
 from drover.error import Error, status_of
 from drover.moments import run_of
+from drover.new_file import part_of
 from drover.progress import Progress
 
 DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the picture
@@ -38,7 +38,7 @@ def film(run, output, *, every=None, rate=25, progress=None):
     canvas.draw()
     width, height = canvas.get_width_height()
     progress = Progress(0, len(frames), progress)
-    with Encoder(output, width, height, rate) as encoder:
+    with part_of(output) as part, Encoder(output, part, width, height, rate) as encoder:
         for number, frame in enumerate(frames):
             show(frame)
             canvas.draw()
@@ -56,14 +56,14 @@ def check_output(output):
 
 
 class Encoder:
-    """ffmpeg, which reads pictures and writes a film beside its place until it is complete and synced."""
+    """ffmpeg, which reads pictures and writes a film to `part`; messages call it `output`."""
 
-    def __init__(self, output, width, height, rate):
-        self.output, self.part = output, output.with_name(f".{output.name}.part")
+    def __init__(self, output, part, width, height, rate):
+        self.output = output
         words = ["ffmpeg", "-loglevel", "error", "-xerror", "-y", "-f", "rawvideo", "-pixel_format", "rgba",
                  "-video_size", f"{width}x{height}", "-framerate", str(rate), "-i", "-", "-c:v",
                  "libx264", "-preset", "fast", "-crf", "20",
-                 "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(self.part)]
+                 "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(part)]
         self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
     def write(self, picture):
@@ -86,22 +86,9 @@ class Encoder:
         try:
             if kind is None:
                 self.finish()
-                sync(self.part)
-                os.replace(self.part, self.output)
-                sync(self.output.parent)
         finally:
             self.process.kill()
             self.process.wait()
-            self.part.unlink(missing_ok=True)
-
-
-def sync(path):
-    """Waits until a file or folder is on the disk."""
-    file = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(file)
-    finally:
-        os.close(file)
 
 
 def frames_of(run, every):
