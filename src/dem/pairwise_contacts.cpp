@@ -5,10 +5,11 @@
 #include <array>
 #include <cmath>
 
-#include "bead_flight.hpp"
 #include "body_access.hpp"
+#include "closing_time.hpp"
 #include "coefficients.hpp"
 #include "drover/base/random.hpp"
+#include "drover/dem/rotation.hpp"
 #include "impact_increment.hpp"
 #include "sphere_impact.hpp"
 
@@ -65,12 +66,22 @@ void bounce_bead(Spheres& spheres, std::uint32_t s, double side, double depth, d
                     rules.restitution.bead_plate, rules.friction.bead_plate, report.balance);
 }
 
+/// One step of a rod: the velocity first, then the position with the new velocity.  The gravity's work is that on the
+/// velocity, which is less than that on the displacement by m a^2 h^2/2.
+void move_freely(Rod& rod, const Shape& shape, const Vector& acceleration, double h, EnergyBalance& balance) {
+    const Vector change = h * acceleration;
+    balance.gravity += shape.mass * dot(change, rod.velocity + 0.5 * change);
+    rod.velocity = rod.velocity + change;
+    rod.position = rod.position + h * rod.velocity;
+    rod.axis = turned_freely(rod.axis, rod.angular_momentum, shape.inertia_across, h);
+}
+
 /// Overlaps of a rod with the plates, from tail to head, of each sphere the base before the lid.
 void find_plates(const Rod& rod, const RodKind& kind, const PlateState& base, const PlateMotion& plates,
                  std::vector<RodPlateOverlap>& found) {
     const Shape& shape = kind.shape;
     const double low = base.height - rod.position.z,
-                 high = plates.lid() ? base.height + plates.gap() - rod.position.z : 1e300;
+                 high = plates.lid() ? base.height + plates.gap() - rod.position.z : never;
     found.clear();
     for (const std::uint32_t k : kind.bearing) {
         const double z = shape.at[k] * rod.axis.z, radius = shape.radius[k];
@@ -195,15 +206,27 @@ void resolve_any(const FrictionLaw& friction, const Overlap& overlap, Spheres& s
 }
 }  // namespace
 
-void bounce_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateState& base,
-                  const PlateMotion& plates, const PairwiseRules& rules, ContactReport& report) {
-    const double low = base.height, high = plates.lid() ? low + plates.gap() : 1e300;
+bool step_beads(Spheres& spheres, std::size_t begin, std::size_t end, const BeadRules& flight, const PlateState& base,
+                const PlateMotion& plates, const PairwiseRules& rules, ContactReport& report) {
+    const double low = base.height, high = plates.lid() ? low + plates.gap() : never;
+    const double far = 0.25 * flight.skin * flight.skin;
+    const Vec4d time{rules.dt, rules.dt, rules.dt, 0.0};
+    bool left_skin = false;
+    double beyond = 0.0;
     for (std::size_t s = begin; s < end; ++s) {
+        Vec4d& velocity = spheres.beads.velocity[s];
+        const Vec4d change = flight.acceleration_of(velocity[3]) * time;
+        velocity += change;
+        spheres.position[s] += velocity * time;
+        beyond += (change[0] * change[0] + change[1] * change[1] + change[2] * change[2]) / velocity[3];
+        left_skin |= has_left_skin(spheres.position[s], spheres.listed[s], far);
         const double z = spheres.position[s][2], radius = spheres.position[s][3];
         const auto bead = static_cast<std::uint32_t>(s);
         if (z - radius < low) bounce_bead(spheres, bead, 1.0, low - z + radius, base.velocity, rules, report);
         if (z + radius > high) bounce_bead(spheres, bead, -1.0, z + radius - high, base.velocity, rules, report);
     }
+    report.balance.gravity -= 0.5 * beyond;  // a step ends a dt^2/2 beyond the exact motion: see move_freely()
+    return left_skin;
 }
 
 void step_rod(Spheres& spheres, std::size_t number, const Vector& acceleration, const PlateMotion& plates,
@@ -211,20 +234,20 @@ void step_rod(Spheres& spheres, std::size_t number, const Vector& acceleration, 
               ContactReport& report) {
     Rod& rod = spheres.rods.rod[number];
     const RodKind& kind = spheres.rods.kinds[spheres.rods.kind[number]];
-    const auto steps = static_cast<std::uint64_t>(std::ceil(rules.dt / rules.law.rod_step - 1e-9));
-    const double part = rules.dt / static_cast<double>(steps);
+    const int steps = rules.law.rod_steps(rules.dt);
+    const double part = rules.law.rod_step_within(rules.dt);
     std::visit(
         [&](const auto& friction) {
-            for (std::uint64_t k = 0; k < steps; ++k) {
-                drift_rod(rod, kind.shape, acceleration, part, report.balance);
-                const PlateState base = plates.base(static_cast<double>(k + 1) * part);
+            for (int k = 0; k < steps; ++k) {
+                move_freely(rod, kind.shape, acceleration, part, report.balance);
+                const PlateState base = plates.base((k + 1) * part);
                 find_plates(rod, kind, base, plates, scratch);
                 if (scratch.empty()) continue;
                 if (rules.law.order == ContactOrder::random)
                     shuffle({.seed = rules.seed,
                              .stream = Stream::contact_order,
                              .step = static_cast<std::uint64_t>(step),
-                             .substep = k},
+                             .substep = static_cast<std::uint64_t>(k)},
                             number, scratch);
                 bounce_rod(friction, spheres, number, base, rules, scratch, report);
             }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "bead_flight.hpp"
 #include "contact_report.hpp"
 #include "drover/dem/contact_law.hpp"
 #include "drover/dem/plate_motion.hpp"
@@ -20,9 +21,10 @@ struct PairwiseRules {
     std::uint64_t seed = 0;
 };
 
-/// The contacts of beads [begin, end) with the plates, for the base at the end of the step.
-void bounce_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateState& base,
-                  const PlateMotion& plates, const PairwiseRules& rules, ContactReport& report);
+/// Moves the beads [begin, end) by dt, to the end of a step whose base is `base`, and resolves their contacts with the
+/// plates.  Returns whether a bead has moved by half a skin since the neighbour list was made, or has no finite position.
+bool step_beads(Spheres& spheres, std::size_t begin, std::size_t end, const BeadRules& flight, const PlateState& base,
+                const PlateMotion& plates, const PairwiseRules& rules, ContactReport& report);
 
 /// Moves rod `number` by dt in steps of at most rod_step, with its contacts with the plates after each.  `plates` are at
 /// the start of time step `step`.

@@ -213,8 +213,7 @@ ContactReport World::State::step_with(const PairwiseLaw&) {
     flight = {};
     const PlateState base = plates.base(dt);
     run_chunks(spheres.beads.size(), beads_per_chunk, [&](std::size_t begin, std::size_t end, ChunkResult& result) {
-        result.left_skin = drift_beads(spheres, begin, end, dt, bead_rules);
-        bounce_beads(spheres, begin, end, base, plates, pairwise_rules, result);
+        result.left_skin = step_beads(spheres, begin, end, bead_rules, base, plates, pairwise_rules, result);
     });
     move_rods(
         [&](Rod&, const RodKind&, const Vector& acceleration, std::size_t r, FlightSpace& space, ChunkResult& result) {
@@ -347,13 +346,17 @@ void World::State::record_overlap(const ContactReport& report) {
                      .first = name_of(spheres, deepest.first),
                      .second = name_of(spheres, deepest.second),
                      .time = static_cast<double>(step + 1) * dt};
+    const bool rod_on_plate = deepest.is_with_surface() && deepest.second != Overlap::side_wall &&
+                              !spheres.is_bead(deepest.first) && std::holds_alternative<PairwiseLaw>(law);
+    const NamedStep moved = rod_on_plate ? NamedStep{"contacts.rod_step", pairwise_rules.law.rod_step_within(dt)}
+                                         : NamedStep{"time.dt", dt};
     if (report.depth > setup.contacts.max_overlap)
         fail_run(
             "{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.max_overlap = "
             "{}; {}",
             name_text(worst_overlap.first), name_text(worst_overlap.second), worst_overlap.depth,
             worst_overlap.of_radius, step + 1, worst_overlap.time, setup.contacts.max_overlap,
-            cause_of_overlap(setup, worst_overlap.depth, smaller_radius(deepest, spheres), report.closing, dt));
+            cause_of_overlap(setup, worst_overlap.depth, smaller_radius(deepest, spheres), report.closing, moved));
 }
 
 World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,

@@ -2,6 +2,7 @@
 // state of a contact to its force.  To add a soft law: its keys in [contacts] (setup.hpp, setup_schema.cpp), and here
 // its struct and one alternative of ContactLaw.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <numbers>
@@ -115,7 +116,8 @@ enum class ContactOrder { tail_first, random, fastest_first };
 /// bodies have parted.  Overlaps with the plates count as those of pairs do, and a run fails where one is larger than
 /// contacts.max_overlap.
 ///
-/// Beads move by a time step and then have their contacts with base and lid.  Rods move in equal steps of at most
+/// A step changes the velocity by gravity and then the position by the new velocity.  Beads move by a time step and then
+/// have their contacts with base and lid.  Rods move in equal steps of at most
 /// rod_step; after each, their contacts with the plates follow in `order` (tail_first: from tail to head, of each sphere
 /// the base before the lid; fastest_first: each time the fastest approach of those that have not had their impulse).
 /// Pairs and side walls follow in the order of the neighbour list, forwards and backwards in turn.  A sequence has a
@@ -132,6 +134,10 @@ struct PairwiseLaw {
     std::variant<StopOrSlide, Decoupled> friction;
     ContactOrder order = ContactOrder::tail_first;
     double rod_step = 2e-6;  ///< [s]
+
+    /// Number of equal steps of rods within a time step, and their length.
+    int rod_steps(double dt) const { return std::max(1, static_cast<int>(std::ceil(dt / rod_step - 1e-9))); }
+    double rod_step_within(double dt) const { return dt / rod_steps(dt); }
 };
 
 using ContactLaw = std::variant<ImpactLaw, PairwiseLaw, SpringDashpot>;
