@@ -6,6 +6,7 @@
 
 #include "body_access.hpp"
 #include "drover/base/text.hpp"
+#include "drover/dem/contact_law.hpp"
 
 namespace drover::dem {
 
@@ -94,6 +95,10 @@ std::string cause_of_overlap(const Setup& setup, double depth, double radius, do
         "they approach at {:.3g} mm/s, {:.2g} mm a step of {} = {} s, so the overlap has grown "
         "over many steps in which others press them together: ",
         std::max(0.0, closing), std::max(0.0, covered), step.key, step.length);
+    if (PairwiseLaw::is_chosen(setup.contacts))
+        return words +
+               "contacts.law = \"pairwise\" does not correct overlaps, choose larger restitutions, fewer bodies, "
+               "weaker forces or plates, or a smaller time.dt, which slows the growth";
     if (setup.contacts.model == "impulse")
         return words + "choose fewer bodies, weaker forces or plates, or a smaller time.dt, which slows the growth";
     return words + text("contacts of stiffness {} mg/s^2 are too soft for that, choose a larger contacts.stiffness",

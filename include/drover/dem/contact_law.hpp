@@ -113,7 +113,7 @@ enum class ContactOrder { tail_first, random, fastest_first };
 
 /// Time steps without groups: after each step, every contact that overlaps and approaches gets one impulse, on its own
 /// and with the velocities that those before it have left.  Positions are never corrected: an overlap lasts until the
-/// bodies have parted.  Overlaps with the plates count as those of pairs do, and a run fails where one is larger than
+/// bodies have parted; without rebound (e = 0) those of bodies at rest grow.  Overlaps with the plates count as those of pairs do, and a run fails where one is larger than
 /// contacts.max_overlap.
 ///
 /// A step changes the velocity by gravity and then the position by the new velocity.  Beads move by a time step and then
