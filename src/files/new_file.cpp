@@ -62,8 +62,8 @@ NewFile::NewFile(const std::filesystem::path& name) : file_(std::make_unique<Fil
     try {
         file_->to = open_file(file_->partial, O_WRONLY | O_CREAT | O_TRUNC);
     } catch (const std::system_error& cause) {
-        fail_input({file.string()}, "cannot be written: {}; expected a file in a writable folder",
-                   std::string(cause.what()));
+        throw Error(fault_of(cause), {file.string()},
+                    text("cannot be written: {}; expected a file in a writable folder", std::string(cause.what())));
     }
 }
 
