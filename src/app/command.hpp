@@ -62,6 +62,8 @@ struct ResultOutput {
     std::string contents;  ///< of the file, in one line for people
     bool json = false, overwrite = false;
 };
+/// Throws, before anything is computed, unless the archive can be written.  input: the file that the command is about.
+void check_output(const ResultOutput& output, const std::string& input, const io::Scene& scene);
 /// Prints as text or JSON, writes the archive with its provenance, and returns the exit status.  Throws as
 /// files::Archive::create.
 int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads);

@@ -10,6 +10,7 @@
 #include "drover/io/xyz.hpp"
 #include "drover/run/calibration.hpp"
 #include "drover/run/kind.hpp"
+#include "drover/run/write_result.hpp"
 #include "run/json.hpp"
 
 namespace drover::app {
@@ -79,6 +80,15 @@ void print_calibration(const files::ArchiveReader& archive, const Options& optio
     std::fputs(printable(run::calibration_text(table)).c_str(), stdout);
 }
 
+/// Of drover stability, states or boundary.
+void print_result_archive(const files::ArchiveReader& archive, bool scene) {
+    for (const auto& [name, value] : archive.attributes())
+        if (name != "scene") print_attribute(name, value);
+    std::printf("\n");
+    if (scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
+    std::fputs(printable(run::stored_text(archive)).c_str(), stdout);
+}
+
 void print_xyz(const std::string& file) {
     const io::XyzInfo info = io::read_xyz_info(file);
     const auto line = [](const char* name, const std::string& value) {
@@ -118,7 +128,8 @@ void add_info(CLI::App& program, Action& action) {
                 print_calibration(archive, *options);
                 return run::exit_done;
             }
-            print(archive, run::make_report(archive), options->scene);
+            if (run::is_result(archive)) print_result_archive(archive, options->scene);
+            else print(archive, run::make_report(archive), options->scene);
             return run::exit_done;
         };
     });

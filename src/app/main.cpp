@@ -125,7 +125,8 @@ int main(int count, char** words) {
         app::require_stack();
         const int status = app::act({after_name.begin(), after_name.end()});
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-            fail_run("the results could not be written to standard output; check for a full disk or a closed pipe");
+            fail_environment(
+                "the results could not be written to standard output; check for a full disk or a closed pipe");
         return status;
     });
 }

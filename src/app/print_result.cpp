@@ -8,6 +8,10 @@
 
 namespace drover::app {
 
+void check_output(const ResultOutput& output, const std::string& input, const io::Scene& scene) {
+    if (!output.file.empty()) run::check_result_file(output.file, {input}, scene, output.overwrite);
+}
+
 int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads) {
     if (!output.file.empty()) run::write_result(result, output.file, output.what, scene, threads, output.overwrite);
     if (output.json) {

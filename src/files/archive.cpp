@@ -189,8 +189,8 @@ void write_chunk(hid_t dataset, const std::vector<hsize_t>& corner, std::span<co
 
 /// The Error for a file that cannot be created or opened.
 Error opening_failure(const std::filesystem::path& file, const std::system_error& cause) {
-    if (cause.code().value() == EIO) return disk_failure(file, cause);
-    return Error(Fault::input, {file.string()},
+    if (is_of_disk(cause)) return disk_failure(file, cause);
+    return Error(fault_of(cause), {file.string()},
                  text("cannot be written: {}; expected a file in a writable folder", std::string(cause.what())));
 }
 
@@ -308,10 +308,10 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
     const Descriptor old = lock_old(file, overwrite);
     Descriptor created = lock_new(file, overwrite);
     Cleanup cleanup{temporary_name(file)};
-    const Hdf5Errors errors{file.string(), Fault::run};
+    const Hdf5Errors errors{file.string(), Fault::environment};
     auto archive = std::make_unique<File>(Hdf5File::create(std::move(created), temporary_name(file), file.string(),
                                                            file_creation(errors)),
-                                          Fault::run);
+                                          Fault::environment);
     const QuietErrors watched(&archive->hdf5.failure());
     write_root_attributes(archive->hdf5.id(), attributes, errors);
     for (const Recording& recording : recordings) {
@@ -475,6 +475,20 @@ void Archive::commit() {
 }
 
 void Archive::remove() { file_->hdf5.remove(); }
+
+void write_archive(const std::filesystem::path& name, const std::vector<Recording>& recordings,
+                   const std::vector<Attribute>& attributes, const std::function<void(Archive&)>& fill) {
+    const std::filesystem::path file = behind_links(name), beside = file.string() + ".new";
+    std::error_code ignored;
+    if (std::filesystem::is_symlink(beside, ignored)) std::filesystem::remove(beside, ignored);  // never followed
+    Archive archive = Archive::create(beside, recordings, attributes, true);
+    Cleanup cleanup{beside};
+    const Cleanup journal{beside.string() + ".journal"};  // of a commit that failed
+    fill(archive);
+    archive.commit();
+    replace_archive(beside, file);  // the lock is held: no other process takes the name meanwhile
+    cleanup.is_needed = false;
+}
 
 void contain_hdf5() {
     watch_crashes();  // first: the other call can crash, too

@@ -87,8 +87,9 @@ std::optional<Stored> read_stored(const std::filesystem::path& file, Part part) 
     if (!bytes) return std::nullopt;
     return decoded(*bytes, file, part);
 } catch (const std::system_error& cause) {
-    if (cause.code().value() == EIO) throw disk_failure(file, cause);
-    fail_input({file.string()}, "cannot be read: {}; expected a checkpoint", std::string(cause.what()));
+    if (is_of_disk(cause)) throw disk_failure(file, cause);
+    throw Error(fault_of(cause), {file.string()},
+                text("cannot be read: {}; expected a checkpoint", std::string(cause.what())));
 }
 
 bool is_newer(const Stored& a, const Stored& b) {
@@ -156,7 +157,7 @@ Checkpoint read_newest_checkpoint(const std::filesystem::path& archive) {
             auto stored = read_stored(file, Part::all);
             if (stored && (!newest || is_newer(*stored, *newest))) newest = std::move(stored);
         } catch (const Error& damage) {
-            if (damage.fault() == Fault::run) throw;  // of the disk: the file may be valid
+            if (damage.fault() == Fault::environment) throw;  // the file may be valid
             damages.emplace_back(damage.what());
         }
     }

@@ -81,7 +81,7 @@ Hdf5File::~Hdf5File() = default;
 
 Hdf5File Hdf5File::create(Descriptor empty, const std::filesystem::path& path, const std::string& name,
                           const Handle& creation) {
-    auto parts = std::make_unique<Parts>(written_overlay(std::move(empty), path), name, Fault::run);
+    auto parts = std::make_unique<Parts>(written_overlay(std::move(empty), path), name, Fault::environment);
     allow_writing(parts->access, parts->errors);
     parts->file = parts->errors.own(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation, parts->access), H5Fclose,
                                     "creating the file");

@@ -60,8 +60,8 @@ NewFile::NewFile(const std::filesystem::path& name) : file_(std::make_unique<Fil
     try {
         file_->to = create_file(file_->partial);
     } catch (const std::system_error& cause) {
-        fail_input({file.string()}, "cannot be written: {}; expected a file in a writable folder",
-                   std::string(cause.what()));
+        throw Error(fault_of(cause), {file.string()},
+                    text("cannot be written: {}; expected a file in a writable folder", std::string(cause.what())));
     }
 }
 

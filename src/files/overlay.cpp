@@ -140,8 +140,8 @@ void write_overlay(Overlay& overlay, std::uint64_t offset, Bytes bytes) {
 
 void commit_overlay(Overlay& overlay) {
     if (overlay.is_stuck)
-        fail_run("{}: an earlier commit is still in {}; restart the run to complete it", overlay.path.string(),
-                 journal_of(overlay.path).string());
+        fail_environment("{}: an earlier commit is still in {}; restart the run to complete it", overlay.path.string(),
+                         journal_of(overlay.path).string());
     throw_failure(overlay);
     const Changes changes = changes_to_commit(overlay);
     const bool needs_journal = overlay.committed > 0;

@@ -75,16 +75,16 @@ std::vector<std::byte> bytes_of(const Descriptor& file) {
 /// Reports why a file cannot be used; reports a full disk explicitly.
 [[noreturn]] void fail_opening(const std::filesystem::path& file, const std::system_error& cause) {
     const int error = cause.code().value();
-    if (error == ENOSPC || error == EDQUOT || error == EIO)
+    if (error == ENOSPC || error == EDQUOT || is_of_disk(cause))
         throw write_failure(file, cause, head_bytes, "nothing was started");
     if (error == EMFILE || error == ENFILE)
-        fail_input({file.string()},
-                   "cannot be opened: {}; every running measurement needs an open file: raise the limit (ulimit -n), "
-                   "or divide "
-                   "the work with --share",
-                   std::string(cause.what()));
-    fail_input({file.string()}, "cannot be opened: {}; check the permissions of the folder, or choose another",
-               std::string(cause.what()));
+        throw Error(fault_of(cause), {file.string()},
+                    text("cannot be opened: {}; every running measurement needs an open file: raise the limit (ulimit "
+                         "-n), or divide the work with --share",
+                         std::string(cause.what())));
+    throw Error(fault_of(cause), {file.string()},
+                text("cannot be opened: {}; check the permissions of the folder, or choose another",
+                     std::string(cause.what())));
 }
 }  // namespace
 

@@ -245,8 +245,27 @@ CommitLock::~CommitLock() {
     if (is_held_) ::fcntl(file_, F_OFD_SETLK, &byte);
 }
 
+Fault fault_of(const std::system_error& cause) {
+    switch (cause.code().value()) {
+        case EACCES:
+        case EISDIR:
+        case ELOOP:
+        case ENAMETOOLONG:
+        case ENOENT:
+        case ENOTDIR:
+        case EPERM:
+        case EROFS: return Fault::unavailable;
+        default: return Fault::environment;
+    }
+}
+
+bool is_of_disk(const std::system_error& cause) {
+    const int error = cause.code().value();
+    return error == EIO || error == ESTALE || error == ETIMEDOUT || error == EREMOTEIO;
+}
+
 Error disk_failure(const std::filesystem::path& file, const std::system_error& cause) {
-    return Error(Fault::run, {file.string()},
+    return Error(Fault::environment, {file.string()},
                  text("the disk reports a failure: {}; nothing was changed; check the disk, then run the same command "
                       "again",
                       std::string(cause.what())));
@@ -257,7 +276,7 @@ Error write_failure(const std::filesystem::path& file, const std::system_error& 
     const int error = cause.code().value();
     const bool is_full = error == ENOSPC || error == EDQUOT || error == EFBIG;
     if (!is_full)
-        return Error(Fault::run, {file.string()},
+        return Error(Fault::environment, {file.string()},
                      text("cannot write: {}; {}; check the disk, then restart", std::string(cause.what()),
                           consequence));
     struct statvfs disk {};
@@ -266,7 +285,7 @@ Error write_failure(const std::filesystem::path& file, const std::system_error& 
     const char* what = error == ENOSPC   ? "the disk is full"
                        : error == EDQUOT ? "the disk quota is used up"
                                          : "the largest file size allowed (ulimit -f) is reached";
-    return Error(Fault::run, {file.string()},
+    return Error(Fault::environment, {file.string()},
                  text("{}: {} were needed and {} are free; {}; make room, then restart", what,
                       bytes_text(static_cast<double>(needed)), is_known ? bytes_text(free) : std::string("?"),
                       consequence));

@@ -117,10 +117,17 @@ private:
     bool is_held_ = false;
 };
 
-/// The run Error for a failed read, and for any other failed call that writes nothing.
+/// The kind of the Error for a failed call: unavailable where another name, folder or permission would help, else
+/// environment.
+Fault fault_of(const std::system_error& cause);
+
+/// Whether the disk itself, or the server behind it, failed.
+bool is_of_disk(const std::system_error& cause);
+
+/// The environment Error for a failed read, and for any other failed call that writes nothing.
 Error disk_failure(const std::filesystem::path& file, const std::system_error& cause);
 
-/// The run Error for a failed write; reports a full disk explicitly, with the bytes needed and free.
+/// The environment Error for a failed write; reports a full disk explicitly, with the bytes needed and free.
 /// consequence: the state after the failure, such as "the file stays as it was at the last commit".
 Error write_failure(const std::filesystem::path& file, const std::system_error& cause, std::uint64_t needed,
                     std::string_view consequence);

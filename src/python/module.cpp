@@ -94,7 +94,7 @@ void translate(std::exception_ptr failure) {
         if (failure) std::rethrow_exception(failure);
     } catch (const Error& error) {
         const py::object type = py::module_::import("drover.error").attr("Error");
-        const py::object value = type(error.message(), error.place(), error.fault() == Fault::input ? "input" : "run");
+        const py::object value = type(error.message(), error.place(), fault_name(error.fault()));
         PyErr_SetObject(type.ptr(), value.ptr());
     }
 }

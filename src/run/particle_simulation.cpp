@@ -54,7 +54,7 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     try {
         archive.emplace(file_beside(scene, packing.file));
     } catch (const Error& error) {
-        fail_input(where, "packing.file: {}", error.what());
+        throw Error(error.fault(), where, text("packing.file: {}", error.what()));
     }
     require(io::has_trajectory(*archive), where,
             "{} holds no trajectory; expected an archive of a run of the same bodies", what);

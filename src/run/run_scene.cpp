@@ -16,6 +16,7 @@
 #include "drover/run/kind.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/report.hpp"
+#include "drover/run/scene_support.hpp"
 #include "drover/run/signals.hpp"
 #include "drover/run/step_choice.hpp"
 #include "run/same_run.hpp"
@@ -127,28 +128,21 @@ Needs needs_of(const io::Scene& given) {
 void check_memory(const io::Scene& scene) {
     const Needs needs = needs_of(scene);
     const Kind& kind = kind_of(scene);
-    require(needs.memory_bytes <= needs.memory_free, io::location_of(scene, kind.size_key),
-            "{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
-            bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
-            scene.kind == io::SceneKind::fields ? "grid" : "cell");
+    if (needs.memory_bytes > needs.memory_free)
+        throw Error(Fault::unavailable, io::location_of(scene, kind.size_key),
+                    text("{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
+                         bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
+                         scene.kind == io::SceneKind::fields ? "grid" : "cell"));
 }
 
 void check_needs(const io::Scene& scene, const RunOptions& options) {
     check_memory(scene);
-    const std::filesystem::path path = archive_path(scene), folder = folder_of(path);
-    const SourceLocation where = io::location_of(scene, "output.file");
-    std::error_code problem;
-    require(std::filesystem::is_directory(folder, problem), where,
-            "output.file = \"{}\": the folder \"{}\" does not exist; make it first", path.string(), folder.string());
-    require(!std::filesystem::is_directory(path, problem), where,
-            "output.file = \"{}\" is a folder; expected the name of a file", path.string());
-    require(
-        !options.overwrite || !std::filesystem::exists(path, problem) || files::is_hdf5(path), where,
-        "output.file = \"{}\" exists and is not an HDF5 file, which --overwrite does not replace; choose another name",
-        path.string());
-    require(options.overwrite || !std::filesystem::exists(path, problem), where,
-            "output.file = \"{}\" exists; resume it with drover restart, choose another name, or give --overwrite",
-            path.string());
+    const std::filesystem::path path = archive_path(scene);
+    check_output({.path = path,
+                  .where = io::location_of(scene, "output.file"),
+                  .name = text("output.file = \"{}\"", path.string()),
+                  .overwrite = options.overwrite},
+                 inputs_of(scene));
 }
 
 namespace {

@@ -42,7 +42,7 @@ StopSignals::~StopSignals() {
 int stop_signal() { return requested; }
 
 void check_stop_signal() {
-    if (stop_signal() != 0) fail_run("stopped by signal {} before the result was found", stop_signal());
+    if (stop_signal() != 0) fail_environment("stopped by signal {} before the result was found", stop_signal());
 }
 
 void leave_signals_to_host(bool leave) { host_handles_signals = leave; }

@@ -25,6 +25,7 @@ std::string reason_against(const io::Scene& scene, const std::vector<std::string
         changed(scene, overrides);
         return "";
     } catch (const Error& error) {
+        if (!is_of_scene(error.fault())) throw;
         return error.what();
     }
 }

@@ -122,7 +122,7 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
         try {
             measured.numbers.push_back(wanted_number(wish, report, archive));
         } catch (const Error& error) {
-            if (overrides.empty()) throw;  // a simpler model may lack what is wanted
+            if (overrides.empty() || !is_of_scene(error.fault())) throw;  // a simpler model may lack what is wanted
             return measured_[key] = {.failure = text("it has no {}", wish.text), .numbers = {}};
         }
     }

@@ -411,7 +411,8 @@ private:
         try {
             bench_.trial_of(on_pilot_grid(level.overrides));
             return true;
-        } catch (const Error&) {
+        } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;
             return false;
         }
     }

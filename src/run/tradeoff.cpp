@@ -362,7 +362,7 @@ io::Scene with_accuracy(const io::Scene& scene, const std::vector<Wish>& wishes,
                                                   .folder = folder,
                                                   .quiet = quiet});
     if (found.stopped)
-        fail_run("stopped by a signal during the trials, which are kept: run the same command to resume");
+        fail_environment("stopped by a signal during the trials, which are kept: run the same command to resume");
     if (!found.recommended) fail_run("{}", found.refusal);
     if (!quiet)
         for (const std::string& words : found.reasons) log_information("{}", words);

@@ -2,6 +2,8 @@
 #include "run/trials.hpp"
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <sstream>
 
 #include "drover/base/error.hpp"
@@ -9,6 +11,7 @@
 #include "drover/io/scene_text.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/run_scene.hpp"
+#include "drover/run/signals.hpp"
 #include "drover/run/worker_pool.hpp"
 #include "run/same_run.hpp"
 
@@ -21,8 +24,15 @@ constexpr const char* records_name = "trials.records";
 RunOutcome run_or_continue(const Trial& trial) {
     const fs::path path = archive_path(trial.scene);
     const RunOptions options{.overwrite = true, .quiet = true, .rounds_up = trial.rounds_up};
-    if (!fs::exists(path) || !has_checkpoint(path)) return run_scene(trial.scene, options);
-    return restart_run(path, std::vector<std::string>{text("time.end={:.17g}", trial.scene.time.end)}, options);
+    if (fs::exists(path) && has_checkpoint(path)) {
+        try {
+            const std::vector<std::string> end{text("time.end={:.17g}", trial.scene.time.end)};
+            return restart_run(path, end, options);
+        } catch (const Error& error) {
+            if (error.fault() != Fault::input) throw;  // else its files are damaged: from the start
+        }
+    }
+    return run_scene(trial.scene, options);
 }
 
 constexpr std::string_view id_sign = "run_id=";
@@ -33,8 +43,21 @@ std::string one_line(std::string text) {
     return text;
 }
 
+/// Kinds of failures with which a study continues, without the trial.  Only those of the scene are recorded.
+constexpr std::array kinds_of_failure{Fault::input, Fault::run, Fault::unavailable};
+
+std::string prefix_of(Fault fault) { return fault_name(fault) + ": "; }
+
+/// The kind of "run: the fields diverged".  Records of older versions hold no kind, so that a failure may be that of a
+/// full disk.
+std::optional<Fault> kind_of_failure(const std::string& failure) {
+    for (const Fault fault : kinds_of_failure)
+        if (failure.starts_with(prefix_of(fault))) return fault;
+    return std::nullopt;
+}
+
 /// In a child process: runs a trial and makes its record.  Of a run that a signal stopped the record says how far it
-/// came.
+/// came.  Throws what is neither a property of the scene nor of the machine.
 int run_trial(const Trial& trial, const std::string& name, std::string& record) {
     double steps = 0.0, end = trial.scene.time.end;
     int status = exit_done;
@@ -48,7 +71,8 @@ int run_trial(const Trial& trial, const std::string& name, std::string& record) 
             end = outcome.checkpoint_time;
         }
     } catch (const Error& error) {
-        failure = one_line(error.what());
+        if (std::find(kinds_of_failure.begin(), kinds_of_failure.end(), error.fault()) == kinds_of_failure.end()) throw;
+        failure = prefix_of(error.fault()) + one_line(error.what());
     }
     record =
         text("{} {:.17g} {:.6g} {:.6g} {}{} {}", name, end, core_seconds() - steps, steps, id_sign, run_id, failure);
@@ -80,23 +104,30 @@ std::string Trials::name_of(const Trial& trial) const {
     return text("trial-{:016x}{}", files::fingerprint(io::resolved_text(scene)), trial.rounds_up ? "-up" : "");
 }
 
-/// A record: name, end, core seconds of start and of steps, run id, failure.
+/// A record: name, end, core seconds of start and of steps, run id, failure with its kind.  One that failed for an
+/// unknown reason is passed over: the trial is repeated.
 void Trials::take(const std::string& record) {
     std::istringstream words(record);
-    std::string name;
+    std::string name, failure;
     double end = 0.0, start = 0.0, steps = 0.0;
     words >> name >> end >> start >> steps;
+    std::getline(words >> std::ws, failure);
+    std::string run_id;
+    if (failure.starts_with(id_sign)) {
+        const std::size_t space = failure.find(' ');
+        run_id = failure.substr(id_sign.size(), space - id_sign.size());
+        failure.erase(0, space == std::string::npos ? space : space + 1);
+    }
+    const std::optional<Fault> kind = kind_of_failure(failure);
+    if (!failure.empty() && !kind) return;
     TrialResult& result = results_[name];
     result.archive = folder_ / (name + ".h5");
     result.end = end;
     result.start_seconds = std::max(result.start_seconds, start);  // one that is continued starts more than once
     result.step_seconds += steps;
-    std::getline(words >> std::ws, result.failure);
-    if (result.failure.starts_with(id_sign)) {
-        const std::size_t space = result.failure.find(' ');
-        result.run_id = result.failure.substr(id_sign.size(), space - id_sign.size());
-        result.failure.erase(0, space + 1);
-    }
+    result.run_id = run_id;
+    result.failure = kind ? failure.substr(prefix_of(*kind).size()) : "";
+    result.is_recorded = !kind || is_of_scene(*kind);
 }
 
 const TrialResult* Trials::find(const Trial& trial) const {
@@ -129,20 +160,21 @@ bool Trials::run(const std::vector<Trial>& trials) {
         names.push_back(name);
     }
     std::size_t next = 0;
-    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
-                        if (next == missing.size()) return std::nullopt;
-                        return next++;
-                    },
-                    .work = [&](std::size_t job,
-                                std::string& result) { return run_trial(missing[job], names[job], result); },
-                    .ended =
-                        [&](std::size_t job, int status, const std::string& result) {
-                            if (result.empty())
-                                fail_run("the trial {} ended with status {}; run the command again to repeat it",
-                                         names[job], status);
-                            records_.append(result);
-                            take(result);
-                        }};
+    const Jobs jobs{
+        .next = [&]() -> std::optional<std::size_t> {
+            if (next == missing.size()) return std::nullopt;
+            return next++;
+        },
+        .work = [&](std::size_t job, std::string& result) { return run_trial(missing[job], names[job], result); },
+        .ended =
+            [&](std::size_t job, int status, const std::string& record) {
+                if (status != exit_done && status != exit_stopped && stop_signal() != 0) return;
+                if (record.empty())
+                    fail_environment("the trial {} ended with status {}; run the command again to repeat it",
+                                     names[job], status);
+                take(record);
+                if (results_[names[job]].is_recorded) records_.append(record);
+            }};
     return !run_jobs(jobs, {.workers = workers_}).stopped;
 }
 

@@ -24,6 +24,7 @@ struct TrialResult {
     double step_seconds = 0.0;   ///< of a core, for all steps
     std::string run_id;          ///< of the archive; "" in records of earlier versions
     std::string failure;         ///< why the run failed; else ""
+    bool is_recorded = true;     ///< false for a failure of this machine: the next command tries again
     double seconds() const { return start_seconds + step_seconds; }
 };
 
@@ -35,7 +36,7 @@ public:
     Trials(const std::filesystem::path& folder, const std::string& scene, int workers);
 
     /// Runs what is not there yet; a run that is too short is continued from its checkpoint.  Returns false when a
-    /// signal stopped it.
+    /// signal stopped it.  A failure of the scene is recorded; one of the environment stops all trials and is thrown.
     bool run(const std::vector<Trial>& trials);
 
     /// The result of a trial that was run; nullptr when there is none, or a shorter one that did not fail.

@@ -9,8 +9,8 @@ import time
 import h5py
 import numpy
 import pytest
-from support import (DROVER, assert_same_bytes, checkpoints, contents, damage, drover, end_group, environment, start,
-                     tree, wait_until, write_scene)
+from support import (DROVER, MODELS, assert_same_bytes, checkpoints, contents, damage, drover, end_group, environment,
+                     start, tree, wait_until, write_scene)
 
 SHORT = {"time.end": 4.0, "output.frame_every": 1.0, "output.checkpoint_minutes": 0.0}
 LONG = {"time.end": 1e6, "output.checkpoint_minutes": 60.0}
@@ -343,3 +343,71 @@ def test_a_short_memory_ends_a_run_with_a_sentence(tmp_path):
             one_sentence(ended)
         statuses.add(ended.returncode)
     assert 0 in statuses
+
+
+def test_a_read_that_fails_is_not_the_end_of_a_scene(tmp_path):
+    for words in (["check", "/proc/self/mem"], ["run", "/proc/self/mem", "--quiet", "-o", "x.h5"]):
+        ended = drover(tmp_path, *words, status=1)
+        assert "/proc/self/mem: the disk reports a failure: read: Input/output error" in one_sentence(ended)
+    assert tree(tmp_path) == {}
+
+
+RESULTS = {"stability": ["stability", "flock.toml", "--set", "stability.wavenumbers=8", "--set", "stability.angles=4"],
+           "boundary": ["boundary", "flock.toml", "--x", "relaxation.rate = 0.5:1", "--y", "uniform.rod_density = 1:2",
+                        "--set", "boundary.map=4"],
+           "states": ["states", MODELS / "band.toml", "--wave", "x", "--set", "grid.nx=256", "--set", "grid.ny=8"]}
+
+
+@pytest.mark.parametrize("command", RESULTS)
+def test_the_archive_of_a_result_appears_complete_or_not_at_all(command, tmp_path):
+    write_scene(tmp_path)
+    words = [*RESULTS[command], "-o", "x.h5"]
+    drover(tmp_path, *words)
+    whole = contents(tmp_path / "x.h5")
+    for kilobytes in (1, 8, 24):
+        for old in (whole, None):
+            if old is None:
+                (tmp_path / "x.h5").unlink()
+            ended = subprocess.run(["sh", "-c", f'ulimit -f {2 * kilobytes}; exec "$0" "$@" --overwrite', DROVER,
+                                    *map(str, words)], cwd=tmp_path, capture_output=True, text=True, check=False,
+                                   env=environment())
+            if ended.returncode != 0:
+                assert "the largest file size allowed (ulimit -f) is reached" in one_sentence(ended)
+                assert old is None or contents(tmp_path / "x.h5") == old
+            assert set(tree(tmp_path)) <= {"flock.toml", "x.h5"} and (old is None or (tmp_path / "x.h5").exists())
+            assert (tmp_path / "x.h5").exists() == (old is not None or ended.returncode == 0)
+            drover(tmp_path, *words, "--overwrite")
+
+
+@pytest.mark.parametrize("command", RESULTS)
+def test_info_describes_the_archive_of_a_result(command, tmp_path):
+    write_scene(tmp_path)
+    drover(tmp_path, *RESULTS[command], "-o", "x.h5")
+    text = drover(tmp_path, "info", "x.h5").stdout
+    found = json.loads(drover(tmp_path, "info", "x.h5", "--json").stdout)
+    assert found["attributes"]["title"].startswith(f"drover {command} of ") and found["attributes"]["title"] in text
+    with h5py.File(tmp_path / "x.h5") as file:
+        for array in found["arrays"]:
+            stored = file[array["name"]]
+            values = numpy.array(array["values"], dtype=float)  # null: not finite
+            assert list(stored.shape) == array["shape"] and array["name"] in text
+            assert numpy.array_equal(values, stored[()].ravel(), equal_nan=True)
+    assert set(contents(tmp_path / "x.h5")) == {array["name"][1:] for array in found["arrays"]}
+
+
+@pytest.mark.parametrize("command", [*RESULTS, "run"])
+def test_overwrite_replaces_an_archive_and_never_an_input_or_another_file(command, tmp_path):
+    archive_of(tmp_path, "start.toml")
+    write_scene(tmp_path, {"initial.kind": "file", "initial.file": "start.h5"})
+    (tmp_path / "notes.txt").write_text("notes")
+    (tmp_path / "link").symlink_to("start.h5")
+    words = ["run", "flock.toml", "--quiet"] if command == "run" else RESULTS[command]
+    scene = "flock.toml" if words[1] == "flock.toml" else words[1]
+    before = tree(tmp_path)
+    inputs = {scene: "is an input of this command", "notes.txt": "is not an HDF5 file"}
+    if scene == "flock.toml":
+        inputs |= {"start.h5": "is an input of this command", "./link": "is an input of this command"}
+    for output, sentence in inputs.items():
+        assert sentence in one_sentence(drover(tmp_path, *words, "-o", output, "--overwrite", status=2))
+        assert tree(tmp_path) == before
+    assert "exists; choose another name" in one_sentence(drover(tmp_path, *words, "-o", "notes.txt", status=2))

@@ -209,7 +209,7 @@ TEST(Checkpoint, temporary_files_of_a_killed_write_are_ignored_and_removed) {
     EXPECT_EQ(folder.count(), 0u);
 }
 
-TEST(Checkpoint, a_full_disk_is_a_run_error_and_leaves_both_unchanged) {
+TEST(Checkpoint, a_full_disk_is_an_error_of_the_environment_and_leaves_both_unchanged) {
     const Folder folder;
     const auto archive = folder / "run.h5";
     for (const std::int64_t step : {10, 20}) write_checkpoint(archive, sample_checkpoint(step));
@@ -222,7 +222,7 @@ TEST(Checkpoint, a_full_disk_is_a_run_error_and_leaves_both_unchanged) {
             write_checkpoint(archive, sample_checkpoint(30));
             ADD_FAILURE() << "expected an Error";
         } catch (const Error& error) {
-            EXPECT_EQ(error.fault(), Fault::run);
+            EXPECT_EQ(error.fault(), Fault::environment);
             EXPECT_THAT(error.what(),
                         AllOf(HasSubstr("run.h5.checkpoint-a: the largest file size allowed"),
                               HasSubstr(" were needed and "), HasSubstr("the previous checkpoint is still valid")));

@@ -67,6 +67,11 @@ private:
     std::unique_ptr<File> file_;
 };
 
+/// An archive that appears under its name, or replaces the file there, when `fill` has written it and it is durable.
+/// Throws as Archive::create and Archive::commit; then the old file stays, and nothing new is left.
+void write_archive(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+                   const std::vector<Attribute>& attributes, const std::function<void(Archive&)>& fill);
+
 /// For the start of a program that uses HDF5 only through this layer.  Where HDF5 1.10 crashes, calls exit or may have
 /// damaged its memory, as it does when some of its allocations fail, the process ends with status 1 and a sentence
 /// instead.  HDF5 does nothing when the process ends, where it would crash after a file that could not be closed; no

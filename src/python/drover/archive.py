@@ -75,13 +75,15 @@ def open_once(path, read):
     except BROKEN as error:
         raise DroverError(not_hdf5(path, error)) from error
     try:
-        return read(store, path)
-    except BROKEN as error:
+        result = read(store, path)
+        store.check()
+        return result
+    except (*BROKEN, DroverError) as error:
         store.close()
+        store.check()  # the cause
+        if isinstance(error, DroverError):
+            raise
         raise DroverError(damaged(path, "cannot be read", error)) from error
-    except DroverError:
-        store.close()
-        raise
 
 
 def read_head(store, path):

@@ -3,7 +3,7 @@ import sys
 
 
 class Error(Exception):
-    """Invalid input, or a failed run.  The message is one sentence: place, finding, remedy.
+    """Invalid input, or a failure.  The message is one sentence: place, finding, remedy.
 
     >>> Error("grid.nx = 7; expected an even number", "flock.toml:3:1").place
     'flock.toml:3:1'
@@ -12,7 +12,9 @@ class Error(Exception):
     def __init__(self, message, place="", fault="input"):
         super().__init__(f"{place}: {message}" if place else message)
         self.place = place    # "flock.toml:3:1", "--set grid.nx=7"; "" if there is none
-        self.fault = fault    # "input", or "run" for a run that failed
+        # "input"; "unavailable": a file that may not be used, a machine too small; "run": a run that its scene makes
+        # fail; "environment": the disk, memory, limits, a signal; "defect" of drover
+        self.fault = fault
         self.finding, _, self.remedy = message.partition("; ")
 
 
@@ -24,7 +26,7 @@ def status_of(action):
         action()
     except Error as error:
         print(f"error: {error}", file=sys.stderr)
-        return 1 if error.fault == "run" else 2
+        return 2 if error.fault in ("input", "unavailable") else 1
     except OSError as error:
         print(f"error: {error}; check the folder and the disk", file=sys.stderr)
         return 1

@@ -77,7 +77,7 @@ class Encoder:
         reason = self.process.communicate()[1].decode(errors="replace").strip().replace("\n", "; ")
         if self.process.returncode != 0 or reason:
             raise Error(f"{self.output}: ffmpeg failed: {reason or self.process.returncode}; check the folder and the "
-                        "disk", fault="run")
+                        "disk", fault="environment")
 
     def __enter__(self):
         return self

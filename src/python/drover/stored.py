@@ -3,6 +3,7 @@
 Files are not trusted: links, filters that load plugins, and arrays larger than their stored bytes allow are rejected.
 (Certain damaged metadata can still crash HDF5 itself, and the process with it.)
 """
+import io
 import os
 import time
 
@@ -23,6 +24,31 @@ FILTERS = (h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLE
 NETCDF_NAMES = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST")  # attributes of the format itself
 
 
+class CheckedStream(io.FileIO):
+    """A file for HDF5.  An exception within a call of HDF5 1.10 may damage its memory: a failed read gives zeros
+    instead, as does every later one, and check() raises its exception after the call.
+    """
+
+    failure = None
+
+    def readinto(self, buffer):
+        view, done = memoryview(buffer).cast("B"), 0
+        try:
+            while not self.failure and done < len(view) and (count := super().readinto(view[done:])):
+                done += count
+        except OSError as failure:
+            self.failure = failure
+        if self.failure:
+            view[done:] = bytes(len(view) - done)
+            return len(view)
+        return done
+
+    def check(self):
+        if self.failure:
+            raise DroverError(f"the disk reports a failure: read: {self.failure.strerror}; nothing was changed; check "
+                              "the disk, then run the same command again", str(self.name), "environment")
+
+
 class Store:
     """An archive open for reading, while its run may continue to write.
 
@@ -40,12 +66,20 @@ class Store:
         self.state = state_of(self.path)
         self.quiet = is_quiet(self.state)
         # A separate stream: HDF5 would share its cache with other uses of this file in the process.
-        self.stream = open(self.path, "rb")
+        self.stream = CheckedStream(self.path)
         try:
             self.file = h5py.File(self.stream, "r")
         except BaseException:
             self.stream.close()
+            self.stream.check()  # the cause
             raise
+        self.check()
+
+    def check(self):
+        """Raises an Error if a read has failed, and lets no later one use what HDF5 has cached."""
+        if self.stream.failure:
+            self.close()
+            self.stream.check()
 
     def close(self):
         if self.file is not None:
@@ -61,6 +95,7 @@ class Store:
         while True:
             try:
                 values = self.file[name][key]
+                self.check()
                 now = state_of(self.path)
                 # A deleted or replaced file no longer changes.
                 if (self.quiet and now == self.state) or now is None or now[0] != self.state[0]:
