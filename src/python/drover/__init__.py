@@ -22,10 +22,10 @@
     drover.film(run, "flock.mp4")                        # of a run in memory, or an archive
     run.observe(lambda frame: frame.rod_density.max(), "peak", "mm-2")   # an observable of your own
 
-`python3 -m drover.figure isotropic.h5` draws a figure of any archive.
-`python3 -m drover.film flock.h5`, or `drover film flock.h5`, makes a film of a run.
-`python3 -m drover.demo` makes the page of `make demo`.
-`python3 -m drover.compare fields.h5 particles.h5` compares a calibrated field run with a particle run.
+`python3 -P -m drover.figure isotropic.h5` draws a figure of any archive.
+`python3 -P -m drover.film flock.h5`, or `drover film flock.h5`, makes a film of a run.
+`python3 -P -m drover.demo` makes the page of `make demo`.
+`python3 -P -m drover.compare fields.h5 particles.h5` compares a calibrated field run with a particle run.
 Nothing writes files unless it is asked to.
 """
 from importlib import import_module
