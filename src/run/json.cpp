@@ -173,7 +173,8 @@ nlohmann::json info_json(const std::filesystem::path& file) {
     if (io::is_calibration(archive))
         return {{"attributes", attributes_json(archive)},
                 {"coefficients", table_json(io::read_calibration(archive, file.string()))}};
-    nlohmann::json result = report_json(make_report(archive));
+    nlohmann::json result =
+        is_start(archive) ? nlohmann::json{{"results", nlohmann::json::object()}} : report_json(make_report(archive));
     result["attributes"] = attributes_json(archive);
     return result;
 }
