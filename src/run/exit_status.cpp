@@ -21,10 +21,11 @@ int status_of(const std::function<int()>& work) {
         return exit_run_failed;
     } catch (const std::system_error& error) {
         std::fprintf(stderr, "error: the operating system reports: %s; check the disk and the limits of this user\n",
-                     error.what());
+                     printable(error.what()).c_str());
         return exit_run_failed;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "error: %s; this is a bug in drover: please report it with the scene\n", error.what());
+        std::fprintf(stderr, "error: %s; this is a bug in drover: please report it with the scene\n",
+                     printable(error.what()).c_str());
         return exit_run_failed;
     }
 }

@@ -128,6 +128,7 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             close(worker.pipe);
             const int status = wait_for(worker.process);
             ++(status == 0 ? outcome.done : outcome.failed);
+            outcome.stopped |= status == exit_stopped;  // by a signal to it alone, such as SIGXCPU
             jobs.ended(worker.job, status, worker.result);
         }
     } catch (...) {
@@ -135,7 +136,7 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
         for (const Worker& worker : running) wait_for(worker.process);
         throw;
     }
-    outcome.stopped = stop_signal() != 0;
+    outcome.stopped |= stop_signal() != 0;
     return outcome;
 }
 
