@@ -1,5 +1,4 @@
 // app/print_result.cpp: a result as text or JSON, and as an archive.
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
@@ -18,8 +17,8 @@ int print_result(const run::Result& result, const ResultOutput& output, const io
         print_json(run::result_json(result));
         return run::exit_done;
     }
-    std::fputs(run::result_text(result).c_str(), stdout);
-    if (!output.file.empty()) std::printf("\n%s: %s\n", output.file.c_str(), output.contents.c_str());
+    print(run::result_text(result));
+    if (!output.file.empty()) print(text("\n{}: {}\n", output.file, output.contents));
     return run::exit_done;
 }
 

@@ -27,7 +27,7 @@ std::string fault_name(Fault fault) {
 Error error_of(const std::exception& exception) {
     if (const auto* error = dynamic_cast<const Error*>(&exception)) return *error;
     if (dynamic_cast<const std::bad_alloc*>(&exception) != nullptr) return {Fault::environment, {}, no_memory_text};
-    const std::string what = exception.what();
+    const std::string what = printable(exception.what());
     if (dynamic_cast<const std::system_error*>(&exception) != nullptr)
         return {Fault::environment,
                 {},

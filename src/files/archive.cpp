@@ -209,7 +209,15 @@ Descriptor lock_old(const std::filesystem::path& file, bool overwrite) {
 Descriptor lock_new(const std::filesystem::path& file, bool overwrite) {
     const std::filesystem::path partial = temporary_name(file);
     Descriptor created = create_file(partial);
-    if (!lock_for_writing(created) || !is_at(created, partial)) fail_locked(file);
+    const auto is_locked = [&] {
+        try {
+            return lock_for_writing(created);
+        } catch (const Error&) {  // a file system without locks
+            remove_if_exists(partial);
+            throw;
+        }
+    };
+    if (!is_locked() || !is_at(created, partial)) fail_locked(file);
     if (!overwrite && std::filesystem::exists(file)) {
         remove_if_exists(partial);
         fail_locked(file);  // another process has just created it

@@ -50,7 +50,7 @@ void allow_writing(const Handle& access, const Hdf5Errors& errors) {
 Overlay recovered_overlay(const std::filesystem::path& file) {
     if (std::filesystem::exists(journal_of(file))) {
         const Descriptor open = try_open(file, O_RDWR);
-        if (open.is_open() && lock_for_writing(open)) recover(open, file);
+        if (open.is_open() && !has_writer(open) && lock_for_writing(open)) recover(open, file);
     }
     Overlay overlay = overlay_of(open_file(file, O_RDONLY), file);
     if (const auto journal = read_journal(overlay.file, file)) {

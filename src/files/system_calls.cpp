@@ -8,8 +8,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <string>
 #include <thread>
+
+#include "drover/base/log.hpp"
 
 namespace drover::files {
 namespace {
@@ -213,10 +216,31 @@ struct flock range(short type, off_t begin, off_t length) {
     return bytes;
 }
 
+bool is_without_locks(int error) {
+    return error == ENOLCK || error == EOPNOTSUPP || error == ENOSYS || error == EINVAL;
+}
+
+/// For a file system without locks: allowed, with a warning for each process, if the user says so.
+void require_leave_to_go_without_locks(int file, int error) {
+    const std::string name = std::filesystem::read_symlink(text("/proc/self/fd/{}", file)).string();
+    const std::string reason = std::generic_category().message(error);
+    const char* leave = std::getenv(no_locks_variable);
+    require(leave != nullptr && std::string_view(leave) == "1", {name},
+            "cannot be locked, so that two drovers do not write it ({}); choose a folder on another file system, or "
+            "set {}=1 and let no other drover use this folder meanwhile",
+            reason, no_locks_variable);
+    [[maybe_unused]] static const bool warned = [&] {
+        log_warning("{} is written without a lock ({}): let no other drover use its folder meanwhile", name, reason);
+        return true;
+    }();
+}
+
 bool try_lock(int file, struct flock bytes) {
     if (::fcntl(file, F_OFD_SETLK, &bytes) == 0) return true;
     if (errno == EAGAIN || errno == EACCES) return false;
-    fail_call("lock", errno);
+    if (!is_without_locks(errno)) fail_call("lock", errno);
+    require_leave_to_go_without_locks(file, errno);
+    return true;
 }
 
 }  // namespace

@@ -93,7 +93,11 @@ std::optional<std::vector<std::byte>> read_file(const std::filesystem::path& fil
 // Locks are fcntl locks on the open file description, not flock: HDF5 readers take a flock, and a writer must not block
 // them.
 
-/// Locks a file for writing until its descriptor closes; false when another writer has locked it.
+/// Set to 1, it allows writing on a file system without locks.
+inline constexpr const char* no_locks_variable = "DROVER_NO_LOCKS";
+
+/// Locks a file for writing until its descriptor closes; false when another writer has locked it.  On a file system
+/// without locks throws an input Error, or warns and returns true where no_locks_variable allows it.
 bool lock_for_writing(const Descriptor& file);
 /// Whether another descriptor has it, or may have it on a file system without locks.
 bool has_writer(const Descriptor& file);

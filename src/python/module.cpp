@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bindings.hpp"
+#include "drover/base/duration.hpp"
 #include "drover/base/log.hpp"
 #include "drover/base/version.hpp"
 #include "drover/io/field_export.hpp"
@@ -236,6 +237,7 @@ std::vector<std::string> check(const io::Scene& scene) {
     run::check_needs(scene, {.overwrite = true, .quiet = true});
     if (!scene.sweep.vary.empty()) run::plan_sweep(scene);
     if (!scene.calibration.bead_area_fractions.empty()) run::plan_calibration(scene);
+    run::check_boundary(scene);
     return run::kind_of(scene).warnings(scene);
 }
 
@@ -301,7 +303,7 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
                                     .collect = collect,
                                     .quiet = quiet,
                                     .wishes = wishes_of(want)};
-    if (!budget.empty()) options.budget = run::seconds_of(budget);
+    if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     const run::CalibrationOutcome outcome = run::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
                           {"units", outcome.units},
@@ -323,7 +325,7 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool quiet) {
     run::TradeoffOptions options{.wishes = wishes_of(want), .folder = folder, .workers = workers, .quiet = quiet};
-    options.budget = options.run_budget = run::seconds_of(budget);
+    options.budget = options.run_budget = seconds_of(budget, "budget");
     const run::Tradeoff found = run::study_tradeoff(scene, options);
     if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
     const nlohmann::json result{{"found", run::result_json(found.result)},
@@ -384,7 +386,11 @@ void bind_runs(py::module_& module) {
         },
         py::arg("scene"), py::arg("settings"), py::arg("folder"), py::arg("shares"));
     module.def(
-        "info", [](const std::filesystem::path& file) { return run::info_json(file).dump(); }, py::arg("file"));
+        "info",
+        [](const std::filesystem::path& file) {
+            return run::info_json(file).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+        },
+        py::arg("file"));
     module.def(
         "export_fields",
         [](const std::filesystem::path& archive, const std::filesystem::path& output, std::int64_t frame,

@@ -188,7 +188,8 @@ nlohmann::json info_json(const std::filesystem::path& file) {
         return {{"attributes", attributes_json(archive)},
                 {"coefficients", table_json(io::read_calibration(archive, file.string()))}};
     if (is_result(archive)) return {{"attributes", attributes_json(archive)}, {"arrays", arrays_json(archive)}};
-    nlohmann::json result = report_json(make_report(archive));
+    nlohmann::json result =
+        is_start(archive) ? nlohmann::json{{"results", nlohmann::json::object()}} : report_json(make_report(archive));
     result["attributes"] = attributes_json(archive);
     return result;
 }

@@ -2,7 +2,6 @@
 #include "drover/run/tradeoff.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "drover/base/error.hpp"
@@ -318,18 +317,6 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
 }
 
 }  // namespace
-
-double seconds_of(const std::string& duration) {
-    double value = 0.0;
-    const char* const last = duration.data() + duration.size();
-    const auto [end, problem] = std::from_chars(duration.data(), last, value);
-    std::string unit(end, last);
-    std::erase(unit, ' ');
-    const double seconds = unit == "s" || unit.empty() ? 1.0 : unit == "min" ? 60.0 : unit == "h" ? 3600.0 : 0.0;
-    require(problem == std::errc() && seconds > 0.0 && std::isfinite(value) && value > 0.0, {.file = "--budget"},
-            "\"{}\" is not a duration; expected a number above 0 with s, min or h, such as 20min", duration);
-    return value * seconds;
-}
 
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
     require(!options.wishes.empty(), {.file = "--want"},

@@ -156,6 +156,7 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             close(worker.pipe);
             const int status = wait_for(worker.process);
             ++(status == 0 ? outcome.done : outcome.failed);
+            outcome.stopped |= status == exit_stopped;  // by a signal to it alone, such as SIGXCPU
             if (const auto fault = fault_that_ends(status); fault && stop_signal() == 0) {
                 if (!failure) failure.emplace(*fault, SourceLocation{}, worker.result);
             } else if (!failure || status == exit_done || status == exit_stopped) {
@@ -168,7 +169,7 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
         throw;
     }
     if (failure) throw *failure;
-    outcome.stopped = stop_signal() != 0;
+    outcome.stopped |= stop_signal() != 0;
     return outcome;
 }
 

@@ -46,7 +46,8 @@ def test_results_for_a_closed_standard_output_are_a_failure(tmp_path):
     assert ended.returncode == 1 and "could not be written to standard output" in one_sentence(ended)
 
 
-@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGUSR2,
+                                    signal.SIGXCPU])
 def test_a_signal_stops_a_run_after_a_checkpoint(number, tmp_path):
     process = start(tmp_path, "run", write_scene(tmp_path, LONG), "--quiet")
     try:
@@ -56,6 +57,34 @@ def test_a_signal_stops_a_run_after_a_checkpoint(number, tmp_path):
         assert all(file.exists() for file in checkpoints(tmp_path / "flock.h5"))
     finally:
         end_group(process)
+
+
+def test_a_limit_of_the_time_of_the_processor_stops_a_run_after_a_checkpoint(tmp_path):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_CPU, (1, 20))
+    ended = drover(tmp_path, "run", write_scene(tmp_path, LONG), status=3, preexec_fn=limit)
+    assert f"stopped by signal {int(signal.SIGXCPU)} at step" in ended.stderr
+
+
+def test_a_run_ends_at_its_largest_time_and_its_sentence_resumes_it(tmp_path):
+    scene = write_scene(tmp_path, {**LONG, "output.frame_every": 1.0})
+    ended = drover(tmp_path, "run", scene, "--max-time", "0:01", status=3)
+    last = ended.stderr.splitlines()[-1]
+    assert "stopped by --max-time at step" in last
+    words = last.partition("to resume: drover ")[2].split()
+    assert words == ["restart", "flock.h5"]
+    ended = drover(tmp_path, *words, "--max-time", "0.5", status=3)
+    assert "stopped by --max-time" in ended.stderr
+    drover(tmp_path, "run", scene, "--max-time", "1 year", status=2)
+    drover(tmp_path, "run", write_scene(tmp_path, SHORT, name="short.toml"), "--max-time", "11:30:00")
+
+
+@pytest.mark.parametrize("command", ["sweep", "calibrate"])
+def test_jobs_end_at_their_largest_time(command, tmp_path):
+    scene = write_long_trials(tmp_path) if command == "calibrate" else write_scene(
+        tmp_path, {**LONG, "sweep.seeds": 2, "sweep.workers": 2})
+    ended = drover(tmp_path, command, scene, "--max-time", "2s", status=3, seconds=60)
+    assert "stopped by --max-time" in ended.stderr and "re-run the same command to resume" in ended.stderr
 
 
 def test_a_run_under_nohup_goes_on_after_a_hangup(tmp_path):
@@ -411,3 +440,45 @@ def test_overwrite_replaces_an_archive_and_never_an_input_or_another_file(comman
         assert sentence in one_sentence(drover(tmp_path, *words, "-o", output, "--overwrite", status=2))
         assert tree(tmp_path) == before
     assert "exists; choose another name" in one_sentence(drover(tmp_path, *words, "-o", "notes.txt", status=2))
+
+
+@pytest.mark.parametrize("kilobytes", [64, 128, 256, 512, 1024, 2040, 2048, 8192])
+@pytest.mark.parametrize("which", ["-s", "-S -s"])
+def test_a_short_stack_is_enough_or_ends_with_a_sentence(which, kilobytes, tmp_path):
+    """-S: the limit may be raised again, which the program does."""
+    write_scene(tmp_path, SHORT)
+    ended = subprocess.run(["sh", "-c", f'ulimit {which} {kilobytes}; "{DROVER}" run flock.toml --quiet'], cwd=tmp_path,
+                           env=environment(), capture_output=True, text=True, check=False)
+    if which == "-S -s" or kilobytes >= 2048:
+        assert ended.returncode == 0, ended
+    else:
+        assert ended.returncode == 2 and "raise the limit" in one_sentence(ended), ended
+
+
+SHIM = os.environ.get("DROVER_SHIM")
+
+
+@pytest.mark.skipif(not SHIM, reason="DROVER_SHIM is not set; ctest sets it")
+@pytest.mark.parametrize("reason", ["ENOLCK", "EOPNOTSUPP", "ENOSYS"])
+def test_a_file_system_without_locks_is_used_only_if_the_user_says_so(reason, tmp_path):
+    whole = archive_of(tmp_path, "whole.toml")
+    scene = write_scene(tmp_path, SHORT)
+    without = environment(LD_PRELOAD=SHIM, DROVER_FAULT_LOCKS=reason)
+    assert "set DROVER_NO_LOCKS=1" in one_sentence(drover(tmp_path, "run", scene, "--quiet", status=2, env=without))
+    assert sorted(tree(tmp_path)) == sorted({"flock.toml", *(name for name in tree(tmp_path) if "whole" in name)})
+    allowed = {**without, "DROVER_NO_LOCKS": "1"}
+    ended = drover(tmp_path, "run", scene, "--quiet", "--set", "time.end=2", env=allowed)
+    assert ended.stderr.count("is written without a lock") == 1
+    drover(tmp_path, "restart", "flock.h5", "--quiet", "--set", "time.end=4", env=allowed)
+    drover(tmp_path, "info", "flock.h5", env=without)  # reads without a lock
+    assert_same_bytes(whole, tmp_path / "flock.h5")
+    drover(tmp_path, "sweep", write_scene(tmp_path, {**SHORT, "sweep.seeds": 2}), "--quiet", env=allowed)
+    assert "set DROVER_NO_LOCKS=1" in drover(tmp_path, "sweep", scene, "--quiet", "-o", "other", status=2,
+                                             env=without).stderr
+
+
+@pytest.mark.skipif(bool(os.environ.get("DROVER_SANITIZE")), reason="sanitizers begin before the check")
+def test_a_processor_without_the_instructions_of_the_build_gets_a_sentence(tmp_path):
+    """A tunable of the C library hides a feature of the processor."""
+    ended = drover(tmp_path, "--version", status=1, env=environment(GLIBC_TUNABLES="glibc.cpu.hwcaps=-AVX2"))
+    assert one_sentence(ended).startswith("error: this processor has no AVX2")

@@ -4,6 +4,7 @@
 //   DROVER_FAULT=malloc:900:ENOMEM:always   the 900th and all later ones
 //   DROVER_FAULT_WITHIN=H5Dwrite            of malloc only calls with this function or library among the innermost
 //   DROVER_FAULT_UNDER=/tmp/folder          only calls on files of this folder, and in it; not for malloc
+//   DROVER_FAULT_LOCKS=ENOLCK               a file system without locks: ENOLCK, EOPNOTSUPP or ENOSYS
 //   DROVER_FAULT_TRACE=1                    prints the stack of calls of the first that fails
 //   DROVER_FAULT_COUNT=file                 the number of each call is written there at the end (the largest of the
 //                                           processes that were started by exec), and which allocations were the first
@@ -301,4 +302,16 @@ int posix_memalign(void** to, size_t alignment, size_t size) noexcept {
     *to = __libc_memalign(alignment, size);
     return *to == nullptr ? ENOMEM : 0;
 }
+int fcntl(int file, int command, ...) {
+    va_list more;
+    va_start(more, command);
+    void* argument = va_arg(more, void*);
+    va_end(more);
+    const bool is_lock = command == F_OFD_SETLK || command == F_OFD_GETLK || command == F_SETLK || command == F_SETLKW;
+    const char* reason = is_lock ? std::getenv("DROVER_FAULT_LOCKS") : nullptr;
+    if (reason == nullptr) return static_cast<int>(syscall(SYS_fcntl, file, command, argument));
+    errno = std::strcmp(reason, "ENOLCK") == 0 ? ENOLCK : std::strcmp(reason, "ENOSYS") == 0 ? ENOSYS : EOPNOTSUPP;
+    return -1;
+}
+int fcntl64(int file, int command, ...) __attribute__((alias("fcntl")));
 }

@@ -1,6 +1,8 @@
 """drover/error.py: the one exception of the package, and what its programs make of it."""
 import sys
 
+from drover.text import printable
+
 
 class Error(Exception):
     """Invalid input, or a failure.  The message is one sentence: place, finding, remedy.
@@ -25,10 +27,10 @@ def status_of(action):
     try:
         action()
     except Error as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(printable(f"error: {error}"), file=sys.stderr)
         return 2 if error.fault in ("input", "unavailable") else 1
     except OSError as error:
-        print(f"error: {error}; check the folder and the disk", file=sys.stderr)
+        print(printable(f"error: {error}; check the folder and the disk"), file=sys.stderr)
         return 1
     return 0
 

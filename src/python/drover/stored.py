@@ -187,7 +187,7 @@ def group_dataset(store, group):
                               "damaged: use another copy")
         data = (dataset[:shape[0]] if name in axes else
                 indexing.LazilyIndexedArray(StoredArray(store, dataset, shape)))
-        if name in axes and not (numpy.diff(data) > 0.0).all():
+        if name in axes and not (numpy.isfinite(data).all() and (numpy.diff(data) > 0.0).all()):
             raise DroverError(f"{path}: {dataset.name} is not ascending; the file is damaged, or its run is writing to "
                               "it: try again, then use another copy")
         variables[name] = xarray.Variable(dims, data, attributes_of(dataset))

@@ -1,4 +1,4 @@
-"""drover/worker.py: `python3 -m drover.worker`: a sweep or a calibration in a process without other threads.
+"""drover/worker.py: `python3 -P -m drover.worker`: a sweep or a calibration in a process without other threads.
 
 They start processes by fork(), which is not safe in an interpreter with threads, such as that of a notebook.
 """
@@ -28,9 +28,11 @@ def call(command, scene, **options):
                     "for rate in rates: scene.set(key, rate).run(...)")
     request = {"command": command, "scene": scene.__reduce__()[1], "options": options}
     package = str(Path(os.path.abspath(__file__)).parents[1])
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))}
-    # A session of its own: signals of the terminal reach it through this process alone, once.
-    with subprocess.Popen([sys.executable, "-m", "drover.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    folders = [package, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
+    # -P, and no empty folder: modules in the current folder would come first.  A session of its own: signals of the
+    # terminal reach it through this process alone, once.
+    with subprocess.Popen([sys.executable, "-P", "-m", "drover.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE if options.get("quiet") else None, env=environment, text=True,
                           start_new_session=True) as process:
         try:
