@@ -227,6 +227,9 @@ int do_open(const char* name, int flags, va_list more) {
 }  // namespace
 
 extern "C" {
+/// For a process that has forked: reads the variables anew, and counts from 1.
+void drover_fault_begin() { begin(); }
+
 ssize_t write(int file, const void* data, size_t size) {
     const bool is_counted = file > STDERR_FILENO && is_under(file);
     const ssize_t some = is_counted ? size_of(call_write, size) : static_cast<ssize_t>(size);
@@ -276,6 +279,9 @@ void* malloc(size_t size) noexcept { return fails(call_malloc) ? nullptr : __lib
 void* calloc(size_t count, size_t size) noexcept { return fails(call_malloc) ? nullptr : __libc_calloc(count, size); }
 void* realloc(void* old, size_t size) noexcept { return fails(call_malloc) ? nullptr : __libc_realloc(old, size); }
 void* aligned_alloc(size_t alignment, size_t size) noexcept {
+    return fails(call_malloc) ? nullptr : __libc_memalign(alignment, size);
+}
+void* memalign(size_t alignment, size_t size) noexcept {
     return fails(call_malloc) ? nullptr : __libc_memalign(alignment, size);
 }
 int posix_memalign(void** to, size_t alignment, size_t size) noexcept {
