@@ -196,11 +196,11 @@ assert entered
 
 @needs_shim
 @pytest.mark.parametrize("only, most, within", [
-    ("start:malloc", 16, "libfftw3"),  # FFTW would end the process
-    ("start", 16, "_drover."),
-    ("open", 8, "_drover."),
-    ("run", 2, "_drover."),
-    ("sweep:malloc", 2, "libfftw3"),
+    ("start:malloc", 12, "libfftw3"),  # FFTW would end the process
+    ("start:malloc", 12, "_drover."),
+    ("open:open", 4, "_drover."),
+    ("run:pread", 3, "_drover."),
+    ("run:malloc", 2, "libfftw3"),
     ("restart:pread", 2, "_drover."),
 ])
 def test_python_survives_a_failing_call_below_the_module(only, most, within):
