@@ -20,7 +20,10 @@ struct Hdf5File::Parts {
         access = file_access(driver, overlay, errors);
     }
     ~Parts() {
-        const QuietErrors quiet;  // closing flushes into pages that are then discarded: nothing reaches the disk
+        const QuietErrors quiet;
+        // Closing flushes what is then discarded: nothing reaches the disk.  HDF5 1.10 keeps the identifier of a file
+        // that it could not close, and crashes when it comes upon it.
+        overlay->is_closing = true;
         file = {};
     }
     Parts(const Parts&) = delete;

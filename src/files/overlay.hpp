@@ -25,6 +25,7 @@ struct Overlay {
     std::uint64_t length = 0;     ///< length as HDF5 sees it
     std::uint64_t end = 0;        ///< end of the space that HDF5 has allocated
     bool is_stuck = false;        ///< a commit failed while it applied its journal
+    bool is_closing = false;      ///< changes are discarded, and nothing fails any more
     std::exception_ptr failure;   ///< the first one of a read or write for HDF5, which may pass over it in silence
     bool is_written = false;      ///< by this process, which has locked it
     FileMark mark;                ///< at the last commit, of a file that is written

@@ -12,6 +12,7 @@
 #include "drover/base/duration.hpp"
 #include "drover/base/log.hpp"
 #include "drover/base/version.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/io/field_export.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/xyz.hpp"
@@ -90,13 +91,20 @@ py::list axes_list(const std::vector<files::Axis>& axes) {
 
 namespace {
 /// drover.Error(message, place, fault).
+void raise(const std::string& message, const std::string& place, Fault fault) {
+    const py::object type = py::module_::import("drover.error").attr("Error");
+    const py::object value = type(message, place, fault_name(fault));
+    PyErr_SetObject(type.ptr(), value.ptr());
+}
+
 void translate(std::exception_ptr failure) {
     try {
         if (failure) std::rethrow_exception(failure);
     } catch (const Error& error) {
-        const py::object type = py::module_::import("drover.error").attr("Error");
-        const py::object value = type(error.message(), error.place(), fault_name(error.fault()));
-        PyErr_SetObject(type.ptr(), value.ptr());
+        raise(error.message(), error.place(), error.fault());
+    } catch (const std::system_error& error) {
+        raise(text("the operating system reports: {}; check the disk and the limits of this user", error.what()), "",
+              Fault::environment);
     }
 }
 
@@ -378,6 +386,7 @@ void bind_runs(py::module_& module) {
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("want"), py::arg("budget"), py::arg("quiet"));
     module.def("leave_signals_to_python", &run::leave_signals_to_host, py::arg("leave"));
+    module.def("contain_hdf5", &files::contain_hdf5);
     module.def(
         "slurm_script",
         [](const std::filesystem::path& scene, const std::vector<std::string>& settings,

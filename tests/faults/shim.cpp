@@ -239,6 +239,9 @@ int do_open(const char* name, int flags, va_list more) {
 }  // namespace
 
 extern "C" {
+/// For a process that has forked: reads the variables anew, and counts from 1.
+void drover_fault_begin() { begin(); }
+
 ssize_t read(int file, void* data, size_t size) { return do_read(file, data, size); }
 ssize_t __read_chk(int file, void* data, size_t size, size_t) { return do_read(file, data, size); }
 ssize_t readv(int file, const struct iovec* parts, int count) {
@@ -295,6 +298,9 @@ void* malloc(size_t size) noexcept { return fails(call_malloc) ? nullptr : __lib
 void* calloc(size_t count, size_t size) noexcept { return fails(call_malloc) ? nullptr : __libc_calloc(count, size); }
 void* realloc(void* old, size_t size) noexcept { return fails(call_malloc) ? nullptr : __libc_realloc(old, size); }
 void* aligned_alloc(size_t alignment, size_t size) noexcept {
+    return fails(call_malloc) ? nullptr : __libc_memalign(alignment, size);
+}
+void* memalign(size_t alignment, size_t size) noexcept {
     return fails(call_malloc) ? nullptr : __libc_memalign(alignment, size);
 }
 int posix_memalign(void** to, size_t alignment, size_t size) noexcept {

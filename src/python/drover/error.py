@@ -20,6 +20,10 @@ class Error(Exception):
         self.finding, _, self.remedy = message.partition("; ")
 
 
+class ArgumentError(Error, ValueError):
+    """An argument with a value that is not allowed."""
+
+
 def status_of(action):
     """The exit status of a program that takes `action`: 0; else 2 for invalid input and 1 for a failed run or disk,
     with a sentence on standard error.

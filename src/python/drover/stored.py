@@ -14,6 +14,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from drover.error import DroverError
+from drover.locks import require_usable_hdf5
 
 COMMIT_SECONDS = 2.0    # much longer than a commit of a run in progress
 QUIET_SECONDS = 0.1     # a file unmodified for this long is not being written to (file times are coarse)
@@ -59,11 +60,13 @@ class Store:
 
     def __init__(self, path):
         self.path, self.file, self.stream, self.state, self.quiet = path, None, None, None, False
+        self.process = None
         self.open()
 
     def open(self):
+        require_usable_hdf5()
         wait_for_journal(self.path)
-        self.state = state_of(self.path)
+        self.state, self.process = state_of(self.path), os.getpid()
         self.quiet = is_quiet(self.state)
         # A separate stream: HDF5 would share its cache with other uses of this file in the process.
         self.stream = CheckedStream(self.path)
@@ -90,6 +93,10 @@ class Store:
     def read(self, name, key):
         if self.file is None:
             raise DroverError(f"{self.path} is closed and {name} had not been read; open it again with drover.open_run")
+        require_usable_hdf5()
+        if self.process != os.getpid():  # after a fork, the stream has one position for parent and child
+            self.close()
+            self.open()
         deadline = time.monotonic() + COMMIT_SECONDS
         before = None
         while True:
