@@ -50,7 +50,8 @@ Matrix<N> extended(const Block& block, const Block& partner) {
 template <int N>
 Block rounded(const Matrix<N>& matrix) {
     Block result(matrix.rows());
-    for (std::size_t k = 0; k < matrix.values.size(); ++k) result.values()[k] = static_cast<double>(matrix.values[k]);
+    std::transform(matrix.values.begin(), matrix.values.end(), result.values().begin(),
+                   [](Real value) { return static_cast<double>(value); });
     return result;
 }
 
@@ -110,13 +111,12 @@ Exponential<N> short_exponential(const Matrix<N>& z, int highest = 3) {
 /// exp(2z) - 1 = 2 growth + growth^2; once every mode has decayed, exp(z) is small and its square is the better way.
 template <int N>
 void double_propagator(Exponential<N>& e) {
-    const Matrix<N> one = identity<N>(e.growth.rows());
     if (max_abs(e.propagator) < 0.5L) {
         e.propagator = e.propagator * e.propagator;
-        e.growth = e.propagator - one;
+        e.growth = e.propagator - identity<N>(e.growth.rows());
     } else {
         e.growth = 2.0L * e.growth + e.growth * e.growth;
-        e.propagator = one + e.growth;
+        e.propagator = identity<N>(e.growth.rows()) + e.growth;
     }
 }
 

@@ -33,6 +33,8 @@ std::vector<int> scalar_components(const Layout& layout) {
 BlockParts block_parts(const Layout& layout) {
     require(!layout.fields.empty(), {}, "a layout without fields; expected at least one");
     BlockParts parts;
+    parts.even.reserve(2 * layout.fields.size());
+    parts.odd.reserve(layout.fields.size());
     int component = 0;
     for (const FieldKind& kind : layout.fields) {
         require(kind.spin >= 0 && kind.spin <= max_spin, {}, "a field of spin {}; expected 0 to {}", kind.spin,

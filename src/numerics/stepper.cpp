@@ -25,10 +25,11 @@ constexpr std::size_t max_uses = 10;
 
 Block combined(const std::vector<PhiTerm>& terms, const std::map<double, PhiFunctions>& phi, double dt) {
     Block result(phi.begin()->second.front().size);
+    const std::span<double> sum = result.values();
     for (const PhiTerm& term : terms) {
         const PhiFunctions& f = phi.at(term.at);
-        const Block& block = f[static_cast<std::size_t>(term.order)];
-        for (std::size_t k = 0; k < block.entries(); ++k) result.values()[k] += dt * term.weight * block.values()[k];
+        const std::span<const double> values = f[static_cast<std::size_t>(term.order)].values();
+        for (std::size_t k = 0; k < values.size(); ++k) sum[k] += dt * term.weight * values[k];
     }
     return result;
 }
