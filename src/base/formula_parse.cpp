@@ -138,8 +138,9 @@ private:
             if (notation_.is_operator(name)) return operation(begin, name);
             at_ = begin;
         }
-        operand_in_parentheses_ = false;
-        return power();
+        Formula result = power();
+        operand_in_parentheses_ = true;  // of "(div Q)", which ends the operand
+        return result;
     }
     Formula operation(std::size_t begin, const std::string& name) {
         const Nesting nesting(*this);
@@ -160,7 +161,9 @@ private:
         operand_in_parentheses_ = false;
         return result;
     }
-    static bool starts_operand(char letter) { return starts_name(letter) || letter == '|' || std::isdigit(letter); }
+    static bool starts_operand(char letter) {
+        return starts_name(letter) || letter == '|' || std::isdigit(static_cast<unsigned char>(letter));
+    }
 
     Formula power() { return raised(atom()); }
     Formula raised(Formula base) {

@@ -51,6 +51,8 @@ TEST(Formula, binds_dots_before_products_and_operators_to_the_next_chain) {
     EXPECT_EQ(shape("grad p.p"), "grad[dot(p,p)]");
     EXPECT_EQ(shape("grad(p.p) / 2"), "(grad[dot(p,p)]/2)");
     EXPECT_EQ(shape("grad(phi).p"), "dot(grad[phi],p)");
+    EXPECT_EQ(shape("(div Q).p + p.(grad phi)"), "(dot(div[Q],p)+dot(p,grad[phi]))");
+    EXPECT_EQ(shape("p.(grad phi).q"), "dot(dot(p,grad[phi]),q)");
     EXPECT_EQ(shape("(p.p)^2 phi^3"), "(pow(dot(p,p),2)*pow(phi,3))");
     EXPECT_EQ(shape("|p| p"), "(norm(p)*p)");
     EXPECT_EQ(shape("2 |p| |q|"), "(2*norm(p)*norm(q))");
