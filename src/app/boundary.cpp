@@ -40,8 +40,9 @@ int print_scene_boundary(const Options& options) {
     const io::Scene scene = io::read_scene(options.scene, overrides);
     io::require_kind(scene, io::SceneKind::fields, "boundary");
     Threads threads(options.threads > 0 ? options.threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
-    return print_result(run::make_boundary(scene, threads),
-                        output_of(options, "boundary", "all vertices, and the map of regimes"), scene, threads.count());
+    const ResultOutput output = output_of(options, "boundary", "all vertices, and the map of regimes");
+    check_output(output, options.scene, scene);
+    return print_result(run::make_boundary(scene, threads), output, scene, threads.count());
 }
 
 /// "0.35,0.14" as area fractions of beads and rods.
@@ -65,9 +66,10 @@ int print_table_boundary(const Options& options) {
     std::vector<run::AreaFractions> points;
     for (const std::string& written : options.points) points.push_back(point_of(written));
     run::TableOnset onset = run::make_onset(options.scene, options.varied);
+    const ResultOutput output = output_of(options, "onset", "curves and thresholds, with standard errors");
+    check_output(output, options.scene, onset.scene);
     if (options.cell) run::add_cells(onset, *options.cell, points);
-    return print_result(onset.result, output_of(options, "onset", "curves and thresholds, with standard errors"),
-                        onset.scene, 1);
+    return print_result(onset.result, output, onset.scene, 1);
 }
 }  // namespace
 

@@ -4,8 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
+#include "drover/base/duration.hpp"
 #include "drover/base/log.hpp"
 #include "drover/run/calibration.hpp"
+#include "drover/run/signals.hpp"
 #include "drover/run/slurm_script.hpp"
 #include "drover/run/tradeoff.hpp"
 #include "run/json.hpp"
@@ -38,16 +40,16 @@ int print_outcome(const Options& options, const run::CalibrationOutcome& outcome
         if (outcome.want) result["want"] = run::result_json(*outcome.want);
         print_json(result);
     } else if (outcome.table) {
-        std::fputs(run::calibration_text(*outcome.table).c_str(), stdout);
-        if (outcome.want) std::printf("\n%s", run::result_text(*outcome.want).c_str());
-        std::printf("\n%s: all coefficients, with errors, trials and origins; as text: table.toml\n",
-                    outcome.file.c_str());
+        print(run::calibration_text(*outcome.table));
+        if (outcome.want) print("\n" + run::result_text(*outcome.want));
+        print(text("\n{}: all coefficients, with errors, trials and origins; as text: table.toml\n",
+                   outcome.file.string()));
     }
     if (outcome.unmet_targets > 0)
         log_warning("{} of {} measurements have a larger error than requested; they are kept and marked",
                     outcome.unmet_targets, outcome.units);
     if (outcome.stopped) {
-        log_information("stopped by a signal; re-run the same command to resume");
+        log_information("stopped by {}; re-run the same command to resume", run::stop_reason(run::stop_signal()));
         return run::exit_stopped;
     }
     if (outcome.failed > 0) log_warning("{} of {} measurements failed, see above", outcome.failed, outcome.units);
@@ -71,7 +73,7 @@ int calibrate_scene(const Options& options) {
                                 .quiet = options.quiet};
     if (!options.share.empty()) read_share(options.share, how);
     for (const std::string& wish : options.wishes) how.wishes.push_back(run::parse_wish(wish));
-    if (!options.budget.empty()) how.budget = run::seconds_of(options.budget);
+    if (!options.budget.empty()) how.budget = seconds_of(options.budget, "--budget");
     require(!options.json || options.share.empty(), {},
             "--json with --share, which makes no table; give --json to --collect");
     if (options.slurm > 0) {
@@ -122,6 +124,7 @@ void add_calibrate(CLI::App& program, Action& action) {
         ->excludes(share)
         ->excludes(collect)
         ->excludes(want);
+    add_max_time(*command);
     command->add_flag("--json", options->json, "Print the table as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] { action = [options] { return calibrate_scene(*options); }; });

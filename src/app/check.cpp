@@ -4,6 +4,7 @@
 
 #include "command.hpp"
 #include "drover/base/log.hpp"
+#include "drover/run/boundary.hpp"
 #include "drover/run/calibration.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/sweep.hpp"
@@ -26,8 +27,9 @@ void add_check(CLI::App& program, Action& action) {
             run::check_needs(scene, {.overwrite = true, .quiet = true});
             if (!scene.sweep.vary.empty()) run::plan_sweep(scene);
             if (!scene.calibration.bead_area_fractions.empty()) run::plan_calibration(scene);
+            run::check_boundary(scene);
             if (options->resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
-            else std::printf("%s: valid\n", options->scene.c_str());
+            else print(options->scene + ": valid\n");
             for (const std::string& warning : run::kind_of(scene).warnings(scene)) log_warning("{}", warning);
             return run::exit_done;
         };

@@ -4,8 +4,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "drover/base/duration.hpp"
 #include "drover/base/log.hpp"
 #include "drover/run/kind.hpp"
+#include "drover/run/signals.hpp"
 #include "run/json.hpp"
 
 namespace drover::app {
@@ -28,21 +30,37 @@ void add_output_options(CLI::App& command, SceneOptions& options) {
         ->check(CLI::Range(1, 1024));
 }
 
-io::Scene scene_of(const SceneOptions& options) {
-    std::vector<std::string> overrides = options.overrides;
-    if (!options.output.empty()) overrides.push_back("output.file=" + toml_text(options.output));
-    if (options.threads > 0) overrides.push_back(text("run.threads={}", options.threads));
-    return io::read_scene(options.scene, overrides);
+void add_max_time(CLI::App& command) {
+    command
+        .add_option_function<std::string>(
+            "--max-time", [](const std::string& time) { run::stop_after(seconds_of(time, "--max-time")); },
+            "Stop after this time, with all that is needed to resume, and with status 3: 3600, 90m, 2h, mm:ss, "
+            "hh:mm:ss or d-hh:mm:ss")
+        ->type_name("TIME");
 }
 
+io::Scene scene_of(const SceneOptions& options) {
+    std::vector<std::string> overrides = options.overrides;
+    if (options.threads > 0) overrides.push_back(text("run.threads={}", options.threads));
+    io::Scene scene = io::read_scene(options.scene, overrides);
+    if (!options.output.empty()) {  // no override, which is TOML: the name of a file may have any bytes
+        scene.output.file = options.output;
+        scene.places.insert_or_assign("output.file", SourceLocation{.file = "--output " + options.output});
+    }
+    return scene;
+}
+
+void print(const std::string& words) { std::fputs(printable(words).c_str(), stdout); }
+
 void print_json(const nlohmann::json& value) {
-    std::puts(value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+    std::puts(value.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
 }
 
 int print_outcome(const run::RunOutcome& outcome, bool json) {
     if (outcome.loop.signal != 0) {
-        log_information("stopped by signal {} at step {} (t = {} s) after a checkpoint; to resume: drover restart {}",
-                        outcome.loop.signal, outcome.loop.step, outcome.checkpoint_time, outcome.archive.string());
+        log_information("stopped by {} at step {} (t = {} s) after a checkpoint; to resume: drover restart {}",
+                        run::stop_reason(outcome.loop.signal), outcome.loop.step, outcome.checkpoint_time,
+                        shell_word(outcome.archive.string()));
         return run::exit_stopped;
     }
     const run::Report& report = *outcome.report;
@@ -54,10 +72,9 @@ int print_outcome(const run::RunOutcome& outcome, bool json) {
         print_json(result);
         return run::exit_done;
     }
-    std::fputs(printable(run::report_text(report)).c_str(), stdout);
-    std::printf("\n%s: %s, %lld steps in %s\n", outcome.archive.c_str(),
-                bytes_text(1e6 * outcome.archive_megabytes).c_str(), static_cast<long long>(outcome.loop.step),
-                duration_text(outcome.loop.wall_seconds).c_str());
+    print(run::report_text(report));
+    print(text("\n{}: {}, {} steps in {}\n", outcome.archive.string(), bytes_text(1e6 * outcome.archive_megabytes),
+               outcome.loop.step, duration_text(outcome.loop.wall_seconds)));
     return run::exit_done;
 }
 

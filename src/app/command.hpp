@@ -46,13 +46,18 @@ void add_scene_options(CLI::App& command, SceneOptions& options);
 void add_set_option(CLI::App& command, SceneOptions& options);
 /// --output and --threads, which override keys of the scene.
 void add_output_options(CLI::App& command, SceneOptions& options);
+/// --max-time, of a command that can be resumed.
+void add_max_time(CLI::App& command);
 /// The scene with all its overrides.
 io::Scene scene_of(const SceneOptions& options);
 
 /// drover explain of a scene of particles.
 void print_particles(const io::Scene& scene, const run::ParticleExplanation& explanation);
 
-/// To standard output.  Texts of a file that are not UTF-8 get replacement characters.
+/// To standard output, without control characters: for all texts with names of files, or of files.
+void print(const std::string& words);
+
+/// To standard output, in ASCII.  Texts of a file that are not UTF-8 get replacement characters.
 void print_json(const nlohmann::json& value);
 
 /// How a result is printed and stored.
@@ -62,6 +67,8 @@ struct ResultOutput {
     std::string contents;  ///< of the file, in one line for people
     bool json = false, overwrite = false;
 };
+/// Throws, before anything is computed, unless the archive can be written.  input: the file that the command is about.
+void check_output(const ResultOutput& output, const std::string& input, const io::Scene& scene);
 /// Prints as text or JSON, writes the archive with its provenance, and returns the exit status.  Throws as
 /// files::Archive::create.
 int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads);

@@ -3,6 +3,8 @@
 
 #include <cstdio>
 
+#include "command.hpp"
+
 namespace drover::app {
 
 void print_cost(const io::Scene& scene, const run::Cost& cost, const char* smaller) {
@@ -15,7 +17,7 @@ void print_cost(const io::Scene& scene, const run::Cost& cost, const char* small
         std::printf("wall time about %s (estimate): %.3g ms per step, %s\n", duration_text(cost.time->total).c_str(),
                     1e3 * cost.time->step, cost.time->scaled ? timed.c_str() : "measured on a few steps");
     }
-    std::printf("archive %s\n", run::archive_path(scene).c_str());
+    print("archive " + run::archive_path(scene).string() + "\n");
 }
 
 }  // namespace drover::app

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "command.hpp"
+#include "drover/dem/contact_law.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/run/calibration.hpp"
 #include "explain_cost.hpp"
@@ -33,7 +34,10 @@ void print_particles(const io::Scene& scene, const run::ParticleExplanation& e) 
     print_supply("beads", e.beads);
     print_supply("rods", e.rods);
     std::printf("  %zu spheres in total; packing: %s\n", e.spheres, setup.packing.kind.c_str());
-    if (setup.contacts.model == "impulse")
+    if (dem::PairwiseLaw::is_chosen(setup.contacts))
+        std::printf("  contacts: %s, %s, %s friction, rod steps of at most %g s\n", setup.contacts.law.c_str(),
+                    setup.contacts.order.c_str(), setup.contacts.friction.c_str(), setup.contacts.rod_step);
+    else if (setup.contacts.model == "impulse")
         std::printf("  contacts: %s, restitution %s\n", setup.contacts.law.c_str(), setup.contacts.restitution.c_str());
     else std::printf("  contacts: %s\n", setup.contacts.model.c_str());
     std::printf("  %lld steps of dt = %g s, %.4g per vibration period\n", static_cast<long long>(e.cost.steps),

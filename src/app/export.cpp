@@ -1,5 +1,4 @@
 // app/export.cpp: drover export ARCHIVE: frames of particles as extended XYZ, of fields as VTK or CSV.
-#include <cstdio>
 #include <memory>
 
 #include "command.hpp"
@@ -21,16 +20,16 @@ int export_fields(const Options& options) {
     const std::vector<std::filesystem::path> written =
         io::write_fields(files::ArchiveReader(options.archive), options.archive,
                          {.frame = options.plan.frame, .every = options.plan.every}, options.output, options.overwrite);
-    if (written.size() == 1) std::printf("%s: fields\n", written.front().c_str());
-    else std::printf("%s to %s: %zu frames\n", written.front().c_str(), written.back().c_str(), written.size());
+    const std::string first = written.front().string(), last = written.back().string();
+    print(written.size() == 1 ? first + ": fields\n" : text("{} to {}: {} frames\n", first, last, written.size()));
     return run::exit_done;
 }
 
 int export_particles(const Options& options) {
     const std::size_t frames = io::write_xyz(files::ArchiveReader(options.archive), options.archive, options.plan,
                                              options.output, options.overwrite);
-    std::printf("%s: %zu frame%s of %s\n", options.output.c_str(), frames, frames == 1 ? "" : "s",
-                options.plan.bodies ? "bodies" : "spheres");
+    print(text("{}: {} frame{} of {}\n", options.output, frames, frames == 1 ? "" : "s",
+               options.plan.bodies ? "bodies" : "spheres"));
     return run::exit_done;
 }
 }  // namespace

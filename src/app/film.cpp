@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <sstream>
 
 #include "command.hpp"
 
@@ -20,7 +21,7 @@ except ImportError as error:
     missing = error.name or str(error)
     package = "the Python package drover" if missing.startswith("drover") else f"python3-{missing}"
     print(f"error: drover film needs the Python module {missing}, which {sys.executable} does not find; install "
-          f"{package}, or draw the film with the Python that has it: python3 -m drover.film", file=sys.stderr)
+          f"{package}, or draw the film with the Python that has it: python3 -P -m drover.film", file=sys.stderr)
     sys.exit(2)
 sys.exit(main(sys.argv[1:])))";
 
@@ -33,11 +34,14 @@ std::string python_path() {
     for (const auto& entry : fs::directory_iterator(folder.parent_path() / "lib", ignored))
         if (entry.path().filename().string().starts_with("python3"))
             candidates.push_back(entry.path() / "dist-packages");
-    std::string path;
+    std::vector<std::string> path;
     for (const fs::path& candidate : candidates)
-        if (fs::exists(candidate / "drover" / "film.py", ignored)) path += candidate.string() + ":";
+        if (fs::exists(candidate / "drover" / "film.py", ignored)) path.push_back(candidate.string());
     const char* own = std::getenv("PYTHONPATH");
-    return path + (own == nullptr ? "" : own);
+    std::istringstream parts(own == nullptr ? "" : own);
+    for (std::string part; std::getline(parts, part, ':');)
+        if (!part.empty()) path.push_back(part);  // an empty one is the current folder
+    return joined(path, ":");
 }
 
 int make_film(const std::vector<std::string>& arguments) {
@@ -47,6 +51,7 @@ int make_film(const std::vector<std::string>& arguments) {
     for (std::string& word : words) pointers.push_back(word.data());
     pointers.push_back(nullptr);
     ::setenv("PYTHONPATH", python_path().c_str(), 1);
+    ::setenv("PYTHONSAFEPATH", "1", 1);            // or Python would look for modules in the current folder first
     ::execv("/usr/bin/python3", pointers.data());  // Debian's, whose modules the package uses
     ::execvp("python3", pointers.data());
     fail_input({},

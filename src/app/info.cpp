@@ -10,6 +10,7 @@
 #include "drover/io/xyz.hpp"
 #include "drover/run/calibration.hpp"
 #include "drover/run/kind.hpp"
+#include "drover/run/write_result.hpp"
 #include "run/json.hpp"
 
 namespace drover::app {
@@ -37,7 +38,8 @@ void print_trajectory(const files::ArchiveReader& archive, const io::Scene& scen
             std::printf("%-20s %zu\n", name, archive.shape(path).at(1));
     std::printf("%-20s %s: %g by %g by %g mm\n", "cell", scene.particles.cell.shape.c_str(), box.sides[0], box.sides[1],
                 box.sides[2]);
-    std::printf("%-20s %s (H5MD), /bodies, %s\n", "groups", io::spheres_group, io::series_group);
+    std::printf("%-20s %s (H5MD), /bodies%s\n", "groups", io::spheres_group,
+                run::is_start(archive) ? "" : (std::string(", ") + io::series_group).c_str());
 }
 
 void print_attribute(const std::string& name, const decltype(files::Attribute::second)& value) {
@@ -45,11 +47,21 @@ void print_attribute(const std::string& name, const decltype(files::Attribute::s
     std::printf("%-20s %s\n", printable(name).c_str(), printable(written).c_str());
 }
 
+void print_attributes(const files::ArchiveReader& archive) {
+    for (const auto& [name, value] : archive.attributes())
+        if (name != "scene") print_attribute(name, value);
+}
+
+/// Frames of particles that other runs start from.
+void print_start(const files::ArchiveReader& archive, bool scene) {
+    print_attributes(archive);
+    print_trajectory(archive, run::archived_scene(archive));
+    std::printf("%-20s none: other runs start from these frames, by packing.kind = \"file\"\n", "series");
+    if (scene) std::printf("\n%s\n", printable(archive.text_attribute("scene")).c_str());
+}
+
 void print(const files::ArchiveReader& archive, const run::Report& report, bool scene) {
-    for (const auto& [name, value] : archive.attributes()) {
-        if (name == "scene") continue;
-        print_attribute(name, value);
-    }
+    print_attributes(archive);
     if (report.scene.kind == io::SceneKind::particles && io::has_trajectory(archive)) {
         print_trajectory(archive, report.scene);
     } else {
@@ -77,6 +89,15 @@ void print_calibration(const files::ArchiveReader& archive, const Options& optio
     std::printf("\n\n");
     if (options.scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
     std::fputs(printable(run::calibration_text(table)).c_str(), stdout);
+}
+
+/// Of drover stability, states or boundary.
+void print_result_archive(const files::ArchiveReader& archive, bool scene) {
+    for (const auto& [name, value] : archive.attributes())
+        if (name != "scene") print_attribute(name, value);
+    std::printf("\n");
+    if (scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
+    std::fputs(printable(run::stored_text(archive)).c_str(), stdout);
 }
 
 void print_xyz(const std::string& file) {
@@ -118,7 +139,9 @@ void add_info(CLI::App& program, Action& action) {
                 print_calibration(archive, *options);
                 return run::exit_done;
             }
-            print(archive, run::make_report(archive), options->scene);
+            if (run::is_result(archive)) print_result_archive(archive, options->scene);
+            else if (run::is_start(archive)) print_start(archive, options->scene);
+            else print(archive, run::make_report(archive), options->scene);
             return run::exit_done;
         };
     });

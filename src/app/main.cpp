@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <malloc.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -41,6 +42,18 @@ void open_standard_streams() {
         if (::fcntl(number, F_GETFD) < 0 && ::open("/dev/null", flags) != number) ::_exit(run::exit_run_failed);
 }
 
+/// The limit of the stack, which threads and child processes get too, is raised where it is too low and may be raised.
+void allow_stack() {
+    constexpr rlim_t least = rlim_t{2} << 20, usual = rlim_t{8} << 20;
+    struct rlimit limit {};
+    if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= least) return;
+    const rlim_t allowed = limit.rlim_max;
+    limit.rlim_cur = std::min(usual, allowed);
+    require(allowed >= least && ::setrlimit(RLIMIT_STACK, &limit) == 0, {},
+            "the stack is limited to {} kB (ulimit -s); expected at least {}: raise the limit", allowed / 1024,
+            least / 1024);
+}
+
 /// A stack that cannot grow later, for want of memory, ends the process by a signal; so it grows now.
 [[gnu::noinline]] void grow_stack() {
     std::array<volatile char, 1 << 20> pages;
@@ -48,6 +61,7 @@ void open_standard_streams() {
 }
 
 void require_stack() {
+    allow_stack();
     void* const probe =
         ::mmap(nullptr, std::size_t{2} << 20, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (probe == MAP_FAILED) throw std::bad_alloc();
@@ -94,7 +108,8 @@ int act(const std::vector<std::string>& words) {
     program.set_version_flag("--version",
                              text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", modified" : ""));
     program.require_subcommand(1);
-    program.footer("Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal after a checkpoint.");
+    program.footer(
+        "Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal or --max-time after a checkpoint.");
     Action action;
     for (const auto add : {add_run, add_restart, add_sweep, add_calibrate, add_stability, add_boundary, add_states,
                            add_tradeoff, add_check, add_explain, add_info, add_fit, add_export, add_film, add_schema})
@@ -125,7 +140,8 @@ int main(int count, char** words) {
         app::require_stack();
         const int status = app::act({after_name.begin(), after_name.end()});
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-            fail_run("the results could not be written to standard output; check for a full disk or a closed pipe");
+            fail_environment(
+                "the results could not be written to standard output; check for a full disk or a closed pipe");
         return status;
     });
 }

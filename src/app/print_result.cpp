@@ -1,5 +1,4 @@
 // app/print_result.cpp: a result as text or JSON, and as an archive.
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
@@ -8,14 +7,18 @@
 
 namespace drover::app {
 
+void check_output(const ResultOutput& output, const std::string& input, const io::Scene& scene) {
+    if (!output.file.empty()) run::check_result_file(output.file, {input}, scene, output.overwrite);
+}
+
 int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads) {
     if (!output.file.empty()) run::write_result(result, output.file, output.what, scene, threads, output.overwrite);
     if (output.json) {
         print_json(run::result_json(result));
         return run::exit_done;
     }
-    std::fputs(run::result_text(result).c_str(), stdout);
-    if (!output.file.empty()) std::printf("\n%s: %s\n", output.file.c_str(), output.contents.c_str());
+    print(run::result_text(result));
+    if (!output.file.empty()) print(text("\n{}: {}\n", output.file, output.contents));
     return run::exit_done;
 }
 

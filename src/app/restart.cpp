@@ -22,6 +22,7 @@ void add_restart(CLI::App& program, Action& action) {
         ->add_option("--threads", options->threads,
                      "Number of threads; overrides run.threads and does not change results")
         ->check(CLI::Range(1, 1024));
+    add_max_time(*command);
     command->add_flag("--json", options->json, "Print the results as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log and no progress");
     command->callback([options, &action] {

@@ -22,6 +22,7 @@ void add_run(CLI::App& program, Action& action) {
             "of the run: polar_order=1%; repeatable")
         ->type_name("OBSERVABLE=ERROR");
     command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
+    add_max_time(*command);
     command->add_flag("--json", options->json, "Print the results as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log and no progress");
     command->callback([options, &action] {

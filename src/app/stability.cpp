@@ -29,13 +29,14 @@ void add_stability(CLI::App& program, Action& action) {
             io::require_kind(scene, io::SceneKind::fields, "stability");
             Threads threads(options->threads > 0 ? options->threads : run::choose_threads(scene));
             const bool with_maps = !options->output.empty();
-            return print_result(run::make_stability(scene, with_maps ? &threads : nullptr),
-                                {.file = options->output,
-                                 .what = "stability",
-                                 .contents = "instabilities, and maps over wavenumber and angle",
-                                 .json = options->json,
-                                 .overwrite = options->overwrite},
-                                scene, threads.count());
+            const ResultOutput output{.file = options->output,
+                                      .what = "stability",
+                                      .contents = "instabilities, and maps over wavenumber and angle",
+                                      .json = options->json,
+                                      .overwrite = options->overwrite};
+            check_output(output, options->scene, scene);
+            return print_result(run::make_stability(scene, with_maps ? &threads : nullptr), output, scene,
+                                threads.count());
         };
     });
 }

@@ -48,13 +48,13 @@ void add_states(CLI::App& program, Action& action) {
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
             io::require_kind(scene, io::SceneKind::fields, "states");
             Threads threads(options->threads > 0 ? options->threads : 1);
-            return print_result(run::make_states(scene, options->states, threads),
-                                {.file = options->output,
-                                 .what = "states",
-                                 .contents = "the fields of each state as a frame",
-                                 .json = options->json,
-                                 .overwrite = options->overwrite},
-                                scene, threads.count());
+            const ResultOutput output{.file = options->output,
+                                      .what = "states",
+                                      .contents = "the fields of each state as a frame",
+                                      .json = options->json,
+                                      .overwrite = options->overwrite};
+            check_output(output, options->scene, scene);
+            return print_result(run::make_states(scene, options->states, threads), output, scene, threads.count());
         };
     });
 }

@@ -1,12 +1,12 @@
 // app/sweep.cpp: drover sweep SCENE.
 #include "drover/run/sweep.hpp"
 
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
 #include "drover/base/log.hpp"
+#include "drover/run/signals.hpp"
 #include "run/json.hpp"
 
 namespace drover::app {
@@ -34,6 +34,7 @@ void add_sweep(CLI::App& program, Action& action) {
     command->add_option("--ramp", options->ramp,
                         "Start each point from the final state of the one before: none, up or up-down");
     command->add_option("--workers", options->workers, "Number of simultaneous runs")->check(CLI::Range(1, 1024));
+    add_max_time(*command);
     command->add_flag("--json", options->json, "Print the table as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] {
@@ -51,10 +52,11 @@ void add_sweep(CLI::App& program, Action& action) {
             if (options->json) {
                 print_json(run::table_json(outcome.table));
                 for (const std::string& warning : outcome.table.warnings) log_warning("{}", warning);
-            } else std::fputs(run::table_text(outcome.table).c_str(), stdout);
-            if (!options->json) std::printf("\n%s: all observables\n", (folder / "table.csv").c_str());
+            } else print(run::table_text(outcome.table));
+            if (!options->json) print(text("\n{}: all observables\n", (folder / "table.csv").string()));
             if (outcome.stopped) {
-                log_information("stopped by a signal after checkpoints; re-run the same command to resume");
+                log_information("stopped by {} after checkpoints; re-run the same command to resume",
+                                run::stop_reason(run::stop_signal()));
                 return run::exit_stopped;
             }
             if (outcome.failed > 0) {

@@ -4,7 +4,9 @@
 #include <memory>
 
 #include "command.hpp"
+#include "drover/base/duration.hpp"
 #include "drover/base/log.hpp"
+#include "drover/run/signals.hpp"
 
 namespace drover::app {
 
@@ -33,12 +35,13 @@ void add_tradeoff(CLI::App& program, Action& action) {
     command->add_option("-o,--output", options->output,
                         "Folder of the trials; default: the name of the scene with .tradeoff");
     command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
+    add_max_time(*command);
     command->add_flag("--json", options->json, "Print the result as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] {
         action = [options] {
             run::TradeoffOptions study;
-            study.budget = study.run_budget = run::seconds_of(options->budget);
+            study.budget = study.run_budget = seconds_of(options->budget, "--budget");
             for (const std::string& wish : options->wishes) study.wishes.push_back(run::parse_wish(wish));
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
             study.folder = options->output.empty() ? std::filesystem::path(options->scene).stem().concat(".tradeoff")
@@ -47,15 +50,16 @@ void add_tradeoff(CLI::App& program, Action& action) {
             study.quiet = options->quiet;
             const run::Tradeoff found = run::study_tradeoff(scene, study);
             if (found.stopped) {
-                log_information("stopped by a signal; every trial is kept: re-run the same command to resume");
+                log_information("stopped by {}; every trial is kept: re-run the same command to resume",
+                                run::stop_reason(run::stop_signal()));
                 return int{run::exit_stopped};
             }
             print_result(found.result, {.json = options->json}, scene, 1);
             if (!found.recommended) {
-                if (options->json) std::fprintf(stderr, "%s\n", found.refusal.c_str());
+                if (options->json) std::fprintf(stderr, "%s\n", printable(found.refusal).c_str());
                 return int{run::exit_run_failed};
             }
-            if (!options->json) std::printf("%s: the recommended scene\n", (study.folder / "recommended.toml").c_str());
+            if (!options->json) print((study.folder / "recommended.toml").string() + ": the recommended scene\n");
             return int{run::exit_done};
         };
     });

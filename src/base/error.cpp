@@ -1,6 +1,10 @@
 // base/error.cpp: locations as text, and the messages of errors.
 #include "drover/base/error.hpp"
 
+#include <array>
+#include <new>
+#include <system_error>
+
 namespace drover {
 
 std::string location_text(const SourceLocation& where) {
@@ -14,5 +18,21 @@ Error::Error(Fault fault, const SourceLocation& where, const std::string& messag
       fault_(fault),
       place_(printable(location_text(where))),
       message_(printable(message)) {}
+
+std::string fault_name(Fault fault) {
+    constexpr std::array names{"input", "unavailable", "run", "environment", "defect"};
+    return names.at(static_cast<std::size_t>(fault));
+}
+
+Error error_of(const std::exception& exception) {
+    if (const auto* error = dynamic_cast<const Error*>(&exception)) return *error;
+    if (dynamic_cast<const std::bad_alloc*>(&exception) != nullptr) return {Fault::environment, {}, no_memory_text};
+    const std::string what = printable(exception.what());
+    if (dynamic_cast<const std::system_error*>(&exception) != nullptr)
+        return {Fault::environment,
+                {},
+                text("the operating system reports: {}; check the disk and the limits of this user", what)};
+    return {Fault::defect, {}, text("{}; this is a bug in drover: please report it with the scene", what)};
+}
 
 }  // namespace drover

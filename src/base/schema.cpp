@@ -20,14 +20,21 @@ std::string number_text(double value) {
     return result;
 }
 
+/// TOML is UTF-8: other bytes, as in the name of a file, become \xff in the text.
 std::string quoted(const std::string& word) {
     std::string result = "\"";
-    for (const char letter : word) {
+    for (std::size_t at = 0; at < word.size();) {
+        const char letter = word[at];
+        const std::size_t size = utf8_bytes(std::string_view(word).substr(at));
         if (letter == '"' || letter == '\\') result += '\\';
         if (letter == '\n') result += "\\n";
         else if (letter == '\t') result += "\\t";
-        else if (static_cast<unsigned char>(letter) < 0x20) result += text("\\u{:04x}", static_cast<int>(letter));
-        else result += letter;
+        else if (size == 0) result += text("\\\\x{:02x}", static_cast<unsigned char>(letter));
+        else if (size == 1 && (letter < 0x20 || letter == 0x7f)) result += text("\\u{:04x}", static_cast<int>(letter));
+        else if (printable(word.substr(at, size)).size() > size)  // U+0080 to U+009F
+            result += text("\\u{:04x}", static_cast<unsigned char>(word[at + 1]));
+        else result += word.substr(at, size);
+        at += std::max<std::size_t>(1, size);
     }
     return result + '"';
 }

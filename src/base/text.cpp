@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstring>
 
 namespace drover {
 
@@ -59,16 +61,26 @@ std::string joined(std::span<const std::string> items, std::string_view separato
     return result;
 }
 
+std::size_t utf8_bytes(std::string_view words) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(words[i]); };
+    if (byte(0) < 0x80) return 1;
+    const std::size_t size = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
+    if (byte(0) < 0xc2 || byte(0) > 0xf4 || words.size() < size) return 0;
+    for (std::size_t i = 1; i < size; ++i)
+        if ((byte(i) & 0xc0) != 0x80) return 0;
+    const bool is_overlong = (byte(0) == 0xe0 && byte(1) < 0xa0) || (byte(0) == 0xf0 && byte(1) < 0x90);
+    const bool is_surrogate = byte(0) == 0xed && byte(1) >= 0xa0;
+    const bool is_beyond_unicode = byte(0) == 0xf4 && byte(1) >= 0x90;
+    return is_overlong || is_surrogate || is_beyond_unicode ? 0 : size;
+}
+
 namespace {
 /// Bytes of the character at the start of a text; 0 when it is a control character or not UTF-8.
 std::size_t printable_bytes(std::string_view words) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(words[i]); };
     if (byte(0) < 0x80) return byte(0) == '\n' || byte(0) == '\t' || (byte(0) >= 0x20 && byte(0) != 0x7f) ? 1 : 0;
-    const std::size_t size = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
-    if (byte(0) < 0xc2 || byte(0) > 0xf4 || words.size() < size) return 0;
-    for (std::size_t i = 1; i < size; ++i)
-        if ((byte(i) & 0xc0) != 0x80) return 0;
-    return byte(0) == 0xc2 && byte(1) < 0xa0 ? 0 : size;  // U+0080 to U+009F control terminals, too
+    const std::size_t size = utf8_bytes(words);
+    return size == 2 && byte(0) == 0xc2 && byte(1) < 0xa0 ? 0 : size;  // U+0080 to U+009F control terminals, too
 }
 }  // namespace
 
@@ -81,6 +93,16 @@ std::string printable(std::string_view words) {
         at += std::max<std::size_t>(1, size);
     }
     return result;
+}
+
+std::string shell_word(const std::string& word) {
+    const auto is_plain = [](char letter) {
+        return std::isalnum(static_cast<unsigned char>(letter)) != 0 || std::strchr("%+,-./:=@_", letter) != nullptr;
+    };
+    if (!word.empty() && std::all_of(word.begin(), word.end(), is_plain)) return word;
+    std::string quoted = "'";
+    for (const char letter : word) quoted += letter == '\'' ? "'\\''" : std::string(1, letter);
+    return quoted + "'";
 }
 
 std::string measured_text(double value, double error) {

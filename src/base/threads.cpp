@@ -1,12 +1,14 @@
 // base/threads.cpp: distributes the chunks of a loop over a thread team.
 #include "drover/base/threads.hpp"
 
+#include <pthread.h>
 #include <sched.h>
 
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <exception>
+#include <list>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -28,7 +30,44 @@ bool holds_soon(Holds holds) {
     }
     return false;
 }
+
+/// fork() copies the calling thread alone, with the mutexes that other threads hold.
+struct Forks {
+    std::mutex mutex;
+    std::list<std::mutex> waited_for;
+    std::atomic<std::uint64_t> count = 0;
+};
+
+Forks& forks() {
+    static Forks* const all = [] {
+        auto made = std::make_unique<Forks>();
+        static constexpr auto release = [] {
+            for (std::mutex& one : forks().waited_for) one.unlock();
+            forks().mutex.unlock();
+        };
+        const int failure = ::pthread_atfork(
+            [] {
+                forks().mutex.lock();
+                for (std::mutex& one : forks().waited_for) one.lock();
+            },
+            release,
+            [] {
+                ++forks().count;
+                release();
+            });
+        if (failure != 0) throw std::bad_alloc();
+        return made.release();  // never destroyed: a process may fork while it ends
+    }();
+    return *all;
+}
 }  // namespace
+
+std::uint64_t fork_count() { return forks().count; }
+
+std::mutex& new_mutex_over_forks() {
+    const std::lock_guard lock(forks().mutex);
+    return forks().waited_for.emplace_back();
+}
 
 struct Threads::Team {
     /// The chunks that one thread takes first: the same in every loop, so that their data stay in its cache.  A thread
@@ -38,8 +77,19 @@ struct Threads::Team {
         std::size_t end = 0;
     };
 
-    explicit Team(std::size_t count) : shares(count) {}
+    explicit Team(std::size_t count) : shares(count) {
+        try {
+            for (std::size_t i = 1; i < count; ++i) helpers.emplace_back([this, i] { help(i); });
+        } catch (...) {
+            end_helpers();
+            throw;
+        }
+    }
+    ~Team() { end_helpers(); }
+    Team(const Team&) = delete;
+    Team& operator=(const Team&) = delete;
 
+    const std::uint64_t forks = fork_count();  // in a later one, the helpers are threads of its parent
     std::mutex mutex;
     std::condition_variable started, ended;
     std::vector<std::thread> helpers;
@@ -51,6 +101,15 @@ struct Threads::Team {
     std::size_t length = 0, chunk = 1;
     std::vector<Share> shares;
     std::exception_ptr failure;
+
+    void end_helpers() {
+        {
+            const std::lock_guard lock(mutex);
+            leaving = true;
+        }
+        started.notify_all();
+        for (std::thread& helper : helpers) helper.join();
+    }
 
     void distribute() {
         const std::size_t chunks = (length + chunk - 1) / chunk;
@@ -98,21 +157,17 @@ struct Threads::Team {
 
 Threads::Threads(int count) {
     require(count >= 1, {}, "threads = {}; expected at least 1", count);
-    const auto all = static_cast<std::size_t>(count);
-    team_ = std::make_unique<Team>(all);
-    for (std::size_t i = 1; i < all; ++i) team_->helpers.emplace_back([this, i] { team_->help(i); });
+    team_ = std::make_unique<Team>(static_cast<std::size_t>(count));
 }
 
-Threads::~Threads() {
-    {
-        const std::lock_guard lock(team_->mutex);
-        team_->leaving = true;
-    }
-    team_->started.notify_all();
-    for (std::thread& helper : team_->helpers) helper.join();
+Threads::~Threads() { forget_team_of_parent(); }
+
+/// Nobody can end its helpers, nor unlock what they hold.
+void Threads::forget_team_of_parent() {
+    if (team_->forks != fork_count()) static_cast<void>(team_.release());
 }
 
-int Threads::count() const { return static_cast<int>(team_->helpers.size()) + 1; }
+int Threads::count() const { return static_cast<int>(team_->shares.size()); }
 
 void Threads::for_chunks(std::size_t length, std::size_t chunk,
                          const std::function<void(std::size_t, std::size_t)>& body) {
@@ -120,6 +175,11 @@ void Threads::for_chunks(std::size_t length, std::size_t chunk,
     if (team_->helpers.empty() || length <= chunk) {
         for (std::size_t begin = 0; begin < length; begin += chunk) body(begin, std::min(begin + chunk, length));
         return;
+    }
+    if (team_->forks != fork_count()) {
+        auto team = std::make_unique<Team>(team_->shares.size());
+        forget_team_of_parent();
+        team_ = std::move(team);
     }
     {
         const std::lock_guard lock(team_->mutex);

@@ -9,17 +9,15 @@
 
 namespace drover::dem {
 
-namespace {
-/// The impact of a bead on the base (side +1) or the lid (-1).
-void bounce(Vec4d& velocity, Vec4d& spin, double radius, double side, double plate, const BeadRules& rules,
-            EnergyBalance& balance) {
+void bounce_on_plate(Vec4d& velocity, Vec4d& spin, double radius, double side, double plate, double restitution,
+                     double friction, EnergyBalance& balance) {
     const double mass = 1.0 / velocity[3], turn = radius * spin[3];  // spin[3]: 1/inertia
     const double opening = side * (velocity[2] - plate);
     // The point of contact is at -side radius z from the centre; the slip there is v + omega x arm.
     const double sx = velocity[0] - side * radius * spin[1], sy = velocity[1] + side * radius * spin[0];
     const double slip = std::sqrt(sx * sx + sy * sy);
-    const SphereImpact impact = sphere_impact(opening, slip, {.numerator = mass}, velocity[3] + radius * turn,
-                                              rules.restitution, rules.friction);
+    const SphereImpact impact =
+        sphere_impact(opening, slip, {.numerator = mass}, velocity[3] + radius * turn, restitution, friction);
     if (slip > 0.0) {
         const double px = -impact.tangential / slip * sx, py = -impact.tangential / slip * sy;
         velocity[0] += velocity[3] * px;
@@ -33,6 +31,7 @@ void bounce(Vec4d& velocity, Vec4d& spin, double radius, double side, double pla
     balance.plates += side * impact.normal * plate;
 }
 
+namespace {
 void drift(Vec4d& position, Vec4d& velocity, const Vector& acceleration, double tau) {
     const Vec4d a{acceleration.x, acceleration.y, acceleration.z, 0.0};
     Vec4d flow = velocity;
@@ -65,7 +64,7 @@ void fly_bead(Vec4d& position, Vec4d& velocity, Vec4d& spin, const Vector& accel
         }
         if (side * (velocity[2] - base.velocity) < 0.0) {
             if (side * (velocity[2] - base.velocity) < -rules.counted_speed) ++counts.bead_plate;
-            bounce(velocity, spin, radius, side, base.velocity, rules, balance);
+            bounce_on_plate(velocity, spin, radius, side, base.velocity, rules.restitution, rules.friction, balance);
         }
         min_interval = 0.5 * dt;  // limits the bounce rate of a bead that comes to rest on a plate
     }

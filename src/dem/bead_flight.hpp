@@ -21,6 +21,10 @@ struct BeadRules {
     }
 };
 
+/// The impact of a bead on the base (side +1) or the lid (-1), which moves at the speed `plate`.
+void bounce_on_plate(Vec4d& velocity, Vec4d& spin, double radius, double side, double plate, double restitution,
+                     double friction, EnergyBalance& balance);
+
 /// Moves the beads [begin, end) by dt with all their impacts on the plates.  `plates` are at the start of the step.
 /// Returns whether a bead has moved by half a skin since the neighbour list was made, or has no finite position.
 bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, double dt,

@@ -53,6 +53,10 @@ void check_restitution(const Setup& setup, const LocationOf& place) {
 }
 }  // namespace
 
+bool ImpactLaw::is_chosen(const ContactControl& control) {
+    return control.model == name && !PairwiseLaw::is_chosen(control);
+}
+
 ImpactLaw ImpactLaw::from(const ContactControl& control) {
     return {.group = group_law(control.law),
             .restitution = restitution_kind(control.restitution),
@@ -61,30 +65,49 @@ ImpactLaw ImpactLaw::from(const ContactControl& control) {
             .inelastic_threshold = control.inelastic_threshold};
 }
 
+PairwiseLaw PairwiseLaw::from(const ContactControl& control) {
+    PairwiseLaw law{.friction = StopOrSlide{}, .order = ContactOrder::tail_first, .rod_step = control.rod_step};
+    if (control.friction == "decoupled") law.friction = Decoupled{};
+    if (control.order == "random") law.order = ContactOrder::random;
+    if (control.order == "fastest-first") law.order = ContactOrder::fastest_first;
+    return law;
+}
+
 std::vector<std::string> contact_models() {
     std::vector<std::string> names;
-    for_laws(static_cast<ContactLaw*>(nullptr), [&]<class Law>(Law*) { names.emplace_back(Law::name); });
+    for_laws(static_cast<ContactLaw*>(nullptr), [&]<class Law>(Law*) {
+        if (std::find(names.begin(), names.end(), Law::name) == names.end()) names.emplace_back(Law::name);
+    });
     return names;
 }
 
 ContactLaw contact_law(const ContactControl& control) {
     ContactLaw law;
     for_laws(&law, [&]<class Law>(Law*) {
-        if (control.model == Law::name) law = Law::from(control);
+        if (Law::is_chosen(control)) law = Law::from(control);
     });
     return law;
 }
 
 void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const LocationOf& place) {
     const auto check = [&]<class Law>(const Law& law) {
+        if constexpr (std::is_same_v<Law, PairwiseLaw>) {
+            constexpr double periods = 0.05;
+            require(
+                dt * setup.plates.frequency <= periods, place("time.dt"),
+                "time.dt = {} s with plates.frequency = {} 1/s and contacts.law = \"pairwise\"; expected at most {} "
+                "of a period, or beads go into the plates",
+                dt, setup.plates.frequency, periods);
+        }
         if constexpr (SoftLaw<Law>) {
             check_restitution(setup, place);
             if (shapes.empty()) return;
+            constexpr double below = 0.995;  // the limit, when it is printed with three digits
             const double shortest = law.contact_time(min_reduced_mass(shapes)), steps = shortest / dt;
             require(steps >= min_steps * (1.0 - 1e-9), place("time.dt"),
                     "time.dt = {} s is {:.3g} steps of the shortest contact, {:.3g} s; expected at least {} with "
                     "contacts.model = \"{}\": choose time.dt <= {:.3g}, or softer contacts",
-                    dt, steps, shortest, min_steps, setup.contacts.model, shortest / min_steps);
+                    dt, steps, shortest, min_steps, setup.contacts.model, below * shortest / min_steps);
         }
     };
     std::visit(check, contact_law(setup.contacts));

@@ -27,14 +27,18 @@ inline void record_depth(const Overlap& overlap, const Spheres& spheres, Contact
     }
 }
 
-inline void add(const ContactReport& part, ContactReport& total) {
-    add(part.balance, total.balance);
-    add(part.counts, total.counts);
-    if (total.failure.empty()) total.failure = part.failure;
+inline void keep_deepest(const ContactReport& part, ContactReport& total) {
     if (part.depth <= total.depth) return;
     total.depth = part.depth;
     total.deepest = part.deepest;
     total.closing = part.closing;
+}
+
+inline void add(const ContactReport& part, ContactReport& total) {
+    add(part.balance, total.balance);
+    add(part.counts, total.counts);
+    if (total.failure.empty()) total.failure = part.failure;
+    keep_deepest(part, total);
 }
 
 }  // namespace drover::dem

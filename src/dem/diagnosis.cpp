@@ -6,6 +6,7 @@
 
 #include "body_access.hpp"
 #include "drover/base/text.hpp"
+#include "drover/dem/contact_law.hpp"
 
 namespace drover::dem {
 
@@ -82,18 +83,22 @@ double closing_speed(const Overlap& overlap, const Spheres& spheres) {
     return size > 0.0 ? -dot(velocity, direction) / size : length(velocity);
 }
 
-std::string cause_of_overlap(const Setup& setup, double depth, double radius, double closing, double dt) {
+std::string cause_of_overlap(const Setup& setup, double depth, double radius, double closing, const NamedStep& step) {
     // What they approach in the step in which they met, with a share for what the impact of others adds.
-    const double covered = closing * dt;
+    const double covered = closing * step.length;
     if (covered >= 0.5 * depth)
         return text(
-            "they approach at {:.3g} mm/s, {:.2g} mm a step: the step of dt = {} s is too long for their speed, choose "
-            "time.dt <= {:.2g}",
-            closing, covered, dt, 0.5 * setup.contacts.max_overlap * radius / closing);
+            "they approach at {:.3g} mm/s, {:.2g} mm a step: the step of {} = {} s is too long for their speed, choose "
+            "{} <= {:.2g}",
+            closing, covered, step.key, step.length, step.key, 0.5 * setup.contacts.max_overlap * radius / closing);
     const std::string words = text(
-        "they approach at {:.3g} mm/s, {:.2g} mm a step of dt = {} s, so the overlap has grown "
+        "they approach at {:.3g} mm/s, {:.2g} mm a step of {} = {} s, so the overlap has grown "
         "over many steps in which others press them together: ",
-        std::max(0.0, closing), std::max(0.0, covered), dt);
+        std::max(0.0, closing), std::max(0.0, covered), step.key, step.length);
+    if (PairwiseLaw::is_chosen(setup.contacts))
+        return words +
+               "contacts.law = \"pairwise\" does not correct overlaps, choose larger restitutions, fewer bodies, "
+               "weaker forces or plates, or a smaller time.dt, which slows the growth";
     if (setup.contacts.model == "impulse")
         return words + "choose fewer bodies, weaker forces or plates, or a smaller time.dt, which slows the growth";
     return words + text("contacts of stiffness {} mg/s^2 are too soft for that, choose a larger contacts.stiffness",

@@ -21,8 +21,14 @@ std::string describe_impact(const Overlap& overlap, const Spheres& spheres, doub
 /// Speed at which two overlapping spheres, or a sphere and a surface at rest, approach [mm/s]; < 0: they part.
 double closing_speed(const Overlap& overlap, const Spheres& spheres);
 
+/// The step within which two bodies come to overlap, and its input key.
+struct NamedStep {
+    const char* key;
+    double length;  ///< [s]
+};
+
 /// Why two bodies overlap too far, and what to change.  closing: their speed of approach at the time.
-std::string cause_of_overlap(const Setup& setup, double depth, double radius, double closing, double dt);
+std::string cause_of_overlap(const Setup& setup, double depth, double radius, double closing, const NamedStep& step);
 
 /// The input keys behind the work that is not finite, or else the largest.
 std::string cause_of_energy(const EnergyBalance& balance);

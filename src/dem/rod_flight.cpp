@@ -143,13 +143,13 @@ void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, c
 }
 }  // namespace
 
-RodKind make_rod_kind(const Shape& shape, double restitution, double friction) {
+RodKind make_rod_kind(const Shape& shape, double restitution, double friction, bool all_bear) {
     RodKind kind{.shape = shape, .bearing = {}, .restitution = restitution, .friction = friction};
     const std::size_t count = shape.at.size();
     for (std::size_t k = 0; k < count; ++k) {
-        // A sphere inside the cone of two others cannot touch a plate.
+        // A sphere inside the cone of two others does not reach the hull.
         bool covered = false;
-        for (std::size_t i = 0; i < k && !covered; ++i)
+        for (std::size_t i = 0; i < k && !covered && !all_bear; ++i)
             for (std::size_t j = k + 1; j < count && !covered; ++j) {
                 const double part = (shape.at[k] - shape.at[i]) / (shape.at[j] - shape.at[i]);
                 covered = shape.radius[k] <= (1.0 - part) * shape.radius[i] + part * shape.radius[j] + 1e-12;

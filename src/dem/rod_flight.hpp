@@ -13,10 +13,12 @@ namespace drover::dem {
 /// Constants of all rods of one shape.
 struct RodKind {
     Shape shape;
-    std::vector<std::uint32_t> bearing;  ///< spheres that can touch a plate: those on the convex hull
+    std::vector<std::uint32_t> bearing;  ///< spheres that can touch a plate, from tail to head
     double restitution = 0.0, friction = 0.0;
 };
-RodKind make_rod_kind(const Shape& shape, double restitution, double friction);
+/// The bearing spheres are all, or those on the convex hull (rods.bearing).  In exact contact no other sphere can touch
+/// a plate; in a time-driven law a rod overlaps the plate, and then several of the spheres between those on the hull do.
+RodKind make_rod_kind(const Shape& shape, double restitution, double friction, bool all_bear);
 
 /// Constants of all rods.
 struct FlightRules {
@@ -41,9 +43,16 @@ struct PlateGap {
     double side, gap, speed, acceleration;
 };
 
+/// An overlap of a rod with base (side +1) or lid (-1).
+struct RodPlateOverlap {
+    std::uint32_t sphere;  ///< of the rod, from the tail
+    double side, depth;    ///< depth [mm] > 0
+};
+
 /// Scratch memory, reused from rod to rod.
 struct FlightSpace {
     std::vector<PlateGap> gaps;
+    std::vector<RodPlateOverlap> overlaps;
     std::vector<Contact> contacts;
     std::vector<double> approach;
 };

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 
 #include "dem/supply.hpp"
+#include "drover/base/text.hpp"
 #include "drover/dem/bodies.hpp"
 
 namespace drover::dem {
@@ -142,7 +144,51 @@ void check_forces(const Setup& setup, double beads, const LocationOf& place) {
                 setup.cell.shape);
 }
 
+/// Rejects keys of [contacts] that the chosen law does not read, unless they have their default.
+void check_unread(const ContactControl& contacts, const LocationOf& place) {
+    const bool impulse = contacts.model == "impulse", pairwise = impulse && contacts.law == "pairwise";
+    const bool simultaneous = impulse && contacts.law == "simultaneous";
+    const bool in_turn = impulse && !pairwise && !simultaneous, groups = simultaneous || in_turn;
+    const bool slip_before = in_turn && !contacts.track_slip;
+    const std::string chosen = !impulse      ? text("contacts.model = \"{}\"", contacts.model)
+                               : slip_before ? "contacts.track_slip = false"
+                                             : text("contacts.law = \"{}\"", contacts.law);
+    struct Reading {
+        bool is_read;
+        const char* readers;
+    };
+    const char* const soft = "contacts.model = \"spring-dashpot\"";
+    const char* const by_groups = "a contacts.law with groups";
+    const std::map<std::string, Reading> readings{
+        {"law", {impulse, "contacts.model = \"impulse\""}},
+        {"restitution", {groups && !slip_before, "a contacts.law with groups that tracks the slip"}},
+        {"track_slip", {in_turn, "a contacts.law that resolves one contact after another"}},
+        {"increments", {simultaneous, "contacts.law = \"simultaneous\""}},
+        {"inelastic_threshold", {simultaneous, "contacts.law = \"simultaneous\""}},
+        {"substep", {groups, by_groups}},
+        {"simultaneity_gap", {groups, by_groups}},
+        {"order", {pairwise, "contacts.law = \"pairwise\""}},
+        {"friction", {pairwise, "contacts.law = \"pairwise\""}},
+        {"rod_step", {pairwise, "contacts.law = \"pairwise\""}},
+        {"stiffness", {!impulse, soft}},
+        {"tangential_stiffness_ratio", {!impulse, soft}}};
+    const auto values = values_of(contacts), defaults = values_of(ContactControl{});
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const auto found = readings.find(values[i].first);
+        const std::string key = "contacts." + values[i].first;
+        require(found == readings.end() || found->second.is_read || values[i].second == defaults[i].second, place(key),
+                "{} = {} has no effect with {}; expected its default, {}, or {}", key, toml_text(values[i].second),
+                chosen, toml_text(defaults[i].second), found == readings.end() ? "" : found->second.readers);
+    }
+}
+
 void check_contacts(const Setup& setup, double thinnest, const LocationOf& place) {
+    check_unread(setup.contacts, place);
+    require(setup.rods.bearing == "hull" || setup.contacts.model != "impulse" || setup.contacts.law == "pairwise",
+            place("rods.bearing"),
+            "rods.bearing = \"{}\" has no effect with contacts.law = \"{}\", where bodies do not overlap a plate; "
+            "expected \"hull\", or contacts.law = \"pairwise\"",
+            setup.rods.bearing, setup.contacts.law);
     require(thinnest == 0.0 || setup.contacts.simultaneity_gap < 0.5 * thinnest, place("contacts.simultaneity_gap"),
             "contacts.simultaneity_gap = {} mm with spheres of radius {} mm; expected much less",
             setup.contacts.simultaneity_gap, 0.5 * thinnest);
@@ -153,6 +199,11 @@ void check_contacts(const Setup& setup, double thinnest, const LocationOf& place
         "contacts.substep = {} s with plates.frequency = {} 1/s; expected at most {} of a period, or rods go into the "
         "plates",
         setup.contacts.substep, setup.plates.frequency, periods);
+    require(setup.contacts.rod_step * setup.plates.frequency <= periods,
+            first_given(place, {"contacts.rod_step", "plates.frequency"}),
+            "contacts.rod_step = {} s with plates.frequency = {} 1/s; expected at most {} of a period, or rods go into "
+            "the plates",
+            setup.contacts.rod_step, setup.plates.frequency, periods);
     const Packing& packing = setup.packing;
     require(packing.kind != "file" || !packing.file.empty(), place("packing.kind"),
             "packing.kind = \"file\" without packing.file; name the file");

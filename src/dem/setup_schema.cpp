@@ -135,7 +135,13 @@ const std::vector<Row<RodSupply>>& schema<RodSupply>() {
         {.name = "size_tolerance",
          .member = &RodSupply::size_tolerance,
          .range = {.min = 0.0, .max = 0.1},
-         .doc = "standard deviation of the relative size of rods; all lengths of a rod have the same scale factor"}};
+         .doc = "standard deviation of the relative size of rods; all lengths of a rod have the same scale factor"},
+        {.name = "bearing",
+         .member = &RodSupply::bearing,
+         .choices = {"hull", "all"},
+         .doc = "spheres of a rod that can touch base and lid: hull: those on its convex hull, as in exact contact; "
+                "all: also those that overlaps bring into contact (contacts.law = \"pairwise\" or contacts.model = "
+                "\"spring-dashpot\")"}};
     return rows;
 }
 
@@ -239,10 +245,11 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
                 "time steps)"},
         {.name = "law",
          .member = &ContactControl::law,
-         .choices = {"simultaneous", "approaching-first", "first-to-last", "last-to-first"},
+         .choices = {"simultaneous", "approaching-first", "first-to-last", "last-to-first", "pairwise"},
          .doc =
              "impulse: how contacts of one group share an impact: simultaneously, or one after another, starting with "
-             "the fastest approach, the first or the last contact"},
+             "the fastest approach, the first or the last contact; pairwise: time steps without groups, in which each "
+             "overlapping contact that approaches gets one impulse and overlaps are not corrected"},
         {.name = "restitution",
          .member = &ContactControl::restitution,
          .choices = {"energetic", "kinetic", "kinematic"},
@@ -272,6 +279,23 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
          .unit = "mm",
          .range = not_negative,
          .doc = "impulse: contacts of a body with smaller gaps act in one impact"},
+        {.name = "order",
+         .member = &ContactControl::order,
+         .choices = {"tail-first", "random", "fastest-first"},
+         .doc = "pairwise: order of the contacts of a rod with the plates within a step"},
+        {.name = "friction",
+         .member = &ContactControl::friction,
+         .choices = {"stop-or-slide", "decoupled"},
+         .doc = "pairwise: friction of a contact: stop-or-slide: it stops the slip if mu allows, otherwise it opposes "
+                "the slip before, both with a normal velocity of -e times that before; decoupled: the normal impulse "
+                "is that without friction, and friction opposes the slip before, up to mu times the normal impulse"},
+        {.name = "rod_step",
+         .member = &ContactControl::rod_step,
+         .unit = "s",
+         .range = positive,
+         .doc =
+             "pairwise: time step of rods and of their contacts with the plates; time.dt is divided into equal steps "
+             "of at most this"},
         {.name = "stiffness",
          .member = &ContactControl::stiffness,
          .unit = "mg/s^2",

@@ -17,7 +17,7 @@ template <class Visit>
 void for_numbers(Counts& counts, Visit visit) {
     for (std::int64_t* part : {&counts.bead_bead, &counts.rod_bead, &counts.rod_rod, &counts.bead_plate,
                                &counts.rod_plate, &counts.bead_wall, &counts.rod_wall, &counts.groups,
-                               &counts.largest_group, &counts.unresolved, &counts.lists})
+                               &counts.largest_group, &counts.unresolved, &counts.limited, &counts.lists})
         visit(*part);
     visit(counts.residual);
     visit(counts.overlap);
@@ -112,7 +112,7 @@ void World::restore(std::span<const double> numbers) {
     SoftRecord blank;
     for_state(s.spheres, s.balance, s.counts, s.worst_overlap, s.bead_potential_start, [&](const auto&) { ++fixed; });
     for_numbers(blank, [&](const auto&) { ++each; });
-    const bool soft = !std::holds_alternative<ImpactLaw>(s.law);
+    const bool soft = std::visit([]<class Law>(const Law&) { return SoftLaw<Law>; }, s.law);
     const std::size_t records = soft && numbers.size() > fixed ? (numbers.size() - fixed) / each : 0;
     require(numbers.size() == fixed + records * each, {},
             "the checkpoint holds {} numbers; the state of this scene has {}", numbers.size(),

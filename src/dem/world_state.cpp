@@ -28,7 +28,8 @@ Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
     }
     RodArrays& rods = spheres.rods;
     for (const Shape& shape : bodies.shapes)
-        rods.kinds.push_back(make_rod_kind(shape, setup.restitution.rod_plate, setup.friction.rod_plate));
+        rods.kinds.push_back(
+            make_rod_kind(shape, setup.restitution.rod_plate, setup.friction.rod_plate, setup.rods.bearing == "all"));
     for (std::size_t r = 0; r < bodies.rods.size(); ++r) {
         const Rod& rod = bodies.rods[r];
         rods.rod.push_back(rod);
@@ -76,6 +77,7 @@ void add(const Counts& part, Counts& total) {
     total.groups += part.groups;
     total.largest_group = std::max(total.largest_group, part.largest_group);
     total.unresolved += part.unresolved;
+    total.limited += part.limited;
     total.lists += part.lists;
     total.residual = std::max(total.residual, part.residual);
     total.overlap = std::max(total.overlap, part.overlap);
@@ -119,6 +121,14 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
                   .counted_plate_speed = counted_plate_speed(setup),
                   .kick = setup.kick.strength,
                   .seed = seed};
+    pairwise_rules = {.law = {},
+                      .restitution = setup.restitution,
+                      .friction = setup.friction,
+                      .dt = dt,
+                      .counted_plate_speed = counted_plate_speed(setup),
+                      .kick = setup.kick.strength,
+                      .seed = seed};
+    if (const auto* pairwise = std::get_if<PairwiseLaw>(&law)) pairwise_rules.law = *pairwise;
     set_forces(setup.forces);
 }
 
@@ -140,6 +150,7 @@ void World::State::run_chunks(std::size_t length, std::size_t chunk, Work work) 
         add(result.balance, balance);
         add(result.counts, counts);
         left_skin = left_skin || result.left_skin;
+        keep_deepest(result, flight);
     }
 }
 
@@ -196,6 +207,23 @@ ContactReport World::State::step_with(const ImpactLaw&) {
     pair_rules.base = plates.base(dt);
     pair_rules.lid = plates.lid() ? pair_rules.base.height + plates.gap() : never;
     return pair_impacts.step(walls, spheres, neighbours, pair_rules, threads);
+}
+
+ContactReport World::State::step_with(const PairwiseLaw&) {
+    flight = {};
+    const PlateState base = plates.base(dt);
+    run_chunks(spheres.beads.size(), beads_per_chunk, [&](std::size_t begin, std::size_t end, ChunkResult& result) {
+        result.left_skin = step_beads(spheres, begin, end, bead_rules, base, plates, pairwise_rules, result);
+    });
+    move_rods(
+        [&](Rod&, const RodKind&, const Vector& acceleration, std::size_t r, FlightSpace& space, ChunkResult& result) {
+            step_rod(spheres, r, acceleration, plates, step, pairwise_rules, space.overlaps, result);
+        });
+    renew_lists();
+    ContactReport report =
+        resolve_pairs(overlap_search.find(walls, spheres, neighbours, threads), spheres, pairwise_rules, step % 2 != 0);
+    keep_deepest(flight, report);
+    return report;
 }
 
 template <SoftLaw Law>
@@ -318,13 +346,17 @@ void World::State::record_overlap(const ContactReport& report) {
                      .first = name_of(spheres, deepest.first),
                      .second = name_of(spheres, deepest.second),
                      .time = static_cast<double>(step + 1) * dt};
+    const bool rod_on_plate = deepest.is_with_surface() && deepest.second != Overlap::side_wall &&
+                              !spheres.is_bead(deepest.first) && std::holds_alternative<PairwiseLaw>(law);
+    const NamedStep moved = rod_on_plate ? NamedStep{"contacts.rod_step", pairwise_rules.law.rod_step_within(dt)}
+                                         : NamedStep{"time.dt", dt};
     if (report.depth > setup.contacts.max_overlap)
         fail_run(
             "{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.max_overlap = "
             "{}; {}",
             name_text(worst_overlap.first), name_text(worst_overlap.second), worst_overlap.depth,
             worst_overlap.of_radius, step + 1, worst_overlap.time, setup.contacts.max_overlap,
-            cause_of_overlap(setup, worst_overlap.depth, smaller_radius(deepest, spheres), report.closing, dt));
+            cause_of_overlap(setup, worst_overlap.depth, smaller_radius(deepest, spheres), report.closing, moved));
 }
 
 World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,

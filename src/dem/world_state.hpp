@@ -8,6 +8,7 @@
 #include "drover/dem/world.hpp"
 #include "neighbours.hpp"
 #include "pair_impacts.hpp"
+#include "pairwise_contacts.hpp"
 #include "rod_flight.hpp"
 #include "soft_contacts.hpp"
 #include "spheres.hpp"
@@ -31,6 +32,8 @@ struct World::State {
     PairImpacts pair_impacts;
     SoftRules soft_rules;
     SoftContacts soft_contacts;
+    PairwiseRules pairwise_rules;
+    OverlapSearch overlap_search;
     Walls walls;
     EnergyBalance balance;
     Counts counts;
@@ -38,12 +41,11 @@ struct World::State {
     double bead_potential_start = 0.0;
     bool left_skin = false;  // since the neighbour list was made
 
-    struct ChunkResult {
-        EnergyBalance balance;
-        Counts counts;
+    struct ChunkResult : ContactReport {
         bool left_skin = false;
     };
     std::vector<ChunkResult> results;
+    ContactReport flight;  ///< the deepest overlap with base or lid in this step, pairwise law
 
     State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads);
 
@@ -62,6 +64,7 @@ struct World::State {
 
     /// The motion of one step under each kind of contact law.
     ContactReport step_with(const ImpactLaw& law);
+    ContactReport step_with(const PairwiseLaw& law);
     template <SoftLaw Law>
     ContactReport step_with(const Law& law);
 

@@ -11,21 +11,24 @@
 #include <set>
 
 #include "drover/files/archive_reader.hpp"
+#include "drover/files/bytes.hpp"
 #include "drover/files/new_file.hpp"
+#include "drover/files/run_id.hpp"
 #include "files/archive_netcdf.hpp"
+#include "files/archive_root.hpp"
 #include "files/hdf5_file.hpp"
 #include "files/packed_chunk.hpp"
 
 namespace drover::files {
 namespace {
 
-constexpr const char* conventions = "CF-1.8";
 constexpr hsize_t max_links = 1000;  ///< in the root group: twenty times what a run writes
 
 struct OpenRecording {
     GroupPlan plan;
     GroupDatasets datasets;
     std::size_t rows = 0;
+    std::uint64_t checksum = 0;  ///< of the last row
 };
 
 using Chunks = std::vector<std::vector<unsigned char>>;
@@ -74,19 +77,6 @@ void check_all(const std::vector<Recording>& recordings, const std::vector<Attri
     for (const Attribute& attribute : attributes)
         require(!attribute.first.empty() && names.insert(attribute.first).second, {file},
                 "the attribute \"{}\" is set twice; expected each name once", attribute.first);
-}
-
-void write_root_attributes(hid_t file, const std::vector<Attribute>& attributes, const Hdf5Errors& errors) {
-    const Handle root = errors.own(H5Gopen2(file, "/", H5P_DEFAULT), H5Gclose, "opening the root group");
-    write_attribute(root, {"Conventions", std::string(conventions)}, errors);
-    for (const Attribute& attribute : attributes) write_attribute(root, attribute, errors);
-}
-
-void remove_root_attributes(hid_t file, const Hdf5Errors& errors) {
-    H5O_info_t about;
-    errors.check(H5Oget_info2(file, &about, H5O_INFO_NUM_ATTRS), "counting attributes");
-    for (hsize_t i = 0; i < about.num_attrs; ++i)
-        errors.check(H5Adelete_by_idx(file, "/", H5_INDEX_NAME, H5_ITER_INC, 0, H5P_DEFAULT), "removing an attribute");
 }
 
 /// Groups in the root that belong to no recording: results of the earlier run, invalid once rows are cut.
@@ -143,6 +133,18 @@ void write_row(hid_t dataset, std::size_t row, const std::vector<std::size_t>& s
     errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()), doing);
 }
 
+/// The same for a row as appended and as read.
+std::uint64_t row_checksum(const GroupPlan& plan, double time, std::span<const std::span<const double>> arrays) {
+    std::vector<std::uint64_t> parts{checksum(std::as_bytes(std::span(&time, 1)))};
+    for (std::size_t i = 0; i < arrays.size(); ++i) {
+        std::vector<double> integers;
+        if (plan.quantities[i].is_integer)
+            for (const double value : arrays[i]) integers.push_back(value == 0.0 ? 0.0 : value);  // -0 is stored as 0
+        parts.push_back(checksum(std::as_bytes(integers.empty() ? arrays[i] : std::span<const double>(integers))));
+    }
+    return checksum(std::as_bytes(std::span(parts)));
+}
+
 /// Rows that are a chunk each can be compressed without HDF5, which must be called by one thread at a time.
 bool is_frame(const GroupPlan& plan) {
     const auto is_integer = [](const Quantity& quantity) { return quantity.is_integer; };
@@ -187,8 +189,8 @@ void write_chunk(hid_t dataset, const std::vector<hsize_t>& corner, std::span<co
 
 /// The Error for a file that cannot be created or opened.
 Error opening_failure(const std::filesystem::path& file, const std::system_error& cause) {
-    if (cause.code().value() == EIO) return disk_failure(file, cause);
-    return Error(Fault::input, {file.string()},
+    if (is_of_disk(cause)) return disk_failure(file, cause);
+    return Error(fault_of(cause), {file.string()},
                  text("cannot be written: {}; expected a file in a writable folder", std::string(cause.what())));
 }
 
@@ -203,16 +205,23 @@ Descriptor lock_old(const std::filesystem::path& file, bool overwrite) {
     return old;
 }
 
-/// Creates the file under its temporary name, locked and empty.
+/// Creates the file under its temporary name, locked.
 Descriptor lock_new(const std::filesystem::path& file, bool overwrite) {
     const std::filesystem::path partial = temporary_name(file);
-    Descriptor created = open_file(partial, O_RDWR | O_CREAT);
-    if (!lock_for_writing(created) || !is_at(created, partial)) fail_locked(file);
+    Descriptor created = create_file(partial);
+    const auto is_locked = [&] {
+        try {
+            return lock_for_writing(created);
+        } catch (const Error&) {  // a file system without locks
+            remove_if_exists(partial);
+            throw;
+        }
+    };
+    if (!is_locked() || !is_at(created, partial)) fail_locked(file);
     if (!overwrite && std::filesystem::exists(file)) {
         remove_if_exists(partial);
         fail_locked(file);  // another process has just created it
     }
-    truncate_to(created, 0);
     return created;
 }
 
@@ -232,9 +241,10 @@ std::string shape_text(const std::vector<std::size_t>& shape) {
     return "(" + joined(sizes) + ")";
 }
 
-/// Throws an input Error unless the dataset has these sizes, apart from rows, and at least `rows` rows.
-void check_recorded(const ArchiveReader& reader, const std::string& file, const std::string& dataset,
-                    std::vector<std::size_t> expected, std::size_t rows) {
+/// Throws an input Error unless the dataset has these sizes, apart from rows, and at least `rows` rows.  Returns the
+/// last of these, whose chunk HDF5 will cut: it must be intact.
+std::vector<double> check_recorded(const ArchiveReader& reader, const std::string& file, const std::string& dataset,
+                                   std::vector<std::size_t> expected, std::size_t rows) {
     require(reader.has(dataset), {file}, "has no {}; expected an archive of the same scene", dataset);
     const std::vector<std::size_t> found = reader.shape(dataset);
     expected.insert(expected.begin(), found.empty() ? rows : found[0]);
@@ -242,7 +252,7 @@ void check_recorded(const ArchiveReader& reader, const std::string& file, const 
             shape_text(found), shape_text(expected));
     require(found[0] >= rows, {file}, "{} has {} rows; expected at least the {} of the checkpoint", dataset, found[0],
             rows);
-    if (rows > 0) reader.read_row(dataset, rows - 1);  // HDF5 will cut its chunk, which must be intact
+    return rows > 0 ? reader.read_row(dataset, rows - 1).values : std::vector<double>();
 }
 
 void check_same_values(const ArchiveReader& reader, const std::string& file, const std::string& path,
@@ -252,12 +262,13 @@ void check_same_values(const ArchiveReader& reader, const std::string& file, con
             "{} has other {} than this scene; expected an archive of the same scene", path, what);
 }
 
-void check_same(const std::filesystem::path& file, const std::vector<Recording>& recordings,
-                std::span<const std::size_t> rows) {
-    const ArchiveReader reader(file);
+/// Returns the checksum of the last of the rows of each recording.
+std::vector<std::uint64_t> check_same(const ArchiveReader& reader, const std::filesystem::path& file,
+                                      const std::vector<Recording>& recordings, std::span<const std::size_t> rows) {
+    std::vector<std::uint64_t> checksums;
     for (std::size_t r = 0; r < recordings.size(); ++r) {
         const GroupPlan plan = plan_of(recordings[r]);
-        check_recorded(reader, file.string(), time_path(plan), {}, rows[r]);
+        const std::vector<double> time = check_recorded(reader, file.string(), time_path(plan), {}, rows[r]);
         if (plan.trajectory) {
             for (const FixedArray& array : plan.trajectory->fixed)
                 check_same_values(reader, file.string(), path_in(plan.group, array.name), array.values, "numbers");
@@ -265,9 +276,14 @@ void check_same(const std::filesystem::path& file, const std::vector<Recording>&
             for (const Axis& axis : plan.axes)
                 check_same_values(reader, file.string(), path_in(plan.group, axis.name), axis.values, "coordinates");
         }
+        std::vector<std::vector<double>> row;
         for (const Quantity& quantity : plan.quantities)
-            check_recorded(reader, file.string(), value_path(plan, quantity), shape_of(plan, quantity), rows[r]);
+            row.push_back(
+                check_recorded(reader, file.string(), value_path(plan, quantity), shape_of(plan, quantity), rows[r]));
+        const std::vector<std::span<const double>> arrays(row.begin(), row.end());
+        checksums.push_back(time.empty() ? 0 : row_checksum(plan, time.front(), arrays));
     }
+    return checksums;
 }
 
 void check_types_and_units(const OpenRecording& recording, const Hdf5Errors& errors) {
@@ -300,17 +316,19 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
     const Descriptor old = lock_old(file, overwrite);
     Descriptor created = lock_new(file, overwrite);
     Cleanup cleanup{temporary_name(file)};
-    const Hdf5Errors errors{file.string(), Fault::run};
+    const Hdf5Errors errors{file.string(), Fault::environment};
     auto archive = std::make_unique<File>(Hdf5File::create(std::move(created), temporary_name(file), file.string(),
                                                            file_creation(errors)),
-                                          Fault::run);
+                                          Fault::environment);
     const QuietErrors watched(&archive->hdf5.failure());
     write_root_attributes(archive->hdf5.id(), attributes, errors);
     for (const Recording& recording : recordings) {
         const GroupPlan plan = plan_of(recording);
-        archive->recordings.push_back({plan, make_group(archive->hdf5.id(), plan, errors), 0});
+        archive->recordings.push_back({plan, make_group(archive->hdf5.id(), plan, errors)});
     }
     archive->hdf5.commit();
+    for (const auto& [name_of_attribute, value] : attributes)
+        if (name_of_attribute == run_id_name) archive->hdf5.know_by(std::get<std::string>(value));
     // The journal of the replaced file must not be applied to the new one.
     if (old.is_open()) recover_file(old, file);
     else discard_journal(file);
@@ -325,7 +343,8 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
 }
 
 Archive Archive::resume(const std::filesystem::path& name, const std::vector<Recording>& recordings,
-                        const std::vector<Attribute>& attributes, std::span<const std::size_t> rows) try {
+                        const std::vector<Attribute>& attributes, std::span<const std::size_t> rows,
+                        const std::function<void(const ArchiveReader&)>& check) try {
     const std::filesystem::path file = behind_links(name);
     require_memory_for_hdf5();
     const QuietErrors quiet;
@@ -336,22 +355,28 @@ Archive Archive::resume(const std::filesystem::path& name, const std::vector<Rec
     Descriptor open = open_file(file, O_RDWR);
     if (!lock_for_writing(open)) fail_locked(file);
     recover_file(open, file);
-    check_same(file, recordings, rows);
+    std::string run_id;
+    const std::vector<std::uint64_t> checksums = [&] {
+        const ArchiveReader reader(file);
+        if (check) check(reader);
+        run_id = run_id_of(reader);
+        return check_same(reader, file, recordings, rows);
+    }();
 
     auto archive = std::make_unique<File>(Hdf5File::open_for_writing(std::move(open), file), Fault::input);
+    if (!run_id.empty()) archive->hdf5.know_by(run_id);
     const QuietErrors watched(&archive->hdf5.failure());
     const Hdf5Errors errors = archive->hdf5.errors(Fault::input);
     const hid_t hdf5 = archive->hdf5.id();
     for (std::size_t r = 0; r < recordings.size(); ++r) {
         const GroupPlan plan = plan_of(recordings[r]);
-        archive->recordings.push_back({plan, open_group(hdf5, plan, errors), rows[r]});
+        archive->recordings.push_back({plan, open_group(hdf5, plan, errors), rows[r], checksums[r]});
         check_types_and_units(archive->recordings.back(), errors);
         set_rows(archive->recordings.back(), rows[r], errors);
     }
     for (const std::string& group : result_groups(hdf5, archive->recordings, errors))
         errors.check(H5Ldelete(hdf5, group.c_str(), H5P_DEFAULT), "removing " + group);
-    remove_root_attributes(hdf5, errors);
-    write_root_attributes(hdf5, attributes, errors);
+    replace_root_attributes(hdf5, attributes, errors);
     return Archive(std::move(archive));
 } catch (const std::system_error& cause) {
     throw opening_failure(name, cause);
@@ -360,6 +385,12 @@ Archive Archive::resume(const std::filesystem::path& name, const std::vector<Rec
 std::vector<std::size_t> Archive::rows() const {
     std::vector<std::size_t> result;
     for (const OpenRecording& recording : file_->recordings) result.push_back(recording.rows);
+    return result;
+}
+
+std::vector<std::uint64_t> Archive::row_checksums() const {
+    std::vector<std::uint64_t> result;
+    for (const OpenRecording& recording : file_->recordings) result.push_back(recording.checksum);
     return result;
 }
 
@@ -406,6 +437,7 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
         for (std::size_t i = 0; i < arrays.size(); ++i)
             write_row(into.datasets.quantities[i], into.rows, shape_of(plan, plan.quantities[i]), arrays[i], errors);
     ++into.rows;
+    into.checksum = row_checksum(plan, time, arrays);
 }
 
 void Archive::replace(const ResultTable& table) {
@@ -448,6 +480,22 @@ void Archive::commit() {
     const QuietErrors quiet(&file_->hdf5.failure());
     write_pending(*file_);
     file_->hdf5.commit();
+}
+
+void Archive::remove() { file_->hdf5.remove(); }
+
+void write_archive(const std::filesystem::path& name, const std::vector<Recording>& recordings,
+                   const std::vector<Attribute>& attributes, const std::function<void(Archive&)>& fill) {
+    const std::filesystem::path file = behind_links(name), beside = file.string() + ".new";
+    std::error_code ignored;
+    if (std::filesystem::is_symlink(beside, ignored)) std::filesystem::remove(beside, ignored);  // never followed
+    Archive archive = Archive::create(beside, recordings, attributes, true);
+    Cleanup cleanup{beside};
+    const Cleanup journal{beside.string() + ".journal"};  // of a commit that failed
+    fill(archive);
+    archive.commit();
+    replace_archive(beside, file);  // the lock is held: no other process takes the name meanwhile
+    cleanup.is_needed = false;
 }
 
 void contain_hdf5() {

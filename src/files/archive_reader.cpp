@@ -7,20 +7,17 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <fstream>
 #include <limits>
 
+#include "drover/files/input_file.hpp"
 #include "drover/files/new_file.hpp"
 #include "files/hdf5_file.hpp"
 
 namespace drover::files {
 
 bool is_hdf5(const std::filesystem::path& file) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) return false;  // the opening of a pipe would wait
-    std::array<char, 8> start{};
-    std::ifstream(file, std::ios::binary).read(start.data(), start.size());
-    return start == std::array<char, 8>{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
+    const std::string signature = "\x89HDF\r\n\x1a\n";
+    return read_start(file, signature.size()) == signature;
 }
 
 namespace {
@@ -84,9 +81,9 @@ struct ArchiveReader::File {
                            "is being written faster than it can be read; try again, or wait for the end of its run");
         }
     } catch (const std::system_error& cause) {
-        if (cause.code().value() == EIO) throw disk_failure(path, cause);
-        fail_input({path.string()}, "cannot be read: {}; expected a readable archive of drover",
-                   std::string(cause.what()));
+        if (is_of_disk(cause)) throw disk_failure(path, cause);
+        throw Error(fault_of(cause), {path.string()},
+                    text("cannot be read: {}; expected a readable archive of drover", std::string(cause.what())));
     }
 };
 
@@ -258,6 +255,33 @@ std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name
     return Attribute{name, value};
 }
 
+/// The name of link i of a group.
+std::string link_name(hid_t file, const std::string& group, hsize_t i, const Hdf5Errors& errors) {
+    const auto name_into = [&](char* to, std::size_t size) {
+        return static_cast<std::size_t>(
+            errors.check(H5Lget_name_by_idx(file, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT),
+                         "listing " + group));
+    };
+    std::string name(name_into(nullptr, 0), '\0');
+    name_into(name.data(), name.size() + 1);
+    return name;
+}
+
+/// Appends the datasets of a group, "/" or "/a/", and of those within.
+void list_datasets(hid_t file, const std::string& group, std::size_t& objects, const Hdf5Errors& errors,
+                   std::vector<std::string>& found) {
+    constexpr std::size_t max_objects = 5000, max_path = 1000;  // hard links may form a cycle
+    H5G_info_t about;
+    errors.check(H5Gget_info_by_name(file, group.c_str(), &about, H5P_DEFAULT), "listing " + group);
+    require(about.nlinks <= max_objects && (objects += about.nlinks) <= max_objects && group.size() <= max_path,
+            {errors.file}, "has more than {} objects; expected at most that many: drover wrote fewer", max_objects);
+    for (hsize_t i = 0; i < about.nlinks; ++i) {
+        const std::string path = group + link_name(file, group, i, errors);
+        if (leads_to(file, path, H5O_TYPE_DATASET, errors)) found.push_back(path);
+        else if (leads_to(file, path, H5O_TYPE_GROUP, errors)) list_datasets(file, path + "/", objects, errors, found);
+    }
+}
+
 }  // namespace
 
 ArchiveReader::ArchiveReader(const std::filesystem::path& file, Writer writer) {
@@ -320,6 +344,15 @@ std::string ArchiveReader::text_attribute(const std::string& dataset, const std:
         const auto* words = read ? std::get_if<std::string>(&read->second) : nullptr;
         require(words != nullptr, {errors.file}, "attribute {} of {} is not a string; expected one", name, dataset);
         return *words;
+    });
+}
+
+std::vector<std::string> ArchiveReader::datasets() const {
+    return file_->steady([&](const View& view) {
+        std::vector<std::string> found;
+        std::size_t objects = 0;
+        list_datasets(view.hdf5.id(), "/", objects, view.errors, found);
+        return found;
     });
 }
 

@@ -1,7 +1,6 @@
-// files/checkpoint.cpp: "drvchkp1", version, file length, write counter, the members of Checkpoint, checksum.
+// files/checkpoint.cpp: "drvchkp1", version, file length, write counter, the members of Checkpoint (in version 1 those
+// up to the state), checksum.
 #include "drover/files/checkpoint.hpp"
-
-#include <fcntl.h>
 
 #include <algorithm>
 #include <array>
@@ -18,7 +17,7 @@ namespace drover::files {
 namespace {
 
 constexpr std::uint64_t magic = 0x31706b6863767264;  // "drvchkp1"
-constexpr std::uint32_t version = 1;
+constexpr std::uint32_t version = 2, version_without_identity = 1;
 
 /// The content of a checkpoint file.
 struct Stored {
@@ -29,7 +28,7 @@ enum class Part { all, without_state };  // which may be large
 
 std::vector<std::byte> encoded(std::uint64_t counter, const Checkpoint& checkpoint) {
     std::vector<std::byte> bytes;
-    bytes.reserve(128 + checkpoint.scene.size() + sizeof(double) * (checkpoint.rows.size() + checkpoint.state.size()));
+    bytes.reserve(256 + checkpoint.scene.size() + sizeof(double) * (checkpoint.rows.size() + checkpoint.state.size()));
     put(bytes, magic);
     put(bytes, version);
     const std::size_t offset_of_length = bytes.size();
@@ -40,6 +39,9 @@ std::vector<std::byte> encoded(std::uint64_t counter, const Checkpoint& checkpoi
     put_list(bytes, std::span<const char>(checkpoint.scene));
     put_list(bytes, std::span<const std::uint64_t>(checkpoint.rows));
     put_list(bytes, std::span<const double>(checkpoint.state));
+    put_list(bytes, std::span<const char>(checkpoint.run_id));
+    put_list(bytes, std::span<const char>(checkpoint.program));
+    put_list(bytes, std::span<const std::uint64_t>(checkpoint.row_checksums));
     const std::uint64_t length = bytes.size() + sizeof(std::uint64_t);
     std::memcpy(bytes.data() + offset_of_length, &length, sizeof length);
     put(bytes, checksum(bytes));
@@ -52,8 +54,9 @@ Stored decoded(Bytes bytes, const std::filesystem::path& file, Part part) {
     ByteReader reader{bytes};
     require(reader.take<std::uint64_t>() == magic, where, "is not a checkpoint of drover; expected one");
     const auto found_version = reader.take<std::uint32_t>();
-    require(reader.is_complete && found_version == version, where,
-            "is a checkpoint of version {}; expected version {}: use the drover that wrote it", found_version, version);
+    require(reader.is_complete && (found_version == version || found_version == version_without_identity), where,
+            "is a checkpoint of version {}; expected at most version {}: use the drover that wrote it", found_version,
+            version);
     const auto length = reader.take<std::uint64_t>();
     require(reader.is_complete && length == bytes.size(), where,
             "has {} bytes; expected {}: it is truncated or extended", bytes.size(), length);
@@ -68,6 +71,11 @@ Stored decoded(Bytes bytes, const std::filesystem::path& file, Part part) {
     stored.checkpoint.rows = reader.take_list<std::vector<std::uint64_t>>();
     if (part == Part::all) stored.checkpoint.state = reader.take_list<std::vector<double>>();
     else reader.skip_list<double>();
+    if (found_version == version) {
+        stored.checkpoint.run_id = reader.take_list<std::string>();
+        stored.checkpoint.program = reader.take_list<std::string>();
+        stored.checkpoint.row_checksums = reader.take_list<std::vector<std::uint64_t>>();
+    }
     require(reader.is_complete && reader.rest.empty(), where,
             "has lists that do not fit its length: it is damaged; expected a valid checkpoint");
     return stored;
@@ -79,8 +87,9 @@ std::optional<Stored> read_stored(const std::filesystem::path& file, Part part) 
     if (!bytes) return std::nullopt;
     return decoded(*bytes, file, part);
 } catch (const std::system_error& cause) {
-    if (cause.code().value() == EIO) throw disk_failure(file, cause);
-    fail_input({file.string()}, "cannot be read: {}; expected a checkpoint", std::string(cause.what()));
+    if (is_of_disk(cause)) throw disk_failure(file, cause);
+    throw Error(fault_of(cause), {file.string()},
+                text("cannot be read: {}; expected a checkpoint", std::string(cause.what())));
 }
 
 bool is_newer(const Stored& a, const Stored& b) {
@@ -125,7 +134,7 @@ void write_checkpoint(const std::filesystem::path& archive, const Checkpoint& ch
     const std::filesystem::path partial = temporary_name(slot.file);
     try {
         {
-            const Descriptor file = open_file(partial, O_RDWR | O_CREAT | O_TRUNC);
+            const Descriptor file = create_file(partial);
             allocate(file, 0, bytes.size());
             write_at(file, 0, bytes);
             sync(file);
@@ -148,7 +157,7 @@ Checkpoint read_newest_checkpoint(const std::filesystem::path& archive) {
             auto stored = read_stored(file, Part::all);
             if (stored && (!newest || is_newer(*stored, *newest))) newest = std::move(stored);
         } catch (const Error& damage) {
-            if (damage.fault() == Fault::run) throw;  // of the disk: the file may be valid
+            if (damage.fault() == Fault::environment) throw;  // the file may be valid
             damages.emplace_back(damage.what());
         }
     }

@@ -7,6 +7,7 @@
 #include <array>
 
 #include "files/journal.hpp"
+#include "files/lost_file.hpp"
 #include "files/overlay.hpp"
 
 namespace drover::files {
@@ -19,14 +20,20 @@ struct Hdf5File::Parts {
         access = file_access(driver, overlay, errors);
     }
     ~Parts() {
-        const QuietErrors quiet;  // closing flushes into pages that are then discarded: nothing reaches the disk
+        const QuietErrors quiet;
+        // Closing flushes what is then discarded: nothing reaches the disk.  HDF5 1.10 keeps the identifier of a file
+        // that it could not close, and crashes when it comes upon it.
+        overlay->is_closing = true;
         file = {};
     }
     Parts(const Parts&) = delete;
     Parts& operator=(const Parts&) = delete;
 
     Hdf5Errors errors_of(const std::string& name, Fault fault) const {
-        return {name, fault, [overlay = overlay] { throw_failure(*overlay); }};
+        return {name, fault, [overlay = overlay] {
+                    require_in_place(*overlay);
+                    throw_failure(*overlay);
+                }};
     }
 
     std::shared_ptr<Overlay> overlay;
@@ -46,7 +53,7 @@ void allow_writing(const Handle& access, const Hdf5Errors& errors) {
 Overlay recovered_overlay(const std::filesystem::path& file) {
     if (std::filesystem::exists(journal_of(file))) {
         const Descriptor open = try_open(file, O_RDWR);
-        if (open.is_open() && lock_for_writing(open)) recover(open, file);
+        if (open.is_open() && !has_writer(open) && lock_for_writing(open)) recover(open, file);
     }
     Overlay overlay = overlay_of(open_file(file, O_RDONLY), file);
     if (const auto journal = read_journal(overlay.file, file)) {
@@ -77,7 +84,7 @@ Hdf5File::~Hdf5File() = default;
 
 Hdf5File Hdf5File::create(Descriptor empty, const std::filesystem::path& path, const std::string& name,
                           const Handle& creation) {
-    auto parts = std::make_unique<Parts>(overlay_of(std::move(empty), path), name, Fault::run);
+    auto parts = std::make_unique<Parts>(written_overlay(std::move(empty), path), name, Fault::environment);
     allow_writing(parts->access, parts->errors);
     parts->file = parts->errors.own(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation, parts->access), H5Fclose,
                                     "creating the file");
@@ -85,9 +92,11 @@ Hdf5File Hdf5File::create(Descriptor empty, const std::filesystem::path& path, c
 }
 
 void Hdf5File::rename(const std::filesystem::path& path) { parts_->overlay->path = path; }
+void Hdf5File::know_by(const std::string& run_id) { find_run_id(*parts_->overlay, run_id); }
+void Hdf5File::remove() { remove_in_place(*parts_->overlay); }
 
 Hdf5File Hdf5File::open_for_writing(Descriptor locked, const std::filesystem::path& path) {
-    auto parts = std::make_unique<Parts>(overlay_of(std::move(locked), path), path.string(), Fault::input);
+    auto parts = std::make_unique<Parts>(written_overlay(std::move(locked), path), path.string(), Fault::input);
     allow_writing(parts->access, parts->errors);
     parts->file = parts->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDWR, parts->access), H5Fclose, "opening the file");
     return Hdf5File(std::move(parts));
@@ -107,6 +116,7 @@ Hdf5Failure& Hdf5File::failure() { return parts_->failure; }
 void Hdf5File::require_disk() const { throw_failure(*parts_->overlay); }
 
 void Hdf5File::commit() {
+    require_in_place(*parts_->overlay);  // first: HDF5 may fail because the file is gone
     parts_->errors.check(H5Fflush(parts_->file, H5F_SCOPE_GLOBAL), "flushing the file");
     require_disk();
     // In an existing file without a failure of the disk, it is the file that is damaged.

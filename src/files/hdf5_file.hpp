@@ -21,6 +21,10 @@ public:
                            const Handle& creation);
     /// The same file under another name.
     void rename(const std::filesystem::path& path);
+    /// The id of the run that writes it, an attribute that is committed.
+    void know_by(const std::string& run_id);
+    /// Removes the file, unless its name refers to another one now.
+    void remove();
 
     /// An existing file that is open, locked for writing and recovered (see recover_file).
     static Hdf5File open_for_writing(Descriptor locked, const std::filesystem::path& path);
@@ -42,7 +46,8 @@ public:
     void require_disk() const;
     std::uint64_t length() const;  ///< [bytes], with the uncommitted changes
 
-    /// Throws the run Error of write_failure.  Throws, and writes nothing, when an earlier call to HDF5 or to the disk
+    /// Throws the run Error of write_failure, or of require_in_place when another program removed, replaced or changed
+    /// the file.  Throws, and writes nothing, when an earlier call to HDF5 or to the disk
     /// failed, so that the changes in memory are not known to be complete.
     void commit();
 

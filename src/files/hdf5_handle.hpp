@@ -80,7 +80,7 @@ private:
 /// Turns a negative HDF5 result into an Error with the file, the operation and HDF5's innermost message.
 struct Hdf5Errors {
     std::string file;
-    Fault fault = Fault::run;
+    Fault fault = Fault::environment;
     std::function<void()> throw_cause = {};  ///< throws the failure of the disk behind HDF5's, if there is one
 
     template <class Result>

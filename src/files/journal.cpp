@@ -1,15 +1,45 @@
-// files/journal.cpp: "drvjrnl1", the length after the commit, the number of patches, each as offset and bytes,
-// checksum.
+// files/journal.cpp: "drvjrnl2", the length after the commit, the file it is for (run id, its offset, the checksums of
+// the first sector before and after the commit), the number of patches, each as offset and bytes, checksum.  "drvjrnl1"
+// lacks the file it is for.
 #include "files/journal.hpp"
-
-#include <fcntl.h>
 
 #include "drover/files/bytes.hpp"
 
 namespace drover::files {
 namespace {
 
-constexpr std::uint64_t magic = 0x316c6e726a767264;  // "drvjrnl1"
+constexpr std::uint64_t magic = 0x326c6e726a767264, magic_without_file = 0x316c6e726a767264;  // "drvjrnl2", "drvjrnl1"
+
+}  // namespace
+
+std::string text_at(const Descriptor& file, std::uint64_t offset, std::size_t size) {
+    std::string found(size, '\0');
+    found.resize(read_at(file, offset, std::as_writable_bytes(std::span(found))));
+    return found;
+}
+
+std::uint64_t head_of(const Descriptor& file) {
+    const std::string head = text_at(file, 0, sector_bytes);
+    return checksum(std::as_bytes(std::span(head)));
+}
+
+namespace {
+
+/// The file holds the commit before the journal's, that commit, or a part of it.
+void require_for(const Journal& journal, const Descriptor& open, const std::filesystem::path& file) {
+    if (!journal.before) return;
+    const FileMark& before = *journal.before;
+    const SourceLocation where{journal_of(file).string()};
+    require(text_at(open, before.offset, before.run_id.size()) == before.run_id, where,
+            "holds the last commit of another file, with run_id = {}; expected none, or that of {}: put back the file "
+            "that was replaced, or remove the journal",
+            before.run_id, file.string());
+    const std::uint64_t head = head_of(open);
+    require((head == before.head || head == journal.head_after) && journal.length <= length_of(open), where,
+            "holds a commit that does not follow the last one of {}; expected none, or the next one: put back the "
+            "file that was replaced, or remove the journal",
+            file.string());
+}
 
 }  // namespace
 
@@ -17,8 +47,13 @@ std::filesystem::path journal_of(const std::filesystem::path& file) { return fil
 
 std::vector<std::byte> encoded(const Journal& journal) {
     std::vector<std::byte> bytes;
+    const FileMark before = journal.before.value_or(FileMark{});
     put(bytes, magic);
     put(bytes, journal.length);
+    put_list(bytes, std::span<const char>(before.run_id));
+    put(bytes, before.offset);
+    put(bytes, before.head);
+    put(bytes, journal.head_after);
     put(bytes, static_cast<std::uint64_t>(journal.patches.size()));
     for (const Patch& patch : journal.patches) {
         put(bytes, patch.offset);
@@ -34,7 +69,14 @@ std::optional<Journal> decoded(Bytes bytes, std::uint64_t file_length) {
     ByteReader reader{*content};
     const auto found = reader.take<std::uint64_t>();
     Journal journal{.length = reader.take<std::uint64_t>(), .patches = {}};
-    if (found != magic || journal.length > file_length) return std::nullopt;
+    if (found != magic && found != magic_without_file) return std::nullopt;
+    if (found == magic_without_file && journal.length > file_length) return std::nullopt;
+    if (found == magic) {
+        journal.before = FileMark{.run_id = reader.take_list<std::string>()};
+        journal.before->offset = reader.take<std::uint64_t>();
+        journal.before->head = reader.take<std::uint64_t>();
+        journal.head_after = reader.take<std::uint64_t>();
+    }
     const auto count = reader.take<std::uint64_t>();
     for (std::uint64_t i = 0; i < count && reader.is_complete; ++i) {
         Patch patch{.offset = reader.take<std::uint64_t>(), .bytes = {}};
@@ -47,7 +89,7 @@ std::optional<Journal> decoded(Bytes bytes, std::uint64_t file_length) {
 }
 
 void write_journal(const std::filesystem::path& file, Bytes journal) {
-    const Descriptor to = open_file(journal_of(file), O_RDWR | O_CREAT | O_TRUNC);
+    const Descriptor to = create_file(journal_of(file));
     write_at(to, 0, journal);
     sync(to);
     sync_folder_of(file);
@@ -62,7 +104,9 @@ void apply(const Journal& journal, const Descriptor& file) {
 std::optional<Journal> read_journal(const Descriptor& open, const std::filesystem::path& file) {
     const auto bytes = read_file(journal_of(file));
     if (!bytes) return std::nullopt;
-    return decoded(*bytes, length_of(open));
+    const auto journal = decoded(*bytes, length_of(open));
+    if (journal) require_for(*journal, open, file);
+    return journal;
 }
 
 void recover(const Descriptor& open, const std::filesystem::path& file) {

@@ -1,8 +1,6 @@
 // files/new_file.cpp: writes to a temporary name, syncs and renames.
 #include "drover/files/new_file.hpp"
 
-#include <fcntl.h>
-
 #include "files/system_calls.hpp"
 
 namespace drover::files {
@@ -42,7 +40,7 @@ struct NewFile::File {
 
     ~File() {
         std::error_code ignored;
-        if (to.is_open() && !is_finished) std::filesystem::remove(partial, ignored);
+        if (to.is_open() && !is_finished && is_at(to, partial)) std::filesystem::remove(partial, ignored);
     }
 
     template <class Work>
@@ -60,10 +58,10 @@ NewFile::NewFile(const std::filesystem::path& name) : file_(std::make_unique<Fil
     file_->file = file;
     file_->partial = file.string() + ".partial";
     try {
-        file_->to = open_file(file_->partial, O_WRONLY | O_CREAT | O_TRUNC);
+        file_->to = create_file(file_->partial);
     } catch (const std::system_error& cause) {
-        fail_input({file.string()}, "cannot be written: {}; expected a file in a writable folder",
-                   std::string(cause.what()));
+        throw Error(fault_of(cause), {file.string()},
+                    text("cannot be written: {}; expected a file in a writable folder", std::string(cause.what())));
     }
 }
 
@@ -78,6 +76,9 @@ void NewFile::write(const std::string& part) {
 void NewFile::finish() {
     file_->guarded(0, [&] {
         sync(file_->to);
+        if (!is_at(file_->to, file_->partial))
+            fail_run("{}: another process wrote this file at the same time; write to another name, or wait for it",
+                     file_->file.string());
         rename_over(file_->partial, file_->file);
         file_->is_finished = true;
         sync_folder_of(file_->file);
@@ -87,7 +88,7 @@ void NewFile::finish() {
 void replace_file(const std::filesystem::path& name, const std::string& content) {
     const std::filesystem::path file = plain_file(name), beside = file.string() + ".partial";
     try {
-        const Descriptor to = open_file(beside, O_RDWR | O_CREAT | O_TRUNC);
+        const Descriptor to = create_file(beside);
         write_at(to, 0, std::as_bytes(std::span(content)));
         sync(to);
         rename_over(beside, file);

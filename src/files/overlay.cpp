@@ -7,7 +7,7 @@
 #include <new>
 #include <vector>
 
-#include "files/journal.hpp"
+#include "drover/files/bytes.hpp"
 
 namespace drover::files {
 namespace {
@@ -41,8 +41,25 @@ Changes changes_of(const Overlay& overlay) {
     return changes;
 }
 
+std::uint64_t head_of(const Overlay& overlay) {
+    std::string head(std::min<std::uint64_t>(sector_bytes, overlay.end), '\0');
+    read_overlay(overlay, 0, std::as_writable_bytes(std::span(head)));
+    return checksum(std::as_bytes(std::span(head)));
+}
+
+/// Whether the run id will be where it was, as it is unless HDF5 moved the attribute.
+bool keeps_run_id(const Overlay& overlay) {
+    std::string found(overlay.mark.run_id.size(), '\0');
+    read_overlay(overlay, overlay.mark.offset, std::as_writable_bytes(std::span(found)));
+    return found == overlay.mark.run_id;
+}
+
 Changes changes_to_commit(const Overlay& overlay) try {
-    return changes_of(overlay);
+    Changes changes = changes_of(overlay);
+    changes.overwriting.before = overlay.mark;
+    changes.overwriting.head_after = head_of(overlay);
+    if (!keeps_run_id(overlay)) changes.overwriting.before->run_id.clear();
+    return changes;
 } catch (const std::system_error& cause) {
     throw disk_failure(overlay.path, cause);
 }
@@ -76,6 +93,24 @@ Overlay overlay_of(Descriptor file, const std::filesystem::path& path) {
     return overlay;
 }
 
+Overlay written_overlay(Descriptor locked, const std::filesystem::path& path) {
+    Overlay overlay = overlay_of(std::move(locked), path);
+    overlay.is_written = true;
+    overlay.end = overlay.length;
+    overlay.mark.head = head_of(overlay);
+    return overlay;
+}
+
+void find_run_id(Overlay& overlay, const std::string& run_id) {
+    constexpr std::uint64_t most = 1 << 20;  // attributes are written first
+    std::string start(std::min(most, overlay.committed), '\0');
+    read_overlay(overlay, 0, std::as_writable_bytes(std::span(start)));
+    const std::size_t found = start.find(run_id);
+    const bool is_found = found != std::string::npos;
+    overlay.mark.run_id = is_found ? run_id : "";
+    overlay.mark.offset = is_found ? found : 0;
+}
+
 void read_overlay(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes) {
     read_disk(overlay, offset, bytes);
     const std::uint64_t end = offset + bytes.size();
@@ -105,8 +140,8 @@ void write_overlay(Overlay& overlay, std::uint64_t offset, Bytes bytes) {
 
 void commit_overlay(Overlay& overlay) {
     if (overlay.is_stuck)
-        fail_run("{}: an earlier commit is still in {}; restart the run to complete it", overlay.path.string(),
-                 journal_of(overlay.path).string());
+        fail_environment("{}: an earlier commit is still in {}; restart the run to complete it", overlay.path.string(),
+                         journal_of(overlay.path).string());
     throw_failure(overlay);
     const Changes changes = changes_to_commit(overlay);
     const bool needs_journal = overlay.committed > 0;
@@ -133,6 +168,8 @@ void commit_overlay(Overlay& overlay) {
     }
     overlay.committed = overlay.end;
     overlay.pages.clear();
+    overlay.mark.head = changes.overwriting.head_after;
+    if (changes.overwriting.before->run_id != overlay.mark.run_id) find_run_id(overlay, overlay.mark.run_id);
 }
 
 namespace {
@@ -152,6 +189,7 @@ herr_t guarded(Overlay& overlay, Work work) noexcept {
         work(overlay);
         return 0;
     } catch (...) {
+        if (overlay.is_closing) return 0;
         if (!overlay.failure) overlay.failure = std::current_exception();
         return -1;
     }
@@ -194,15 +232,16 @@ herr_t driver_set_end_of_allocation(H5FD_t* file, H5FD_mem_t, haddr_t end) noexc
 haddr_t driver_length(const H5FD_t* file, H5FD_mem_t) noexcept { return overlay_in(file).length; }
 
 herr_t driver_read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t size, void* to) noexcept {
-    return guarded(overlay_in(file), [&](const Overlay& overlay) {
-        read_overlay(overlay, offset, {static_cast<std::byte*>(to), size});
-    });
+    const std::span<std::byte> bytes{static_cast<std::byte*>(to), size};
+    if (overlay_in(file).is_closing) std::fill(bytes.begin(), bytes.end(), std::byte{0});  // should the disk fail
+    return guarded(overlay_in(file), [&](const Overlay& overlay) { read_overlay(overlay, offset, bytes); });
 }
 
 herr_t driver_write(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t size, const void* from) noexcept {
-    return guarded(overlay_in(file), [&](Overlay& overlay) {
+    guarded(overlay_in(file), [&](Overlay& overlay) {
         write_overlay(overlay, offset, {static_cast<const std::byte*>(from), size});
     });
+    return 0;  // HDF5 1.10 cannot close a file whose flush has failed; the next commit throws the failure
 }
 
 herr_t driver_truncate(H5FD_t* file, hid_t, hbool_t) noexcept {

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "files/hdf5_handle.hpp"
+#include "files/journal.hpp"
 #include "files/system_calls.hpp"
 
 namespace drover::files {
@@ -24,12 +25,21 @@ struct Overlay {
     std::uint64_t length = 0;     ///< length as HDF5 sees it
     std::uint64_t end = 0;        ///< end of the space that HDF5 has allocated
     bool is_stuck = false;        ///< a commit failed while it applied its journal
+    bool is_closing = false;      ///< changes are discarded, and nothing fails any more
     std::exception_ptr failure;   ///< the first one of a read or write for HDF5, which may pass over it in silence
+    bool is_written = false;      ///< by this process, which has locked it
+    FileMark mark;                ///< at the last commit, of a file that is written
     std::map<std::uint64_t, std::array<std::byte, page_bytes>> pages;
 };
 
 /// The overlay of an open file, without changes.
 Overlay overlay_of(Descriptor file, const std::filesystem::path& path);
+
+/// The same of a file that is locked for writing.
+Overlay written_overlay(Descriptor locked, const std::filesystem::path& path);
+
+/// Looks for the run id, an attribute of the committed file.
+void find_run_id(Overlay& overlay, const std::string& run_id);
 
 void read_overlay(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes);
 void write_overlay(Overlay& overlay, std::uint64_t offset, Bytes bytes);

@@ -109,8 +109,8 @@ public:
         stream_.avail_out = static_cast<uInt>(to.size() - before);
         const int status = deflate(&stream_, Z_SYNC_FLUSH);
         if (status != Z_OK || stream_.avail_in != 0 || stream_.avail_out == 0)
-            fail_run("compression of {} bytes stopped with status {} of zlib, {} bytes before the end", bytes.size(),
-                     status, stream_.avail_in);
+            fail_environment("compression of {} bytes stopped with status {} of zlib, {} bytes before the end",
+                             bytes.size(), status, stream_.avail_in);
         to.erase(to.end() - static_cast<std::ptrdiff_t>(stream_.avail_out), to.end());
     }
 

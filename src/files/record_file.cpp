@@ -1,8 +1,6 @@
 // files/record_file.cpp: "drvtrls1", the identity, then records: length, bytes, checksum.
 #include "drover/files/record_file.hpp"
 
-#include <fcntl.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -77,16 +75,16 @@ std::vector<std::byte> bytes_of(const Descriptor& file) {
 /// Reports why a file cannot be used; reports a full disk explicitly.
 [[noreturn]] void fail_opening(const std::filesystem::path& file, const std::system_error& cause) {
     const int error = cause.code().value();
-    if (error == ENOSPC || error == EDQUOT || error == EIO)
+    if (error == ENOSPC || error == EDQUOT || is_of_disk(cause))
         throw write_failure(file, cause, head_bytes, "nothing was started");
     if (error == EMFILE || error == ENFILE)
-        fail_input({file.string()},
-                   "cannot be opened: {}; every running measurement needs an open file: raise the limit (ulimit -n), "
-                   "or divide "
-                   "the work with --share",
-                   std::string(cause.what()));
-    fail_input({file.string()}, "cannot be opened: {}; check the permissions of the folder, or choose another",
-               std::string(cause.what()));
+        throw Error(fault_of(cause), {file.string()},
+                    text("cannot be opened: {}; every running measurement needs an open file: raise the limit (ulimit "
+                         "-n), or divide the work with --share",
+                         std::string(cause.what())));
+    throw Error(fault_of(cause), {file.string()},
+                text("cannot be opened: {}; check the permissions of the folder, or choose another",
+                     std::string(cause.what())));
 }
 }  // namespace
 
@@ -100,7 +98,7 @@ struct RecordFile::File {
 RecordFile::RecordFile(const std::filesystem::path& file, std::uint64_t identity) try
     : file_(std::make_unique<File>()) {
     file_->path = file;
-    file_->open = open_file(file, O_RDWR | O_CREAT);
+    file_->open = open_or_create(file);
     require(
         lock_or_wait(file_->open), {file.string()},
         "another drover calibrate is using it; expected one at a time: wait for it, or divide the work with --share");
@@ -152,9 +150,7 @@ std::vector<std::string> read_records(const std::filesystem::path& file, std::ui
 
 std::uint64_t fingerprint(const std::string& content) { return checksum(std::as_bytes(std::span(content))); }
 
-namespace {
-/// The first difference of two scene texts: "kick.strength = 0.02 there, 0.015 here".
-std::string difference(const std::string& there, const std::string& here) {
+TextDifference first_difference(const std::string& one, const std::string& other) {
     const auto keys_of = [](const std::string& words) {
         std::vector<std::pair<std::string, std::string>> keys;
         std::string section, line;
@@ -167,11 +163,25 @@ std::string difference(const std::string& there, const std::string& here) {
         }
         return keys;
     };
-    const auto a = keys_of(there), b = keys_of(here);
-    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-        if (a[i] != b[i] && a[i].first == b[i].first)
-            return text("{} = {} there, {} here", a[i].first, a[i].second, b[i].second);
-    return "their keys differ";
+    const auto a = keys_of(one), b = keys_of(other);
+    const auto has = [](const auto& keys, const std::string& name) {
+        return std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return key.first == name; });
+    };
+    for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+        if (i < a.size() && i < b.size() && a[i] == b[i]) continue;
+        if (i < a.size() && i < b.size() && a[i].first == b[i].first) return {a[i].first, a[i].second, b[i].second};
+        const bool is_in_one = i < a.size() && (i >= b.size() || !has(b, a[i].first));
+        if (is_in_one || i >= b.size()) return {a[i].first, a[i].second, "absent"};
+        return {b[i].first, "absent", b[i].second};
+    }
+    return {};
+}
+
+namespace {
+std::string difference(const std::string& there, const std::string& here) {
+    const TextDifference found = first_difference(there, here);
+    if (found.key.empty()) return "their texts differ";
+    return text("{} = {} there, {} here", found.key, found.one, found.other);
 }
 
 std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
@@ -188,7 +198,7 @@ ClaimedFolder claim_folder(const std::filesystem::path& folder, const std::strin
     // Another process may claim it at the same moment: then the folder is not empty, and holds this file.
     require(std::filesystem::is_empty(folder) || std::filesystem::exists(file), where,
             "the folder is not empty and holds no {}; choose another with --output", name);
-    const auto lock = std::make_shared<Descriptor>(open_file(file, O_RDWR | O_CREAT));
+    const auto lock = std::make_shared<Descriptor>(open_or_create(file));
     const Descriptor& open = *lock;
     require(lock_or_wait(open), where, "another drover is using this folder; expected one at a time: wait for it");
     const std::vector<std::byte> bytes = bytes_of(open);

@@ -8,8 +8,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <string>
 #include <thread>
+
+#include "drover/base/log.hpp"
 
 namespace drover::files {
 namespace {
@@ -55,6 +58,32 @@ Descriptor open_file(const std::filesystem::path& file, int flags) {
     Descriptor result = try_open(file, flags);
     if (!result.is_open()) fail_call("open", errno);
     return result;
+}
+
+Descriptor create_file(const std::filesystem::path& file) {
+    constexpr int exclusively = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW;
+    Descriptor created = try_open(file, exclusively);
+    if (!created.is_open() && errno == EEXIST) {
+        const Descriptor left_over = try_open(file, O_RDWR | O_NOFOLLOW);
+        // The lock also excludes a process that has created the file, but not locked it yet.
+        require(!left_over.is_open() || (lock_for_writing(left_over) && is_at(left_over, file)), {file.string()},
+                "another process is writing this file; wait for it, or choose another file");
+        remove_if_exists(file);
+        created = try_open(file, exclusively);
+    }
+    if (!created.is_open()) fail_call("open", errno);
+    return created;
+}
+
+Descriptor open_or_create(const std::filesystem::path& file) {
+    for (int tries = 0;; ++tries) {
+        Descriptor opened = try_open(file, O_RDWR);
+        if (opened.is_open()) return opened;
+        if (errno != ENOENT) fail_call("open", errno);
+        opened = try_open(file, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
+        if (opened.is_open()) return opened;
+        if (errno != EEXIST || tries > 0) fail_call("open", errno);  // another process has just created it
+    }
 }
 
 void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes) {
@@ -128,6 +157,30 @@ FileState state_of(const std::filesystem::path& file) {
             .nanoseconds = found.st_mtim.tv_nsec};
 }
 
+Named named(const Descriptor& open, const std::filesystem::path& file) {
+    struct stat mine {
+    }, there{};
+    if (::fstat(open.number(), &mine) < 0) fail_call("stat", errno);
+    if (::stat(file.c_str(), &there) < 0) {
+        if (errno != ENOENT && errno != ENOTDIR) fail_call("stat", errno);
+        return Named::nothing;
+    }
+    const bool is_same = mine.st_ino == there.st_ino && mine.st_dev == there.st_dev;
+    return is_same ? Named::this_file : Named::another_file;
+}
+
+std::uint64_t link_count(const Descriptor& open) {
+    struct stat status {};
+    if (::fstat(open.number(), &status) < 0) fail_call("stat", errno);
+    return status.st_nlink;
+}
+
+std::filesystem::path name_of(const Descriptor& open) {
+    std::error_code unknown;
+    const auto name = std::filesystem::read_symlink(text("/proc/self/fd/{}", open.number()), unknown);
+    return is_at(open, name) ? name : std::filesystem::path();
+}
+
 bool is_at(const Descriptor& open, const std::filesystem::path& file) {
     struct stat mine {
     }, there{};
@@ -163,10 +216,31 @@ struct flock range(short type, off_t begin, off_t length) {
     return bytes;
 }
 
+bool is_without_locks(int error) {
+    return error == ENOLCK || error == EOPNOTSUPP || error == ENOSYS || error == EINVAL;
+}
+
+/// For a file system without locks: allowed, with a warning for each process, if the user says so.
+void require_leave_to_go_without_locks(int file, int error) {
+    const std::string name = std::filesystem::read_symlink(text("/proc/self/fd/{}", file)).string();
+    const std::string reason = std::generic_category().message(error);
+    const char* leave = std::getenv(no_locks_variable);
+    require(leave != nullptr && std::string_view(leave) == "1", {name},
+            "cannot be locked, so that two drovers do not write it ({}); choose a folder on another file system, or "
+            "set {}=1 and let no other drover use this folder meanwhile",
+            reason, no_locks_variable);
+    [[maybe_unused]] static const bool warned = [&] {
+        log_warning("{} is written without a lock ({}): let no other drover use its folder meanwhile", name, reason);
+        return true;
+    }();
+}
+
 bool try_lock(int file, struct flock bytes) {
     if (::fcntl(file, F_OFD_SETLK, &bytes) == 0) return true;
     if (errno == EAGAIN || errno == EACCES) return false;
-    fail_call("lock", errno);
+    if (!is_without_locks(errno)) fail_call("lock", errno);
+    require_leave_to_go_without_locks(file, errno);
+    return true;
 }
 
 }  // namespace
@@ -195,8 +269,27 @@ CommitLock::~CommitLock() {
     if (is_held_) ::fcntl(file_, F_OFD_SETLK, &byte);
 }
 
+Fault fault_of(const std::system_error& cause) {
+    switch (cause.code().value()) {
+        case EACCES:
+        case EISDIR:
+        case ELOOP:
+        case ENAMETOOLONG:
+        case ENOENT:
+        case ENOTDIR:
+        case EPERM:
+        case EROFS: return Fault::unavailable;
+        default: return Fault::environment;
+    }
+}
+
+bool is_of_disk(const std::system_error& cause) {
+    const int error = cause.code().value();
+    return error == EIO || error == ESTALE || error == ETIMEDOUT || error == EREMOTEIO;
+}
+
 Error disk_failure(const std::filesystem::path& file, const std::system_error& cause) {
-    return Error(Fault::run, {file.string()},
+    return Error(Fault::environment, {file.string()},
                  text("the disk reports a failure: {}; nothing was changed; check the disk, then run the same command "
                       "again",
                       std::string(cause.what())));
@@ -207,7 +300,7 @@ Error write_failure(const std::filesystem::path& file, const std::system_error& 
     const int error = cause.code().value();
     const bool is_full = error == ENOSPC || error == EDQUOT || error == EFBIG;
     if (!is_full)
-        return Error(Fault::run, {file.string()},
+        return Error(Fault::environment, {file.string()},
                      text("cannot write: {}; {}; check the disk, then restart", std::string(cause.what()),
                           consequence));
     struct statvfs disk {};
@@ -216,7 +309,7 @@ Error write_failure(const std::filesystem::path& file, const std::system_error& 
     const char* what = error == ENOSPC   ? "the disk is full"
                        : error == EDQUOT ? "the disk quota is used up"
                                          : "the largest file size allowed (ulimit -f) is reached";
-    return Error(Fault::run, {file.string()},
+    return Error(Fault::environment, {file.string()},
                  text("{}: {} were needed and {} are free; {}; make room, then restart", what,
                       bytes_text(static_cast<double>(needed)), is_known ? bytes_text(free) : std::string("?"),
                       consequence));

@@ -44,6 +44,14 @@ private:
 Descriptor try_open(const std::filesystem::path& file, int flags);
 Descriptor open_file(const std::filesystem::path& file, int flags);
 
+/// A new file of this process alone, open for reading and writing.  What has the name is removed first: what a killed
+/// process left, or a link, never what that leads to.  Throws an input Error when another process has locked it for
+/// writing.
+Descriptor create_file(const std::filesystem::path& file);
+
+/// An existing file, or a new one; never a new one elsewhere, behind a link that leads nowhere.
+Descriptor open_or_create(const std::filesystem::path& file);
+
 void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes);
 
 /// Bytes read: fewer than asked only at the end of the file.
@@ -66,6 +74,15 @@ struct FileState {
 };
 FileState state_of(const std::filesystem::path& file);  ///< all zero if there is none
 
+/// What a name refers to, beside an open file.
+enum class Named { nothing, this_file, another_file };
+Named named(const Descriptor& open, const std::filesystem::path& file);
+
+/// Number of hard links of an open file.
+std::uint64_t link_count(const Descriptor& open);
+/// A name that the open file has now; empty if that is not known.
+std::filesystem::path name_of(const Descriptor& open);
+
 /// Whether the name `file` still refers to the open file.
 bool is_at(const Descriptor& open, const std::filesystem::path& file);
 
@@ -76,7 +93,11 @@ std::optional<std::vector<std::byte>> read_file(const std::filesystem::path& fil
 // Locks are fcntl locks on the open file description, not flock: HDF5 readers take a flock, and a writer must not block
 // them.
 
-/// Locks a file for writing until its descriptor closes; false when another writer has locked it.
+/// Set to 1, it allows writing on a file system without locks.
+inline constexpr const char* no_locks_variable = "DROVER_NO_LOCKS";
+
+/// Locks a file for writing until its descriptor closes; false when another writer has locked it.  On a file system
+/// without locks throws an input Error, or warns and returns true where no_locks_variable allows it.
 bool lock_for_writing(const Descriptor& file);
 /// Whether another descriptor has it, or may have it on a file system without locks.
 bool has_writer(const Descriptor& file);
@@ -100,10 +121,17 @@ private:
     bool is_held_ = false;
 };
 
-/// The run Error for a failed read, and for any other failed call that writes nothing.
+/// The kind of the Error for a failed call: unavailable where another name, folder or permission would help, else
+/// environment.
+Fault fault_of(const std::system_error& cause);
+
+/// Whether the disk itself, or the server behind it, failed.
+bool is_of_disk(const std::system_error& cause);
+
+/// The environment Error for a failed read, and for any other failed call that writes nothing.
 Error disk_failure(const std::filesystem::path& file, const std::system_error& cause);
 
-/// The run Error for a failed write; reports a full disk explicitly, with the bytes needed and free.
+/// The environment Error for a failed write; reports a full disk explicitly, with the bytes needed and free.
 /// consequence: the state after the failure, such as "the file stays as it was at the last commit".
 Error write_failure(const std::filesystem::path& file, const std::system_error& cause, std::uint64_t needed,
                     std::string_view consequence);

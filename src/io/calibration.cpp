@@ -7,7 +7,6 @@
 #include <limits>
 #include <sstream>
 
-#include "drover/files/new_file.hpp"
 #include "drover/io/scene.hpp"
 
 namespace drover::io {
@@ -84,13 +83,7 @@ void write_calibration(const std::filesystem::path& file, const calibrate::Table
     attributes.emplace_back(names_attribute, names);
     attributes.emplace_back(varied_attribute, table.varied_key);
     attributes.emplace_back(remarks_attribute, remarks);
-    const std::filesystem::path beside = file.string() + ".new";
-    {
-        files::Archive archive = files::Archive::create(beside, {}, attributes, true);
-        archive.replace(results_of(table));
-        archive.commit();
-    }
-    files::replace_archive(beside, file);
+    files::write_archive(file, {}, attributes, [&](files::Archive& archive) { archive.replace(results_of(table)); });
 }
 
 bool is_calibration(const files::ArchiveReader& archive) { return archive.has(path_of(bead_axis)); }

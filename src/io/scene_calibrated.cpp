@@ -69,7 +69,7 @@ void fill_from_table(Scene& scene) {
         fill(scene, missing);
     } catch (const Error& error) {
         // A table is a file of its own; what it has not, this scene asked for.
-        fail_input(location_of(scene, "calibrated.table"), "{}", error.what());
+        throw Error(error.fault(), location_of(scene, "calibrated.table"), error.what());
     }
 }
 

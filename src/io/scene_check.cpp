@@ -26,8 +26,8 @@ std::int64_t whole_steps(const Scene& scene, const std::string& key, double dura
     require(steps <= max_steps, location_of(scene, key),
             "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}", key, duration, steps, dt, max_steps);
     require(is_whole(duration, dt), location_of(scene, key),
-            "{} = {} is not a whole number of steps of time.dt = {}; choose {} or {}", key, duration, dt,
-            std::floor(duration / dt) * dt, std::ceil(duration / dt) * dt);
+            "{} = {} is not a whole number of steps of time.dt = {}; choose {}{}", key, duration, dt,
+            duration < dt ? "" : text("{} or ", std::floor(duration / dt) * dt), std::ceil(duration / dt) * dt);
     return static_cast<std::int64_t>(steps);
 }
 

@@ -4,9 +4,9 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <fstream>
 #include <sstream>
 
+#include "drover/files/input_file.hpp"
 #include "drover/physics/function_terms.hpp"
 #include "io/scene_calibrated.hpp"
 
@@ -266,19 +266,10 @@ Scene archived_scene(const std::string& toml, const std::string& name) {
 }
 
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
-    const SourceLocation where{.file = file.string()};
-    std::error_code problem;
-    require(std::filesystem::exists(file, problem), where,
-            "no such file; expected a scene (input file), such as models/isotropic.toml");
-    require(std::filesystem::is_regular_file(file, problem), where, "not a file; expected a scene in TOML");
-    constexpr std::uintmax_t max_bytes = 1 << 20;
-    require(std::filesystem::file_size(file, problem) <= max_bytes, where,
-            "larger than 1 MiB; expected a scene in TOML");
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream content;
-    if (stream) content << stream.rdbuf();
-    require(static_cast<bool>(stream), where, "cannot be read; check its permissions");
-    return parse_scene(content.str(), file.string(), overrides);
+    constexpr std::uint64_t max_bytes = 1 << 20;
+    const std::string content =
+        files::read_text(file, max_bytes, "a scene (input file in TOML), such as models/isotropic.toml");
+    return parse_scene(content, file.string(), overrides);
 }
 
 }  // namespace drover::io

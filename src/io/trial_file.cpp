@@ -62,7 +62,8 @@ std::string attempt_bytes(const calibrate::Attempt& attempt) {
 calibrate::Attempt attempt_of(const std::string& bytes) {
     const auto content = files::without_checksum(std::as_bytes(std::span(bytes)));
     auto attempt = content ? decoded(*content) : std::nullopt;
-    if (!attempt) fail_run("a worker returned {} bytes that are not a trial; run the command again", bytes.size());
+    if (!attempt)
+        fail_environment("a worker returned {} bytes that are not a trial; run the command again", bytes.size());
     return std::move(*attempt);
 }
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 
 #include "drover/base/error.hpp"
+#include "drover/files/input_file.hpp"
 #include "drover/files/new_file.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/trajectory.hpp"
@@ -186,30 +186,24 @@ std::string value_in(const std::string& line, const std::string& key) {
 }  // namespace
 
 bool is_xyz(const std::filesystem::path& file) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) return false;  // the opening of a pipe would wait
-    std::ifstream from(file, std::ios::binary);
-    std::string line(24, '\0');  // a count is short: reads no more of a file of another kind
-    from.read(line.data(), static_cast<std::streamsize>(line.size()));
-    line.resize(static_cast<std::size_t>(from.gcount()));
+    constexpr std::size_t longest_count = 24;
+    const std::string line = files::read_start(file, longest_count);
     std::size_t count = 0;
     return line.find('\n') != std::string::npos && read_count(line.substr(0, line.find('\n')), count);
 }
 
 XyzInfo read_xyz_info(const std::filesystem::path& file) {
-    std::ifstream from(file, std::ios::binary);
-    require(from.good(), {file.string()}, "cannot be read; expected an extended XYZ file");
+    files::LineReader from(file, "an extended XYZ file");
     XyzInfo info;
     std::string line;
     int number = 0;
-    while (std::getline(from, line)) {
+    while (from.next(line)) {
         ++number;
         if (line.find_first_not_of(" \r\t") == std::string::npos) continue;
         std::size_t count = 0;
         require(read_count(line, count), {file.string(), number}, "\"{}\"; expected the number of particles of a frame",
                 line.substr(0, 40));
-        require(static_cast<bool>(std::getline(from, line)), {file.string(), number},
-                "a frame without its second line; the file is truncated");
+        require(from.next(line), {file.string(), number}, "a frame without its second line; the file is truncated");
         ++number;
         if (info.frames == 0) {
             info.lattice = value_in(line, "Lattice");
@@ -225,8 +219,8 @@ XyzInfo read_xyz_info(const std::filesystem::path& file) {
             info.times.push_back(seconds);
         }
         for (std::size_t i = 0; i < count; ++i, ++number)
-            require(static_cast<bool>(std::getline(from, line)), {file.string(), number},
-                    "frame {} has {} lines of {}; the file is truncated", info.frames, i, count);
+            require(from.next(line), {file.string(), number}, "frame {} has {} lines of {}; the file is truncated",
+                    info.frames, i, count);
         info.min_lines = info.frames == 0 ? count : std::min(info.min_lines, count);
         info.max_lines = std::max(info.max_lines, count);
         ++info.frames;

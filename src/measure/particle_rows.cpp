@@ -224,6 +224,10 @@ void add_impact_counts(const ParticleSetting& setting, Rows& rows) {
         rows, "impacts_unresolved", "1",
         "groups of contacts whose approach the group law did not end (its rest ended without rebound) since the start",
         [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.unresolved); }, true);
+    add(
+        rows, "impacts_limited", "1",
+        "pairwise law: impulses since the start whose friction was reduced, or they would have created energy",
+        [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.limited); }, true);
     add(rows, "overlap_largest", "1", "largest overlap of two bodies since the start, over the smaller radius",
         [](const ParticleMoment& moment) { return moment.counts.overlap; });
 }

@@ -84,11 +84,11 @@ NewtonOutcome solve_newton_krylov(const NonlinearEquations& equations, const New
                                   std::span<double> u) {
     Call call{equations};
     SUNContext made = nullptr;
-    if (SUNContext_Create(nullptr, &made) != 0) fail_run("SUNDIALS cannot be started; it is out of memory");
+    if (SUNContext_Create(nullptr, &made) != 0) fail_environment("SUNDIALS cannot be started; it is out of memory");
     const Owned<SUNContext, ContextDeleter> context(made);
     const auto vector_of = [&](std::span<const double> from, bool inverse) {
         Owned<N_Vector, VectorDeleter> vector(N_VNew_Serial(static_cast<sunindextype>(u.size()), context.get()));
-        if (!vector) fail_run("no memory for {} unknowns; expected a smaller grid", u.size());
+        if (!vector) fail_environment("no memory for {} unknowns; expected a smaller grid", u.size());
         std::transform(from.begin(), from.end(), numbers(vector.get()).begin(),
                        [&](double value) { return inverse ? 1.0 / value : value; });
         return vector;

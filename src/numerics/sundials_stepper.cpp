@@ -127,10 +127,10 @@ SundialsStepper::Work::Work(const System& the_system, const SundialsMethod& the_
     require(tolerance > 0.0 || method.stages > 0, {},
             "stepper \"{}\" without a tolerance; expected one: it has no steps of fixed length", method.name);
     SUNContext made = nullptr;
-    if (SUNContext_Create(nullptr, &made) != 0) fail_run("SUNDIALS cannot be started; it is out of memory");
+    if (SUNContext_Create(nullptr, &made) != 0) fail_environment("SUNDIALS cannot be started; it is out of memory");
     context.reset(made);
     vector.reset(N_VNew_Serial(static_cast<sunindextype>(modes.size()), context.get()));
-    if (!vector) fail_run("no memory for a state of {} numbers; expected a smaller grid", modes.size());
+    if (!vector) fail_environment("no memory for a state of {} numbers; expected a smaller grid", modes.size());
     if (method.implicit_table.empty()) make_cvode();
     else make_arkode();
 }
@@ -162,7 +162,7 @@ void SundialsStepper::Work::make_arkode() {
     arkode.reset(ARKStepCreate(explicit_rates, implicit_rates, 0.0, vector.get(), context.get()));
     solver.reset(SUNLinSolNewEmpty(context.get()));
     void* memory = arkode.get();
-    if (!memory || !solver) fail_run("no memory for ARKODE; expected a smaller grid");
+    if (!memory || !solver) fail_environment("no memory for ARKODE; expected a smaller grid");
     solver->content = this;
     solver->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_MATRIX_EMBEDDED; };
     solver->ops->solve = [](SUNLinearSolver self, SUNMatrix, N_Vector to, N_Vector right, double) {

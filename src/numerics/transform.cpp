@@ -14,6 +14,7 @@
 #include "drover/base/error.hpp"
 #include "isotropic.hpp"
 #include "per_thread.hpp"
+#include "planner_memory.hpp"
 
 namespace drover::numerics {
 
@@ -23,18 +24,21 @@ constexpr std::size_t rows_ahead = 8;          // of modes: to prefetch
 constexpr std::size_t line_rows = 4;           // of one column: a cache line
 constexpr std::size_t points_in_strip = 1024;  // of rows: fifteen arrays of it are in the second-level cache
 
-struct PlanDeleter {
-    void operator()(fftw_plan plan) const { fftw_destroy_plan(plan); }
-};
-using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, PlanDeleter>;
-
 fftw_complex* raw(Complex* values) { return reinterpret_cast<fftw_complex*>(values); }
 
-/// The FFTW planner is global and not thread-safe; the execution of plans is.
+/// The FFTW planner is global and not thread-safe, nor is the destruction of plans; their execution is.
 std::mutex& planner_mutex() {
-    static std::mutex mutex;
+    static std::mutex& mutex = new_mutex_over_forks();
     return mutex;
 }
+
+struct PlanDeleter {
+    void operator()(fftw_plan plan) const {
+        const std::lock_guard lock(planner_mutex());
+        fftw_destroy_plan(plan);
+    }
+};
+using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, PlanDeleter>;
 
 /// Memory aligned for the vector instructions of FFTW; every array in it starts on a cache line.
 template <class Number>
@@ -136,11 +140,20 @@ private:
 
 Plan line_plan(std::size_t lines, std::size_t length, std::size_t distance, int direction) {
     Aligned<Complex> from, to;
+    fftw_complex *const in = raw(from.room(lines * distance)), *const out = raw(to.room(lines * distance));
     const auto n = static_cast<int>(length), between = static_cast<int>(distance);
-    const std::lock_guard lock(planner_mutex());
-    return Plan(fftw_plan_many_dft(1, &n, static_cast<int>(lines), raw(from.room(lines * distance)), nullptr, 1,
-                                   between, raw(to.room(lines * distance)), nullptr, 1, between, direction,
-                                   FFTW_ESTIMATE));
+    fftw_plan plan = nullptr;
+    bool was_memory_short = false;
+    {
+        const std::lock_guard lock(planner_mutex());
+        const PlannerMemory memory(length);
+        plan = fftw_plan_many_dft(1, &n, static_cast<int>(lines), in, nullptr, 1, between, out, nullptr, 1, between,
+                                  direction, FFTW_ESTIMATE);
+        was_memory_short = memory.was_short();
+    }
+    Plan owned(plan);
+    if (was_memory_short) throw std::bad_alloc();
+    return owned;
 }
 
 /// The larger factor of a length, the smaller being near its square root; 0: none is a multiple of 4.

@@ -82,13 +82,17 @@ Expression expression_in_x_y(const std::string& written, SourceLocation where) {
 /// fraction_cut, kept for the formulas of one scene: a run asks for it in its checks and again in its warnings.
 double remembered_cut(const std::string& written, const Expression& formula, const numerics::Grid& grid, int degree) {
     constexpr std::size_t max_kept = 8;
-    static std::mutex mutex;
+    static std::mutex& mutex = new_mutex_over_forks();
     static std::map<std::tuple<std::string, int, int, double, double, int>, double> kept;
     const std::tuple key{written, grid.nx, grid.ny, grid.lx, grid.ly, degree};
+    {
+        const std::lock_guard lock(mutex);
+        if (const auto found = kept.find(key); found != kept.end()) return found->second;
+    }
+    const double cut = fraction_cut(formula, grid, degree);
     const std::lock_guard lock(mutex);
-    if (const auto found = kept.find(key); found != kept.end()) return found->second;
     if (kept.size() >= max_kept) kept.clear();
-    return kept[key] = fraction_cut(formula, grid, degree);
+    return kept[key] = cut;
 }
 
 /// The values of a formula in the cells; throws an input Error where one is not finite.

@@ -114,6 +114,7 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
         try {
             points.push_back(w.solve_near(near, &along.direction, weights));
         } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;
             step *= 0.5;
             if (error.fault() != Fault::run || step < smallest_step) break;  // the curve ends
             continue;

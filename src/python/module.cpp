@@ -9,8 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "bindings.hpp"
+#include "drover/base/duration.hpp"
 #include "drover/base/log.hpp"
 #include "drover/base/version.hpp"
+#include "drover/files/archive.hpp"
 #include "drover/io/field_export.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/xyz.hpp"
@@ -89,13 +91,20 @@ py::list axes_list(const std::vector<files::Axis>& axes) {
 
 namespace {
 /// drover.Error(message, place, fault).
+void raise(const std::string& message, const std::string& place, Fault fault) {
+    const py::object type = py::module_::import("drover.error").attr("Error");
+    const py::object value = type(message, place, fault_name(fault));
+    PyErr_SetObject(type.ptr(), value.ptr());
+}
+
 void translate(std::exception_ptr failure) {
     try {
         if (failure) std::rethrow_exception(failure);
     } catch (const Error& error) {
-        const py::object type = py::module_::import("drover.error").attr("Error");
-        const py::object value = type(error.message(), error.place(), error.fault() == Fault::input ? "input" : "run");
-        PyErr_SetObject(type.ptr(), value.ptr());
+        raise(error.message(), error.place(), error.fault());
+    } catch (const std::system_error& error) {
+        raise(text("the operating system reports: {}; check the disk and the limits of this user", error.what()), "",
+              Fault::environment);
     }
 }
 
@@ -236,6 +245,7 @@ std::vector<std::string> check(const io::Scene& scene) {
     run::check_needs(scene, {.overwrite = true, .quiet = true});
     if (!scene.sweep.vary.empty()) run::plan_sweep(scene);
     if (!scene.calibration.bead_area_fractions.empty()) run::plan_calibration(scene);
+    run::check_boundary(scene);
     return run::kind_of(scene).warnings(scene);
 }
 
@@ -301,7 +311,7 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
                                     .collect = collect,
                                     .quiet = quiet,
                                     .wishes = wishes_of(want)};
-    if (!budget.empty()) options.budget = run::seconds_of(budget);
+    if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     const run::CalibrationOutcome outcome = run::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
                           {"units", outcome.units},
@@ -323,7 +333,7 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool quiet) {
     run::TradeoffOptions options{.wishes = wishes_of(want), .folder = folder, .workers = workers, .quiet = quiet};
-    options.budget = options.run_budget = run::seconds_of(budget);
+    options.budget = options.run_budget = seconds_of(budget, "budget");
     const run::Tradeoff found = run::study_tradeoff(scene, options);
     if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
     const nlohmann::json result{{"found", run::result_json(found.result)},
@@ -376,6 +386,7 @@ void bind_runs(py::module_& module) {
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("want"), py::arg("budget"), py::arg("quiet"));
     module.def("leave_signals_to_python", &run::leave_signals_to_host, py::arg("leave"));
+    module.def("contain_hdf5", &files::contain_hdf5);
     module.def(
         "slurm_script",
         [](const std::filesystem::path& scene, const std::vector<std::string>& settings,
@@ -384,7 +395,11 @@ void bind_runs(py::module_& module) {
         },
         py::arg("scene"), py::arg("settings"), py::arg("folder"), py::arg("shares"));
     module.def(
-        "info", [](const std::filesystem::path& file) { return run::info_json(file).dump(); }, py::arg("file"));
+        "info",
+        [](const std::filesystem::path& file) {
+            return run::info_json(file).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+        },
+        py::arg("file"));
     module.def(
         "export_fields",
         [](const std::filesystem::path& archive, const std::filesystem::path& output, std::int64_t frame,

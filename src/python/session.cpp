@@ -8,6 +8,7 @@
 #include <chrono>
 
 #include "bindings.hpp"
+#include "drover/base/threads.hpp"
 
 namespace drover::python {
 
@@ -19,13 +20,19 @@ struct Guarded {
     explicit Guarded(const io::Scene& scene) : session(scene) {}
     run::Session session;
     std::atomic_flag busy;
+    std::atomic<std::uint64_t> forks = fork_count();  // those before its last use began
 };
 
 class Use {
 public:
     explicit Use(Guarded& guarded) : guarded_(guarded) {
-        require(!guarded.busy.test_and_set(), {},
-                "another thread is advancing this run; wait for it, or start a run of your own");
+        const bool was_busy = guarded.busy.test_and_set();
+        require(
+            !was_busy || guarded.forks == fork_count(), {},
+            "another thread was advancing this run when the process forked, and the child has it in the middle of a "
+            "step; start a run of your own, or fork before the run begins");
+        require(!was_busy, {}, "another thread is advancing this run; wait for it, or start a run of your own");
+        guarded.forks = fork_count();
     }
     ~Use() { guarded_.busy.clear(); }
     Use(const Use&) = delete;

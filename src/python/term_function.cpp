@@ -2,10 +2,13 @@
 #include <pybind11/numpy.h>
 
 #include <algorithm>
+#include <atomic>
+#include <memory>
 #include <mutex>
 
 #include "bindings.hpp"
 #include "drover/base/error.hpp"
+#include "drover/base/threads.hpp"
 
 namespace drover::python {
 
@@ -18,12 +21,29 @@ struct Held {
     ~Held() {
         const py::gil_scoped_acquire acquire;
         function = py::object();
+        if (lock_.load()->forks == fork_count()) delete lock_.load();
     }
     Held(const Held&) = delete;
     Held& operator=(const Held&) = delete;
 
+    /// A lock that threads of a parent hold is not that of its child.
+    std::mutex& mutex() {
+        Lock* now = lock_;
+        if (now->forks != fork_count()) {
+            auto made = std::make_unique<Lock>();
+            if (lock_.compare_exchange_strong(now, made.get())) now = made.release();
+        }
+        return now->mutex;
+    }
+
     py::object function;
-    std::mutex mutex;
+
+private:
+    struct Lock {
+        std::mutex mutex;
+        std::uint64_t forks = fork_count();
+    };
+    std::atomic<Lock*> lock_ = new Lock;
 };
 
 /// Whoever holds the mutex waits for the GIL: it must not be waited for with the GIL.
@@ -76,7 +96,7 @@ physics::TermFunctions term_functions(const py::dict& given) {
             [held = function.cast<std::shared_ptr<Held>>()](std::size_t size,
                                                             std::span<const physics::PointArgument> arguments,
                                                             std::span<double* const> out) {
-                const auto lock = locked(held->mutex);
+                const auto lock = locked(held->mutex());
                 const py::gil_scoped_acquire acquire;
                 call(held->function, size, arguments, out);
             });

@@ -73,17 +73,23 @@ physics::BoundaryLine line_in(const physics::Plane& plane, const std::vector<num
 }
 }  // namespace
 
+void check_binodal_plane(const io::Scene& scene, const physics::Plane& plane) {
+    const physics::Form form = physics::form(plane.model);
+    require(component_of(plane.x, form) >= 0 || component_of(plane.y, form) >= 0,
+            io::location_of(scene, "boundary.lines"),
+            "boundary.lines has \"binodal\", the densities of coexisting phases, and the axes are {} and {}; expected "
+            "the mean density of a field as one axis, such as uniform.rod_density",
+            plane.x.name, plane.y.name);
+}
+
 BinodalLines trace_binodal_lines(const io::Scene& scene, const physics::Plane& plane, Threads& threads) {
+    check_binodal_plane(scene, plane);
     io::Scene line = line_of(scene);
     line.model.weathercock.convention = plane.model.weathercock.convention;
     const physics::Form form = physics::form(line.model);
     const bool swapped = component_of(plane.x, form) < 0;
     const physics::PlaneAxis &x = swapped ? plane.y : plane.x, &y = swapped ? plane.x : plane.y;
     const int component = component_of(x, form);
-    require(component >= 0, io::location_of(scene, "boundary.lines"),
-            "boundary.lines has \"binodal\", the densities of coexisting phases, and the axes are {} and {}; expected "
-            "the mean density of a field as one axis, such as uniform.rod_density",
-            plane.x.name, plane.y.name);
     const physics::TravellingProblem problem{.model =
                                                  [model = line.model, set = y.set](double value) {
                                                      check_stop_signal();

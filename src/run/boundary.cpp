@@ -216,6 +216,13 @@ Record plane_record(const Described& described, const io::Scene& scene, std::siz
 }
 }  // namespace
 
+void check_boundary(const io::Scene& scene) {
+    // An axis that is missing may be given with the command.
+    if (scene.kind != io::SceneKind::fields || scene.boundary.x.empty() || scene.boundary.y.empty()) return;
+    const PlannedBoundary planned = plan_boundary(scene);
+    if (planned.has_binodal) check_binodal_plane(scene, planned.plane);
+}
+
 Result make_boundary(const io::Scene& scene, Threads& threads) {
     PlannedBoundary planned = plan_boundary(scene);
     physics::Plane& plane = planned.plane;

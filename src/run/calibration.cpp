@@ -144,6 +144,7 @@ private:
         try {
             attempt.numbers = calibrate::run_trial(layout_.assays[unit.assay], factory_, unit.conditions, trial);
         } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;
             attempt.failure = error.what();
         }
         if (plan_) attempt.core_seconds = core_seconds();

@@ -4,27 +4,35 @@
 #include <cstdio>
 #include <exception>
 #include <new>
-#include <system_error>
 
 #include "drover/base/error.hpp"
 
 namespace drover::run {
 
-int status_of(const std::function<int()>& work) {
+namespace {
+/// Errors of other types as an Error.  Neither an Error nor a bad_alloc is converted: there may be no memory for it.
+int in_errors(const std::function<int()>& work) {
     try {
         return work();
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& exception) {
+        throw error_of(exception);
+    }
+}
+}  // namespace
+
+int status_of(const std::function<int()>& work) {
+    try {
+        return in_errors(work);
     } catch (const Error& error) {
         std::fprintf(stderr, "error: %s\n", error.what());
-        return error.fault() == Fault::input ? exit_bad_input : exit_run_failed;
+        const bool is_bad_input = error.fault() == Fault::input || error.fault() == Fault::unavailable;
+        return is_bad_input ? exit_bad_input : exit_run_failed;
     } catch (const std::bad_alloc&) {
-        std::fprintf(stderr, "error: not enough memory; choose a smaller grid or cell, or free memory\n");
-        return exit_run_failed;
-    } catch (const std::system_error& error) {
-        std::fprintf(stderr, "error: the operating system reports: %s; check the disk and the limits of this user\n",
-                     error.what());
-        return exit_run_failed;
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "error: %s; this is a bug in drover: please report it with the scene\n", error.what());
+        std::fprintf(stderr, "error: %s\n", no_memory_text);
         return exit_run_failed;
     }
 }

@@ -254,7 +254,7 @@ void fail_step(physics::FieldEvolution& evolution, const FieldHealth& health, st
         fail_run("{}", error.what());
     fail_run(
         "{} became unstable: in step {} (t = {:.6g} s) it changed by {:.3g} times its size, with {:.2g} of its "
-        "variance in the shortest waves of the grid: choose time.dt = {:.3g} or smaller, or a finer grid; then {}",
+        "variance in the shortest waves of the grid: choose time.dt = {} or smaller, or a finer grid; then {}",
         first.field.name, first.step, static_cast<double>(first.step) * dt, first.change, first.tail, 0.5 * dt,
         error.what());
 }

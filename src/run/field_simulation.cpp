@@ -88,7 +88,7 @@ numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
     try {
         archive.emplace(file_beside(scene, scene.initial.file));
     } catch (const Error& error) {
-        fail_input(io::location_of(scene, "initial.file"), "initial.file: {}", error.what());
+        throw Error(error.fault(), io::location_of(scene, "initial.file"), text("initial.file: {}", error.what()));
     }
     world.transform.forward(frame_of(*archive, scene, world.form), state);
     return state;

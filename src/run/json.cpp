@@ -7,6 +7,7 @@
 #include "drover/io/calibration.hpp"
 #include "drover/io/xyz.hpp"
 #include "drover/run/kind.hpp"
+#include "drover/run/write_result.hpp"
 
 namespace drover::run {
 
@@ -158,6 +159,19 @@ nlohmann::json attributes_json(const files::ArchiveReader& archive) {
     return result;
 }
 
+nlohmann::json arrays_json(const files::ArchiveReader& archive) {
+    nlohmann::json result = nlohmann::json::array();
+    for (const std::string& name : archive.datasets()) {
+        const StoredArray array = stored_array(archive, name);
+        result.push_back({{"name", name},
+                          {"unit", array.unit},
+                          {"meaning", array.meaning},
+                          {"shape", array.shape},
+                          {"values", array.values}});
+    }
+    return result;
+}
+
 nlohmann::json xyz_json(const std::filesystem::path& file) {
     const io::XyzInfo info = io::read_xyz_info(file);
     return {{"frames", info.frames},           {"min_particles", info.min_lines},
@@ -173,7 +187,9 @@ nlohmann::json info_json(const std::filesystem::path& file) {
     if (io::is_calibration(archive))
         return {{"attributes", attributes_json(archive)},
                 {"coefficients", table_json(io::read_calibration(archive, file.string()))}};
-    nlohmann::json result = report_json(make_report(archive));
+    if (is_result(archive)) return {{"attributes", attributes_json(archive)}, {"arrays", arrays_json(archive)}};
+    nlohmann::json result =
+        is_start(archive) ? nlohmann::json{{"results", nlohmann::json::object()}} : report_json(make_report(archive));
     result["attributes"] = attributes_json(archive);
     return result;
 }

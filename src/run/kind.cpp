@@ -2,6 +2,7 @@
 #include "drover/run/kind.hpp"
 
 #include "drover/io/scene_text.hpp"
+#include "drover/io/trajectory.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/particle_simulation.hpp"
 #include "drover/run/warnings.hpp"
@@ -34,8 +35,16 @@ const Kind& kind_of(const io::Scene& scene) {
     return scene.kind == io::SceneKind::fields ? fields : particles;
 }
 
+io::Scene archived_scene(const files::ArchiveReader& archive) {
+    return io::archived_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file"));
+}
+
+bool is_start(const files::ArchiveReader& archive) {
+    return io::has_trajectory(archive) && !archive.has(std::string(io::series_group) + "/time");
+}
+
 Report make_report(const files::ArchiveReader& archive, Theory theory) {
-    const io::Scene scene = io::archived_scene(archive.text_attribute("scene"), archive.text_attribute("scene_file"));
+    const io::Scene scene = archived_scene(archive);
     return kind_of(scene).report(archive, scene, theory);
 }
 

@@ -65,7 +65,10 @@ void save(const Simulation& simulation, std::int64_t step, files::Archive& archi
                                  .step = step,
                                  .time = static_cast<double>(step) * simulation.dt,
                                  .rows = {},
-                                 .state = simulation.save()};
+                                 .state = simulation.save(),
+                                 .run_id = files.run_id,
+                                 .program = files.program,
+                                 .row_checksums = archive.row_checksums()};
     for (const std::size_t rows : archive.rows()) checkpoint.rows.push_back(rows);
     files::write_checkpoint(files.archive, checkpoint);
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <set>
 
+#include "drover/dem/contact_law.hpp"
 #include "drover/dem/packing.hpp"
 #include "drover/dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
@@ -53,7 +54,7 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     try {
         archive.emplace(file_beside(scene, packing.file));
     } catch (const Error& error) {
-        fail_input(where, "packing.file: {}", error.what());
+        throw Error(error.fault(), where, text("packing.file: {}", error.what()));
     }
     require(io::has_trajectory(*archive), where,
             "{} holds no trajectory; expected an archive of a run of the same bodies", what);
@@ -179,8 +180,12 @@ std::string describe(const Shared& shared) {
         text("impacts: {} bead-bead, {} rod-bead, {} rod-rod, {} bead-plate, {} rod-plate, {} bead-wall, {} rod-wall",
              counts.bead_bead, counts.rod_bead, counts.rod_rod, counts.bead_plate, counts.rod_plate, counts.bead_wall,
              counts.rod_wall);
-    words += text("; {} groups, the largest of {} contacts, {} unresolved; {} neighbour lists", counts.groups,
-                  counts.largest_group, counts.unresolved, counts.lists);
+    if (dem::PairwiseLaw::is_chosen(shared.scene.particles.contacts))
+        words += text("; {} with less friction, which would have created energy", counts.limited);
+    else
+        words += text("; {} groups, the largest of {} contacts, {} unresolved", counts.groups, counts.largest_group,
+                      counts.unresolved);
+    words += text("; {} neighbour lists", counts.lists);
     if (worst.depth > 0.0)
         words += text("; largest overlap {:.2g} of a radius ({} and {}, t = {:.6g} s)", worst.of_radius,
                       dem::name_text(worst.first), dem::name_text(worst.second), worst.time);
@@ -223,8 +228,28 @@ std::string particle_size(const io::Scene& scene) {
     return text("{} beads and {} rods", bodies.beads.size(), bodies.rods.size());
 }
 
+namespace {
+/// The steps within which the single rod of pairwise_rod.csv keeps its speed, at plates of 200 /s.
+std::vector<std::string> pairwise_warnings(const io::Scene& scene) {
+    constexpr double max_dt = 2e-5, max_rod_step = 2e-6, frequency = 200.0;
+    const double faster = std::max(1.0, scene.particles.plates.frequency / frequency);
+    const bool rods = scene.particles.rods.count > 0 || scene.particles.rods.area_fraction > 0.0;
+    std::string words;
+    if (scene.time.dt * faster > max_dt) words = text("time.dt = {} s", scene.time.dt);
+    if (rods && std::min(scene.particles.contacts.rod_step, scene.time.dt) * faster > max_rod_step)
+        words += text("{}contacts.rod_step = {} s", words.empty() ? "" : " and ", scene.particles.contacts.rod_step);
+    if (words.empty()) return {};
+    return {words +
+            text(" at plates.frequency = {} /s: longer than the steps (time.dt = {} s, contacts.rod_step = {} s, "
+                 "plates of {} /s) below which the pairwise law has converged; its rods change speed and "
+                 "direction with longer ones",
+                 scene.particles.plates.frequency, max_dt, max_rod_step, frequency)};
+}
+}  // namespace
+
 std::vector<std::string> particle_warnings(const io::Scene& scene) {
     if (scene.particles.contacts.model != "impulse") return {};  // check_contact_law() limits the step
+    if (dem::PairwiseLaw::is_chosen(scene.particles.contacts)) return pairwise_warnings(scene);
     // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
     constexpr double min_dt = 2e-6, max_dt = 5e-5, max_substep = 5e-5, frequency = 200.0, max_gap = 1e-4,
                      max_threshold = 0.1;

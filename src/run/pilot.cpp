@@ -38,7 +38,8 @@ Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error)
     try {
         while (step < simulation.steps && !(pilot.step_error > max_step_error)) {
             if (stop_signal() != 0)
-                fail_run("stopped by signal {} while time.dt was being chosen; no run was started", stop_signal());
+                fail_environment("stopped by {} while time.dt was being chosen; no run was started",
+                                 stop_reason(stop_signal()));
             simulation.advance(step++);
             const bool sampled = step % samples->every == 0;
             if (sampled || step % simulation.health_every == 0) simulation.check_health(step);

@@ -26,7 +26,30 @@ std::string utc_now() {
     std::strftime(written, sizeof(written), "%Y-%m-%dT%H:%M:%SZ", &parts);
     return written;
 }
+
+std::string program_text(const std::string& version, const std::string& commit, bool is_changed) {
+    return text("{} ({}{})", version, commit, is_changed ? ", changed" : "");
+}
 }  // namespace
+
+std::string this_program() {
+    const Version built = version();
+    return program_text(built.version, built.git_hash, built.dirty);
+}
+
+std::string program_of(const files::ArchiveReader& archive) {
+    std::string version, commit;
+    std::int64_t is_changed = 0;
+    for (const auto& [name, value] : archive.attributes()) {
+        if (const auto* words = std::get_if<std::string>(&value)) {
+            if (name == "drover_version") version = *words;
+            if (name == "drover_commit") commit = *words;
+        } else if (const auto* number = std::get_if<std::int64_t>(&value)) {
+            if (name == "drover_commit_dirty") is_changed = *number;
+        }
+    }
+    return program_text(version, commit, is_changed != 0);
+}
 
 std::vector<files::Attribute> provenance(const io::Scene& scene, int threads, const std::string& what) {
     const Version built = version();

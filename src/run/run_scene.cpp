@@ -10,13 +10,16 @@
 #include "drover/base/memory.hpp"
 #include "drover/files/checkpoint.hpp"
 #include "drover/files/new_file.hpp"
+#include "drover/files/run_id.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/report.hpp"
+#include "drover/run/scene_support.hpp"
 #include "drover/run/signals.hpp"
 #include "drover/run/step_choice.hpp"
+#include "run/same_run.hpp"
 
 namespace drover::run {
 
@@ -55,6 +58,7 @@ RunOutcome finish(const io::Scene& scene, const LoopOutcome& loop, const std::fi
                   files::Archive archive, bool quiet, const std::vector<std::string>& logged) {
     std::optional<Report> report;
     if (loop.signal == 0) {
+        archive.commit();  // throws if another program has removed the file
         report = kind_of(scene).report(files::ArchiveReader(path, files::ArchiveReader::Writer::this_process), scene,
                                        Theory::included);
         archive.replace(result_table(*report));
@@ -124,28 +128,21 @@ Needs needs_of(const io::Scene& given) {
 void check_memory(const io::Scene& scene) {
     const Needs needs = needs_of(scene);
     const Kind& kind = kind_of(scene);
-    require(needs.memory_bytes <= needs.memory_free, io::location_of(scene, kind.size_key),
-            "{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
-            bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
-            scene.kind == io::SceneKind::fields ? "grid" : "cell");
+    if (needs.memory_bytes > needs.memory_free)
+        throw Error(Fault::unavailable, io::location_of(scene, kind.size_key),
+                    text("{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
+                         bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
+                         scene.kind == io::SceneKind::fields ? "grid" : "cell"));
 }
 
 void check_needs(const io::Scene& scene, const RunOptions& options) {
     check_memory(scene);
-    const std::filesystem::path path = archive_path(scene), folder = folder_of(path);
-    const SourceLocation where = io::location_of(scene, "output.file");
-    std::error_code problem;
-    require(std::filesystem::is_directory(folder, problem), where,
-            "output.file = \"{}\": the folder \"{}\" does not exist; make it first", path.string(), folder.string());
-    require(!std::filesystem::is_directory(path, problem), where,
-            "output.file = \"{}\" is a folder; expected the name of a file", path.string());
-    require(
-        !options.overwrite || !std::filesystem::exists(path, problem) || files::is_hdf5(path), where,
-        "output.file = \"{}\" exists and is not an HDF5 file, which --overwrite does not replace; choose another name",
-        path.string());
-    require(options.overwrite || !std::filesystem::exists(path, problem), where,
-            "output.file = \"{}\" exists; resume it with drover restart, choose another name, or give --overwrite",
-            path.string());
+    const std::filesystem::path path = archive_path(scene);
+    check_output({.path = path,
+                  .where = io::location_of(scene, "output.file"),
+                  .name = text("output.file = \"{}\"", path.string()),
+                  .overwrite = options.overwrite},
+                 inputs_of(scene));
 }
 
 namespace {
@@ -154,20 +151,24 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
     Simulation simulation = kind_of(scene).make(scene, threads, {});
     const std::filesystem::path path = archive_path(scene);
     std::optional<StopSignals> signals(std::in_place);
-    files::Archive archive =
-        files::Archive::create(path, recordings_of(simulation), provenance(scene, threads.count()), options.overwrite);
+    std::vector<files::Attribute> attributes = provenance(scene, threads.count());
+    const std::string run_id = files::draw_run_id();
+    attributes.emplace_back(files::run_id_name, run_id);
+    files::Archive archive = files::Archive::create(path, recordings_of(simulation), attributes, options.overwrite);
     std::vector<std::string> logged;
     if (!options.quiet) logged = log_start(scene, simulation, 0);
     files::remove_checkpoints(path);  // of an archive that was replaced
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
-                          .checkpoint_minutes = scene.output.checkpoint_minutes};
+                          .checkpoint_minutes = scene.output.checkpoint_minutes,
+                          .run_id = run_id,
+                          .program = this_program()};
     LoopOutcome loop;
     try {
         const Rounding rounding(options.rounds_up);
         loop = run_loop(simulation, 0, archive, files, options.quiet);
     } catch (...) {
-        if (!has_checkpoint(path)) std::filesystem::remove(files::behind_links(path));  // not started: leave no files
+        if (!has_checkpoint(path)) archive.remove();  // not started: leave no files
         throw;
     }
     signals.reset();  // what follows can be repeated by a restart
@@ -215,12 +216,21 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
     std::optional<StopSignals> signals(std::in_place);
     files::Archive archive =
-        files::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows);
+        files::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows,
+                               [&](const files::ArchiveReader& reader) { require_same_run(reader, path, checkpoint); });
+    require(
+        checkpoint.row_checksums.empty() || archive.row_checksums() == checkpoint.row_checksums,
+        {.file = path.string()},
+        "the frames and samples up to t = {} s are not those that the run had when it wrote its checkpoint; expected "
+        "the archive as the run left it: put it back, or run the scene again",
+        checkpoint.time);
     std::vector<std::string> logged;
     if (!options.quiet) logged = log_start(scene, simulation, checkpoint.step);
     const LoopFiles files{.archive = path,
                           .scene = io::resolved_text(scene),
-                          .checkpoint_minutes = scene.output.checkpoint_minutes};
+                          .checkpoint_minutes = scene.output.checkpoint_minutes,
+                          .run_id = checkpoint.run_id,
+                          .program = this_program()};
     const LoopOutcome loop = [&] {
         const Rounding rounding(options.rounds_up);
         return run_loop(simulation, checkpoint.step, archive, files, options.quiet);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/files/archive_reader.hpp"
+
 namespace drover::run {
 
 double recorded_bytes(const io::Scene& scene, double numbers_per_frame, double numbers_per_sample) {
@@ -24,6 +26,31 @@ int samples_per_chunk(const io::Scene& scene) {
 std::filesystem::path file_beside(const io::Scene& scene, const std::string& given) {
     const std::filesystem::path path = given, in_folder = std::filesystem::path(scene.file).parent_path() / path;
     return path.is_relative() && std::filesystem::exists(in_folder) ? in_folder : path;
+}
+
+std::vector<std::filesystem::path> inputs_of(const io::Scene& scene) {
+    std::vector<std::filesystem::path> inputs{scene.file};
+    for (const std::string& given : {scene.initial.file, scene.particles.packing.file, scene.calibrated.table})
+        if (!given.empty()) inputs.push_back(file_beside(scene, given));
+    return inputs;
+}
+
+void check_output(const OutputFile& output, const std::vector<std::filesystem::path>& inputs) {
+    const std::filesystem::path& path = output.path;
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+    std::error_code problem;
+    require(std::filesystem::is_directory(folder, problem), output.where,
+            "{}: the folder \"{}\" does not exist; make it first", output.name, folder.string());
+    require(!std::filesystem::is_directory(path, problem), output.where, "{} is a folder; expected the name of a file",
+            output.name);
+    if (!std::filesystem::exists(path, problem)) return;
+    for (const std::filesystem::path& input : inputs)
+        require(!std::filesystem::equivalent(path, input, problem), output.where,
+                "{} is an input of this command, which it does not replace; choose another name", output.name);
+    require(!output.overwrite || files::is_hdf5(path), output.where,
+            "{} exists and is not an HDF5 file, which --overwrite does not replace; choose another name", output.name);
+    require(output.overwrite, output.where,
+            "{} exists; choose another name, or give --overwrite; a run is resumed by drover restart", output.name);
 }
 
 }  // namespace drover::run

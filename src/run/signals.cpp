@@ -1,7 +1,9 @@
 // run/signals.cpp: the flag that the signal handler sets.
 #include "drover/run/signals.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 
 #include "drover/base/error.hpp"
 
@@ -10,7 +12,9 @@ namespace drover::run {
 namespace {
 // A global: a signal handler has no other way to report.
 volatile std::sig_atomic_t requested = 0;
-std::atomic<bool> host_handles_signals = false;  // a property of the process, as the handlers are
+using Clock = std::chrono::steady_clock;
+Clock::time_point deadline = Clock::time_point::max();  // set before there are threads
+std::atomic<bool> host_handles_signals = false;         // a property of the process, as the handlers are
 
 extern "C" void handle_signal(int signal) {
     if (requested != 0 && signal == SIGINT) {
@@ -39,10 +43,20 @@ StopSignals::~StopSignals() {
     for (std::size_t i = 0; i < handled.size(); ++i) sigaction(handled[i], &before_[i], nullptr);
 }
 
-int stop_signal() { return requested; }
+int stop_signal() { return requested == 0 && Clock::now() >= deadline ? SIGALRM : requested; }
+
+std::string stop_reason(int signal) {
+    return signal == SIGALRM ? "--max-time" : signal == 0 ? "a signal" : text("signal {}", signal);
+}
+
+void stop_after(double seconds) {
+    constexpr double longest = 1e9;  // 30 years, which the clock can hold
+    deadline = Clock::now() +
+               std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(seconds, longest)));
+}
 
 void check_stop_signal() {
-    if (stop_signal() != 0) fail_run("stopped by signal {} before the result was found", stop_signal());
+    if (stop_signal() != 0) fail_environment("stopped by {} before the result was found", stop_reason(stop_signal()));
 }
 
 void leave_signals_to_host(bool leave) { host_handles_signals = leave; }

@@ -16,6 +16,7 @@
 #include "drover/run/kind.hpp"
 #include "drover/run/run_scene.hpp"
 #include "drover/run/worker_pool.hpp"
+#include "run/same_run.hpp"
 
 namespace drover::run {
 
@@ -32,17 +33,30 @@ bool is_done(const fs::path& folder, const SweepRun& run) {
 /// The scene of one run; on a ramp it starts from the last frame of the run before.
 io::Scene scene_of(const io::Scene& scene, const fs::path& folder, const SweepRun& run, const SweepRun* before) {
     std::vector<std::string> overrides = run.overrides;
-    overrides.push_back("output.file=" + toml_text(archive_of(folder, run).string()));
     if (scene.run.threads == 0) overrides.push_back("run.threads=1");
     io::Scene base = scene;
     if (before != nullptr) {
         base.initial = {};  // its formulas belong to the first point only
         const std::string start = kind_of(scene).start;
         overrides.push_back(start + ".kind=file");
-        overrides.push_back(start + ".file=" + toml_text(fs::absolute(archive_of(folder, *before)).string()));
+        overrides.push_back(start + ".file=set-below");
         overrides.push_back(start + ".frame=-1");
     }
-    return io::parse_scene(io::resolved_text(base), scene.file, overrides);
+    io::Scene result = io::parse_scene(io::resolved_text(base), scene.file, overrides);
+    // No overrides, which are TOML: the name of a file may have any bytes.
+    result.output.file = archive_of(folder, run).string();
+    std::string& first_state =
+        scene.kind == io::SceneKind::fields ? result.initial.file : result.particles.packing.file;
+    if (before != nullptr) first_state = fs::absolute(archive_of(folder, *before)).string();
+    return result;
+}
+
+/// Throws an input Error for an archive in the folder that is of another run than its name says.
+void check_archives(const io::Scene& scene, const fs::path& folder, const SweepLayout& layout) {
+    for (const auto& chain : layout.chains)
+        for (std::size_t i = 0; i < chain.size(); ++i)
+            if (const fs::path path = archive_of(folder, chain[i]); fs::exists(path))
+                require_archive_of(scene_of(scene, folder, chain[i], i == 0 ? nullptr : &chain[i - 1]), path);
 }
 
 /// `at`: the name of the run that it is at.
@@ -147,6 +161,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
         }
     // To resume, the scene must be the same, or different runs would be mixed.  Workers keep the lock.
     const files::ClaimedFolder claimed = files::claim_folder(folder, "sweep.toml", "", io::resolved_text(scene));
+    check_archives(scene, folder, layout);
     for (const auto& chain : layout.chains)
         outcome.already_done += static_cast<std::size_t>(
             std::count_if(chain.begin(), chain.end(), [&](const SweepRun& run) { return is_done(folder, run); }));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
+#include "drover/dem/contact_law.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/numerics/time_method.hpp"
 #include "drover/physics/evaluation_cost.hpp"
@@ -24,14 +25,22 @@ std::string reason_against(const io::Scene& scene, const std::vector<std::string
         changed(scene, overrides);
         return "";
     } catch (const Error& error) {
+        if (!is_of_scene(error.fault())) throw;
         return error.what();
     }
 }
 
 Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
-    if (!is_field_scene(scene))
-        return {text("dt = {} s", number(dt)),
-                {set("time.dt", dt), set("contacts.substep", dt / scene.time.dt * scene.particles.contacts.substep)}};
+    if (!is_field_scene(scene)) {
+        const dem::ContactControl& contacts = scene.particles.contacts;
+        Level level{text("dt = {} s", number(dt)), {set("time.dt", dt)}};
+        const double factor = dt / scene.time.dt;
+        if (dem::PairwiseLaw::is_chosen(contacts))
+            level.overrides.push_back(set("contacts.rod_step", factor * contacts.rod_step));
+        else if (dem::ImpactLaw::is_chosen(contacts))
+            level.overrides.push_back(set("contacts.substep", factor * contacts.substep));
+        return level;
+    }
     Level level{text("{}, dt = {} s", method, number(dt)),
                 {text("time.stepper={}", method), set("time.dt", dt), "time.tolerance=0.0"}};
     if (dt > scene.output.sample_every) {
@@ -180,10 +189,15 @@ std::vector<Level> grid_levels(const io::Scene& scene, bool same_start) {
 std::vector<Level> model_levels(const io::Scene& scene) {
     std::vector<Level> levels{{"full", {}}};
     if (!is_field_scene(scene)) {
-        levels.push_back({"contacts one after another", {"contacts.law=approaching-first"}});
-        levels.push_back(
-            {"half the increments",
-             {set("contacts.increments", std::max(1, static_cast<int>(scene.particles.contacts.increments) / 2))}});
+        const dem::ContactControl& contacts = scene.particles.contacts;
+        if (contacts.model == "impulse" && contacts.law == "simultaneous") {
+            const dem::ContactControl usual;
+            levels.push_back({"contacts one after another",
+                              {"contacts.law=approaching-first", set("contacts.increments", usual.increments),
+                               set("contacts.inelastic_threshold", usual.inelastic_threshold)}});
+            levels.push_back(
+                {"half the increments", {set("contacts.increments", std::max(1, contacts.increments / 2))}});
+        }
         levels.push_back({"without a lid", {"plates.lid=false"}});
     } else {
         const physics::Model& model = scene.model;

@@ -55,11 +55,11 @@ std::vector<double> common_samples(const WantedNumber& number, double spacing) {
 }
 }  // namespace
 
-TradeBench::TradeBench(const io::Scene& given, const TradeoffOptions& options)
+TradeBench::TradeBench(const io::Scene& given, const std::string& of, const TradeoffOptions& options)
     : scene(given),
       budget(options.budget),
       wishes_(options.wishes),
-      trials_(options.folder, options.workers > 0 ? options.workers : usable_cores()) {}
+      trials_(options.folder, of, options.workers > 0 ? options.workers : usable_cores()) {}
 
 Trial TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
     io::Scene timed = scene;
@@ -106,6 +106,7 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
     if (!result->failure.empty()) return {.failure = result->failure};
     const auto key = std::pair(result->archive.string(), result->end);
     if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
+    trials_.require_archive(trial, *result);
     const files::ArchiveReader archive(result->archive);
     if (const double wrong = largest_step_error(archive); wrong > too_wrong && !overrides.empty())
         return measured_[key] = {.failure =
@@ -121,7 +122,7 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
         try {
             measured.numbers.push_back(wanted_number(wish, report, archive));
         } catch (const Error& error) {
-            if (overrides.empty()) throw;  // a simpler model may lack what is wanted
+            if (overrides.empty() || !is_of_scene(error.fault())) throw;  // a simpler model may lack what is wanted
             return measured_[key] = {.failure = text("it has no {}", wish.text), .numbers = {}};
         }
     }

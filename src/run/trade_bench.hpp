@@ -35,7 +35,8 @@ std::vector<Bias> scaled(std::vector<Bias> biases, double factor);
 
 class TradeBench {
 public:
-    TradeBench(const io::Scene& scene, const TradeoffOptions& options);
+    /// `of`: the resolved text of the scene whose trials the folder holds.
+    TradeBench(const io::Scene& scene, const std::string& of, const TradeoffOptions& options);
 
     io::Scene scene;              ///< that the trials change
     double duration = 0.0;        ///< of the trials [s]

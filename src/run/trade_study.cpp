@@ -13,7 +13,7 @@ namespace {
 class Study {
 public:
     Study(const io::Scene& scene, const TradeoffOptions& options)
-        : bench_(trial_scene(scene), options), options_(options) {
+        : bench_(trial_scene(scene), io::resolved_text(scene), options), options_(options) {
         found_.wishes = options.wishes;
         bench_.statistical = !is_field_scene(bench_.scene) || physics::has_noise(scene.model.noise);
         if (!bench_.statistical) fit_into_budget();
@@ -411,7 +411,8 @@ private:
         try {
             bench_.trial_of(on_pilot_grid(level.overrides));
             return true;
-        } catch (const Error&) {
+        } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;
             return false;
         }
     }

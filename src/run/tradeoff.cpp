@@ -2,7 +2,6 @@
 #include "drover/run/tradeoff.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "drover/base/error.hpp"
@@ -319,18 +318,6 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
 
 }  // namespace
 
-double seconds_of(const std::string& duration) {
-    double value = 0.0;
-    const char* const last = duration.data() + duration.size();
-    const auto [end, problem] = std::from_chars(duration.data(), last, value);
-    std::string unit(end, last);
-    std::erase(unit, ' ');
-    const double seconds = unit == "s" || unit.empty() ? 1.0 : unit == "min" ? 60.0 : unit == "h" ? 3600.0 : 0.0;
-    require(problem == std::errc() && seconds > 0.0 && std::isfinite(value) && value > 0.0, {.file = "--budget"},
-            "\"{}\" is not a duration; expected a number above 0 with s, min or h, such as 20min", duration);
-    return value * seconds;
-}
-
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
     require(!options.wishes.empty(), {.file = "--want"},
             "no number is wanted; give at least one, such as polar_order=1%");
@@ -362,7 +349,7 @@ io::Scene with_accuracy(const io::Scene& scene, const std::vector<Wish>& wishes,
                                                   .folder = folder,
                                                   .quiet = quiet});
     if (found.stopped)
-        fail_run("stopped by a signal during the trials, which are kept: run the same command to resume");
+        fail_environment("stopped by a signal during the trials, which are kept: run the same command to resume");
     if (!found.recommended) fail_run("{}", found.refusal);
     if (!quiet)
         for (const std::string& words : found.reasons) log_information("{}", words);

@@ -166,7 +166,7 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
         warnings.push_back(text(
             "the grid does not resolve {} with {}: {:.2g} of its variance is in the shortest waves of the grid at "
             "t = {:.6g} s (spectral_tail_{}); expected less than {}: choose {}, or a larger {}; a step that is too "
-            "long has the same effect: try time.dt = {:.3g}",
+            "long has the same effect: try time.dt = {}",
             field.name, grid_text(scene.grid.nx, scene.grid.ny), worst.fraction, worst.time, field.name,
             max_spectral_tail,
             grid_text(points_that_resolve(scene.grid.nx, worst.fraction),
@@ -257,11 +257,9 @@ void add_negative_densities(const files::ArchiveReader& archive, const io::Scene
             const bool one_row = scene.grid.ny == 1;
             const double excess = std::max(min_in_cell / in_cell, 4.0), factor = one_row ? excess : std::sqrt(excess);
             const auto even = [&](int points) { return std::max(4, 2 * static_cast<int>(points / factor / 2.0)); };
-            remedy = text(
-                "a cell of the grid holds {:.2g} {}s: choose larger cells, grid.nx = {}{}, or noise.{}s below "
-                "{:.2g}",
-                in_cell, what, even(scene.grid.nx), one_row ? "" : text(" and grid.ny = {}", even(scene.grid.ny)), what,
-                its_noise / 4.0);
+            remedy = text("a cell of the grid holds {:.2g} {}s: choose larger cells, grid.nx = {}{}", in_cell, what,
+                          even(scene.grid.nx), one_row ? "" : text(" and grid.ny = {}", even(scene.grid.ny)));
+            if (its_noise > 0.0) remedy += text(", or noise.{}s below {:.2g}", what, its_noise / 4.0);
         }
         if (what == "rod")
             remedy += ", or current.kind = \"order\", which is linear in the density and allows negative ones";
@@ -305,16 +303,17 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
             text("the steps of {} are too inaccurate: their estimated error is {:.2g} of a field at t = {:.6g} s "
                  "(step_error); expected at most time.max_error = {}: choose time.tolerance = {:.1g}",
                  method.name, *worst, times[static_cast<std::size_t>(worst - errors.begin())], scene.time.max_error,
-                 scene.time.tolerance * scene.time.max_error / *worst));
+                 std::max(1e-3 * scene.time.tolerance, scene.time.tolerance * scene.time.max_error / *worst)));
         return;
     }
     // With noise the methods have order 1.5 to 2.
     const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
     const double order = system.noise ? 1.5 : numerics::time_method(scene.time.stepper).order;
-    const double halvings = std::ceil(std::log2(*worst / scene.time.max_error) / order);
+    constexpr double max_halvings = 20.0;  // of an error that is infinite
+    const double halvings = std::min(max_halvings, std::ceil(std::log2(*worst / scene.time.max_error) / order));
     warnings.push_back(text(
         "time.dt = {} is too long: its estimated error is {:.2g} of a field at t = {:.6g} s (step_error){}; expected "
-        "at most time.max_error = {}: choose time.dt = {:.3g}{}",
+        "at most time.max_error = {}: choose time.dt = {}{}",
         scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
         *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
         scene.time.max_error, scene.time.dt * std::exp2(-halvings),

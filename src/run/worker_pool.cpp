@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -40,12 +41,37 @@ void write_all(int to, const std::string& bytes) {
     }
 }
 
+/// The status of a worker whose Error of this kind ends all jobs.
+constexpr int status_of_fault(Fault fault) { return 64 + static_cast<int>(fault); }
+constexpr std::array ending{Fault::environment, Fault::defect};
+
+std::optional<Fault> fault_that_ends(int status) {
+    for (const Fault fault : ending)
+        if (status == status_of_fault(fault)) return fault;
+    return std::nullopt;
+}
+
+/// In the child.  The sentence of an Error that ends all jobs is the result.
+int status_of_work(const Jobs& jobs, std::size_t job, std::string& result) {
+    return status_of([&] {
+        try {
+            return jobs.work(job, result);
+        } catch (const std::exception& exception) {
+            const Error error = error_of(exception);
+            if (std::find(ending.begin(), ending.end(), error.fault()) == ending.end()) throw;
+            result = error.what();
+            return status_of_fault(error.fault());
+        }
+    });
+}
+
 Worker start_worker(std::size_t job, const Jobs& jobs) {
     std::array<int, 2> ends{};
-    if (pipe2(ends.data(), O_CLOEXEC) < 0) fail_run("cannot create a pipe for a worker: {}", std::strerror(errno));
+    if (pipe2(ends.data(), O_CLOEXEC) < 0)
+        fail_environment("cannot create a pipe for a worker: {}", std::strerror(errno));
     std::fflush(nullptr);  // or the child would write buffered output again
     const pid_t caller = getpid(), child = fork();
-    if (child < 0) fail_run("cannot start a worker process: {}", std::strerror(errno));
+    if (child < 0) fail_environment("cannot start a worker process: {}", std::strerror(errno));
     if (child > 0) {
         close(ends[1]);
         return {.job = job, .process = child, .pipe = ends[0], .result = {}};
@@ -54,7 +80,7 @@ Worker start_worker(std::size_t job, const Jobs& jobs) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != caller) _exit(exit_run_failed);  // the parent ended before the request took effect
     std::string result;
-    const int status = status_of([&] { return jobs.work(job, result); });
+    const int status = status_of_work(jobs, job, result);
     std::fflush(nullptr);
     write_all(ends[1], result);
     _exit(status);  // without destructors: the objects belong to the parent
@@ -68,7 +94,7 @@ void signal_all(const std::vector<Worker>& workers, int signal) {
 int wait_for(pid_t process) {
     int state = 0;
     while (waitpid(process, &state, 0) < 0)
-        if (errno != EINTR) fail_run("waiting for a worker process failed: {}", std::strerror(errno));
+        if (errno != EINTR) fail_environment("waiting for a worker process failed: {}", std::strerror(errno));
     return WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
 }
 
@@ -83,17 +109,18 @@ std::optional<std::size_t> listen(std::vector<Worker>& workers) {
         std::array<char, 65536> bytes{};
         const ssize_t got = read(workers[i].pipe, bytes.data(), bytes.size());
         if (got > 0) workers[i].result.append(bytes.data(), static_cast<std::size_t>(got));
-        else if (got == 0 || errno != EINTR) return i;
+        else if (got == 0) return i;
+        else if (errno != EINTR) fail_environment("reading from a worker failed: {}", std::strerror(errno));
     }
     return std::nullopt;
 }
 
-/// Passes a stop signal on, once, and kills workers that run on after the grace period.
+/// Passes a request to stop on, once, and kills workers that run on after the grace period.
 class Stopper {
 public:
     explicit Stopper(double grace_period) : grace_period_(grace_period) {}
-    void check(const std::vector<Worker>& workers) {
-        if (stop_signal() == 0) return;
+    void check(const std::vector<Worker>& workers, bool is_requested) {
+        if (!is_requested) return;
         if (!asked_) signal_all(workers, SIGTERM);
         if (!asked_) since_ = Clock::now();
         asked_ = true;
@@ -110,17 +137,18 @@ private:
 PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
     PoolOutcome outcome;
     std::vector<Worker> running;
+    std::optional<Error> failure;  // that ends all jobs
     Stopper stopper(options.grace_period);
     const StopSignals signals;
     try {
         for (;;) {
-            while (stop_signal() == 0 && running.size() < static_cast<std::size_t>(options.workers)) {
+            while (stop_signal() == 0 && !failure && running.size() < static_cast<std::size_t>(options.workers)) {
                 const std::optional<std::size_t> job = jobs.next();
                 if (!job) break;
                 running.push_back(start_worker(*job, jobs));
             }
             if (running.empty()) break;
-            stopper.check(running);
+            stopper.check(running, failure || stop_signal() != 0);
             const std::optional<std::size_t> over = listen(running);
             if (!over) continue;
             const Worker worker = std::move(running[*over]);
@@ -128,14 +156,20 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             close(worker.pipe);
             const int status = wait_for(worker.process);
             ++(status == 0 ? outcome.done : outcome.failed);
-            jobs.ended(worker.job, status, worker.result);
+            outcome.stopped |= status == exit_stopped;  // by a signal to it alone, such as SIGXCPU
+            if (const auto fault = fault_that_ends(status); fault && stop_signal() == 0) {
+                if (!failure) failure.emplace(*fault, SourceLocation{}, worker.result);
+            } else if (!failure || status == exit_done || status == exit_stopped) {
+                jobs.ended(worker.job, status, worker.result);
+            }
         }
     } catch (...) {
         signal_all(running, SIGKILL);
         for (const Worker& worker : running) wait_for(worker.process);
         throw;
     }
-    outcome.stopped = stop_signal() != 0;
+    if (failure) throw *failure;
+    outcome.stopped |= stop_signal() != 0;
     return outcome;
 }
 

@@ -214,12 +214,12 @@ def huge(folder):
 
 FILES = {
     "is missing": (lambda folder: None, ["bad.toml", "no such file", "expected a scene"]),
-    "is a folder": (lambda folder: (folder / "bad.toml").mkdir(), ["bad.toml", "not a file"]),
-    "is a pipe": (lambda folder: os.mkfifo(folder / "bad.toml"), ["bad.toml", "not a file"]),
+    "is a folder": (lambda folder: (folder / "bad.toml").mkdir(), ["bad.toml", "not a plain file"]),
+    "is a pipe": (lambda folder: os.mkfifo(folder / "bad.toml"), ["bad.toml", "not a plain file"]),
     "is binary": (garbage, ["bad.toml", "not TOML"]),
     "has a zero byte": (with_nul, ["bad.toml:2", "not TOML"]),
     "is not UTF-8": (not_utf8, ["bad.toml:2", "not TOML"]),
-    "is huge": (huge, ["bad.toml", "1 MiB"]),
+    "is huge": (huge, ["bad.toml", "larger than 1.05 MB"]),
 }
 
 

@@ -16,7 +16,10 @@ SHIM = os.environ.get("DROVER_SHIM")
 @pytest.mark.parametrize("only, most", [("run:pwrite", 5), ("run:pread", 4), ("run:fsync", 2), ("run:rename", 2),
                                         ("run:open", 3), ("restart:pread", 3), ("sweep:pwrite", 2),
                                         ("calibrate:pread", 2), ("calibrate:write", 1),
-                                        ("run:malloc", 16), ("film:write", 4)])
+                                        ("run:malloc", 16), ("film:write", 4), ("check:read", 4), ("check:pread", 6),
+                                        ("fit:pread", 3), ("info:pread", 3), ("film:read", 3),
+                                        ("stability:pwrite", 4), ("stability:rename", 2), ("states:pwrite", 3),
+                                        ("boundary:fsync", 2)])
 def test_a_command_survives_a_failing_call_and_the_next_one_ends_with_the_same_bytes(only, most):
     lines = []
     faults, failures = walk(SHIM, 0, only, lines.append, most)

@@ -9,8 +9,8 @@ import time
 import h5py
 import numpy
 import pytest
-from support import (DROVER, assert_same_bytes, checkpoints, contents, damage, drover, end_group, environment, start,
-                     tree, wait_until, write_scene)
+from support import (DROVER, MODELS, assert_same_bytes, checkpoints, contents, damage, drover, end_group, environment,
+                     start, tree, wait_until, write_scene)
 
 SHORT = {"time.end": 4.0, "output.frame_every": 1.0, "output.checkpoint_minutes": 0.0}
 LONG = {"time.end": 1e6, "output.checkpoint_minutes": 60.0}
@@ -46,7 +46,8 @@ def test_results_for_a_closed_standard_output_are_a_failure(tmp_path):
     assert ended.returncode == 1 and "could not be written to standard output" in one_sentence(ended)
 
 
-@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGUSR2,
+                                    signal.SIGXCPU])
 def test_a_signal_stops_a_run_after_a_checkpoint(number, tmp_path):
     process = start(tmp_path, "run", write_scene(tmp_path, LONG), "--quiet")
     try:
@@ -56,6 +57,34 @@ def test_a_signal_stops_a_run_after_a_checkpoint(number, tmp_path):
         assert all(file.exists() for file in checkpoints(tmp_path / "flock.h5"))
     finally:
         end_group(process)
+
+
+def test_a_limit_of_the_time_of_the_processor_stops_a_run_after_a_checkpoint(tmp_path):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_CPU, (1, 20))
+    ended = drover(tmp_path, "run", write_scene(tmp_path, LONG), status=3, preexec_fn=limit)
+    assert f"stopped by signal {int(signal.SIGXCPU)} at step" in ended.stderr
+
+
+def test_a_run_ends_at_its_largest_time_and_its_sentence_resumes_it(tmp_path):
+    scene = write_scene(tmp_path, {**LONG, "output.frame_every": 1.0})
+    ended = drover(tmp_path, "run", scene, "--max-time", "0:01", status=3)
+    last = ended.stderr.splitlines()[-1]
+    assert "stopped by --max-time at step" in last
+    words = last.partition("to resume: drover ")[2].split()
+    assert words == ["restart", "flock.h5"]
+    ended = drover(tmp_path, *words, "--max-time", "0.5", status=3)
+    assert "stopped by --max-time" in ended.stderr
+    drover(tmp_path, "run", scene, "--max-time", "1 year", status=2)
+    drover(tmp_path, "run", write_scene(tmp_path, SHORT, name="short.toml"), "--max-time", "11:30:00")
+
+
+@pytest.mark.parametrize("command", ["sweep", "calibrate"])
+def test_jobs_end_at_their_largest_time(command, tmp_path):
+    scene = write_long_trials(tmp_path) if command == "calibrate" else write_scene(
+        tmp_path, {**LONG, "sweep.seeds": 2, "sweep.workers": 2})
+    ended = drover(tmp_path, command, scene, "--max-time", "2s", status=3, seconds=60)
+    assert "stopped by --max-time" in ended.stderr and "re-run the same command to resume" in ended.stderr
 
 
 def test_a_run_under_nohup_goes_on_after_a_hangup(tmp_path):
@@ -190,6 +219,39 @@ def test_a_pipe_beside_an_archive_is_rejected_and_not_waited_for(name, tmp_path)
     assert "is not a plain file" in ended.stderr
 
 
+def test_a_run_whose_archive_is_deleted_says_what_can_be_done_and_that_works(tmp_path):
+    archive = tmp_path / "flock.h5"
+    process = start(tmp_path, "run", write_scene(tmp_path, {**LONG, "output.frame_every": 0.0}), "--quiet")
+    try:
+        wait_until(checkpoints(archive)[0].exists, "the first checkpoint", process=process)
+        archive.unlink()
+        process.send_signal(signal.SIGTERM)
+        _, log = process.communicate(timeout=20)
+        assert process.returncode == 1 and "the archive was deleted while the run wrote it" in log
+        assert "to resume: drover restart flock.h5" in log
+    finally:
+        end_group(process)
+    drover(tmp_path, "restart", "flock.h5", "--quiet", "--set", "time.end=2.0")  # from the checkpoint of the start
+    whole = {**LONG, "output.frame_every": 0.0, "time.end": 2.0}
+    drover(tmp_path, "run", write_scene(tmp_path, whole, name="whole.toml"), "--quiet")
+    assert_same_bytes(tmp_path / "whole.h5", archive)
+
+
+@pytest.mark.parametrize("loss, words", [
+    (lambda archive: archive.rename(archive.with_name("away.h5")), "was moved to "),
+    (lambda archive: archive.write_bytes(b"a thesis"), "cut the archive to 8 of ")])
+def test_the_next_commit_of_a_run_notices_that_its_archive_is_lost(loss, words, tmp_path):
+    process = start(tmp_path, "run", write_scene(tmp_path, LONG), "--quiet")
+    try:
+        wait_until(checkpoints(tmp_path / "flock.h5")[0].exists, "the first checkpoint", process=process)
+        loss(tmp_path / "flock.h5")
+        _, log = process.communicate(timeout=60)
+        assert process.returncode == 1 and words in log and log.count("\n") == 1
+        assert ("drover restart" in log) == (tmp_path / "away.h5").exists()
+    finally:
+        end_group(process)
+
+
 def test_an_archive_behind_a_symbolic_link_is_replaced_and_resumed_like_the_file_itself(tmp_path):
     (tmp_path / "there").mkdir()
     (tmp_path / "link.h5").symlink_to("there/flock.h5")
@@ -300,12 +362,123 @@ def test_a_short_memory_ends_a_run_with_a_sentence(tmp_path):
     expected = contents(tmp_path / "whole.h5")
     statuses = set()
     for kilobytes in range(20000, 80000, 1500):
-        ended = subprocess.run(["sh", "-c", f'ulimit -v {kilobytes}; "{DROVER}" run flock.toml --quiet --overwrite'],
+        loads = f'ulimit -v {kilobytes}; "{DROVER}" --version > /dev/null 2>&1 || exit 127'  # too little for libraries
+        ended = subprocess.run(["sh", "-c", f'{loads}; "{DROVER}" run flock.toml --quiet --overwrite'],
                                cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)
-        assert ended.returncode in (0, 1, 2, 127), (kilobytes, ended)  # 127: too little for the program itself
+        assert ended.returncode in (0, 1, 2, 127), (kilobytes, ended)
         if ended.returncode == 0:
             assert contents(tmp_path / "flock.h5") == expected
         elif ended.returncode < 127:
             one_sentence(ended)
         statuses.add(ended.returncode)
     assert 0 in statuses
+
+
+def test_a_read_that_fails_is_not_the_end_of_a_scene(tmp_path):
+    for words in (["check", "/proc/self/mem"], ["run", "/proc/self/mem", "--quiet", "-o", "x.h5"]):
+        ended = drover(tmp_path, *words, status=1)
+        assert "/proc/self/mem: the disk reports a failure: read: Input/output error" in one_sentence(ended)
+    assert tree(tmp_path) == {}
+
+
+RESULTS = {"stability": ["stability", "flock.toml", "--set", "stability.wavenumbers=8", "--set", "stability.angles=4"],
+           "boundary": ["boundary", "flock.toml", "--x", "relaxation.rate = 0.5:1", "--y", "uniform.rod_density = 1:2",
+                        "--set", "boundary.map=4"],
+           "states": ["states", MODELS / "band.toml", "--wave", "x", "--set", "grid.nx=256", "--set", "grid.ny=8"]}
+
+
+@pytest.mark.parametrize("command", RESULTS)
+def test_the_archive_of_a_result_appears_complete_or_not_at_all(command, tmp_path):
+    write_scene(tmp_path)
+    words = [*RESULTS[command], "-o", "x.h5"]
+    drover(tmp_path, *words)
+    whole = contents(tmp_path / "x.h5")
+    for kilobytes in (1, 8, 24):
+        for old in (whole, None):
+            if old is None:
+                (tmp_path / "x.h5").unlink()
+            ended = subprocess.run(["sh", "-c", f'ulimit -f {2 * kilobytes}; exec "$0" "$@" --overwrite', DROVER,
+                                    *map(str, words)], cwd=tmp_path, capture_output=True, text=True, check=False,
+                                   env=environment())
+            if ended.returncode != 0:
+                assert "the largest file size allowed (ulimit -f) is reached" in one_sentence(ended)
+                assert old is None or contents(tmp_path / "x.h5") == old
+            assert set(tree(tmp_path)) <= {"flock.toml", "x.h5"} and (old is None or (tmp_path / "x.h5").exists())
+            assert (tmp_path / "x.h5").exists() == (old is not None or ended.returncode == 0)
+            drover(tmp_path, *words, "--overwrite")
+
+
+@pytest.mark.parametrize("command", RESULTS)
+def test_info_describes_the_archive_of_a_result(command, tmp_path):
+    write_scene(tmp_path)
+    drover(tmp_path, *RESULTS[command], "-o", "x.h5")
+    text = drover(tmp_path, "info", "x.h5").stdout
+    found = json.loads(drover(tmp_path, "info", "x.h5", "--json").stdout)
+    assert found["attributes"]["title"].startswith(f"drover {command} of ") and found["attributes"]["title"] in text
+    with h5py.File(tmp_path / "x.h5") as file:
+        for array in found["arrays"]:
+            stored = file[array["name"]]
+            values = numpy.array(array["values"], dtype=float)  # null: not finite
+            assert list(stored.shape) == array["shape"] and array["name"] in text
+            assert numpy.array_equal(values, stored[()].ravel(), equal_nan=True)
+    assert set(contents(tmp_path / "x.h5")) == {array["name"][1:] for array in found["arrays"]}
+
+
+@pytest.mark.parametrize("command", [*RESULTS, "run"])
+def test_overwrite_replaces_an_archive_and_never_an_input_or_another_file(command, tmp_path):
+    archive_of(tmp_path, "start.toml")
+    write_scene(tmp_path, {"initial.kind": "file", "initial.file": "start.h5"})
+    (tmp_path / "notes.txt").write_text("notes")
+    (tmp_path / "link").symlink_to("start.h5")
+    words = ["run", "flock.toml", "--quiet"] if command == "run" else RESULTS[command]
+    scene = "flock.toml" if words[1] == "flock.toml" else words[1]
+    before = tree(tmp_path)
+    inputs = {scene: "is an input of this command", "notes.txt": "is not an HDF5 file"}
+    if scene == "flock.toml":
+        inputs |= {"start.h5": "is an input of this command", "./link": "is an input of this command"}
+    for output, sentence in inputs.items():
+        assert sentence in one_sentence(drover(tmp_path, *words, "-o", output, "--overwrite", status=2))
+        assert tree(tmp_path) == before
+    assert "exists; choose another name" in one_sentence(drover(tmp_path, *words, "-o", "notes.txt", status=2))
+
+
+@pytest.mark.parametrize("kilobytes", [64, 128, 256, 512, 1024, 2040, 2048, 8192])
+@pytest.mark.parametrize("which", ["-s", "-S -s"])
+def test_a_short_stack_is_enough_or_ends_with_a_sentence(which, kilobytes, tmp_path):
+    """-S: the limit may be raised again, which the program does."""
+    write_scene(tmp_path, SHORT)
+    ended = subprocess.run(["sh", "-c", f'ulimit {which} {kilobytes}; "{DROVER}" run flock.toml --quiet'], cwd=tmp_path,
+                           env=environment(), capture_output=True, text=True, check=False)
+    if which == "-S -s" or kilobytes >= 2048:
+        assert ended.returncode == 0, ended
+    else:
+        assert ended.returncode == 2 and "raise the limit" in one_sentence(ended), ended
+
+
+SHIM = os.environ.get("DROVER_SHIM")
+
+
+@pytest.mark.skipif(not SHIM, reason="DROVER_SHIM is not set; ctest sets it")
+@pytest.mark.parametrize("reason", ["ENOLCK", "EOPNOTSUPP", "ENOSYS"])
+def test_a_file_system_without_locks_is_used_only_if_the_user_says_so(reason, tmp_path):
+    whole = archive_of(tmp_path, "whole.toml")
+    scene = write_scene(tmp_path, SHORT)
+    without = environment(LD_PRELOAD=SHIM, DROVER_FAULT_LOCKS=reason)
+    assert "set DROVER_NO_LOCKS=1" in one_sentence(drover(tmp_path, "run", scene, "--quiet", status=2, env=without))
+    assert sorted(tree(tmp_path)) == sorted({"flock.toml", *(name for name in tree(tmp_path) if "whole" in name)})
+    allowed = {**without, "DROVER_NO_LOCKS": "1"}
+    ended = drover(tmp_path, "run", scene, "--quiet", "--set", "time.end=2", env=allowed)
+    assert ended.stderr.count("is written without a lock") == 1
+    drover(tmp_path, "restart", "flock.h5", "--quiet", "--set", "time.end=4", env=allowed)
+    drover(tmp_path, "info", "flock.h5", env=without)  # reads without a lock
+    assert_same_bytes(whole, tmp_path / "flock.h5")
+    drover(tmp_path, "sweep", write_scene(tmp_path, {**SHORT, "sweep.seeds": 2}), "--quiet", env=allowed)
+    assert "set DROVER_NO_LOCKS=1" in drover(tmp_path, "sweep", scene, "--quiet", "-o", "other", status=2,
+                                             env=without).stderr
+
+
+@pytest.mark.skipif(bool(os.environ.get("DROVER_SANITIZE")), reason="sanitizers begin before the check")
+def test_a_processor_without_the_instructions_of_the_build_gets_a_sentence(tmp_path):
+    """A tunable of the C library hides a feature of the processor."""
+    ended = drover(tmp_path, "--version", status=1, env=environment(GLIBC_TUNABLES="glibc.cpu.hwcaps=-AVX2"))
+    assert one_sentence(ended).startswith("error: this processor has no AVX2")

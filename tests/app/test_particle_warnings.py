@@ -49,6 +49,14 @@ def test_a_setting_of_contacts_outside_what_was_studied_is_reported(tmp_path, ke
     assert warning.startswith(f"contacts.{key} = {value}") and "half the step" in warning
 
 
+def test_steps_of_the_pairwise_law_that_change_the_gait_of_a_rod_are_reported(tmp_path):
+    changes = {"contacts.law": "pairwise", "rods.bearing": "all", "rods.count": 1, "beads.area_fraction": 0.1,
+               "time.dt": 1e-5, "time.end": 0.01, "output.frame_every": 0.01, "output.sample_every": 0.005}
+    assert not [w for w in warnings_of(tmp_path, changes) if "pairwise" in w]
+    [warning] = [w for w in warnings_of(tmp_path, {**changes, "contacts.rod_step": 5e-6}) if "pairwise" in w]
+    assert warning.startswith("contacts.rod_step = 5e-06 s") and "converged" in warning
+
+
 @pytest.mark.parametrize("law, count", [("kinematic", 1), ("energetic", 0)])
 def test_a_law_that_creates_energy_in_impacts_is_reported(tmp_path, law, count):
     changes = {**ELASTIC, "rods.count": 2, "beads.area_fraction": 0.2, "restitution.rod_plate": 1.0,

@@ -195,6 +195,13 @@ def interrupt_soon(seconds=0.3):
     threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT)).start()
 
 
+def interrupt_when(holds):
+    def work():
+        wait_until(holds, "a change")
+        os.kill(os.getpid(), signal.SIGINT)
+    threading.Thread(target=work).start()
+
+
 def test_ctrl_c_stops_a_run_between_two_steps_and_leaves_it_usable():
     long = {"time.end": 1e7, "output.frame_every": 1e7, "output.sample_every": 1e7}
     run, other = scene_of(**long).start(), scene_of(**long).start()
@@ -210,12 +217,18 @@ def test_ctrl_c_stops_a_run_between_two_steps_and_leaves_it_usable():
 def test_ctrl_c_stops_a_run_with_an_archive_after_a_checkpoint(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scene = scene_of(**{"time.end": 1e6, "output.frame_every": 0.0, "output.sample_every": 100.0})
-    interrupt_soon()
-    with pytest.raises(KeyboardInterrupt):
-        scene.run("stopped.h5")
-    interrupt_soon()
-    with pytest.raises(KeyboardInterrupt):
-        drover.restart("stopped.h5")
+
+    checkpoint = tmp_path / "stopped.h5.checkpoint-a"
+
+    def last_change():
+        return max((path.stat().st_mtime_ns for path in tmp_path.glob("stopped.h5*") if path.exists()), default=0)
+
+    for run in (lambda: scene.run("stopped.h5"), lambda: drover.restart("stopped.h5")):
+        before = last_change()
+        interrupt_when(lambda: checkpoint.exists() and last_change() > before)  # pylint: disable=cell-var-from-loop
+        with pytest.raises(KeyboardInterrupt):
+            run()
+        assert last_change() > before
     assert scene.set("time.end", 10.0).start().advance().time == 10.0  # the request to stop is over
 
 

@@ -1,5 +1,7 @@
 """tests/app/test_python_pictures.py: figures, panels and films of runs in memory and in archives."""
+import errno
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -12,7 +14,7 @@ from pictures import covered, overlaps
 from support import MODELS, SMALL, drover as program, write_scene
 
 import drover
-from drover import panels
+from drover import figure, panels
 from drover.sweeping import Sweep
 from drover.trade_panel import draw_trade
 
@@ -223,6 +225,31 @@ def test_the_program_makes_a_film_of_an_archive(tmp_path, monkeypatch):
     assert "apt-get install ffmpeg" in program(tmp_path, "film", "flock.h5", status=2).stderr
     with pytest.raises(drover.Error, match="expected .mp4"):
         drover.film(tmp_path / "flock.h5", tmp_path / "film.gif")
+
+
+@needs_ffmpeg
+def test_links_at_temporary_names_are_replaced_and_not_followed(tmp_path):
+    diary, run = tmp_path / "diary.txt", fields().start()
+    diary.write_text("dear diary")
+    for name in ("run.mp4", "run.png"):
+        (tmp_path / f".{name}.part").symlink_to(diary)
+    drover.film(run, tmp_path / "run.mp4", every=0.5)
+    figure.write(drover.plot.figure(run), tmp_path / "run.png")
+    assert diary.read_text() == "dear diary" and probed(tmp_path / "run.mp4")[2] == 5
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["diary.txt", "run.mp4", "run.png"]
+
+
+def test_a_figure_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch):
+    path = tmp_path / "run.png"
+    path.write_bytes(b"old")
+
+    def full(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(drover.Error, match="No space left on device"):
+        figure.write(drover.plot.figure(fields().start()), path)
+    assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
 
 
 def test_without_ffmpeg_an_error_says_how_to_install_it(tmp_path, monkeypatch):

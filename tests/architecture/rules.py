@@ -40,8 +40,19 @@ PUBLIC_THIRD_PARTY = {"model": ("Eigen/*",), "physics": ("Eigen/*",)}
 
 # Private headers of a module: header pattern, and the files that may include it.
 INTERNALS = [
-    ("files/overlay.hpp", ("src/files/overlay.cpp", "src/files/hdf5_file.cpp")),
-    ("files/journal.hpp", ("src/files/journal.cpp", "src/files/overlay.cpp", "src/files/hdf5_file.cpp")),
+    ("files/overlay.hpp", ("src/files/overlay.cpp", "src/files/lost_file.hpp", "src/files/hdf5_file.cpp")),
+    ("files/journal.hpp", ("src/files/journal.cpp", "src/files/overlay.hpp", "src/files/hdf5_file.cpp")),
+]
+
+# Ways to files that only the layer of files may use, so that every read and write is checked: what it is, a pattern of
+# code, the files that may contain it.  /proc/meminfo is not there on every system; main opens /dev/null.
+FILE_ACCESS = [
+    ("a stream of files, whose failures are easily lost",
+     re.compile(r"<fstream>|\bw?[io]?fstream\b|\bw?filebuf\b|\brdbuf\b|\bf(?:re|d)?open(?:64)?\s*\("),
+     ("src/base/memory.cpp",)),
+    ("a system call on files",
+     re.compile(r"(?<![\w>])::(?:open|openat|creat|p?read|readv|pwrite|rename|unlink)\s*\("),
+     ("src/files/*.cpp", "src/app/main.cpp")),
 ]
 
 MAX_LINES = 500
@@ -122,6 +133,16 @@ def check_sources(tree):
         if limit and len(users[library]) > limit:
             locations = ", ".join(f"{path}:{number}" for path, number in users[library].items())
             yield f"{locations}: {len(users[library])} files include {library}; at most {limit} of {home} may"
+
+
+def check_file_access(tree):
+    """Files are read and written through src/files alone.  Comments do not count."""
+    for path in files(tree, ("include", "src"), CPP):
+        for number, line in enumerate((tree / path).read_text().splitlines(), 1):
+            for what, pattern, homes in FILE_ACCESS:
+                if (found := pattern.search(line.split("//")[0])) and not matches(path, homes):
+                    yield (f"{path}:{number}: {found.group().strip(' (')} is {what}; expected the functions of "
+                           "drover/files: input_file.hpp, new_file.hpp")
 
 
 def component_of(path):
@@ -218,7 +239,8 @@ def files(tree, folders, suffixes):
 
 def broken_rules(tree):
     tree = Path(tree).resolve()
-    return [*check_sources(tree), *check_cycles(tree), *check_files(tree), *check_columns(tree), *check_top_level(tree)]
+    return [*check_sources(tree), *check_file_access(tree), *check_cycles(tree), *check_files(tree),
+            *check_columns(tree), *check_top_level(tree)]
 
 
 def main(arguments):

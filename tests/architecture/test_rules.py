@@ -18,6 +18,7 @@ def tree_with(folder, texts):
         "src/numerics/transform.cpp": FIRST_LINE + '#include <fftw3.h>\n#include "numerics/plans.hpp"\n',
         "src/files/archive.cpp": FIRST_LINE + "#include <hdf5.h>\n",
         "src/files/hdf5_file.cpp": FIRST_LINE + '#include "files/overlay.hpp"\n',
+        "src/files/system_calls.cpp": FIRST_LINE + "const int file = ::open(name, O_RDONLY);  // not ifstream\n",
         "src/files/overlay.hpp": FIRST_LINE,
         "src/io/scene.cpp": FIRST_LINE + "#include <toml++/toml.h>\n",
         "src/app/main.cpp": FIRST_LINE + '#include <CLI/CLI.hpp>\n#include "drover/numerics/grid.hpp"\n',
@@ -101,6 +102,18 @@ BROKEN = {
     "CLI11 outside app": (
         "src/run/bad.cpp", "#include <CLI/CLI.hpp>",
         "src/run/bad.cpp:2: <CLI/CLI.hpp> of CLI11"),
+    "a stream of a file": (
+        "src/io/bad.cpp", "std::ifstream from(file);  // text",
+        "src/io/bad.cpp:2: ifstream is a stream of files"),
+    "a stream in the layer of files": (
+        "src/files/bad.cpp", "#include <fstream>",
+        "src/files/bad.cpp:2: <fstream> is a stream of files"),
+    "a file of the C library": (
+        "src/run/bad.cpp", 'if (FILE* file = std::fopen(name, "r"))',
+        "src/run/bad.cpp:2: fopen is a stream of files"),
+    "a system call outside the layer of files": (
+        "src/run/bad.cpp", "const int file = ::open(name, O_RDONLY);",
+        "src/run/bad.cpp:2: ::open is a system call on files"),
     "a long file": (
         "src/base/bad.cpp", "\n" * 500,
         "src/base/bad.cpp:501: 501 lines; at most 500"),

@@ -82,5 +82,11 @@ TEST(Schema, values_read_back_as_the_same_numbers) {
     EXPECT_EQ(toml_text(std::vector<std::string>{"x", "y"}), "[\"x\", \"y\"]");
 }
 
+TEST(Schema, a_text_with_any_bytes_is_toml_without_control_characters) {
+    EXPECT_EQ(toml_text(std::string("\x1b\x7f\r\xc2\x9b")), R"("\u001b\u007f\u000d\u009b")");
+    EXPECT_EQ(toml_text(std::string("\xe2\x82\xac")), "\"\xe2\x82\xac\"");
+    EXPECT_EQ(toml_text(std::string("a\xff.h5")), R"("a\\xff.h5")");  // TOML cannot hold the byte
+}
+
 }  // namespace
 }  // namespace drover

@@ -46,6 +46,22 @@ TEST(Text, a_measured_number_has_the_digits_that_its_error_supports) {
     EXPECT_EQ(measured_text_with_error(15.8912, 0.079), "15.891 +- 0.079");
 }
 
+TEST(Text, is_printable_as_utf_8_whatever_its_bytes) {
+    EXPECT_EQ(printable("m\xc2\xb2 \xe2\x82\xac \xf0\x9f\x90\x91"), "m\xc2\xb2 \xe2\x82\xac \xf0\x9f\x90\x91");
+    EXPECT_EQ(printable("\x1b[2J\x7f\xc2\x9b"), "\\x1b[2J\\x7f\\xc2\\x9b");
+    EXPECT_EQ(printable("\xff"), "\\xff");
+    EXPECT_EQ(printable("\xe0\x80\x80"), "\\xe0\\x80\\x80");           // longer than necessary
+    EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80");           // half of a surrogate pair
+    EXPECT_EQ(printable("\xf4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");  // beyond U+10FFFF
+}
+
+TEST(Text, a_word_for_the_shell_is_in_quotes_where_it_needs_them) {
+    EXPECT_EQ(shell_word("runs/flock-1.h5"), "runs/flock-1.h5");
+    EXPECT_EQ(shell_word(""), "''");
+    EXPECT_EQ(shell_word("a b"), "'a b'");
+    EXPECT_EQ(shell_word("it's $(x)\n"), "'it'\\''s $(x)\n'");
+}
+
 TEST(Text, a_character_is_written_as_a_character) {
     EXPECT_EQ(text("\"{}\" and \"{}\"", ')', "b"[0]), "\")\" and \"b\"");
 }

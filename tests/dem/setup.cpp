@@ -104,6 +104,60 @@ TEST(Setup, with_a_plate_substep_too_long_for_the_vibration_is_rejected) {
                     "at contacts.substep: contacts.substep = 0.001 s with plates.frequency = 200");
 }
 
+TEST(Setup, with_a_key_of_contacts_that_its_law_does_not_read_is_rejected) {
+    EXPECT_REJECTED(s.contacts.track_slip = false,
+                    "at contacts.track_slip: contacts.track_slip = false has no effect with contacts.law = "
+                    "\"simultaneous\"; expected its default, true, or a contacts.law that resolves one contact after "
+                    "another");
+    EXPECT_REJECTED((s.contacts.law = "first-to-last", s.contacts.track_slip = false,
+                     s.contacts.restitution = "kinetic"),
+                    "at contacts.restitution: contacts.restitution = \"kinetic\" has no effect with "
+                    "contacts.track_slip = false; expected its default, \"energetic\", or ");
+    EXPECT_REJECTED(
+        (s.contacts.law = "pairwise", s.contacts.simultaneity_gap = 1e-4),
+        "at contacts.simultaneity_gap: contacts.simultaneity_gap = 0.0001 has no effect with contacts.law = "
+        "\"pairwise\"; expected its default, ");
+    EXPECT_REJECTED(s.contacts.rod_step = 1e-6,
+                    "at contacts.rod_step: contacts.rod_step = 1e-06 has no effect with contacts.law = "
+                    "\"simultaneous\"; expected its default, 2e-06, or contacts.law = \"pairwise\"");
+    for (const char* key : {"track_slip", "restitution", "increments", "inelastic_threshold", "substep"}) {
+        const std::string message = rejection([&](dem::Setup& s) {
+            s.contacts.law = "pairwise";
+            const std::string name = key;
+            if (name == "track_slip") s.contacts.track_slip = false;
+            if (name == "restitution") s.contacts.restitution = "kinematic";
+            if (name == "increments") s.contacts.increments = 9;
+            if (name == "inelastic_threshold") s.contacts.inelastic_threshold = 0.0;
+            if (name == "substep") s.contacts.substep = 1e-5;
+        });
+        EXPECT_NE(message.find(std::string(key) + " = "), std::string::npos) << message;
+    }
+    EXPECT_REJECTED((s.contacts.model = "spring-dashpot", s.contacts.law = "pairwise"),
+                    "at contacts.law: contacts.law = \"pairwise\" has no effect with contacts.model = "
+                    "\"spring-dashpot\"; expected its default, \"simultaneous\", or contacts.model = \"impulse\"");
+    EXPECT_REJECTED(s.contacts.stiffness = 1e9,
+                    "at contacts.stiffness: contacts.stiffness = 1000000000.0 has no effect");
+    EXPECT_EQ(rejection([](dem::Setup& s) { s.contacts.law = "first-to-last", s.contacts.track_slip = false; }),
+              "accepted");
+    EXPECT_EQ(rejection([](dem::Setup& s) {
+                  s.contacts.law = "pairwise", s.contacts.order = "random", s.contacts.friction = "decoupled",
+                  s.contacts.rod_step = 1e-6, s.rods.bearing = "all";
+              }),
+              "accepted");
+}
+
+TEST(Setup, with_spheres_that_bear_only_in_an_overlap_is_rejected_where_bodies_do_not_overlap_plates) {
+    EXPECT_REJECTED(s.rods.bearing = "all",
+                    "at rods.bearing: rods.bearing = \"all\" has no effect with contacts.law = \"simultaneous\"");
+    EXPECT_EQ(rejection([](dem::Setup& s) { s.rods.bearing = "all", s.contacts.model = "spring-dashpot"; }),
+              "accepted");
+}
+
+TEST(Setup, with_a_rod_step_too_long_for_the_vibration_is_rejected) {
+    EXPECT_REJECTED((s.contacts.law = "pairwise", s.contacts.rod_step = 1e-3),
+                    "at contacts.rod_step: contacts.rod_step = 0.001 s with plates.frequency = 200");
+}
+
 TEST(Setup, with_a_missing_or_unused_packing_file_is_rejected) {
     EXPECT_REJECTED(s.packing.kind = "file", "at packing.kind: packing.kind = \"file\" without packing.file; name");
     EXPECT_REJECTED(s.packing.file = "start.h5",
@@ -123,12 +177,12 @@ TEST(Setup, has_a_row_for_each_of_its_members) {
     expect_rows<Plates>(4);
     expect_rows<Gravity>(3);
     expect_rows<BeadSupply>(5);
-    expect_rows<RodSupply>(6);
+    expect_rows<RodSupply>(7);
     expect_rows<Restitution>(7);
     expect_rows<Friction>(7);
     expect_rows<Kick>(1);
     expect_rows<BodyForces>(12);
-    expect_rows<ContactControl>(12);
+    expect_rows<ContactControl>(15);
     expect_rows<Packing>(3);
 }
 

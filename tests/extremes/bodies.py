@@ -53,7 +53,10 @@ def scene(number):
         if what == "law":
             keys |= draw.choice([{"contacts.law": "first-to-last"}, {"contacts.restitution": "kinematic"},
                                  {"contacts.model": "spring-dashpot"}, {"contacts.increments": 1},
-                                 {"contacts.track_slip": False}, {"contacts.inelastic_threshold": 0.0}])
+                                 {"contacts.law": "first-to-last", "contacts.track_slip": False},
+                                 {"contacts.law": "pairwise"}, {"contacts.law": "pairwise", "rods.bearing": "all"},
+                                 {"contacts.law": "pairwise", "contacts.friction": "decoupled"},
+                                 {"contacts.inelastic_threshold": 0.0}])
         if what == "force":
             keys |= draw.choice([{"forces.bead_x": 1e7}, {"forces.rod_x": -1e9}, {"forces.torque": 1e9}])
         if what == "substep":

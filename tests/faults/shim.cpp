@@ -4,19 +4,22 @@
 //   DROVER_FAULT=malloc:900:ENOMEM:always   the 900th and all later ones
 //   DROVER_FAULT_WITHIN=H5Dwrite            of malloc only calls with this function or library among the innermost
 //   DROVER_FAULT_UNDER=/tmp/folder          only calls on files of this folder, and in it; not for malloc
+//   DROVER_FAULT_LOCKS=ENOLCK               a file system without locks: ENOLCK, EOPNOTSUPP or ENOSYS
 //   DROVER_FAULT_TRACE=1                    prints the stack of calls of the first that fails
 //   DROVER_FAULT_COUNT=file                 the number of each call is written there at the end (the largest of the
 //                                           processes that were started by exec), and which allocations were the first
 //                                           with their innermost calls
 //
-// Calls: write pwrite pread fsync rename ftruncate open malloc.  Errors: ENOSPC EIO EDQUOT ENOMEM EINTR, and "short": a
-// write or read of half of the bytes.  write does not count the standard streams; pwrite includes posix_fallocate, open
-// includes fopen, malloc includes calloc, realloc and aligned allocations, rename includes unlink.
+// Calls: read write pwrite pread fsync rename ftruncate open malloc.  Errors: ENOSPC EIO EDQUOT ENOMEM EINTR ESTALE,
+// and "short": a write or read of half of the bytes.  read and write do not count the standard streams; read includes
+// readv, and not fread, whose calls are within the C library; pwrite includes posix_fallocate, open includes fopen,
+// malloc includes calloc, realloc and aligned allocations, rename includes unlink.
 #include <execinfo.h>
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -37,6 +40,7 @@ void* __libc_memalign(size_t alignment, size_t size);
 namespace {
 
 enum Call {
+    call_read,
     call_write,
     call_pwrite,
     call_pread,
@@ -47,7 +51,8 @@ enum Call {
     call_malloc,
     calls
 };
-constexpr const char* names[calls] = {"write", "pwrite", "pread", "fsync", "rename", "ftruncate", "open", "malloc"};
+constexpr const char* names[calls] = {"read",   "write",     "pwrite", "pread", "fsync",
+                                      "rename", "ftruncate", "open",   "malloc"};
 
 /// Shared with child processes: counts[c] is the number of calls c so far.
 long* counts = nullptr;
@@ -176,7 +181,8 @@ __attribute__((constructor)) void begin() {
         const struct {
             const char* name;
             int number;
-        } errors[] = {{"ENOSPC", ENOSPC}, {"EIO", EIO}, {"EDQUOT", EDQUOT}, {"ENOMEM", ENOMEM}, {"EINTR", EINTR}};
+        } errors[] = {{"ENOSPC", ENOSPC}, {"EIO", EIO},     {"EDQUOT", EDQUOT},
+                      {"ENOMEM", ENOMEM}, {"EINTR", EINTR}, {"ESTALE", ESTALE}};
         for (const auto& one : errors)
             if (std::strcmp(one.name, what) == 0) error = one.number;
         if (wanted < 0 || (error == 0 && !is_short)) std::abort();
@@ -209,6 +215,12 @@ __attribute__((destructor)) void end() {
     dprintf(to, "\n");
 }
 
+ssize_t do_read(int file, void* data, size_t size) {
+    const bool is_counted = file > STDERR_FILENO && is_under(file);
+    const ssize_t some = is_counted ? size_of(call_read, size) : static_cast<ssize_t>(size);
+    return some < 0 ? -1 : syscall(SYS_read, file, data, some);
+}
+
 ssize_t do_pwrite(int file, const void* data, size_t size, off_t offset) {
     const ssize_t some = is_under(file) ? size_of(call_pwrite, size) : static_cast<ssize_t>(size);
     return some < 0 ? -1 : syscall(SYS_pwrite64, file, data, some, offset);
@@ -227,6 +239,16 @@ int do_open(const char* name, int flags, va_list more) {
 }  // namespace
 
 extern "C" {
+/// For a process that has forked: reads the variables anew, and counts from 1.
+void drover_fault_begin() { begin(); }
+
+ssize_t read(int file, void* data, size_t size) { return do_read(file, data, size); }
+ssize_t __read_chk(int file, void* data, size_t size, size_t) { return do_read(file, data, size); }
+ssize_t readv(int file, const struct iovec* parts, int count) {
+    const bool is_counted = file > STDERR_FILENO && is_under(file);
+    if (is_counted && fails(call_read)) return -1;
+    return syscall(SYS_readv, file, parts, count);
+}
 ssize_t write(int file, const void* data, size_t size) {
     const bool is_counted = file > STDERR_FILENO && is_under(file);
     const ssize_t some = is_counted ? size_of(call_write, size) : static_cast<ssize_t>(size);
@@ -278,9 +300,24 @@ void* realloc(void* old, size_t size) noexcept { return fails(call_malloc) ? nul
 void* aligned_alloc(size_t alignment, size_t size) noexcept {
     return fails(call_malloc) ? nullptr : __libc_memalign(alignment, size);
 }
+void* memalign(size_t alignment, size_t size) noexcept {
+    return fails(call_malloc) ? nullptr : __libc_memalign(alignment, size);
+}
 int posix_memalign(void** to, size_t alignment, size_t size) noexcept {
     if (fails(call_malloc)) return ENOMEM;
     *to = __libc_memalign(alignment, size);
     return *to == nullptr ? ENOMEM : 0;
 }
+int fcntl(int file, int command, ...) {
+    va_list more;
+    va_start(more, command);
+    void* argument = va_arg(more, void*);
+    va_end(more);
+    const bool is_lock = command == F_OFD_SETLK || command == F_OFD_GETLK || command == F_SETLK || command == F_SETLKW;
+    const char* reason = is_lock ? std::getenv("DROVER_FAULT_LOCKS") : nullptr;
+    if (reason == nullptr) return static_cast<int>(syscall(SYS_fcntl, file, command, argument));
+    errno = std::strcmp(reason, "ENOLCK") == 0 ? ENOLCK : std::strcmp(reason, "ENOSYS") == 0 ? ENOSYS : EOPNOTSUPP;
+    return -1;
+}
+int fcntl64(int file, int command, ...) __attribute__((alias("fcntl")));
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 #include <csignal>
 
+#include "drover/files/run_id.hpp"
 #include "files/support.hpp"
 
 namespace drover::files {
@@ -286,6 +287,54 @@ TEST(Archive, a_full_disk_at_creation_leaves_nothing) {
     });
     EXPECT_EQ(status, 0);
     EXPECT_EQ(folder.count(), 0u);
+}
+
+TEST(Archive, the_checksums_of_the_last_rows_are_those_of_what_was_appended) {
+    const Folder folder;
+    const auto recordings = sample_recordings();
+    std::vector<std::vector<std::uint64_t>> written;
+    {
+        Archive archive = Archive::create(folder / "run.h5", recordings, sample_attributes, false);
+        EXPECT_EQ(archive.row_checksums(), (std::vector<std::uint64_t>{0, 0}));
+        for (int row = 0; row < 3; ++row) {
+            append_samples(archive, recordings);
+            written.push_back(archive.row_checksums());
+        }
+        archive.commit();
+    }
+    EXPECT_NE(written[0], written[1]);
+    for (const std::size_t rows : {3u, 2u}) {
+        const Archive archive =
+            Archive::resume(folder / "run.h5", recordings, sample_attributes, std::vector<std::size_t>{rows, rows});
+        EXPECT_EQ(archive.row_checksums(), written[rows - 1]);
+    }
+}
+
+TEST(Archive, a_run_id_stays_when_a_run_is_resumed_and_a_check_may_reject_the_archive) {
+    const Folder folder;
+    const auto recordings = sample_recordings();
+    const std::string id = draw_run_id();
+    EXPECT_THAT(id, ::testing::MatchesRegex("[0-9a-f]{32}"));
+    EXPECT_NE(draw_run_id(), id);
+    std::vector<Attribute> attributes = sample_attributes;
+    attributes.emplace_back(run_id_name, id);
+    { Archive::create(folder / "run.h5", recordings, attributes, false).commit(); }
+    const std::string before = contents(folder / "run.h5");
+    const std::vector<std::size_t> none{0, 0};
+    EXPECT_EQ(sentence_of([&] {
+                  Archive::resume(folder / "run.h5", recordings, sample_attributes, none,
+                                  [](const ArchiveReader& reader) { fail_input({}, "{}", run_id_of(reader)); });
+              }),
+              id);
+    EXPECT_EQ(contents(folder / "run.h5"), before);
+    for (int times = 0; times < 3; ++times) {
+        Archive archive = Archive::resume(folder / "run.h5", recordings, sample_attributes, none);
+        append_samples(archive, recordings);
+        archive.commit();
+        EXPECT_EQ(run_id_of(ArchiveReader(folder / "run.h5")), id);
+    }
+    { Archive::create(folder / "old.h5", recordings, sample_attributes, false).commit(); }
+    EXPECT_EQ(run_id_of(ArchiveReader(folder / "old.h5")), "");
 }
 
 }  // namespace

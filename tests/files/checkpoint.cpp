@@ -8,6 +8,7 @@
 
 #include <limits>
 
+#include "drover/files/bytes.hpp"
 #include "files/support.hpp"
 
 namespace drover::files {
@@ -18,7 +19,14 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 Checkpoint sample_checkpoint(std::int64_t step) {
-    return {"title = \"λ\"\n", step, 0.1 * static_cast<double>(step), {3, 40}, numbers(50, static_cast<double>(step))};
+    return {.scene = "title = \"λ\"\n",
+            .step = step,
+            .time = 0.1 * static_cast<double>(step),
+            .rows = {3, 40},
+            .state = numbers(50, static_cast<double>(step)),
+            .run_id = "90f3a1",
+            .program = "0.1.0 (b7)",
+            .row_checksums = {1, ~std::uint64_t{0}}};
 }
 
 void expect_same(const Checkpoint& found, const Checkpoint& expected) {
@@ -27,6 +35,9 @@ void expect_same(const Checkpoint& found, const Checkpoint& expected) {
     EXPECT_EQ(found.time, expected.time);
     EXPECT_EQ(found.rows, expected.rows);
     EXPECT_EQ(found.state, expected.state);
+    EXPECT_EQ(found.run_id, expected.run_id);
+    EXPECT_EQ(found.program, expected.program);
+    EXPECT_EQ(found.row_checksums, expected.row_checksums);
 }
 
 /// The newest checkpoint, and the warning at its reading.
@@ -57,6 +68,26 @@ TEST(Checkpoint, a_checkpoint_reads_back_bitwise_identical) {
     expect_same(found, odd);
     EXPECT_TRUE(std::signbit(found.state[0]));
     EXPECT_EQ(folder.count(), 1u);
+}
+
+TEST(Checkpoint, a_checkpoint_of_the_version_without_run_ids_is_read) {
+    const Folder folder;
+    const Checkpoint old{.scene = "[run]\n", .step = 7, .time = 0.7, .rows = {2}, .state = {1.5, 2.5}};
+    std::vector<std::byte> bytes;
+    put(bytes, std::uint64_t{0x31706b6863767264});  // "drvchkp1"
+    put(bytes, std::uint32_t{1});
+    put(bytes, std::uint64_t{0});  // the length, below
+    put(bytes, std::uint64_t{1});  // of its run
+    put(bytes, old.step);
+    put(bytes, old.time);
+    put_list(bytes, std::span<const char>(old.scene));
+    put_list(bytes, std::span<const std::uint64_t>(old.rows));
+    put_list(bytes, std::span<const double>(old.state));
+    const std::uint64_t length = bytes.size() + 8;
+    std::memcpy(bytes.data() + 12, &length, 8);
+    put(bytes, checksum(bytes));
+    write_contents(checkpoint_files(folder / "run.h5")[0], {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    expect_same(take(folder / "run.h5").checkpoint, old);
 }
 
 TEST(Checkpoint, the_newer_of_two_is_read_and_the_older_overwritten) {
@@ -112,7 +143,7 @@ TEST(Checkpoint, each_kind_of_damage_has_its_own_message) {
     };
     EXPECT_THAT(sentence(""), HasSubstr("is not a checkpoint of drover"));
     EXPECT_THAT(sentence(with(whole, 0, "HDF")), HasSubstr("is not a checkpoint of drover"));
-    EXPECT_THAT(sentence(with(whole, 8, "\x7")), HasSubstr("is a checkpoint of version 7; expected version 1"));
+    EXPECT_THAT(sentence(with(whole, 8, "\x7")), HasSubstr("is a checkpoint of version 7; expected at most version 2"));
     EXPECT_THAT(sentence(whole.substr(0, 100)), HasSubstr(text("has 100 bytes; expected {}", whole.size())));
     EXPECT_THAT(sentence(whole + "more"), HasSubstr(text("has {} bytes; expected {}", whole.size() + 4, whole.size())));
     EXPECT_THAT(sentence(with(whole, 12, std::string(8, '\xff'))), HasSubstr("expected 18446744073709551615"));
@@ -178,7 +209,7 @@ TEST(Checkpoint, temporary_files_of_a_killed_write_are_ignored_and_removed) {
     EXPECT_EQ(folder.count(), 0u);
 }
 
-TEST(Checkpoint, a_full_disk_is_a_run_error_and_leaves_both_unchanged) {
+TEST(Checkpoint, a_full_disk_is_an_error_of_the_environment_and_leaves_both_unchanged) {
     const Folder folder;
     const auto archive = folder / "run.h5";
     for (const std::int64_t step : {10, 20}) write_checkpoint(archive, sample_checkpoint(step));
@@ -191,7 +222,7 @@ TEST(Checkpoint, a_full_disk_is_a_run_error_and_leaves_both_unchanged) {
             write_checkpoint(archive, sample_checkpoint(30));
             ADD_FAILURE() << "expected an Error";
         } catch (const Error& error) {
-            EXPECT_EQ(error.fault(), Fault::run);
+            EXPECT_EQ(error.fault(), Fault::environment);
             EXPECT_THAT(error.what(),
                         AllOf(HasSubstr("run.h5.checkpoint-a: the largest file size allowed"),
                               HasSubstr(" were needed and "), HasSubstr("the previous checkpoint is still valid")));

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "drover/files/checkpoint.hpp"
+#include "drover/files/record_file.hpp"
 #include "files/support.hpp"
 
 namespace drover::files {
@@ -41,6 +43,68 @@ TEST(NewFile, a_replaced_file_has_the_new_content) {
         EXPECT_EQ(contents(folder / "table.toml"), content);
         EXPECT_EQ(folder.count(), 1u);
     }
+}
+
+/// Puts a link to a file of the user at a name that drover is about to create, runs `work`, and checks the file.
+template <class Work>
+void expect_link_not_followed(const std::filesystem::path& name, Work work) {
+    const Folder other;
+    for (const bool exists : {true, false}) {
+        if (exists) write_contents(other / "diary.txt", "dear diary");
+        else std::filesystem::remove(other / "diary.txt");
+        std::filesystem::remove(name);
+        std::filesystem::create_symlink(other / "diary.txt", name);
+        work();
+        EXPECT_EQ(std::filesystem::exists(other / "diary.txt"), exists) << name;
+        EXPECT_EQ(contents(other / "diary.txt"), exists ? "dear diary" : "") << name;
+    }
+}
+
+TEST(NewFile, a_link_at_a_temporary_name_is_replaced_and_not_followed) {
+    const Folder folder;
+    expect_link_not_followed(folder / "run.xyz.partial", [&] {
+        NewFile file(folder / "run.xyz");
+        file.write("new");
+        file.finish();
+        EXPECT_EQ(contents(folder / "run.xyz"), "new");
+    });
+    expect_link_not_followed(folder / "table.toml.partial", [&] { replace_file(folder / "table.toml", "new"); });
+    expect_link_not_followed(folder / "run.h5.partial", [&] {
+        Archive::create(folder / "run.h5", sample_recordings(), {}, true);
+        checked_rows(folder / "run.h5", sample_recordings());
+    });
+    for (int writes = 0; writes < 2; ++writes)
+        expect_link_not_followed(checkpoint_files(folder / "run.h5")[0].string() + ".partial", [&] {
+            write_checkpoint(folder / "run.h5", {.scene = "", .state = {1.0}});
+            std::filesystem::remove(checkpoint_files(folder / "run.h5")[1]);
+            EXPECT_EQ(read_newest_checkpoint(folder / "run.h5").state.size(), 1u);
+            std::filesystem::remove(checkpoint_files(folder / "run.h5")[0]);
+        });
+    Archive archive = Archive::create(folder / "run.h5", sample_recordings(), {}, true);
+    expect_link_not_followed(folder / "run.h5.journal", [&] {
+        append_samples(archive, sample_recordings());
+        archive.commit();
+    });
+    EXPECT_EQ(checked_rows(folder / "run.h5", sample_recordings()), 2u);
+}
+
+TEST(NewFile, a_link_to_nowhere_is_not_a_file_of_trials_or_a_folder) {
+    const Folder folder;
+    std::filesystem::create_symlink("elsewhere", folder / "drag.trials");
+    EXPECT_THAT(sentence_of([&] { RecordFile(folder / "drag.trials", 9); }),
+                ::testing::HasSubstr("drag.trials: cannot be opened: open: File exists"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "elsewhere"));
+}
+
+TEST(NewFile, two_processes_do_not_mix_what_they_write) {
+    const Folder folder;
+    NewFile first(folder / "run.xyz"), second(folder / "run.xyz");
+    first.write("first");
+    second.write("sec");
+    EXPECT_THAT(sentence_of([&] { first.finish(); }), ::testing::HasSubstr("another process wrote this file"));
+    second.write("ond");
+    second.finish();
+    EXPECT_EQ(contents(folder / "run.xyz"), "second");
 }
 
 }  // namespace

@@ -45,6 +45,15 @@ TEST(Scene, overrides_are_toml_values_or_bare_words) {
     EXPECT_EQ(scene.sweep.vary.size(), 1u);
 }
 
+TEST(Scene, a_file_whose_reads_fail_is_an_error_of_the_environment_and_not_an_empty_scene) {
+    try {
+        read_scene("/proc/self/mem", {});  // a plain file; reads at 0 fail with EIO
+        FAIL() << "expected an Error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), Fault::environment) << error.what();
+    }
+}
+
 TEST(Scene, errors_name_the_line_or_the_override) {
     EXPECT_EQ(error_of("[grid]\n\nnx = 7\n"), "scene.toml:3:1: grid.nx = 7; expected an even number >= 4");
     EXPECT_EQ(error_of("", {"grid.ny=9"}),

@@ -229,6 +229,12 @@ TEST(Xyz, an_existing_file_is_unchanged_and_no_partial_file_is_left) {
     EXPECT_EQ(folder.count(), 2u);
 }
 
+TEST(Xyz, a_read_that_fails_is_not_the_end_of_the_file) {
+    const std::string failing = "/proc/self/mem";  // a plain file; reads at 0 fail with EIO
+    EXPECT_THAT(sentence_of([&] { read_xyz_info(failing); }), HasSubstr("read: Input/output error"));
+    EXPECT_THAT(sentence_of([&] { is_xyz(failing); }), HasSubstr("read: Input/output error"));
+}
+
 TEST(Xyz, a_truncated_file_is_reported_with_its_line) {
     const Folder folder;
     write_contents(folder / "a.xyz", "2\nTime=0\nB 0 0 0\n");

@@ -45,14 +45,6 @@ TEST(Wish, that_is_not_one_is_refused_with_the_form_expected) {
     }
 }
 
-TEST(Duration, is_read_in_seconds_minutes_and_hours) {
-    EXPECT_EQ(seconds_of("90s"), 90.0);
-    EXPECT_EQ(seconds_of("20min"), 1200.0);
-    EXPECT_EQ(seconds_of("1.5 h"), 5400.0);
-    for (const char* given : {"", "min", "0s", "-1s", "5 days", "nans"})
-        EXPECT_THROW(seconds_of(given), Error) << given;
-}
-
 TEST(PairedDifference, of_series_with_a_common_noise_knows_its_mean_better_than_each_series) {
     // b = noise, a = b + 0.1: the difference has no fluctuation at all.
     std::vector<double> a, b;

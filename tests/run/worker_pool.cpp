@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <csignal>
 #include <map>
+#include <new>
+#include <stdexcept>
 
 #include "drover/base/error.hpp"
 
@@ -69,6 +71,47 @@ TEST(WorkerPool, no_worker_survives_an_exception_of_the_caller) {
     EXPECT_THROW(run_jobs(jobs, {.workers = 3}), Error);
     EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
     EXPECT_EQ(errno, ECHILD);
+}
+
+TEST(WorkerPool, an_error_of_the_environment_ends_all_jobs_and_is_thrown_with_its_kind_and_its_sentence) {
+    std::size_t started = 0, ended = 0;
+    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> { return started++; },
+                    .work =
+                        [](std::size_t job, std::string&) {
+                            if (job == 0) throw Error(Fault::environment, {"a.h5"}, "the disk is full");
+                            for (;;) ::pause();  // until it is asked to stop
+                            return 0;
+                        },
+                    .ended = [&](std::size_t, int, const std::string&) { ++ended; }};
+    try {
+        run_jobs(jobs, {.workers = 2, .grace_period = 0.0});
+        FAIL() << "expected an Error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), Fault::environment);
+        EXPECT_STREQ(error.what(), "a.h5: the disk is full");
+    }
+    EXPECT_LE(started, 3u);  // at most one more while the first ended
+    EXPECT_EQ(ended, 0u);
+    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
+}
+
+TEST(WorkerPool, exceptions_of_memory_are_of_the_environment_and_unknown_ones_are_defects) {
+    for (const bool is_memory : {true, false}) {
+        const Jobs jobs{.next = [n = std::size_t{0}]() mutable -> std::optional<std::size_t> {
+                            return n++ == 0 ? std::optional(n) : std::nullopt;
+                        },
+                        .work = [&](std::size_t, std::string&) -> int {
+                            if (is_memory) throw std::bad_alloc();
+                            throw std::logic_error("wrong");
+                        },
+                        .ended = [](std::size_t, int, const std::string&) {}};
+        try {
+            run_jobs(jobs, {.workers = 1});
+            FAIL() << "expected an Error";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.fault(), is_memory ? Fault::environment : Fault::defect) << error.what();
+        }
+    }
 }
 
 }  // namespace

@@ -23,11 +23,21 @@ std::string location_text(const SourceLocation& where);
 using LocationOf = std::function<SourceLocation(const std::string& key)>;
 inline SourceLocation no_location(const std::string&) { return {}; }
 
-/// The cause of an error, which determines the exit status of the program.
+/// The kind of an error.  It determines the exit status of the program, and whether the error is a property of the
+/// scene, so that a record may keep it: see is_of_scene.
 enum class Fault {
-    input,  ///< the scene, the command line or an input file: exit status 2
-    run     ///< a run that failed (blow-up, full disk): exit status 1
+    input,        ///< the scene, the command line or the content of an input file: exit status 2
+    unavailable,  ///< a file that cannot be used under its name, or a machine too small: exit status 2
+    run,          ///< a run that its scene makes fail, such as a blow-up: exit status 1
+    environment,  ///< a failing or full disk, too little memory, a limit, a signal: exit status 1
+    defect        ///< a mistake in drover: exit status 1
 };
+
+/// Whether the same scene gives the same error again, on any machine and at any time.
+inline bool is_of_scene(Fault fault) { return fault == Fault::input || fault == Fault::run; }
+
+/// "input", "unavailable", "run", "environment", "defect".
+std::string fault_name(Fault fault);
 
 /// The message gives location, value found, value expected and a suggested fix.
 class Error : public std::runtime_error {
@@ -51,6 +61,17 @@ template <class... Values>
 [[noreturn]] void fail_run(std::string_view pattern, const Values&... values) {
     throw Error(Fault::run, {}, text(pattern, values...));
 }
+
+template <class... Values>
+[[noreturn]] void fail_environment(std::string_view pattern, const Values&... values) {
+    throw Error(Fault::environment, {}, text(pattern, values...));
+}
+
+inline constexpr const char* no_memory_text = "not enough memory; choose a smaller grid or cell, or free memory";
+
+/// Any exception as an Error: those of memory and of system calls are the environment's, others that are no Error are a
+/// defect.
+Error error_of(const std::exception& exception);
 
 /// Throws an input Error at `where` unless `holds`.
 template <class... Values>

@@ -12,9 +12,10 @@ enum class Stream : std::uint64_t {
     stationary_state = 3,
     packing = 4,
     kick = 5,
-    trial = 6,       ///< seeds of the trials of an assay
-    bootstrap = 7,   ///< resamples
-    step_error = 8,  ///< signs of local errors under noise
+    trial = 6,          ///< seeds of the trials of an assay
+    bootstrap = 7,      ///< resamples
+    step_error = 8,     ///< signs of local errors under noise
+    contact_order = 9,  ///< of the contacts of a rod
     test = 1000
 };
 

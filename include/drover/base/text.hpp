@@ -47,9 +47,15 @@ std::string nearest_name(std::string_view name, std::span<const std::string> kno
 /// The items joined by a separator: "a, b, c".
 std::string joined(std::span<const std::string> items, std::string_view separator = ", ");
 
+/// Bytes of the UTF-8 character at the start of a text that is not empty; 0 when it starts with none.
+std::size_t utf8_bytes(std::string_view words);
+
 /// A text without the control characters by which a file could command the terminal: "\\x1b[2J".  Keeps line ends,
 /// tabs and UTF-8.
 std::string printable(std::string_view words);
+
+/// A word as the shell reads it back: in quotes where it needs them.
+std::string shell_word(const std::string& word);
 
 /// A measured number to the digits that its standard error supports, two of the error: 15.8912 with 0.079 is "15.891",
 /// 1234.4 with 56 is "1234", with 560 "1230".  At most six digits; an error of 0, or no number, gives six.

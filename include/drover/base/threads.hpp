@@ -1,13 +1,15 @@
 // base/threads.hpp: a thread team for loops whose results do not depend on the number of threads.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 
 namespace drover {
 
 /// A fixed team of threads.  A loop is divided into chunks that depend on its length only, so that results are
-/// identical for any number of threads.
+/// identical for any number of threads.  After a fork between two loops the child makes a team of its own.
 class Threads {
 public:
     /// count >= 1, including the calling thread.
@@ -25,8 +27,17 @@ public:
 
 private:
     struct Team;
+    void forget_team_of_parent();
     std::unique_ptr<Team> team_;
 };
+
+/// How many forks there are between the first process and this one: what another number was made under belongs to a
+/// parent, as its threads do.
+std::uint64_t fork_count();
+
+/// A mutex that is never destroyed, and for which a fork waits: the child finds it unlocked.  Its holder must not wait
+/// for another of them, nor for a thread that may fork.
+std::mutex& new_mutex_over_forks();
 
 /// The number of cores that this process may use (its affinity mask), at least 1.
 int usable_cores();

@@ -51,6 +51,7 @@ struct ImpactLaw {
     /// approach.  The whole impact has ten or so that count, each with a third of that error or less.
     static constexpr double increment_error = 1e-4;
     static ImpactLaw from(const ContactControl& control);
+    static bool is_chosen(const ContactControl& control);
 
     GroupLaw group = GroupLaw::simultaneous;
     RestitutionKind restitution = RestitutionKind::energetic;  ///< `simultaneous` groups are always energetic

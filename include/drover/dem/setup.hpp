@@ -47,6 +47,7 @@ struct RodSupply {
     double length = 4.5;                 ///< from tip to tip [mm]
     std::vector<double> densities{8.7};  ///< of the rod, or where each sphere is the widest [mg/mm^3]
     double size_tolerance = 0.0;         ///< standard deviation of the relative size of rods
+    std::string bearing = "hull";        ///< spheres that can touch a plate: those on the convex hull, or all
 };
 
 /// Coefficients of normal restitution, 0 to 1, by kinds of bodies.
@@ -84,7 +85,7 @@ struct BodyForces {
 /// How contacts are resolved.
 struct ContactControl {
     std::string model = "impulse";          ///< the contact law, see dem/contact_law.hpp
-    std::string law = "simultaneous";       ///< see dem/impact.hpp
+    std::string law = "simultaneous";       ///< see dem/impact.hpp; pairwise: dem/contact_law.hpp
     std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
     bool track_slip = true;  ///< friction follows the slip through the impact; false: keeps the direction before
     int increments = 8;      ///< of the impact of a group
@@ -92,6 +93,9 @@ struct ContactControl {
         0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
     double substep = 2e-5;                          ///< minimum time between two impacts of a rod on the plates [s]
     double simultaneity_gap = 1e-5;                 ///< contacts with smaller gaps act in one impact [mm]
+    std::string order = "tail-first";               ///< of the contacts of a rod with the plates, pairwise
+    std::string friction = "stop-or-slide";         ///< stop-or-slide, decoupled; pairwise
+    double rod_step = 2e-6;                         ///< of rods and their contacts with the plates, pairwise [s]
     double stiffness = 1e10;                        ///< of spring-dashpot contacts [mg/s^2]
     double tangential_stiffness_ratio = 2.0 / 7.0;  ///< of spring-dashpot contacts, to the normal one
     double skin = 0.25;                             ///< of the neighbour list [mm]

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -26,9 +27,10 @@ public:
 
     /// Reopens the file of an earlier run, truncated to rows[r] rows of recording r.  Throws an input Error if it is
     /// not an archive of these recordings or has fewer rows.  Rewrites the root attributes and drops the result groups.
-    /// The file changes at the next commit().
+    /// The file changes at the next commit().  `check`, called first, with the file locked, may throw.  A run id stays.
     static Archive resume(const std::filesystem::path& file, const std::vector<Recording>& recordings,
-                          const std::vector<Attribute>& attributes, std::span<const std::size_t> rows);
+                          const std::vector<Attribute>& attributes, std::span<const std::size_t> rows,
+                          const std::function<void(const ArchiveReader&)>& check = {});
 
     Archive(Archive&&) noexcept;
     Archive& operator=(Archive&&) noexcept;
@@ -36,6 +38,8 @@ public:
 
     /// Current number of rows of each recording.
     std::vector<std::size_t> rows() const;
+    /// Of the last row of each recording; 0 without rows.
+    std::vector<std::uint64_t> row_checksums() const;
 
     /// Appends one row: the time [s] and one array for each quantity of the recording; trajectories also store the
     /// step.
@@ -46,8 +50,13 @@ public:
     void replace(const ResultTable& table);
 
     /// Makes all changes durable.  Throws a run Error, with the bytes needed and free, when the disk is full; the file
-    /// then stays as it was at the last commit, and commit() may be retried.
+    /// then stays as it was at the last commit, and commit() may be retried.  Throws a run Error that says whether the
+    /// run can be resumed when another program has removed, replaced or changed the file; a file that has no name any
+    /// more is then written again, as of the last commit, where a checkpoint remains.
     void commit();
+
+    /// Removes the file, unless its name refers to another one now.
+    void remove();
 
     /// Whether the last frame is still being compressed, which append() and commit() wait for.
     bool is_compressing() const;
@@ -57,6 +66,11 @@ private:
     explicit Archive(std::unique_ptr<File> file);
     std::unique_ptr<File> file_;
 };
+
+/// An archive that appears under its name, or replaces the file there, when `fill` has written it and it is durable.
+/// Throws as Archive::create and Archive::commit; then the old file stays, and nothing new is left.
+void write_archive(const std::filesystem::path& file, const std::vector<Recording>& recordings,
+                   const std::vector<Attribute>& attributes, const std::function<void(Archive&)>& fill);
 
 /// For the start of a program that uses HDF5 only through this layer.  Where HDF5 1.10 crashes, calls exit or may have
 /// damaged its memory, as it does when some of its allocations fail, the process ends with status 1 and a sentence

@@ -39,6 +39,9 @@ public:
     /// A string attribute of a dataset: "units", "comment".  Throws if absent or not a string.
     std::string text_attribute(const std::string& dataset, const std::string& name) const;
 
+    /// The paths of all datasets, by name.  Rejects links, and a file with more than some thousand objects.
+    std::vector<std::string> datasets() const;
+
     bool has(const std::string& dataset) const;  ///< "/observables/time"
     std::vector<std::size_t> shape(const std::string& dataset) const;
     Array read(const std::string& dataset) const;

@@ -50,6 +50,13 @@ struct ClaimedFolder {
 ClaimedFolder claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
                            const std::string& content);
 
+/// The first key of two scene texts whose values differ, and these; "absent" where a text lacks the key.  No key when
+/// there is none.
+struct TextDifference {
+    std::string key, one, other;
+};
+TextDifference first_difference(const std::string& one, const std::string& other);
+
 /// 64-bit hash of a text.
 std::uint64_t fingerprint(const std::string& content);
 

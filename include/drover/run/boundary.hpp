@@ -11,4 +11,7 @@ namespace drover::run {
 /// traced.
 Result make_boundary(const io::Scene& scene, Threads& threads);
 
+/// Throws the same input Errors for the plane of a scene, if it has one, without tracing it.
+void check_boundary(const io::Scene& scene);
+
 }  // namespace drover::run

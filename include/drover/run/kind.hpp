@@ -30,6 +30,12 @@ struct Kind {
 };
 const Kind& kind_of(const io::Scene& scene);
 
+/// The scene that an archive stores.
+io::Scene archived_scene(const files::ArchiveReader& archive);
+
+/// Whether an archive holds frames of particles alone, from which runs start.
+bool is_start(const files::ArchiveReader& archive);
+
 /// Reads the observables of an archive.  Throws an input Error if it is not an archive of a run.
 Report make_report(const files::ArchiveReader& archive, Theory theory = Theory::included);
 

@@ -12,6 +12,8 @@ struct LoopFiles {
     std::filesystem::path archive;
     std::string scene;  ///< resolved text, for the checkpoints
     double checkpoint_minutes = 5.0;
+    std::string run_id = {};   ///< of the archive
+    std::string program = {};  ///< this drover, for the checkpoints
 };
 
 /// Time of the processor that all threads of this process have used [s].

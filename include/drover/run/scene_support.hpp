@@ -2,6 +2,7 @@
 #pragma once
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "drover/io/scene.hpp"
 
@@ -22,5 +23,20 @@ int samples_per_chunk(const io::Scene& scene);
 
 /// A file named in a scene: in the folder of the scene if it exists there, else as given.
 std::filesystem::path file_beside(const io::Scene& scene, const std::string& given);
+
+/// The files that a scene is read from: itself, a start, a table of coefficients.
+std::vector<std::filesystem::path> inputs_of(const io::Scene& scene);
+
+/// An archive that is to be written.
+struct OutputFile {
+    std::filesystem::path path;
+    SourceLocation where;  ///< of its name, for errors
+    std::string name;      ///< "--output x.h5"
+    bool overwrite = false;
+};
+
+/// Throws an input Error unless the file can be written there: in a folder that exists, over none of these inputs, and,
+/// where a file exists, with `overwrite` over an HDF5 file.
+void check_output(const OutputFile& output, const std::vector<std::filesystem::path>& inputs);
 
 }  // namespace drover::run

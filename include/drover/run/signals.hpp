@@ -1,14 +1,16 @@
-// run/signals.hpp: a request to stop by SIGINT, SIGTERM, SIGHUP or SIGUSR1.
+// run/signals.hpp: a request to stop by a signal, or when the time is up.
 #pragma once
 #include <array>
 #include <csignal>
+#include <string>
 
 namespace drover::run {
 
 /// While it lives, these signals request a stop instead of ending the process, except that a second SIGINT ends it at
 /// once.  For work that polls stop_signal() and can be resumed; all other work is ended by the signals, as usual.  A
-/// SIGHUP that is ignored (nohup) stays so.  SIGPIPE is ignored: a log that nobody reads any more does not end a run.
-/// Does nothing after leave_signals_to_host().
+/// SIGHUP that is ignored (nohup) stays so.  By SIGUSR1 and SIGUSR2 schedulers announce the end of a job, and SIGXCPU
+/// is that of a limit of the time of the processor.  SIGPIPE is ignored: a log that nobody reads any more does not end
+/// a run.  Does nothing after leave_signals_to_host().
 class StopSignals {
 public:
     StopSignals();
@@ -16,15 +18,21 @@ public:
     StopSignals(const StopSignals&) = delete;
     StopSignals& operator=(const StopSignals&) = delete;
 
-    static constexpr std::array handled{SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGPIPE};
+    static constexpr std::array handled{SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2, SIGXCPU, SIGPIPE};
 
 private:
     bool installed_;
     std::array<struct sigaction, handled.size()> before_{};
 };
 
-/// The signal that requested a stop, or 0.
+/// The signal that requested a stop, or 0; SIGALRM when the time of stop_after() is up.
 int stop_signal();
+
+/// "signal 15" or "--max-time"; "a signal" for 0, that of another process.
+std::string stop_reason(int signal);
+
+/// From now on stop_signal() requests a stop after so many seconds, also in processes that are started by fork().
+void stop_after(double seconds);
 
 /// For work without a result to keep: throws a run Error after a signal to stop.
 void check_stop_signal();

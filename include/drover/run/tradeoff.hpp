@@ -33,7 +33,4 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
 /// Error when there is none.
 io::Scene with_accuracy(const io::Scene& scene, const std::vector<Wish>& wishes, bool quiet);
 
-/// "20min", "90s", "2h" or "1.5 h" in seconds.  Throws an input Error for another text.
-double seconds_of(const std::string& duration);
-
 }  // namespace drover::run

@@ -25,8 +25,9 @@ struct PoolOptions {
 struct Jobs {
     /// The next job; empty when none is available, and called again when a job has ended.
     std::function<std::optional<std::size_t>()> next;
-    /// Runs in the child process and returns its exit status; `result` is passed to the caller.  An exception is
-    /// reported on standard error and gives 1 or 2.
+    /// Runs in the child process and returns its exit status; `result` is passed to the caller.  An Error of the scene,
+    /// or of a machine too small for it, is reported on standard error and gives 1 or 2.  Further jobs would meet any
+    /// other exception too: run_jobs starts none, stops the running ones as after a signal, and throws it as an Error.
     std::function<int(std::size_t job, std::string& result)> work;
     /// Called in the parent, in the order in which jobs end.  An exception from it ends all workers.
     std::function<void(std::size_t job, int status, const std::string& result)> ended;

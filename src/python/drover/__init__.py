@@ -25,10 +25,10 @@
     model = drover.Model([drover.Field("phi", "lap(phi^3 - phi - kappa lap phi)", conserved=True)], kappa=0.5)
     model.growth_rates([0.1, 1.0]), model.start(points=64, side=64.0, dt=0.1).advance(10.0).fields
 
-`python3 -m drover.figure isotropic.h5` draws a figure of any archive.
-`python3 -m drover.film flock.h5`, or `drover film flock.h5`, makes a film of a run.
-`python3 -m drover.demo` makes the page of `make demo`.
-`python3 -m drover.compare fields.h5 particles.h5` compares a calibrated field run with a particle run.
+`python3 -P -m drover.figure isotropic.h5` draws a figure of any archive.
+`python3 -P -m drover.film flock.h5`, or `drover film flock.h5`, makes a film of a run.
+`python3 -P -m drover.demo` makes the page of `make demo`.
+`python3 -P -m drover.compare fields.h5 particles.h5` compares a calibrated field run with a particle run.
 Nothing writes files unless it is asked to.
 """
 from importlib import import_module

@@ -5,6 +5,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy
 import xarray
 
 from drover.error import DroverError
@@ -46,11 +47,16 @@ def open_run(path):
 
 
 def loaded(array, path):
-    """Loads an array of a run into memory; raises DroverError if the file is damaged."""
+    """Loads an array of a run into memory; raises DroverError if the file is damaged, or a frame is not finite."""
     try:
-        return array.load()
+        array.load()
     except BROKEN as error:
         raise DroverError(damaged(path, f"{array.name} cannot be read", error)) from error
+    is_of_frames = {"x", "y"} <= set(array.dims) or "component" in array.dims
+    if is_of_frames and not numpy.isfinite(array.values).all():
+        raise DroverError(f"{path}: {array.name} has values that are not finite, which drover never writes; the file "
+                          "is damaged: use another copy")
+    return array
 
 
 def settled(path, action):
@@ -75,13 +81,15 @@ def open_once(path, read):
     except BROKEN as error:
         raise DroverError(not_hdf5(path, error)) from error
     try:
-        return read(store, path)
-    except BROKEN as error:
+        result = read(store, path)
+        store.check()
+        return result
+    except (*BROKEN, DroverError) as error:
         store.close()
+        store.check()  # the cause
+        if isinstance(error, DroverError):
+            raise
         raise DroverError(damaged(path, "cannot be read", error)) from error
-    except DroverError:
-        store.close()
-        raise
 
 
 def read_head(store, path):
@@ -97,9 +105,10 @@ def read_head(store, path):
 
 
 def kind_of(attributes):
-    """Kind of an archive: "run", "stability", "boundary" or, for a table of coefficients, "onset"."""
+    """Kind of an archive: "run", "stability", "boundary", "onset" (boundary of a table), "states" or "calibrate"."""
     words = str(attributes.get("title", "")).split()
-    return words[1] if words[:1] == ["drover"] and words[1:2] in (["stability"], ["boundary"], ["onset"]) else "run"
+    others = ("stability", "boundary", "onset", "states", "calibrate")
+    return words[1] if words[:1] == ["drover"] and len(words) > 1 and words[1] in others else "run"
 
 
 def command_of(kind):
@@ -109,10 +118,12 @@ def command_of(kind):
 
 def read_run(store, path):
     attributes, scene = read_head(store, path)
-    if kind_of(attributes) != "run":
-        raise DroverError(f"{path} is not a run: drover {command_of(kind_of(attributes))} wrote it; open it with "
-                          f"drover.open_theory, "
-                          f'or a group of it with xarray.open_dataset("{path}", group="{example_group(store)}")')
+    kind = kind_of(attributes)
+    check_is_no_table(path, kind)
+    if kind != "run":
+        opener = "" if kind == "states" else "it with drover.open_theory, or "
+        raise DroverError(f"{path} is not a run: drover {command_of(kind)} wrote it; open {opener}"
+                          f'a group of it with xarray.open_dataset("{path}", group="{example_group(store)}")')
     if is_of_particles(scene):
         return read_particles(store, path, attributes, scene)
     frames, observables = (group_dataset(store, group) for group in ("/", "/observables"))
@@ -125,6 +136,12 @@ def read_run(store, path):
     if 0 in frames.sizes.values():
         raise DroverError(f"{path} contains no frames: its run ended at the start; run its scene again")
     return Run(path, frames, observables, summary, scene, attributes, store)
+
+
+def check_is_no_table(path, kind):
+    if kind == "calibrate":
+        raise DroverError(f'{path} is a table of coefficients; read it with drover.info("{path}")["coefficients"], or '
+                          f"compute its flocking threshold: drover boundary {path} -o onset.h5")
 
 
 def example_group(store):

@@ -8,6 +8,7 @@ from drover.archive import loaded
 from drover.error import DroverError
 from drover.panels import STEPS, with_unit
 from drover.paper import SIZE, STYLE, add_axes, new_figure, write_title_and_caption
+from drover.text import drawable, scene_name
 
 PLANE, KEYS_LEFT = (0.9, 1.35, 7.3, 5.6), 8.5  # inches
 AREA_FRACTIONS = {"bead_area_fraction": r"area fraction of beads $\Phi_b$",
@@ -40,8 +41,7 @@ def draw(theory):
     if not lines:
         axes.text(0.5, 0.5, "no line in this plane", ha="center", va="center", transform=axes.transAxes)
     write_keys(figure, codes, lines, conventions)
-    write_title_and_caption(figure, f"{theory.attributes.get('scene_file', '?')}: phase boundaries of its uniform "
-                                    f"states",
+    write_title_and_caption(figure, f"{scene_name(theory)}: phase boundaries of its uniform states",
                 caption(theory, codes, lines, conventions, angles))
     return figure
 
@@ -66,7 +66,7 @@ def plane_of(theory):
 
 
 def label_of(theory, groups, axis):
-    name = str(theory.attributes.get(f"boundary_{axis}", axis))
+    name = drawable(theory.attributes.get(f"boundary_{axis}", axis))
     name = AREA_FRACTIONS.get(name, name)
     if "boundary" in groups:
         return with_unit(name, groups["boundary"][axis])

@@ -29,8 +29,12 @@ def restart(archive, *, end=None, checkpoint_minutes=None, threads=0, functions=
         from drover.functions import functions_by_number
         with open_run(archive) as run:
             given = functions_by_number(run.scene.get("terms", []), functions)
-    with hdf5():
-        done = _drover.restart_run(os.fspath(archive), settings, given, quiet)
+    if given:
+        with hdf5():
+            done = _drover.restart_run(os.fspath(archive), settings, given, quiet)
+    else:
+        from drover.worker import call
+        done = call("restart_run", archive=os.fspath(archive), settings=settings, functions={}, quiet=quiet)
     return open_run(done["archive"])
 
 

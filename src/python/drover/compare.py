@@ -1,6 +1,6 @@
 """drover/compare.py: compares a calibrated field run with a particle run.
 
-    python3 -m drover.compare FIELDS PARTICLES [--output PNG]
+    python3 -P -m drover.compare FIELDS PARTICLES [--output PNG]
 """
 import argparse
 import math
@@ -17,6 +17,7 @@ from drover.blocks import mean_and_error
 from drover.error import DroverError, status_of
 from drover.particles import ParticleRun, sides_of
 from drover.spectra import structure_factors
+from drover.text import drawable, printable
 
 MAX_FRACTION_DIFFERENCE = 0.01  # between area fractions of the runs: one rod in a small cell
 # Rows: key, label, name in calibrated.expected.  The mean field has one bead velocity, along the order.
@@ -202,11 +203,11 @@ def compare_files(fields_path, particles_path):
     """Compares two archives; returns the comparison and its figure."""
     with open_run(fields_path) as fields, open_run(particles_path) as particles:
         comparison = compare(fields, particles)
-        return comparison, compare_panels.draw(comparison, heading(comparison))
+        return comparison, compare_panels.draw(comparison, drawable(heading(comparison)))
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m drover.compare", description="Compares a calibrated field run "
+    parser = argparse.ArgumentParser(prog="python3 -P -m drover.compare", description="Compares a calibrated field run "
                                      "with a "
                                      "particle run at the same area fractions: a table and a figure.")
     parser.add_argument("fields", type=Path, help="archive of a field scene with a section [calibrated]")
@@ -220,7 +221,7 @@ def main(arguments=None):
     def act():
         comparison, picture = compare_files(options.fields, options.particles)
         figure.write(picture, output)
-        print(table_text(comparison), f"\n{output}", sep="\n")
+        print(printable(f"{table_text(comparison)}\n\n{output}"))
     return status_of(act)
 
 

@@ -1,9 +1,10 @@
 """drover/demo.py: three short simulations and one page of pictures: what `make demo` shows.
 
-    python3 -m drover.demo [--models FOLDER] [--output FOLDER]
+    python3 -P -m drover.demo [--models FOLDER] [--output FOLDER]
 """
 import argparse
 import html
+import io
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -13,8 +14,10 @@ import matplotlib
 import numpy
 
 import drover
+from drover import new_file
 from drover.error import status_of
 from drover.paper import STYLE
+from drover.text import printable
 
 FIELDS, PARTICLES, START = "noisy-flock.toml", "bead-flock.toml", "bead-flock-start.h5"
 TABLE = "matched.calibration/table.h5"
@@ -65,7 +68,7 @@ def make(models, output, part=1.0):
         with archive.result() as run, matplotlib.rc_context(STYLE):
             parts = [particles(moving, film), fields(run, output), boundary(models, output)]
     page = PAGE.format(sections="\n".join(section(one) for one in parts))
-    (output / "index.html").write_text(page, encoding="utf-8")
+    new_file.write(output / "index.html", page.encode())
     return parts
 
 
@@ -83,7 +86,9 @@ def new_figure(width, height):
 
 
 def picture(figure, path, words, shape=""):
-    figure.savefig(path, dpi=200)
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=200)
+    new_file.write(path, content.getvalue())
     return f'<img src="{path.name}" alt="{html.escape(words)}"{shape}>'
 
 
@@ -160,11 +165,11 @@ def boundary(models, output):
     return Part("Where flocks begin", picture(figure, output / "threshold.png", "flocking threshold with its error",
                                               shape), sentence,
                 f"{PROGRAM} boundary models/phase-boundary.toml -o plane.h5 && "
-                "PYTHONPATH=build/release/python /usr/bin/python3 -m drover.figure plane.h5")
+                "PYTHONPATH=build/release/python /usr/bin/python3 -P -m drover.figure plane.h5")
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m drover.demo", description="Runs three short simulations and "
+    parser = argparse.ArgumentParser(prog="python3 -P -m drover.demo", description="Runs three short simulations and "
                                      "writes a page of pictures.")
     parser.add_argument("--models", type=Path, default=Path("models"), help="folder of the scenes (models)")
     parser.add_argument("-o", "--output", type=Path, default=Path("build/demo"), help="folder to write (build/demo)")
@@ -174,7 +179,7 @@ def main(arguments=None):
         print("drover: a flock of particles, a flock of fields, and where flocks begin: half a minute", flush=True)
         for part in make(options.models, options.output):
             print(f"\n{part.sentence}\n  next: {part.command}")
-        print(f"\nOpen the page: {options.output / 'index.html'}")
+        print(printable(f"\nOpen the page: {options.output / 'index.html'}"))
     return status_of(act)
 
 

@@ -1,9 +1,11 @@
 """drover/error.py: the one exception of the package, and what its programs make of it."""
 import sys
 
+from drover.text import printable
+
 
 class Error(Exception):
-    """Invalid input, or a failed run.  The message is one sentence: place, finding, remedy.
+    """Invalid input, or a failure.  The message is one sentence: place, finding, remedy.
 
     >>> Error("grid.nx = 7; expected an even number", "flock.toml:3:1").place
     'flock.toml:3:1'
@@ -12,8 +14,14 @@ class Error(Exception):
     def __init__(self, message, place="", fault="input"):
         super().__init__(f"{place}: {message}" if place else message)
         self.place = place    # "flock.toml:3:1", "--set grid.nx=7"; "" if there is none
-        self.fault = fault    # "input", or "run" for a run that failed
+        # "input"; "unavailable": a file that may not be used, a machine too small; "run": a run that its scene makes
+        # fail; "environment": the disk, memory, limits, a signal; "defect" of drover
+        self.fault = fault
         self.finding, _, self.remedy = message.partition("; ")
+
+
+class ArgumentError(Error, ValueError):
+    """An argument with a value that is not allowed."""
 
 
 def status_of(action):
@@ -23,10 +31,10 @@ def status_of(action):
     try:
         action()
     except Error as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1 if error.fault == "run" else 2
+        print(printable(f"error: {error}"), file=sys.stderr)
+        return 2 if error.fault in ("input", "unavailable") else 1
     except OSError as error:
-        print(f"error: {error}; check the folder and the disk", file=sys.stderr)
+        print(printable(f"error: {error}; check the folder and the disk"), file=sys.stderr)
         return 1
     return 0
 

@@ -1,8 +1,8 @@
 """drover/figure.py: draws a figure of an archive.
 
-    python3 -m drover.figure tradeoff.json [--output PNG]
-    python3 -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME]
-    python3 -m drover.figure ARCHIVE --watch
+    python3 -P -m drover.figure tradeoff.json [--output PNG]
+    python3 -P -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME]
+    python3 -P -m drover.figure ARCHIVE --watch
 """
 import argparse
 import io
@@ -12,13 +12,14 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import (boundary_figure, live, onset_figure, panels, particle_figure, smooth_panels, stability_figure,
-                    trade_panel)
+from drover import (boundary_figure, live, new_file, onset_figure, panels, particle_figure, smooth_panels,
+                    stability_figure, trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
 from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
 from drover.particles import ParticleRun
 from drover.stored import state_of
+from drover.text import drawable, printable, scene_name
 from drover.theory import open_any
 
 WATCH_EVERY = 0.5  # s
@@ -106,9 +107,9 @@ def draw_theory(theory, state=None):
 
 def title(run, frame):
     grid, time = run.scene["grid"], float(run.frames["time"][frame])
-    name, seed = (run.attributes.get(key, "?") for key in ("scene_file", "seed"))
-    return (f"{name} at $t$ = {time:g} s   ({grid['nx']} × {grid['ny']} points, {grid['lx']:g} × {grid['ly']:g} mm, "
-            f"seed {seed})")
+    seed = drawable(run.attributes.get("seed", "?"))
+    return (f"{scene_name(run)} at $t$ = {time:g} s   ({grid['nx']} × {grid['ny']} points, {grid['lx']:g} × "
+            f"{grid['ly']:g} mm, seed {seed})")
 
 
 def negative_words(run):
@@ -165,7 +166,7 @@ def write(figure, path):
     picture = io.BytesIO()
     figure.savefig(picture, format=kind)
     try:
-        path.write_bytes(picture.getvalue())
+        new_file.write(path, picture.getvalue())
     except OSError as error:
         raise DroverError(f"{path} cannot be written ({error.strerror}); choose another path with --output") from error
 
@@ -182,7 +183,7 @@ def watch(path):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m drover.figure", description="Draws a figure of an archive: a "
+    parser = argparse.ArgumentParser(prog="python3 -P -m drover.figure", description="Draws a figure of an archive: a "
                                      "run, the "
                                      "stability of a scene, its phase boundaries, or the flocking threshold predicted "
                                      "by a table.")
@@ -203,7 +204,7 @@ def main(arguments=None):
             watch(options.archive)
             return
         write(settled(options.archive, lambda: draw_file(options.archive, options.frame, options.state)), output)
-        print(output)
+        print(printable(output))
     return status_of(act)
 
 

@@ -1,19 +1,22 @@
 """drover/film.py: a film of a run, by ffmpeg.
 
-    python3 -m drover.film ARCHIVE [--output MP4] [--rate N] [--every N]
+    python3 -P -m drover.film ARCHIVE [--output MP4] [--rate N] [--every N]
 """
 import argparse
-import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy
 
+from drover.archive import loaded
 from drover.error import Error, status_of
 from drover.moments import run_of
+from drover.new_file import part_of
 from drover.progress import Progress
+from drover.text import printable, scene_name
 
 DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the picture
 ARROWS, SAMPLED = 24, 24     # along the longer side of the cell; frames that set the colours
@@ -30,15 +33,17 @@ def film(run, output, *, every=None, rate=25, progress=None):
     output = Path(output)
     check_output(output)
     frames, moving, where = frames_of(run, every)
+    from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     figure = Figure(figsize=size_of(where), dpi=DOTS)
     canvas = FigureCanvasAgg(figure)
-    show = moving(figure, where, frames)
+    with rc_context({"text.usetex": False}):  # a matplotlibrc in the current folder could run LaTeX on names
+        show = moving(figure, where, frames)
     canvas.draw()
     width, height = canvas.get_width_height()
     progress = Progress(0, len(frames), progress)
-    with Encoder(output, width, height, rate) as encoder:
+    with part_of(output) as part, Encoder(output, part, width, height, rate) as encoder:
         for number, frame in enumerate(frames):
             show(frame)
             canvas.draw()
@@ -56,14 +61,15 @@ def check_output(output):
 
 
 class Encoder:
-    """ffmpeg, which reads pictures and writes a film beside its place until it is complete and synced."""
+    """ffmpeg, which reads pictures and writes a film to `part`; messages call it `output`."""
 
-    def __init__(self, output, width, height, rate):
-        self.output, self.part = output, output.with_name(f".{output.name}.part")
+    def __init__(self, output, part, width, height, rate):
+        self.output = output
         words = ["ffmpeg", "-loglevel", "error", "-xerror", "-y", "-f", "rawvideo", "-pixel_format", "rgba",
                  "-video_size", f"{width}x{height}", "-framerate", str(rate), "-i", "-", "-c:v",
                  "libx264", "-preset", "fast", "-crf", "20",
-                 "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(self.part)]
+                 "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4",
+                 f"file:{part}"]  # its name may have a colon
         self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
     def write(self, picture):
@@ -77,7 +83,7 @@ class Encoder:
         reason = self.process.communicate()[1].decode(errors="replace").strip().replace("\n", "; ")
         if self.process.returncode != 0 or reason:
             raise Error(f"{self.output}: ffmpeg failed: {reason or self.process.returncode}; check the folder and the "
-                        "disk", fault="run")
+                        "disk", fault="environment")
 
     def __enter__(self):
         return self
@@ -86,22 +92,9 @@ class Encoder:
         try:
             if kind is None:
                 self.finish()
-                sync(self.part)
-                os.replace(self.part, self.output)
-                sync(self.output.parent)
         finally:
             self.process.kill()
             self.process.wait()
-            self.part.unlink(missing_ok=True)
-
-
-def sync(path):
-    """Waits until a file or folder is on the disk."""
-    file = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(file)
-    finally:
-        os.close(file)
 
 
 def frames_of(run, every):
@@ -118,14 +111,14 @@ def frames_of(run, every):
         raise Error(f"every = {every}; expected at least 1, a number of frames of the archive")
     numbers = range(0, opened.frames.sizes["time"], stride)
     fixed = {name: array.values for name, array in opened.frames.items() if "time" not in array.dims}
-    return (Stored(opened.frames, numbers, fixed), particles_shown if "cell" in opened.scene else fields_shown, opened)
+    return (Stored(opened, numbers, fixed), particles_shown if "cell" in opened.scene else fields_shown, opened)
 
 
 class Stored:
     """Frames of an archive, read when they are drawn."""
 
-    def __init__(self, dataset, numbers, fixed):
-        self.dataset, self.numbers, self.fixed = dataset, numbers, fixed
+    def __init__(self, run, numbers, fixed):
+        self.run, self.numbers, self.fixed = run, numbers, fixed
 
     def __len__(self):
         return len(self.numbers)
@@ -133,9 +126,9 @@ class Stored:
     def __getitem__(self, place):
         if isinstance(place, slice):
             return [self[i] for i in range(*place.indices(len(self)))]
-        frame = self.dataset.isel(time=self.numbers[place])
-        return {name: array.values for name, array in frame.items() if name not in self.fixed} | self.fixed | {
-            "time": float(frame["time"])}
+        frame = self.run.frames.isel(time=self.numbers[place])
+        arrays = {name: loaded(array, self.run.path).values for name, array in frame.items() if name not in self.fixed}
+        return arrays | self.fixed | {"time": float(frame["time"])}
 
 
 def cell_of(run):
@@ -158,7 +151,7 @@ def size_of(run):
 
 
 def title_of(run):
-    return str(run.attributes.get("scene_file", "")).removesuffix(".toml")
+    return scene_name(run).removesuffix(".toml")
 
 
 def fields_shown(figure, run, frames):
@@ -264,16 +257,32 @@ def bodies_shown(axes, run, frame, sides, periodic):
     return drawn
 
 
+class Stopped(BaseException):
+    """A signal, whose argument is its number."""
+
+
+def stop(number, _):
+    raise Stopped(number)
+
+
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m drover.film", description="Makes a film of a run of fields or "
+    parser = argparse.ArgumentParser(prog="python3 -P -m drover.film", description="Makes a film of a run of fields or "
                                      "particles.")
     parser.add_argument("archive", type=Path, help="file written by drover run, such as flock.h5")
     parser.add_argument("-o", "--output", type=Path, help="film (.mp4); default: the name of the archive with .mp4")
     parser.add_argument("--every", type=int, default=1, help="show every so many frames")
     parser.add_argument("--rate", type=int, default=25, help="pictures per second")
     options = parser.parse_args(arguments)
-    return status_of(lambda: print(film(options.archive, options.output or options.archive.with_suffix(".mp4"),
-                                        every=options.every, rate=options.rate)))
+    output = options.output or options.archive.with_suffix(".mp4")
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, stop)
+    try:
+        return status_of(lambda: print(printable(film(options.archive, output, every=options.every,
+                                                      rate=options.rate))))
+    except Stopped as stopped:  # the unfinished film has been removed
+        signal.signal(stopped.args[0], signal.SIG_DFL)
+        os.kill(os.getpid(), stopped.args[0])
 
 
 if __name__ == "__main__":

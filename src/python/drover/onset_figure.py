@@ -10,6 +10,7 @@ from drover.archive import loaded
 from drover.error import DroverError
 from drover.panels import GREY, STEPS, key_of, with_unit
 from drover.paper import SIZE, STYLE, add_axes, new_figure, write_title_and_caption
+from drover.text import scene_name
 
 CURVES, PLANE = (0.9, 2.6, 4.75, 4.3), (6.5, 2.6, 4.75, 4.3)  # inches
 KEYS_TOP = 1.95                                               # of the legends below the panels [inches]
@@ -49,7 +50,7 @@ def draw(theory):
         figure.legend(handles=keys, loc="upper left", ncol=-(-len(keys) // KEYS_PER_COLUMN), frameon=False,
                       borderpad=0.0, borderaxespad=0.0,
                       bbox_to_anchor=(axes.get_position().x0, KEYS_TOP / SIZE[1]))
-    name = theory.attributes.get("scene_file", "?").removesuffix(" (its scene)")
+    name = scene_name(theory).removesuffix(" (its scene)")
     write_title_and_caption(figure, f"{name}: predicted flocking threshold", caption(curves, line))
     return figure
 

@@ -6,6 +6,7 @@ from drover.archive import loaded
 from drover.moments import run_of
 from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
 from drover.particles import ParticleRun
+from drover.text import drawable
 
 MAPS = ((0.8, 3.25, 3.65, 3.65), (6.5, 3.25, 3.65, 3.65))  # inches
 SERIES = (0.8, 1.2, 10.6, 1.2)
@@ -65,7 +66,7 @@ def draw_orders(axes, runs, labels, units):
 
 def names_of(runs):
     """The names of the archives, or of the kinds of two runs of one scene."""
-    names = [run.path.stem for run in runs]
+    names = [drawable(run.path.stem) for run in runs]
     if names[0] == names[1]:
         kinds = ["particles" if isinstance(run, ParticleRun) else "fields" for run in runs]
         names = kinds if kinds[0] != kinds[1] else [f"{name} {i}" for i, name in enumerate(names, 1)]

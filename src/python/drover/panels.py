@@ -8,6 +8,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
 from drover import results
 from drover.archive import loaded
+from drover.text import drawable
 
 # Colours of Okabe and Ito, distinguishable by colour-blind readers and, with the markers, in greyscale.
 BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#606060"
@@ -37,6 +38,7 @@ LEAST_PIXELS = 12                  # along the longer side, of averages that mak
 
 def unit_text(unit):
     """A unit in UDUNITS ("mm-2") or scene ("mm^-2") notation as mathtext."""
+    unit = drawable(unit)
     if "^" in unit:
         return re.sub(r"\^(-?\d+)", r"$^{\1}$", unit)
     words = []

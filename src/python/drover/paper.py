@@ -6,7 +6,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fontsize": 8.5, "legend.framealpha": 0.85,
-         "axes.spines.top": False, "axes.spines.right": False, "figure.dpi": 200}
+         "axes.spines.top": False, "axes.spines.right": False, "figure.dpi": 200, "text.usetex": False}
 SIZE = (11.6, 7.7)  # inches
 
 

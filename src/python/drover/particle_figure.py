@@ -7,6 +7,7 @@ from drover import particle_motion as motion, particle_panels as panels
 from drover.error import DroverError
 from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 from drover.particles import sides_of
+from drover.text import drawable, scene_name
 
 MAP, WHEEL, BESIDE = (0.7, 1.15, 6.3, 5.85), (7.55, 5.15, 1.75, 1.75), (7.32, 5.45, 1.15, 1.15)  # inches
 WAKE, BAR = (9.4, 5.35, 1.25, 1.25), (10.75, 5.35, 0.1, 1.25)
@@ -93,8 +94,8 @@ def count(run, body):
 def title(run, frame):
     counts = " and ".join(f"{count(run, name)} {name}{'s' * (count(run, name) > 1)}" for name in ("bead", "rod")
                           if count(run, name))
-    name, seed = (run.attributes.get(key, "?") for key in ("scene_file", "seed"))
-    return f"{name} at $t$ = {float(run.frames['time'][frame]):g} s   ({counts}, seed {seed})"
+    seed = drawable(run.attributes.get("seed", "?"))
+    return f"{scene_name(run)} at $t$ = {float(run.frames['time'][frame]):g} s   ({counts}, seed {seed})"
 
 
 def caption(run, about):

@@ -46,6 +46,9 @@ def read_particles(store, path, attributes, scene):
             frames = frames.merge(trajectory(store, path, group, start, axis), join="inner")
     if frames.sizes.get("time", 0) == 0:
         raise DroverError(f"{path} contains no frames: its run ended at the start; run its scene again")
+    if SERIES not in store.file:
+        raise DroverError(f"{path} holds frames without series: a start for other runs, not a run; run a scene with "
+                          f'packing.kind = "file" and packing.file = "{path.name}"')
     summary = group_dataset(store, "/summary") if "summary" in store.file else None
     return ParticleRun(path, frames, spheres, group_dataset(store, f"/{SERIES}"), summary, scene, attributes, store)
 

@@ -11,7 +11,7 @@ from drover.moments import run_of
 
 
 def figure(thing, frame=None, state=None):
-    """The figure of python3 -m drover.figure: of a run (at a frame), or of linear theory (of a state).
+    """The figure of python3 -P -m drover.figure: of a run (at a frame), or of linear theory (of a state).
 
     >>> import drover
     >>> run = drover.Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}}).start()

@@ -190,7 +190,8 @@ class Scene:
         tenth of the run, which are kept in a folder beside the archive.
 
         `output` is the archive; default: the name of the scene with .h5, in the working folder.  After Ctrl-C, which
-        raises KeyboardInterrupt, drover.restart(archive) resumes.
+        raises KeyboardInterrupt, drover.restart(archive) resumes.  The run has a process of its own, unless a term is a
+        Python function.
 
         >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 2.0}})
         >>> with scene.run("short.h5") as run:
@@ -201,10 +202,13 @@ class Scene:
         if accuracy:
             from drover.trading import with_accuracy
             scene = with_accuracy(scene, accuracy, quiet)
-        import h5py  # noqa: F401  # pylint: disable=unused-import  # before the run: see locks.py
-        from drover.archive import open_run
-        with hdf5():
-            done = _drover.run_scene(scene._native, overwrite, quiet)
+        from drover.archive import open_run  # before the run: it imports h5py, see locks.py
+        if scene._functions:
+            with hdf5():
+                done = _drover.run_scene(scene._native, overwrite, quiet)
+        else:
+            from drover.worker import call
+            done = call("run_scene", scene, overwrite=overwrite, quiet=quiet)
         return open_run(done["archive"])
 
     def with_output(self, output=None, threads=0):

@@ -1,9 +1,10 @@
 """drover/simulation.py: a run in memory: advanced step by step, its fields and bodies as NumPy arrays."""
 from contextlib import contextmanager
+from numbers import Integral
 
 from drover import _drover
 from drover.attributes import about
-from drover.error import Error
+from drover.error import ArgumentError, Error
 from drover.locks import hdf5
 from drover.progress import Progress
 
@@ -136,9 +137,17 @@ class Simulation:
         return f"<drover.Simulation of {self._scene.name}: t = {self.time:g} s, step {self.step} of {self.steps}>"
 
     def advance(self, duration=None, *, steps=None, progress=None):
-        """Takes steps: for `duration` [s], a whole number of steps; for `steps`; or to time.end.  Returns the frame."""
+        """Takes steps: for `duration` [s], a whole number of steps; for `steps`; or to time.end.  Returns the frame.
+
+        >>> from drover import Scene
+        >>> Scene.from_dict({"time": {"dt": 0.1, "end": 1.0}}).start().advance(steps=-1)
+        Traceback (most recent call last):
+        drover.error.ArgumentError: steps = -1; expected a whole number, 1 or more: a run does not go back
+        """
         if steps is None:
             steps = max(self.steps - self.step, 0) if duration is None else self.whole_steps(duration)
+        elif not isinstance(steps, Integral) or steps < 1:
+            raise ArgumentError(f"steps = {steps}; expected a whole number, 1 or more: a run does not go back")
         self._advance(self.step + steps, Progress(self.step, self.step + steps, progress))
         return self.frame
 

@@ -4,6 +4,7 @@ import matplotlib
 from drover import stability_panels as panels
 from drover.error import DroverError
 from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
+from drover.text import drawable, scene_name
 
 # Area of the panels (left, bottom, right, top) and gaps between columns and rows, in inches.
 AREA, GAPS = (0.85, 1.3, 11.35, 6.95), (0.95, 0.95)
@@ -26,8 +27,8 @@ def draw(theory, name=None):
             axes = add_axes(figure, box)
             draw_panel(axes, state)
         axes.set_title(f"({letter}) {words}", loc="left")
-    scene = theory.attributes.get("scene_file", "?")
-    write_title_and_caption(figure, f"{scene}: linear theory of its uniform state “{state.words}”", caption(state))
+    title = f"{scene_name(theory)}: linear theory of its uniform state “{drawable(state.words)}”"
+    write_title_and_caption(figure, title, caption(state))
     return figure
 
 

@@ -3,6 +3,7 @@
 Files are not trusted: links, filters that load plugins, and arrays larger than their stored bytes allow are rejected.
 (Certain damaged metadata can still crash HDF5 itself, and the process with it.)
 """
+import io
 import os
 import time
 
@@ -13,6 +14,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from drover.error import DroverError
+from drover.locks import require_usable_hdf5
 
 COMMIT_SECONDS = 2.0    # much longer than a commit of a run in progress
 QUIET_SECONDS = 0.1     # a file unmodified for this long is not being written to (file times are coarse)
@@ -21,6 +23,31 @@ MAX_INFLATION = 1032    # largest compression ratio of deflate
 MIN_CHUNK = 1 << 20     # bytes that a chunk may always occupy
 FILTERS = (h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32)
 NETCDF_NAMES = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST")  # attributes of the format itself
+
+
+class CheckedStream(io.FileIO):
+    """A file for HDF5.  An exception within a call of HDF5 1.10 may damage its memory: a failed read gives zeros
+    instead, as does every later one, and check() raises its exception after the call.
+    """
+
+    failure = None
+
+    def readinto(self, buffer):
+        view, done = memoryview(buffer).cast("B"), 0
+        try:
+            while not self.failure and done < len(view) and (count := super().readinto(view[done:])):
+                done += count
+        except OSError as failure:
+            self.failure = failure
+        if self.failure:
+            view[done:] = bytes(len(view) - done)
+            return len(view)
+        return done
+
+    def check(self):
+        if self.failure:
+            raise DroverError(f"the disk reports a failure: read: {self.failure.strerror}; nothing was changed; check "
+                              "the disk, then run the same command again", str(self.name), "environment")
 
 
 class Store:
@@ -33,19 +60,29 @@ class Store:
 
     def __init__(self, path):
         self.path, self.file, self.stream, self.state, self.quiet = path, None, None, None, False
+        self.process = None
         self.open()
 
     def open(self):
+        require_usable_hdf5()
         wait_for_journal(self.path)
-        self.state = state_of(self.path)
+        self.state, self.process = state_of(self.path), os.getpid()
         self.quiet = is_quiet(self.state)
         # A separate stream: HDF5 would share its cache with other uses of this file in the process.
-        self.stream = open(self.path, "rb")
+        self.stream = CheckedStream(self.path)
         try:
             self.file = h5py.File(self.stream, "r")
         except BaseException:
             self.stream.close()
+            self.stream.check()  # the cause
             raise
+        self.check()
+
+    def check(self):
+        """Raises an Error if a read has failed, and lets no later one use what HDF5 has cached."""
+        if self.stream.failure:
+            self.close()
+            self.stream.check()
 
     def close(self):
         if self.file is not None:
@@ -56,11 +93,16 @@ class Store:
     def read(self, name, key):
         if self.file is None:
             raise DroverError(f"{self.path} is closed and {name} had not been read; open it again with drover.open_run")
+        require_usable_hdf5()
+        if self.process != os.getpid():  # after a fork, the stream has one position for parent and child
+            self.close()
+            self.open()
         deadline = time.monotonic() + COMMIT_SECONDS
         before = None
         while True:
             try:
                 values = self.file[name][key]
+                self.check()
                 now = state_of(self.path)
                 # A deleted or replaced file no longer changes.
                 if (self.quiet and now == self.state) or now is None or now[0] != self.state[0]:
@@ -152,7 +194,7 @@ def group_dataset(store, group):
                               "damaged: use another copy")
         data = (dataset[:shape[0]] if name in axes else
                 indexing.LazilyIndexedArray(StoredArray(store, dataset, shape)))
-        if name in axes and not (numpy.diff(data) > 0.0).all():
+        if name in axes and not (numpy.isfinite(data).all() and (numpy.diff(data) > 0.0).all()):
             raise DroverError(f"{path}: {dataset.name} is not ascending; the file is damaged, or its run is writing to "
                               "it: try again, then use another copy")
         variables[name] = xarray.Variable(dims, data, attributes_of(dataset))

@@ -57,8 +57,7 @@ def sweep(scene, vary, *, seeds=1, ramp="none", workers=0, folder=None, quiet=Tr
     >>> sweep(scene, {"relaxation.rate": [0.5, 1.0]}).polar_order.dims
     ('relaxation.rate',)
     """
-    varied = [f"{key} = {values if isinstance(values, str) else value_text(list(values))[1:-1]}"
-              for key, values in vary.items()]
+    varied = [f"{key} = {values_text(key, values)}" for key, values in vary.items()]
     changes = {"sweep.vary": varied, "sweep.seeds": seeds, "sweep.ramp": ramp}
     if workers:
         changes["sweep.workers"] = workers
@@ -67,6 +66,16 @@ def sweep(scene, vary, *, seeds=1, ramp="none", workers=0, folder=None, quiet=Tr
         return finished(call("sweep", scene, folder=os.path.abspath(folder), quiet=quiet))
     with tempfile.TemporaryDirectory(prefix="drover-sweep-") as scratch:
         return finished(call("sweep", scene, folder=os.path.join(scratch, "sweep"), quiet=quiet))
+
+
+def values_text(key, values):
+    """The values of one key, as the program takes them."""
+    if isinstance(values, str):
+        return values
+    if not hasattr(values, "__iter__"):
+        raise Error(f'{key} = {values!r}; expected a list of values, or a text "first:last:count": to run one value, '
+                    f'write {{"{key}": [{values!r}]}}')
+    return value_text(list(values))[1:-1]
 
 
 def finished(result):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import h5py
 
-from drover.archive import kind_of, open_once, read_head, read_run, settled
+from drover.archive import check_is_no_table, example_group, kind_of, open_once, read_head, read_run, settled
 from drover.error import DroverError
 from drover.stored import Store, StoreOwner, group_dataset
 
@@ -61,7 +61,7 @@ class Theory(StoreOwner):
         return self.text or f"<drover.Theory {self.kind} of {self.path}: {', '.join(self.groups)}>"
 
     def plot(self, state=None):
-        """The figure of python3 -m drover.figure; `state` chooses a uniform state of a stability analysis."""
+        """The figure of python3 -P -m drover.figure; `state` chooses a uniform state of a stability analysis."""
         from drover.figure import draw_theory
         return draw_theory(self, state)
 
@@ -89,6 +89,10 @@ def read_theory(store, path):
         raise DroverError(f"{path} is a run; expected an archive written by drover stability or drover boundary: open "
                           f"it with "
                           "drover.open_run")
+    check_is_no_table(path, kind)
+    if kind == "states":
+        raise DroverError(f"{path} holds states, which drover states wrote; open a group of it with "
+                          f'xarray.open_dataset("{path}", group="{example_group(store)}")')
     names = [name for name in store.file if isinstance(store.file.get(name, getlink=True), h5py.HardLink)]
     names = [name for name in names if isinstance(store.file[name], h5py.Group)]
     groups = {name: group_dataset(store, name) for name in names if kind == "stability" or name in NEEDED}

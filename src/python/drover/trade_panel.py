@@ -7,6 +7,7 @@ import matplotlib
 from drover.error import DroverError
 from drover.panels import log_axes
 from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
+from drover.text import drawable
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 MOST_MODELS = len(COLOURS)
@@ -23,7 +24,7 @@ def draw_trade(found, axes=None):
     for model, colour in zip(models[:MOST_MODELS], COLOURS):
         rows = [row for row in found["by_model"] if row["model"] == model]
         axes.loglog([row["cost"] for row in rows], [row["error_of_allowed"] for row in rows], "o-", color=colour,
-                    markersize=4, linewidth=1.2, label=model)
+                    markersize=4, linewidth=1.2, label=drawable(model))
     axes.axhline(1.0, color="0.4", linewidth=0.8, linestyle=":")
     axes.annotate("allowed", (1.0, 1.0), xycoords=("axes fraction", "data"), xytext=(-2, 2),
                   textcoords="offset points", ha="right", va="bottom", color="0.4")
@@ -49,7 +50,7 @@ def draw(path):
                           "drover tradeoff: run that again") from error
     figure = new_figure()
     draw_trade(found, add_axes(figure, PLANE))
-    wanted = "; ".join(f"{row['observable']} within {row['allowed']:.2g}" for row in found["wishes"])
+    wanted = "; ".join(f"{drawable(row['observable'])} within {row['allowed']:.2g}" for row in found["wishes"])
     left_out = len({row["model"] for row in found["by_model"]}) - MOST_MODELS
     write_title_and_caption(
         figure, "speed for accuracy: error against work",

@@ -43,8 +43,6 @@ CASES = {
     "nominal-poor": ("bead-poor", NOMINAL),
     "quick-dense": ("bead-flock", QUICK),
     "rods-alone": ("rods-alone", []),
-    "paper-dense": ("paper-flock", []),
-    "paper-poor": ("paper-flock", ["beads.area_fraction=0.2"]),
     "flower-dense": ("flower-flock", []),
     "flower-poor": ("flower-poor", []),
     "circle-dense": ("circle-flock", []),

@@ -17,6 +17,7 @@ class Case:
     measure: str = "rod"
     release: float = 0.0
     tilted: bool = True
+    plain: tuple = ()  # words of plain_rod.cpp after the spacing of frames: that program instead of drover
 
     @property
     def gap(self):
@@ -60,7 +61,8 @@ CHOSEN = {"law": "simultaneous", "restitution": "energetic", "track_slip": True,
 def contact_laws():
     """Every law with every restitution; and numbers of the program, one at a time, about those chosen."""
     laws = [{**CHOSEN, "law": law, "restitution": restitution, "track_slip": track_slip}
-            for law in LAWS for restitution in ("energetic", "kinetic", "kinematic") for track_slip in (True, False)]
+            for law in LAWS for restitution in ("energetic", "kinetic", "kinematic") for track_slip in (True, False)
+            if track_slip or (law != "simultaneous" and restitution == "energetic")]  # others have no effect
     for key, values in (("increments", (4, 16, 32, 64)), ("simultaneity_gap", (1e-7, 1e-6, 1e-4)),
                         ("substep", (1e-5, 5e-6, 2e-6))):
         laws += [{**CHOSEN, key: value} for value in values]
@@ -127,12 +129,35 @@ def paper_rod(seeds, factor):
     return [make({"area_fraction": fraction, "kick": kick}, scene,
                  {"kick.strength": kick, "output.frame_every": 0.1, "rods.count": 1}, seeds or count,
                  whole(60.0 * factor, 0.1), tilted=False)
-            for kick in (0.01, 0.015)
+            for kick in (0.0065, 0.015)
             for fraction, scene, count in ((0.0, "paper-rod.toml", 40), (0.67, "paper-rod-in-beads.toml", 12))]
 
 
+def pairwise_rod(seeds, factor):
+    """Drover and the plain program at three steps; then other steps, orders, friction, spheres and kicks."""
+    rows = [(program, *USUAL, step, 0.015) for step in (2e-6, 5e-6, 1e-5) for program in ("drover", "plain")]
+    rows += [("drover", *USUAL, step, 0.015) for step in (1e-6, 2e-5, 5e-7)]
+    rows += [("drover", friction, order, bearing, step, 0.015)
+             for friction, order, bearing in (("stop-or-slide", "random", "all"), ("stop-or-slide", "fastest-first", "all"),
+                                              ("decoupled", "tail-first", "all"), ("decoupled", "random", "all"),
+                                              ("stop-or-slide", "tail-first", "hull"), ("decoupled", "tail-first", "hull"))
+             for step in (2e-6, 5e-6, 1e-5)]
+    rows += [(program, *USUAL, 2e-6, 0.0065) for program in ("drover", "plain")]
+
+    def case(program, friction, order, bearing, step, kick):
+        dt = max(step, 1e-5)
+        return make({"program": program, "friction": friction, "order": order, "bearing": bearing, "rod_step": step,
+                     "kick": kick}, "paper-rod.toml",
+                    {"time.dt": dt, "contacts.friction": friction, "contacts.order": order, "rods.bearing": bearing,
+                     "contacts.rod_step": step, "kick.strength": kick}, seeds or 20, whole(20.0 * factor, 0.1),
+                    plain=(step, kick, friction, order, bearing) if program == "plain" else ())
+    return [case(*row) for row in rows]
+
+
+USUAL = ("stop-or-slide", "tail-first", "all")
+
 PARTS = {part.__name__: part for part in (rod_step, matched_step, rod_laws, rod_kick, rod_matched, rod_symmetric,
-                                          bed_step, bed_groups, rod_in_bed, paper_rod)}
+                                          bed_step, bed_groups, rod_in_bed, paper_rod, pairwise_rod)}
 
 # Under the first line of a table.
 COMMENTS = {

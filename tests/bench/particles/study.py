@@ -4,7 +4,7 @@
     study.py PART --drover PROGRAM --output FOLDER [--seeds N] [--time FACTOR] [--first N]
 
 writes FOLDER/PART.csv, one row per case, and skips existing rows: re-run to resume.  Two runs at a
-time.  PART, and what it takes on two cores (estimates at half a microsecond a step of one rod and 25 ns a step of one
+time, or --workers N.  PART, and what it takes on two cores (estimates at half a microsecond a step of one rod and 25 ns a step of one
 bead):
 
     rod_step       rod alone: time step and substep from 2e-4 to 2e-6 s, kick off and on                     8 minutes
@@ -15,7 +15,8 @@ bead):
     bed_step       beads at area fractions 0.3 and 0.6: temperature, impacts, decay of a flow, by time step 10 minutes
     bed_groups     beads at 0.7, where they touch in groups: how finely the impact of a group is followed    4 minutes
     rod_in_bed     relaxation time of the matched rod in a bed of area fraction 0.67 and without            10 minutes
-    paper_rod      the same of the rod of the paper, slip not tracked, at two strengths of the kick          8 minutes
+    paper_rod      the same of the rod of the paper as printed, at two strengths of the kick                40 minutes
+    pairwise_rod   the rod of the paper: step, order and friction of the pairwise law, and plain_rod.cpp     15 minutes
 
 --time scales all times of runs (whole frames: 0.1 will do), --seeds is how many starts each case has, --first how
 many cases: to try a part.  Rows of other seeds or times are other rows.  A start is a random direction, height and
@@ -87,6 +88,8 @@ def tilted_start(program, case, seed, archive):
 
 def rod_run(program, case, seed, folder):
     """One start of one rod: angles and speeds from frame to frame after the warm-up."""
+    if case.plain:
+        return plain_run(case, seed, folder)
     archive = folder / "rod.h5"
     warm_up = 0.1 * case.seconds
     settings = {**case.settings, "run.seed": seed, "time.end": case.seconds, "analysis.warm_up": warm_up}
@@ -101,6 +104,21 @@ def rod_run(program, case, seed, folder):
     steps = numpy.diff(places[used], axis=0)
     along = (steps[:, 0] * numpy.cos(angles[:-1]) + steps[:, 1] * numpy.sin(angles[:-1])) / spacing
     return {"speed": results["rod_speed"]["mean"], "along": along, "angles": angles, "spacing": spacing}
+
+
+def plain_run(case, seed, folder):
+    """rod_run() by plain_rod.cpp, with starts of its own."""
+    spacing, program = 0.025, folder / "plain_rod"
+    source = Path(__file__).resolve().parent / "plain_rod.cpp"
+    subprocess.run(["c++", "-O2", "-std=c++20", str(source), "-o", str(program)], check=True)
+    ended = subprocess.run([str(word) for word in (program, seed, case.seconds, spacing, *case.plain)], check=True,
+                           capture_output=True, text=True)
+    frames = numpy.array([line.split() for line in ended.stdout.splitlines()], dtype=float)
+    frames = frames[round(0.1 * case.seconds / spacing):]
+    angles = numpy.arctan2(frames[:, 3], frames[:, 2])
+    steps = numpy.diff(frames[:, :2], axis=0)
+    along = (steps[:, 0] * numpy.cos(angles[:-1]) + steps[:, 1] * numpy.sin(angles[:-1])) / spacing
+    return {"speed": along.mean(), "along": along, "angles": angles, "spacing": spacing}
 
 
 def line_slope(times, values):
@@ -305,6 +323,7 @@ def main():
     parser.add_argument("--seeds", type=int, help="starts of each case")
     parser.add_argument("--time", type=float, default=1.0, help="factor of all times of runs")
     parser.add_argument("--first", type=int, help="so many cases alone")
+    parser.add_argument("--workers", type=int, default=WORKERS, help="runs at a time")
     options = parser.parse_args()
     folder, program = Path(options.output), str(Path(options.drover).resolve())
     folder.mkdir(parents=True, exist_ok=True)
@@ -315,7 +334,7 @@ def main():
     print(f"{table.path}: {len(cases)} cases, {len(cases) - len(left)} done already", file=sys.stderr)
     jobs = [(program, number, case, seed) for number, case in enumerate(left) for seed in range(1, case.seeds + 1)]
     found = [[] for _ in left]
-    with multiprocessing.Pool(WORKERS) as pool:
+    with multiprocessing.Pool(options.workers) as pool:
         for number, result in pool.imap(one_job, jobs):  # in order: a result does not depend on who was quicker
             found[number].append(result)
             if len(found[number]) == left[number].seeds:

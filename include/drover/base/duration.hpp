@@ -1,0 +1,11 @@
+// base/duration.hpp: durations that a user gives.
+#pragma once
+#include <string>
+
+namespace drover {
+
+/// The seconds of "3600", "90s", "90m" or "90min", "1.5h", "mm:ss", "hh:mm:ss" or "d-hh:mm:ss".  Throws an input Error,
+/// which names the option, for another text.
+double seconds_of(const std::string& duration, const std::string& option);
+
+}  // namespace drover

@@ -1,0 +1,37 @@
+// files/input_file.hpp: checked reads of files by others: plain files only, every read checked, sizes bounded.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace drover::files {
+
+// An Error of these functions is an input Error for a file that does not exist, is no plain file or is too large, an
+// unavailable one without the permission to read it, and an environment one when a read fails.  `expected` ends its
+// sentence: "a scene in TOML".
+
+/// The content of a file of at most max_bytes.
+std::string read_text(const std::filesystem::path& file, std::uint64_t max_bytes, const std::string& expected);
+
+/// The first `count` bytes, fewer of a shorter file; "" if there is no plain file of this name or it may not be read.
+/// Throws an environment Error when a read fails.
+std::string read_start(const std::filesystem::path& file, std::size_t count);
+
+/// A file of any length, line by line.
+class LineReader {
+public:
+    LineReader(const std::filesystem::path& file, const std::string& expected);
+    LineReader(LineReader&&) noexcept;
+    ~LineReader();
+
+    /// The next line without its end; false at the end of the file.  Rejects a line of more than 1 MiB.
+    bool next(std::string& line);
+
+private:
+    struct File;
+    std::unique_ptr<File> file_;
+};
+
+}  // namespace drover::files

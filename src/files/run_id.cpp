@@ -1,0 +1,30 @@
+// files/run_id.cpp: random bits of the kernel.
+#include "drover/files/run_id.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+
+#include "drover/base/error.hpp"
+
+namespace drover::files {
+
+std::string draw_run_id() {
+    std::array<unsigned char, 16> bits{};
+    if (::getentropy(bits.data(), bits.size()) < 0)
+        throw std::system_error(errno, std::generic_category(), "drawing random bits");
+    std::string digits;
+    for (const unsigned char byte : bits) digits += text("{:02x}", byte);
+    return digits;
+}
+
+std::string run_id_of(const ArchiveReader& archive) {
+    for (const auto& [name, value] : archive.attributes())
+        if (const auto* words = std::get_if<std::string>(&value); words != nullptr && name == run_id_name)
+            return *words;
+    return "";
+}
+
+}  // namespace drover::files

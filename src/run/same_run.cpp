@@ -1,0 +1,84 @@
+// run/same_run.cpp: compares run ids, resolved scenes and versions.
+#include "run/same_run.hpp"
+
+#include "drover/files/record_file.hpp"
+#include "drover/files/run_id.hpp"
+#include "drover/io/scene_text.hpp"
+#include "drover/run/provenance.hpp"
+
+namespace drover::run {
+namespace {
+
+/// Without what differs between the parts of one run, and the place of its archive.
+io::Scene comparable(io::Scene scene) {
+    scene.time.end = 0.0;
+    scene.output.checkpoint_minutes = 0.0;
+    scene.run.threads = 0;
+    scene.output.file.clear();
+    return scene;
+}
+
+io::Scene scene_in(const files::ArchiveReader& archive, const std::filesystem::path& file) {
+    return io::archived_scene(archive.text_attribute("scene"), file.string() + " (its scene)");
+}
+
+std::string difference(const std::string& key, const std::string& in_archive, const std::string& other,
+                       const char* where) {
+    return text("{} = {} in the archive, {} in {}", key, in_archive.empty() ? "none" : in_archive,
+                other.empty() ? "none" : other, where);
+}
+
+/// "" if there is none.
+std::string difference_of_scenes(const io::Scene& in_archive, const io::Scene& other, const char* where) {
+    const files::TextDifference found =
+        files::first_difference(io::resolved_text(comparable(in_archive)), io::resolved_text(comparable(other)));
+    return found.key.empty() ? "" : difference(found.key, found.one, found.other, where);
+}
+
+std::string difference_of_runs(const files::ArchiveReader& archive, const std::filesystem::path& file,
+                               const files::Checkpoint& checkpoint) {
+    constexpr const char* there = "the checkpoint";
+    if (archive.text_attribute("scene") != checkpoint.scene) {
+        const io::Scene saved = io::archived_scene(checkpoint.scene, file.string() + " (the scene of its checkpoint)");
+        const std::string found = difference_of_scenes(scene_in(archive, file), saved, there);
+        if (!found.empty()) return found;
+    }
+    const std::string id = files::run_id_of(archive);
+    if (id == checkpoint.run_id) return "";
+    const std::string made_by = program_of(archive);
+    if (made_by != checkpoint.program) return difference("the version of drover", made_by, checkpoint.program, there);
+    return difference(files::run_id_name, id, checkpoint.run_id, there);
+}
+
+}  // namespace
+
+void require_same_run(const files::ArchiveReader& archive, const std::filesystem::path& file,
+                      const files::Checkpoint& checkpoint) {
+    const std::string found = difference_of_runs(archive, file, checkpoint);
+    require(found.empty(), {.file = file.string()},
+            "the archive and the checkpoint beside it are of two runs: {}; expected both of one run: put back the one "
+            "that was replaced, or run the scene again",
+            found);
+}
+
+void require_archive_of(const io::Scene& scene, const std::filesystem::path& file) {
+    const files::ArchiveReader archive(file);
+    const io::Scene found = scene_in(archive, file);
+    io::Scene expected = scene;
+    if (expected.time.dt == 0.0) {
+        expected.time.dt = found.time.dt;
+        expected.time.chosen = found.time.chosen;
+        expected.time.pilot = found.time.pilot;
+    }
+    // The archive that a run starts from may have moved, with the folder.
+    if (!expected.initial.file.empty() && !found.initial.file.empty()) expected.initial.file = found.initial.file;
+    if (!expected.particles.packing.file.empty() && !found.particles.packing.file.empty())
+        expected.particles.packing.file = found.particles.packing.file;
+    const std::string difference = difference_of_scenes(found, expected, "the run of this name");
+    require(difference.empty(), {.file = file.string()},
+            "the archive is of another run: {}; expected the one that was written here: put it back, or remove this "
+            "file and what is beside it to repeat the run",
+            difference);
+}
+
+}  // namespace drover::run

@@ -1,0 +1,21 @@
+// run/same_run.hpp: whether files belong to one run; if not, in what the runs differ.
+#pragma once
+#include <filesystem>
+
+#include "drover/files/archive_reader.hpp"
+#include "drover/files/checkpoint.hpp"
+#include "drover/io/scene.hpp"
+
+namespace drover::run {
+
+/// Throws an input Error unless both have the same run id and, apart from what a restart may change, the same scene.
+/// Files of earlier versions have no run id.  The Error names the first difference: a key of the scene, the version of
+/// drover, or the ids.
+void require_same_run(const files::ArchiveReader& archive, const std::filesystem::path& file,
+                      const files::Checkpoint& checkpoint);
+
+/// Throws an input Error, which names the first difference, unless the archive is of a run of this scene: to any end,
+/// with any number of threads, and with a time step of its own choice where the scene gives none.
+void require_archive_of(const io::Scene& scene, const std::filesystem::path& file);
+
+}  // namespace drover::run

@@ -1,0 +1,145 @@
+"""tests/bench/particles/printed.py: the order of the paper's rods as printed, against the area fractions and the steps.
+
+Usage: printed.py --drover PROGRAM --output FOLDER [--only SET ...]
+       printed.py --verdicts --output FOLDER
+
+Runs models/paper-flock.toml with the settings of each case of the sets: `states` and `onset` (steps as in the scene),
+`fine` (half of both steps), `phases` (the plane of both area fractions).  FOLDER/NAME.csv gets a row a second and
+FOLDER/flocks.json an entry a case, as flocks.py writes them: order_mean_second_half is the mean of P from 50 to 100 s.
+A case that is there is not run again, and one that was interrupted resumes from its checkpoint, so the study may be
+stopped at any time.  A case takes 10 to 20 minutes of one core.
+
+--verdicts compares CRITERIA, which were written before the runs, with the cases that are there. """
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy
+from flocks import MODELS, measure, write, written
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from studies import version_of  # noqa: E402
+
+SCENE = "paper-flock"
+FINE = ["time.dt=5e-6", "contacts.rod_step=1e-6"]
+
+
+def point(beads, rods, seed, *settings):
+    return [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}", f"run.seed={seed}", *settings]
+
+
+STATES = [(beads, 0.11, seed) for seed in (1, 2, 3, 4) for beads in (0.6, 0.2)]
+ONSET = [(beads, 0.11, seed) for seed in (1, 2, 3) for beads in (0.4, 0.3, 0.5, 0.35, 0.45)]
+PHASES = [(beads, rods, seed) for seed in (1, 2, 3) for rods in (0.05, 0.08, 0.16, 0.03)
+          for beads in (0.6, 0.4, 0.2, 0.5, 0.3, 0.68)]
+SETS = {
+    "states": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in STATES},
+    "onset": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in ONSET},
+    "fine": {f"fine-{b}-{r}-{s}": point(b, r, s, *FINE) for b, r, s in STATES + ONSET},
+    "phases": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in PHASES},
+}
+
+# What must hold of the means of P from 50 to 100 s, before any of these runs was made: of each seed, or of the mean
+# over seeds.  The expected onset is that of a program of its own (one seed each): .24, .37, .59, .70, .77 at Phi_b = .30
+# to .50; one run scatters by about .15 there, the mean of three by .09, and 0.15 is 1.7 of those.
+CRITERIA = [
+    {"name": "rods flock at (.60, .11)", "point": (0.6, 0.11), "seeds": 4, "of": "each", "min": 0.6, "max": 1.0},
+    {"name": "rods do not flock at (.20, .11)", "point": (0.2, 0.11), "seeds": 4, "of": "each", "min": 0.0, "max": 0.3},
+    *({"name": f"P at Phi_b = {beads}", "point": (beads, 0.11), "seeds": 3, "of": "mean", "min": round(order - 0.15, 2),
+       "max": round(order + 0.15, 2)}
+      for beads, order in ((0.3, 0.24), (0.35, 0.37), (0.4, 0.59), (0.45, 0.7), (0.5, 0.77))),
+]
+ONSET_ORDER, ONSET_RANGE = 0.5, (0.33, 0.43)  # Phi_b where the mean over seeds first passes this order
+
+
+class Stopped(Exception):
+    """The run was stopped by a signal after a checkpoint."""
+
+
+def run(program, settings, archive):
+    """Runs or resumes a case."""
+    words = [program, "restart", str(archive), "--quiet"]
+    if not archive.exists():
+        words = [program, "run", str(MODELS / (SCENE + ".toml")), "--output", str(archive), "--quiet"]
+        for setting in [*settings, "output.frame_every=10.0", "output.sample_every=0.1025", "run.threads=1",
+                        "output.checkpoint_minutes=5"]:
+            words += ["--set", setting]
+    ended = subprocess.run(words, check=False, stdout=subprocess.DEVNULL).returncode
+    if ended == 3:
+        raise Stopped
+    if ended:
+        sys.exit(f"{archive.name}: the run failed with exit status {ended}")
+
+
+def order_of(rows, prefix, beads, rods):
+    """Means of P of all seeds of a point."""
+    return [float(row["order_mean_second_half"]) for name, row in sorted(rows.items())
+            if name.rsplit("-", 1)[0] == f"{prefix}{beads}-{rods}"]
+
+
+def onset(rows, prefix):
+    """Phi_b where the mean order passes ONSET_ORDER, by straight lines, or None."""
+    fractions = (0.2, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6)
+    found = [(beads, numpy.mean(orders)) for beads in fractions if (orders := order_of(rows, prefix, beads, 0.11))]
+    for (low, before), (high, after) in zip(found, found[1:]):
+        if before < ONSET_ORDER <= after:
+            return low + (high - low) * (ONSET_ORDER - before) / (after - before)
+    return None
+
+
+def verdicts(rows):
+    """Lines: a criterion, what was found and whether it holds."""
+    for prefix in ("", "fine-"):
+        for criterion in CRITERIA:
+            orders = order_of(rows, prefix, *criterion["point"])
+            tested = orders if criterion["of"] == "each" else ([numpy.mean(orders)] if orders else [])
+            holds = all(criterion["min"] <= order <= criterion["max"] for order in tested)
+            state = ("agrees" if holds else "misses") if len(orders) >= criterion["seeds"] else \
+                f"{len(orders)} of {criterion['seeds']} seeds" + ("" if holds else ", misses so far")
+            found = " ".join(f"{order:.3f}" for order in orders) or "none"
+            yield f"{prefix}{criterion['name']}: {criterion['min']} to {criterion['max']} ({criterion['of']}); " \
+                  f"found {found}: {state}"
+        at = onset(rows, prefix)
+        yield f"{prefix}onset: {ONSET_RANGE[0]} to {ONSET_RANGE[1]}; found " + \
+            ("none" if at is None else f"{at:.3f}: {'agrees' if ONSET_RANGE[0] <= at <= ONSET_RANGE[1] else 'misses'}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--drover", help="the program")
+    parser.add_argument("--output", required=True, type=Path, help="folder of the tables")
+    parser.add_argument("--only", nargs="*", default=list(SETS), choices=list(SETS), help="sets of cases")
+    parser.add_argument("--verdicts", action="store_true", help="no runs: the criteria and what was found")
+    arguments = parser.parse_args()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    summary = arguments.output / "flocks.json"
+    rows = json.loads(summary.read_text()) if summary.exists() else {}
+    if arguments.verdicts:
+        print("\n".join(verdicts(rows)))
+        return 0
+    if not arguments.drover:
+        parser.error("--drover is needed for runs")
+    version = version_of(arguments.drover)
+    for name, settings in [case for chosen in arguments.only for case in SETS[chosen].items()]:
+        if name in rows and (arguments.output / (name + ".csv")).exists():
+            continue
+        archive = arguments.output / (name + ".h5")
+        try:
+            run(arguments.drover, settings, archive)
+        except Stopped:
+            return 3
+        columns, row = measure(archive, SCENE)
+        write(arguments.output / (name + ".csv"), f"# {SCENE}.toml {' '.join(settings)}; {version}\n",
+              [list(columns), *zip(*columns.values())])
+        rows[name] = {key: written(value) for key, value in row.items()}
+        summary.write_text(json.dumps(rows, indent=1) + "\n")
+        for file in (archive, *archive.parent.glob(archive.name + ".*")):
+            file.unlink(missing_ok=True)
+        print(name, rows[name], flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

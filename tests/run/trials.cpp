@@ -1,0 +1,98 @@
+// tests/run/trials.cpp: failures of the scene are recorded, those of the disk stop the trials and are not.
+#include "run/trials.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "drover/base/error.hpp"
+#include "drover/files/record_file.hpp"
+#include "drover/io/scene_text.hpp"
+#include "drover/run/signals.hpp"
+#include "files/support.hpp"
+
+namespace drover::run {
+namespace {
+using testing_support::Folder;
+
+/// A flock that a large step makes diverge.
+Trial trial(double dt = 0.1) {
+    const std::string scene = text(
+        "[relaxation]\nrate = -1.0\nsaturation = 1.0\n[elasticity]\nstiffness = 1.0\n[grid]\nnx = 8\nny = 8\n"
+        "lx = 8.0\nly = 8.0\n[time]\ndt = {0}\nend = {1}\nstepper = \"etdrk4-krogstad\"\n[output]\n"
+        "frame_every = {1}\nsample_every = {0}\n[initial]\nkind = \"formula\"\npolar_order_x = \"{2}\"\n",
+        dt, 40.0 * dt, dt > 1.0 ? "1e200" : "0.5");
+    return {.scene = io::parse_scene(scene, "trial.toml", {}, {})};
+}
+
+/// While it lives, no file grows beyond this size.
+class FileSizeLimit {
+public:
+    explicit FileSizeLimit(rlim_t bytes) {
+        ignore_file_size_signal();
+        ::getrlimit(RLIMIT_FSIZE, &before_);
+        const struct rlimit limit { bytes, before_.rlim_max };
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+    FileSizeLimit(const FileSizeLimit&) = delete;
+    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+private:
+    struct rlimit before_ {};
+};
+
+TEST(Trials, a_full_disk_stops_them_is_not_recorded_and_the_next_command_runs_the_trial) {
+    const Folder folder;
+    {
+        Trials trials(folder / ".", 1);
+        const FileSizeLimit limit(10000);
+        try {
+            trials.run({trial()});
+            FAIL() << "expected an Error";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.fault(), Fault::environment);
+            EXPECT_THAT(error.what(), ::testing::HasSubstr("the largest file size allowed (ulimit -f) is reached"));
+        }
+        EXPECT_EQ(trials.find(trial()), nullptr);
+    }
+    Trials trials(folder / ".", 1);
+    EXPECT_EQ(trials.find(trial()), nullptr);
+    EXPECT_TRUE(trials.run({trial()}));
+    ASSERT_NE(trials.find(trial()), nullptr);
+    EXPECT_EQ(trials.find(trial())->failure, "");
+}
+
+TEST(Trials, a_failure_of_the_scene_is_recorded) {
+    const Folder folder;
+    std::string failure;
+    {
+        Trials trials(folder / ".", 1);
+        EXPECT_TRUE(trials.run({trial(2.0)}));
+        ASSERT_NE(trials.find(trial(2.0)), nullptr);
+        failure = trials.find(trial(2.0))->failure;
+    }
+    EXPECT_THAT(failure, ::testing::HasSubstr("NaN or infinite"));
+    const Trials trials(folder / ".", 1);
+    ASSERT_NE(trials.find(trial(2.0)), nullptr);
+    EXPECT_EQ(trials.find(trial(2.0))->failure, failure);
+}
+
+TEST(Trials, records_of_older_versions_are_read_and_their_failures_of_unknown_kind_are_repeated) {
+    const Folder folder;
+    std::string name;
+    {
+        Trials trials(folder / ".", 1);
+        trials.run({trial()});
+        name = trials.find(trial())->archive.stem().string();
+    }
+    for (const auto& [ending, is_known] : {std::pair{"", true}, std::pair{"x.h5: the disk is full", false}}) {
+        std::filesystem::remove(folder / "trials.records");
+        files::RecordFile(folder / "trials.records", files::fingerprint("trials"))
+            .append(name + " 4 0.1 0.1 " + ending);
+        EXPECT_EQ(Trials(folder / ".", 1).find(trial()) != nullptr, is_known) << ending;
+    }
+}
+
+}  // namespace
+}  // namespace drover::run
