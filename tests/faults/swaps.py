@@ -158,8 +158,10 @@ def differences_of(kind):
     """The keys in which two runs of this kind may differ; trials and sweeps set some of them themselves."""
     if kind == "calibration":
         return ["run.seed", "cell.lx"]
-    found = ", ".join(f"{kind} {count}" for kind, count in counts.items() if count)
-    print(f"{sum(counts.values())} swaps ({found}), {bad} complaints")
+    keys = [key for key in VALUES if key != "cell.lx"]
+    if kind in ("trial", "records"):
+        keys = [key for key in keys if not key.startswith(("output.", "time."))]
+    return [*keys, *(["version", "nothing"] if kind not in ("sweep", "records") else [])]
 
 
 def main():
