@@ -3,7 +3,6 @@
 
 #include <set>
 
-#include "drover/files/run_id.hpp"
 #include "files/archive_netcdf.hpp"
 
 namespace drover::files {

@@ -10,8 +10,8 @@ namespace drover::files {
 /// Writes "Conventions" and these; those that exist are replaced one at a time.
 void write_root_attributes(hid_t file, const std::vector<Attribute>& attributes, const Hdf5Errors& errors);
 
-/// The same, and removes all others but the run id.  That stays where it is in the file: HDF5 moves attributes only when
-/// few are left, or when there were few.
+/// The same, and removes all others but the run id.  That stays where it is in the file: HDF5 moves attributes where
+/// there are few.
 void replace_root_attributes(hid_t file, const std::vector<Attribute>& attributes, const Hdf5Errors& errors);
 
 }  // namespace drover::files

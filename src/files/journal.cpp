@@ -3,6 +3,7 @@
 // lacks the file it is for.
 #include "files/journal.hpp"
 
+#include "drover/files/archive_layout.hpp"
 #include "drover/files/bytes.hpp"
 
 namespace drover::files {
@@ -27,9 +28,17 @@ namespace {
 
 /// The file holds the commit before the journal's, that commit, or a part of it.
 void require_for(const Journal& journal, const Descriptor& open, const std::filesystem::path& file) {
-    if (!journal.before) return;
-    const FileMark& before = *journal.before;
     const SourceLocation where{journal_of(file).string()};
+    if (!journal.before) {
+        constexpr std::size_t most = 1 << 20;  // attributes are written first
+        const std::string name(run_id_name, std::string(run_id_name).size() + 1);
+        require(text_at(open, 0, most).find(name) == std::string::npos, where,
+                "is of an earlier version of drover and holds no run_id, which {} has; expected none, or that of the "
+                "same run: put back the file that was replaced, or remove the journal",
+                file.string());
+        return;
+    }
+    const FileMark& before = *journal.before;
     require(text_at(open, before.offset, before.run_id.size()) == before.run_id, where,
             "holds the last commit of another file, with run_id = {}; expected none, or that of {}: put back the file "
             "that was replaced, or remove the journal",

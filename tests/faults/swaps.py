@@ -8,8 +8,8 @@ status 2 and a sentence that names the difference: the key, the version, or the 
 
 Kinds: archive, checkpoint (the newest or both), journal, sweep (an archive of its folder, with its checkpoints), trial
 (the same of the folder of `tradeoff`), records (the records of that folder), calibration (the trials of a measurement,
-whose file holds a hash: the sentence says that the scene is another, and not which key).  There are no pairs of versions
-of sweeps and calibrations, which another version of drover may resume.
+whose file holds a hash: the sentence says that the scene is another, and not which key).  There are no pairs of
+versions of sweeps and calibrations, which another version of drover may resume.
 `--other`: a drover of another version; without it, a pair of two versions has the version changed in the provenance of
 one archive, which then cannot be that of a checkpoint.
 """
@@ -113,12 +113,13 @@ class Pair:
         """Of which one must be in the sentence."""
         if self.kind == "calibration":
             return ["of another scene or point"]  # the file holds a hash of its scene
+        if self.kind == "trial":  # two trials of one scene differ in keys of their own, too
+            return [" in the archive, ", "run_id = "]
         if self.kind == "journal" or self.difference == "nothing":
             return ["run_id = "]
         if self.difference == "version":
             return ["the version of drover = ", "run_id = "]  # where only one of the files has the version
-        # Trials of one scene differ in keys of their own, too.
-        return [" in the archive, "] if self.kind == "trial" else [self.difference + " = "]
+        return [self.difference + " = "]
 
 
 def leave_journal(place, program):
@@ -157,7 +158,9 @@ def differences_of(kind):
     """The keys in which two runs of this kind may differ; trials and sweeps set some of them themselves."""
     if kind == "calibration":
         return ["run.seed", "cell.lx"]
-    keys = [key for key in VALUES if key != "cell.lx" and not (kind in ("trial", "records") and key.startswith(("output.", "time.")))]
+    keys = [key for key in VALUES if key != "cell.lx"]
+    if kind in ("trial", "records"):
+        keys = [key for key in keys if not key.startswith(("output.", "time."))]
     return [*keys, *(["version", "nothing"] if kind not in ("sweep", "records") else [])]
 
 

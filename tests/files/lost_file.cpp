@@ -174,7 +174,7 @@ TEST(Journal, of_another_run_or_another_commit_is_rejected_and_kept) {
     EXPECT_EQ(contents(one.file), later);
 }
 
-TEST(Journal, of_an_earlier_version_is_applied) {
+TEST(Journal, of_an_earlier_version_is_applied_to_a_file_without_run_id) {
     Journaled one;
     std::vector<std::byte> bytes;
     put(bytes, std::uint64_t{0x316c6e726a767264});  // "drvjrnl1"
@@ -186,6 +186,11 @@ TEST(Journal, of_an_earlier_version_is_applied) {
     write_journal(one.file, bytes);
     recover(one.open(), one.file);
     EXPECT_EQ(contents(one.file), one.after());
+    const std::string other = std::string(one.content).replace(200, 7, "run_id", 7);
+    write_contents(one.file, other);
+    write_journal(one.file, bytes);
+    EXPECT_THAT(sentence_of([&] { recover(one.open(), one.file); }), HasSubstr("holds no run_id, which"));
+    EXPECT_EQ(contents(one.file), other);
 }
 
 }  // namespace

@@ -65,4 +65,7 @@ struct ResultTable {
 
 using Attribute = std::pair<std::string, Variant<std::int64_t, double, std::string>>;
 
+/// The root attribute with the id of the run.  Two runs of the same scene differ in it, as in start_time.
+inline constexpr const char* run_id_name = "run_id";
+
 }  // namespace drover::files

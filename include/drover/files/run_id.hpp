@@ -6,9 +6,6 @@
 
 namespace drover::files {
 
-/// The root attribute that holds it.  It is outside of what two runs of the same scene have in common, as is start_time.
-inline constexpr const char* run_id_name = "run_id";
-
 /// 128 random bits as hexadecimal digits.  Drawn once for each archive that a run creates; a restart keeps it.
 std::string draw_run_id();
 
