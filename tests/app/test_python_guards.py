@@ -197,7 +197,7 @@ assert entered
 @needs_shim
 @pytest.mark.parametrize("only, most, within", [
     ("start:malloc", 12, "libfftw3"),  # FFTW would end the process
-    ("start:malloc", 12, "_drover."),
+    ("start:malloc", 12, "drover8numerics"),
     ("open:open", 4, "_drover."),
     ("run:pread", 3, "_drover."),
     ("run:malloc", 2, "libfftw3"),
