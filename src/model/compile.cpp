@@ -352,7 +352,12 @@ private:
             for (std::size_t k = 0; k < term.rows.size(); ++k) {
                 const int component = first + static_cast<int>(k);
                 LinearForm& linear = c_.linear[static_cast<std::size_t>(component)];
-                for (const auto& [derivative, coefficient] : term.rows[k].linear) linear[derivative] += coefficient;
+                for (const auto& [derivative, coefficient] : term.rows[k].linear) {
+                    linear[derivative] += coefficient;
+                    require(std::isfinite(linear[derivative]), term.summary.where,
+                            "the coefficients of a field add up to {}; expected numbers below 1e308 in size",
+                            linear[derivative]);
+                }
                 for (const PointFunction& function : term.rows[k].functions) {
                     int node = graph.import(function.value.graph()).back();
                     if (!term.is_placed) node = without_slopes(function, slots, graph, node, linear);
