@@ -25,7 +25,7 @@ public:
     const Model& model() const;
     /// All components, of fields with a rate and of fields in balance.
     int components() const;
-    /// The components that are integrated, in the order of a state: scalars, then spins, each in the order of the fields.
+    /// The components that are integrated, in the order of a state: scalars, then spins, each as the fields.
     const std::vector<int>& state_components() const;
     const std::vector<TermSummary>& terms() const;
 
