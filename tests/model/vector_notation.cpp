@@ -151,5 +151,18 @@ TEST(Parity, of_a_pseudoscalar_fits_curl_and_needs_chiral_for_a_true_scalar) {
     EXPECT_NE(refusal("2^omega", false).find("the exponent is a pseudoscalar"), std::string::npos);
 }
 
+TEST(Mass, divides_every_force_that_does_not_have_exactly_the_mass_as_its_first_factors) {
+    const auto rate = [](const std::string& mass, const std::string& force) {
+        Model model{.fields = {{.name = "s", .symbol = "s", .mass = {mass, {}}, .equation = {force, {}}}},
+                    .coefficients = {{"m", 2.0}, {"k", 5.0}}};
+        return Equations(model).uniform_rates({0.5})(0);
+    };
+    // Two or three operations each: at most a few units in the last place.
+    EXPECT_NEAR(rate("m", "m / k"), 2.0 / 5.0 / 2.0, 1e-15);
+    EXPECT_NEAR(rate("m", "m k s"), 5.0 * 0.5, 1e-15);
+    EXPECT_NEAR(rate("1 + s^2", "(1 - s^2) s"), 0.75 * 0.5 / 1.25, 1e-15);
+    EXPECT_NEAR(rate("1 + s^2", "(1 + s^2) s"), 0.5, 1e-15);
+}
+
 }  // namespace
 }  // namespace drover::model
