@@ -188,9 +188,10 @@ Value Lowering::multiplied(const FormulaText& text, const Formula& f) {
             }
         } else {
             if (!is_scalar(result) && !is_scalar(next))
-                text.fail_with(part.at, drover::text("{} stands beside {}; write a.b for their dot product, or "
-                                                     "outer(a, b) for their outer product",
-                                                     text_of(result), text_of(next)));
+                text.fail_with(
+                    part.at, drover::text("{} stands beside {}; expected a scalar: write a.b for their dot product, or "
+                                          "outer(a, b) for their outer product",
+                                          text_of(result), text_of(next)));
             if (!is_scalar(next)) std::swap(result, next);
             for (Component& c : result.components) c = algebra_.product(c, next.components[0]);
         }

@@ -56,7 +56,7 @@ Value Lowering::dot(const FormulaText& text, const Formula& f) {
         if (inner.rank == vector && is_linear(left.components[0]) && is_linear(left.components[1]) &&
             left.components[0].linear == inner.components[0].linear &&
             left.components[1].linear == inner.components[1].linear && is_linear(inner.components[0]) &&
-            is_linear(inner.components[1]) && left.parity == Parity::even)
+            is_linear(inner.components[1]) && left.parity == Parity::even && inner.parity == Parity::even)
             return self_advection(left);
         right = applied(text, second, inner);
     } else {
@@ -125,7 +125,7 @@ Value Lowering::gradient(const Value& a) {
     return result;
 }
 
-/// Contracts the derivative with the first index.  Of a spin m that is d* F = (d_x - i d_y)(F_1 + i F_2), of spin m - 1.
+/// Contracts the derivative with the first index.  Of a spin m: d* F = (d_x - i d_y)(F_1 + i F_2), of spin m - 1.
 Value Lowering::divergence(const Value& a) {
     const auto d = [&](std::size_t component, const Order& order) {
         return algebra_.derivative(a.components[component], order);

@@ -23,8 +23,10 @@ public:
         Model& model = result_.model;
         model.chiral = chance(0.2);
         is_anisotropic_ = chance(0.25);
-        declare_fields(between(1, 6));
-        const bool may_balance = !model.chiral && !is_anisotropic_ && model.fields.size() > 1 && chance(0.3);
+        const bool is_plain = chance(0.4);  // at most two scalars and two vectors with a rate
+        const int count = between(1, is_plain ? 4 : 6);
+        const bool may_balance = !model.chiral && !is_anisotropic_ && (is_plain || count > 1) && chance(0.4);
+        declare_fields(count + (is_plain && may_balance ? 1 : 0), is_plain ? count : 0);
         if (may_balance) model.fields.back().left = LeftSide::balance;
         for (std::size_t i = 0; i < model.fields.size(); ++i) write_equation(i);
         return std::move(result_);
@@ -158,13 +160,15 @@ private:
 
     // ---- fields
 
-    void declare_fields(int count) {
+    void declare_fields(int count, int plain) {
+        const int first_plain = between(0, 1);
         int component = 0;
         constexpr std::array letters{"s", "v", "Q", "T"};
         for (int i = 0; i < count; ++i) {
             Field field;
             field.spin = i == 0 && chance(0.5) ? 0 : between(0, 3);
             field.odd = chance(0.3);
+            if (i < plain) field.spin = (i + first_plain) % 2, field.odd = false;
             field.symbol = text("{}{}", letters[static_cast<std::size_t>(field.spin)], i);
             field.name = text("field_{}", i);
             if (field.spin == 0 && !field.odd) field.reference = number();
@@ -431,7 +435,10 @@ private:
         m.text = text("m{}", result_.model.coefficients.size());
         result_.model.coefficients[m.text] = m.value;
         if (chance(0.3)) return m;
-        if (const Found density = field(0, 1); density && chance(0.5)) return product(m, density);
+        const Field& last = result_.model.fields.back();  // in balance its mean may be 0
+        if (const Found density = field(0, 1);
+            density && chance(0.5) && !(last.left == LeftSide::balance && density->text == last.symbol))
+            return product(m, density);
         const Found more = sum_of_square(scalar(any_parity(), 1));
         return more && more->derivatives == 0 ? product(m, more) : m;
     }

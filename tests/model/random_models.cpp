@@ -111,7 +111,7 @@ struct State {
 State random_state(const RandomModel& random, const Equations& equations, std::mt19937& engine) {
     constexpr std::array waves{std::pair{0, 0}, std::pair{1, 0}, std::pair{0, 1}, std::pair{1, 1}, std::pair{1, -1}};
     std::normal_distribution<double> normal;
-    // Functions that are no polynomials have all harmonics: these are below rounding on the grid if the waves are small.
+    // Functions that are no polynomials have all harmonics: below rounding on the grid if the waves are small.
     const double amplitude = random.is_polynomial ? 0.3 : 0.005;
     const UniformState uniform = random_uniform(random.model, engine);
     const auto members = split(random.model);

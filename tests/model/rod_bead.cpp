@@ -83,7 +83,7 @@ TEST(RodBeadText, has_the_symbol_of_the_built_in_terms_about_any_uniform_state) 
         add(built_in.fields.rod_density, physics::FieldIndex::rod_density, about.rod_density);
         for (int i = 0; i < 2; ++i) add(moves, physics::FieldIndex::bead_velocity_x + i, about.velocity(i));
         for (int i = 0; i < 2; ++i) add(true, physics::FieldIndex::polar_order_x + i, about.order(i));
-        // A dynamic velocity whose forces do not balance adds -F/(m rho) drho/rho, which the built-in symbol leaves out.
+        // A dynamic velocity whose forces do not balance adds -F/(m rho) drho/rho; the built-in symbol leaves it out.
         const bool is_balanced = built_in.fields.bead_velocity != "dynamic" || !built_in.fields.bead_density;
         for (const numerics::Wavevector q : {numerics::Wavevector{0.0, 0.0}, {0.6, 0.0}, {-0.4, 0.7}, {0.1, 1.9}}) {
             const Symbol found = equations.symbol(state, q);
