@@ -22,12 +22,13 @@ struct PairwiseRules {
 };
 
 /// Moves the beads [begin, end) by dt, to the end of a step whose base is `base`, and resolves their contacts with the
-/// plates.  Returns whether a bead has moved by half a skin since the neighbour list was made, or has no finite position.
+/// plates.  Returns whether a bead has moved by half a skin since the neighbour list was made, or has no finite
+/// position.
 bool step_beads(Spheres& spheres, std::size_t begin, std::size_t end, const BeadRules& flight, const PlateState& base,
                 const PlateMotion& plates, const PairwiseRules& rules, ContactReport& report);
 
-/// Moves rod `number` by dt in steps of at most rod_step, with its contacts with the plates after each.  `plates` are at
-/// the start of time step `step`.
+/// Moves rod `number` by dt in steps of at most rod_step, with its contacts with the plates after each.  `plates` are
+/// at the start of time step `step`.
 void step_rod(Spheres& spheres, std::size_t number, const Vector& acceleration, const PlateMotion& plates,
               std::int64_t step, const PairwiseRules& rules, std::vector<RodPlateOverlap>& scratch,
               ContactReport& report);

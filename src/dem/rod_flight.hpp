@@ -17,7 +17,8 @@ struct RodKind {
     double restitution = 0.0, friction = 0.0;
 };
 /// The bearing spheres are all, or those on the convex hull (rods.bearing).  In exact contact no other sphere can touch
-/// a plate; in a time-driven law a rod overlaps the plate, and then several of the spheres between those on the hull do.
+/// a plate; in a time-driven law a rod overlaps the plate, and then several of the spheres between those on the hull
+/// do.
 RodKind make_rod_kind(const Shape& shape, double restitution, double friction, bool all_bear);
 
 /// Constants of all rods.

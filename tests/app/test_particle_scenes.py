@@ -208,7 +208,10 @@ def test_energy_balances_and_no_impact_remains_unresolved(scene, ran):
     # Rounding of 1e4 to 1e7 sums of relative error 1e-16: the maximum of all scenes was 1e-12.
     assert np.abs(balance - balance[0]).max() < 1e-10 * turnover
     assert run.series("work_plates")[-1] > 0.0
-    assert np.diff(run.series("work_impact")).max() <= 0.0 and np.diff(run.series("work_friction")).max() <= 0.0
+    impact, friction = (np.diff(run.series(f"work_{part}")) for part in ("impact", "friction"))
+    assert impact.max() <= 0.0 and (impact + friction).max() <= 0.0
+    # Friction along the slip before an impact may gain a part of what is lost along the normals.
+    assert friction.max() <= 0.0 or run.scene["contacts"]["law"] == "pairwise"
     assert run.series("work_forces")[-1] == 0.0  # no scene has forces
     assert run.series("impacts_unresolved")[-1] == 0.0
 

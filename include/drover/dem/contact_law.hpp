@@ -113,19 +113,19 @@ enum class ContactOrder { tail_first, random, fastest_first };
 
 /// Time steps without groups: after each step, every contact that overlaps and approaches gets one impulse, on its own
 /// and with the velocities that those before it have left.  Positions are never corrected: an overlap lasts until the
-/// bodies have parted; without rebound (e = 0) those of bodies at rest grow.  Overlaps with the plates count as those of pairs do, and a run fails where one is larger than
-/// contacts.max_overlap.
+/// bodies have parted; without rebound (e = 0) those of bodies at rest grow.  Overlaps with the plates count as those
+/// of pairs do, and a run fails where one is larger than contacts.max_overlap.
 ///
-/// A step changes the velocity by gravity and then the position by the new velocity.  Beads move by a time step and then
-/// have their contacts with base and lid.  Rods move in equal steps of at most
-/// rod_step; after each, their contacts with the plates follow in `order` (tail_first: from tail to head, of each sphere
-/// the base before the lid; fastest_first: each time the fastest approach of those that have not had their impulse).
-/// Pairs and side walls follow in the order of the neighbour list, forwards and backwards in turn.  A sequence has a
-/// direction, so a rod whose ends are alike may drift with any order but random.
+/// A step changes the velocity by gravity and then the position by the new velocity.  Beads move by a time step and
+/// then have their contacts with base and lid.  Rods move in equal steps of at most rod_step; after each, their
+/// contacts with the plates follow in `order` (tail_first: from tail to head, of each sphere the base before the lid;
+/// fastest_first: each time the fastest approach of those that have not had their impulse). Pairs and side walls follow
+/// in the order of the neighbour list, forwards and backwards in turn.  A sequence has a direction, so a rod whose ends
+/// are alike may drift with any order but random.
 ///
 /// Friction along the slip before the impulse can do positive work where the slip turns: for Decoupled, an impulse
-/// changes the energy by its loss along the normal and by friction, less J_n J_t K_nt.  No impulse creates energy: where
-/// it would, friction is reduced to the largest value that does not (Counts::limited).
+/// changes the energy by its loss along the normal and by friction, less J_n J_t K_nt.  No impulse creates energy:
+/// where it would, friction is reduced to the largest value that does not (Counts::limited).
 struct PairwiseLaw {
     static constexpr const char* name = "impulse";
     static PairwiseLaw from(const ContactControl& control);

@@ -133,15 +133,17 @@ def paper_rod(seeds, factor):
             for fraction, scene, count in ((0.0, "paper-rod.toml", 40), (0.67, "paper-rod-in-beads.toml", 12))]
 
 
+VARIANTS = (("stop-or-slide", "random", "all"), ("stop-or-slide", "fastest-first", "all"),
+            ("decoupled", "tail-first", "all"), ("decoupled", "random", "all"),
+            ("stop-or-slide", "tail-first", "hull"), ("decoupled", "tail-first", "hull"))
+
+
 def pairwise_rod(seeds, factor):
     """Drover and the plain program at three steps; then other steps, orders, friction, spheres and kicks."""
     rows = [(program, *USUAL, step, 0.015) for step in (2e-6, 5e-6, 1e-5) for program in ("drover", "plain")]
     rows += [("drover", *USUAL, step, 0.015) for step in (1e-6, 2e-5, 5e-7)]
     rows += [("drover", friction, order, bearing, step, 0.015)
-             for friction, order, bearing in (("stop-or-slide", "random", "all"), ("stop-or-slide", "fastest-first", "all"),
-                                              ("decoupled", "tail-first", "all"), ("decoupled", "random", "all"),
-                                              ("stop-or-slide", "tail-first", "hull"), ("decoupled", "tail-first", "hull"))
-             for step in (2e-6, 5e-6, 1e-5)]
+             for friction, order, bearing in VARIANTS for step in (2e-6, 5e-6, 1e-5)]
     rows += [(program, *USUAL, 2e-6, 0.0065) for program in ("drover", "plain")]
 
     def case(program, friction, order, bearing, step, kick):

@@ -1,5 +1,6 @@
-// tests/bench/particles/plain_rod.hpp: one rod between vibrating plates, by the pairwise law, without the library: plain
-// arrays, a matrix of response, small explicit steps.  It serves as the independent check of contacts.law = "pairwise".
+// tests/bench/particles/plain_rod.hpp: one rod between vibrating plates, by the pairwise law, without the library:
+// plain arrays, a matrix of response, small explicit steps.  It serves as the independent check of contacts.law =
+// "pairwise".
 #pragma once
 #include <algorithm>
 #include <array>

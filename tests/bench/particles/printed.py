@@ -42,8 +42,8 @@ SETS = {
 }
 
 # What must hold of the means of P from 50 to 100 s, before any of these runs was made: of each seed, or of the mean
-# over seeds.  The expected onset is that of a program of its own (one seed each): .24, .37, .59, .70, .77 at Phi_b = .30
-# to .50; one run scatters by about .15 there, the mean of three by .09, and 0.15 is 1.7 of those.
+# over seeds.  The expected onset is that of a program of its own (one seed each): .24, .37, .59, .70, .77 at
+# Phi_b = .30 to .50; one run scatters by about .15 there, the mean of three by .09, and 0.15 is 1.7 of those.
 CRITERIA = [
     {"name": "rods flock at (.60, .11)", "point": (0.6, 0.11), "seeds": 4, "of": "each", "min": 0.6, "max": 1.0},
     {"name": "rods do not flock at (.20, .11)", "point": (0.2, 0.11), "seeds": 4, "of": "each", "min": 0.0, "max": 0.3},

@@ -4,8 +4,8 @@
     study.py PART --drover PROGRAM --output FOLDER [--seeds N] [--time FACTOR] [--first N]
 
 writes FOLDER/PART.csv, one row per case, and skips existing rows: re-run to resume.  Two runs at a
-time, or --workers N.  PART, and what it takes on two cores (estimates at half a microsecond a step of one rod and 25 ns a step of one
-bead):
+time, or --workers N.  PART, and what it takes on two cores (estimates at half a microsecond a step of one rod and 25 ns
+a step of one bead):
 
     rod_step       rod alone: time step and substep from 2e-4 to 2e-6 s, kick off and on                     8 minutes
     matched_step   the matched rod, all of one size: time step and substep, kick off and on                  3 minutes
