@@ -116,8 +116,8 @@ private:
 
     // ---- balances
 
-    /// A balance with products is solved at every point: the field stands for an expression of the others.  A linear one
-    /// with constant coefficients is left to the solution mode by mode.
+    /// A balance with products is solved at every point: the field stands for an expression of the others.  A linear
+    /// one with constant coefficients is left to the solution mode by mode.
     void solve_balance(std::size_t index) {
         const Field& field = c_.model.fields[index];
         require(!field.equation.text.empty(), field.where, "{} is in balance and has no equation; expected one",

@@ -55,7 +55,7 @@ def test_stripes_of_swift_and_hohenberg_have_their_amplitude():
 
 
 def test_the_noise_of_an_interface_is_stationary_at_any_step():
-    # Edwards-Wilkinson, the linear part of KPZ: S = D/(2 nu q^2), for steps of 20 times the slowest relaxation time too.
+    # Edwards-Wilkinson, the linear part of KPZ: S = D/(2 nu q^2), for steps of 20 relaxation times too.
     height = Model([Field("h", "nu lap h", noise=0.6, conserved_noise=False)], nu=1.0)
     run = height.start(16, 16.0, dt=50.0, seed=2)
     found = np.mean([run.advance(50.0).structure_factor("h").values for _ in range(400)], axis=0)

@@ -147,8 +147,8 @@ class Model:
         for q in np.atleast_1d(np.asarray(wavenumbers, dtype=float)):
             matrix = self.symbol((q * np.cos(angle), q * np.sin(angle)), state)[np.ix_(held, held)]
             if (growth := np.linalg.eigvals(matrix).real.max()) >= 0.0:
-                raise Error(f"a mode at |q| = {q:.6g} grows at {growth:.3g}; expected a state in which all modes decay, "
-                            "where the noise is balanced")
+                raise Error(f"a mode at |q| = {q:.6g} grows at {growth:.3g}; expected a state in which all modes "
+                            "decay, where the noise is balanced")
             noise = self._equations.noise(q)[np.ix_(held, held)]
             result.append(scipy.linalg.solve_sylvester(matrix, matrix.conj().T, -noise.astype(complex)))
         return xarray.DataArray(np.array(result), dims=("wavenumber", "component", "with_component"),
