@@ -467,8 +467,7 @@ void Archive::replace(const ResultTable& table) {
                                   table.values[i].data()),
                          "writing results");
     if (table.warnings.empty()) return;
-    const Handle group = group_handle(file_->hdf5.id(), table.group, false, errors);
-    write_list(group, "warnings", table.warnings, errors);
+    write_list(group_handle(file_->hdf5.id(), table.group, false, errors), "warnings", table.warnings, errors);
 }
 
 bool Archive::is_compressing() const {
