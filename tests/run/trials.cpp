@@ -45,7 +45,7 @@ private:
 TEST(Trials, a_full_disk_stops_them_is_not_recorded_and_the_next_command_runs_the_trial) {
     const Folder folder;
     {
-        Trials trials(folder / ".", 1);
+        Trials trials(folder / ".", "", 1);
         const FileSizeLimit limit(10000);
         try {
             trials.run({trial()});
@@ -56,7 +56,7 @@ TEST(Trials, a_full_disk_stops_them_is_not_recorded_and_the_next_command_runs_th
         }
         EXPECT_EQ(trials.find(trial()), nullptr);
     }
-    Trials trials(folder / ".", 1);
+    Trials trials(folder / ".", "", 1);
     EXPECT_EQ(trials.find(trial()), nullptr);
     EXPECT_TRUE(trials.run({trial()}));
     ASSERT_NE(trials.find(trial()), nullptr);
@@ -67,13 +67,13 @@ TEST(Trials, a_failure_of_the_scene_is_recorded) {
     const Folder folder;
     std::string failure;
     {
-        Trials trials(folder / ".", 1);
+        Trials trials(folder / ".", "", 1);
         EXPECT_TRUE(trials.run({trial(2.0)}));
         ASSERT_NE(trials.find(trial(2.0)), nullptr);
         failure = trials.find(trial(2.0))->failure;
     }
     EXPECT_THAT(failure, ::testing::HasSubstr("NaN or infinite"));
-    const Trials trials(folder / ".", 1);
+    const Trials trials(folder / ".", "", 1);
     ASSERT_NE(trials.find(trial(2.0)), nullptr);
     EXPECT_EQ(trials.find(trial(2.0))->failure, failure);
 }
@@ -82,7 +82,7 @@ TEST(Trials, records_of_older_versions_are_read_and_their_failures_of_unknown_ki
     const Folder folder;
     std::string name;
     {
-        Trials trials(folder / ".", 1);
+        Trials trials(folder / ".", "", 1);
         trials.run({trial()});
         name = trials.find(trial())->archive.stem().string();
     }
@@ -90,7 +90,7 @@ TEST(Trials, records_of_older_versions_are_read_and_their_failures_of_unknown_ki
         std::filesystem::remove(folder / "trials.records");
         files::RecordFile(folder / "trials.records", files::fingerprint("trials"))
             .append(name + " 4 0.1 0.1 " + ending);
-        EXPECT_EQ(Trials(folder / ".", 1).find(trial()) != nullptr, is_known) << ending;
+        EXPECT_EQ(Trials(folder / ".", "", 1).find(trial()) != nullptr, is_known) << ending;
     }
 }
 
