@@ -19,9 +19,6 @@ struct TermSummary {
     std::size_t field = 0;
     std::string text;  ///< as written: "- K4 lap lap p"
     SourceLocation where;
-    bool is_isotropic = true;  ///< its linear part about the reference is in the propagator
-    bool is_linear = true;     ///< nothing of it is evaluated at points
-    bool has_slopes = true;    ///< false: no derivative at the reference; it is in the explicit part as a whole
 };
 
 /// Transforms of one evaluation of the explicit part.

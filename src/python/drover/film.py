@@ -3,6 +3,7 @@
     python3 -P -m drover.film ARCHIVE [--output MP4] [--rate N] [--every N]
 """
 import argparse
+import os
 import shutil
 import signal
 import subprocess
@@ -19,6 +20,7 @@ from drover.progress import Progress
 from drover.text import printable, scene_name
 
 DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the picture
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 ARROWS, SAMPLED = 24, 24     # along the longer side of the cell; frames that set the colours
 PART = 0.995                 # of the points inside the colour range
 
@@ -70,7 +72,21 @@ class Encoder:
                  "libx264", "-preset", "fast", "-crf", "20",
                  "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4",
                  f"file:{part}"]  # its name may have a colon
-        self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+        # A signal while ffmpeg is started would leave it behind: it waits, and raises its exception afterwards.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, STOPPING)
+        self.process = None
+        try:
+            self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stderr=subprocess.PIPE,
+                                            start_new_session=True,
+                                            preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, before))
+        finally:
+            try:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            except BaseException:
+                if self.process is not None:
+                    self.process.kill()
+                    self.process.wait()
+                raise
 
     def write(self, picture):
         try:
@@ -274,7 +290,7 @@ def main(arguments=None):
     parser.add_argument("--rate", type=int, default=25, help="pictures per second")
     options = parser.parse_args(arguments)
     output = options.output or options.archive.with_suffix(".mp4")
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in STOPPING:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, stop)
     try:
