@@ -255,7 +255,11 @@ private:
         std::vector<Component> straight(width), placed(width);
         for (const Part& part : parts) {
             std::vector<Component> rates = part.value.components;
-            std::vector<Component>& total = depends_on_position(rates) ? placed : straight;
+            double number_of_row = 0.0;
+            const bool is_uniform = std::all_of(rates.begin(), rates.end(), [&](const Component& c) {
+                return algebra_.is_constant(c, number_of_row);
+            });
+            std::vector<Component>& total = is_uniform || depends_on_position(rates) ? placed : straight;
             for (std::size_t k = 0; k < width; ++k)
                 if (!part.is_acceleration) {
                     total[k] = algebra_.sum(total[k], rates[k]);
@@ -351,26 +355,29 @@ private:
         }
         std::map<std::pair<int, Order>, int> remainders;  // (component, order) -> node
         GraphBuilder graph(Folding::lenient);
-        for (Term& term : evaluated_) {
+        for (const Term& term : evaluated_) {
             graph.where = term.summary.where;
             const int first = c_.first_component[term.summary.field];
+            std::vector<LinearForm> slopes(static_cast<std::size_t>(c_.components));
+            std::map<std::pair<int, Order>, int> whole, rest;
             for (std::size_t k = 0; k < term.rows.size(); ++k) {
                 const int component = first + static_cast<int>(k);
-                LinearForm& linear = c_.linear[static_cast<std::size_t>(component)];
-                for (const auto& [derivative, coefficient] : term.rows[k].linear) {
-                    linear[derivative] += coefficient;
-                    require(std::isfinite(linear[derivative]), term.summary.where,
-                            "the coefficients of a field add up to {}; expected numbers below 1e308 in size",
-                            linear[derivative]);
-                }
+                add(term.rows[k].linear, term.summary.where, c_.linear[static_cast<std::size_t>(component)]);
                 for (const PointFunction& function : term.rows[k].functions) {
-                    int node = graph.import(function.value.graph()).back();
-                    if (!term.is_placed) node = without_slopes(function, slots, graph, node, linear);
-                    const auto place =
-                        remainders.emplace(std::pair{component, function.order}, graph.number(0.0)).first;
-                    place->second = graph.make(Operation::add, place->second, node);
+                    const int node = graph.import(function.value.graph()).back();
+                    whole[{component, function.order}] = node;
+                    rest[{component, function.order}] =
+                        without_slopes(function, slots, graph, node, slopes[static_cast<std::size_t>(component)]);
                 }
             }
+            // What names directions stays in the explicit part as a whole.
+            const bool is_explicit = term.is_placed || !c_.commutes_with_turns(slopes);
+            for (const auto& [target, node] : is_explicit ? whole : rest) {
+                const auto place = remainders.emplace(target, graph.number(0.0)).first;
+                place->second = graph.make(Operation::add, place->second, node);
+            }
+            for (std::size_t k = 0; k < slopes.size() && !is_explicit; ++k)
+                add(slopes[k], term.summary.where, c_.linear[k]);
         }
         std::map<int, std::size_t> output_of;  // node -> output
         for (const auto& [target, node] : remainders) {
@@ -418,6 +425,14 @@ private:
             require(of_held.fullPivLu().isInvertible(), where,
                     "the balance of {} does not determine it at wavenumber {}; expected a term such as -c {}",
                     first.symbol, q, first.symbol);
+        }
+    }
+
+    static void add(const LinearForm& form, const SourceLocation& where, LinearForm& sum) {
+        for (const auto& [derivative, coefficient] : form) {
+            sum[derivative] += coefficient;
+            require(std::isfinite(sum[derivative]), where,
+                    "the coefficients of a field add up to {}; expected numbers below 1e308 in size", sum[derivative]);
         }
     }
 

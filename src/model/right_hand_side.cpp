@@ -16,22 +16,54 @@ using numerics::Spectra;
 using numerics::Wavevector;
 constexpr std::size_t points_in_cache = 256;  // of some twenty arrays: the first-level cache
 
-Complex times_i_power(Complex a, int n) {
-    switch (n % 4) {
-        case 0: return a;
-        case 1: return {-a.imag(), a.real()};
-        case 2: return -a;
-        default: return {a.imag(), -a.real()};
+/// A sum of derivatives of arrays of modes: each array times even(q) + i odd(q), real polynomials in q.
+class Derivatives {
+public:
+    void add(std::size_t array, const Order& order, double factor) {
+        auto part = std::find_if(parts_.begin(), parts_.end(), [&](const Part& one) { return one.array == array; });
+        if (part == parts_.end()) part = parts_.insert(part, Part{.array = array});
+        const int n = order.x + order.y;
+        const double signed_factor = n % 4 < 2 ? factor : -factor;
+        if (n == 0) part->value += signed_factor;
+        else if (n == 1) (order.x == 1 ? part->x : part->y) += signed_factor;
+        else if (n == 2) (order.x == 2 ? part->xx : order.x == 1 ? part->xy : part->yy) += signed_factor;
+        else part->higher.push_back({order, signed_factor});
     }
-}
-double power(double base, int exponent) {
-    double result = 1.0;
-    for (int i = 0; i < exponent; ++i) result *= base;
-    return result;
-}
-Complex derived(Complex a, const Order& order, double factor, const Wavevector& q) {
-    return times_i_power(factor * power(q.x, order.x) * power(q.y, order.y) * a, order.x + order.y);
-}
+    bool is_empty() const { return parts_.empty(); }
+
+    /// The sum at one mode.
+    Complex at(std::size_t mode, std::span<const Complex* const> arrays, const Wavevector& q) const {
+        double real = 0.0, imaginary = 0.0;
+        for (const Part& part : parts_) {
+            double even = part.value + q.x * (part.xx * q.x + part.xy * q.y) + part.yy * q.y * q.y;
+            double odd = part.x * q.x + part.y * q.y;
+            for (const Monomial& m : part.higher)
+                ((m.order.x + m.order.y) % 2 == 0 ? even : odd) +=
+                    m.factor * power(q.x, m.order.x) * power(q.y, m.order.y);
+            const Complex field = arrays[part.array][mode];
+            real += even * field.real() - odd * field.imag();
+            imaginary += even * field.imag() + odd * field.real();
+        }
+        return {real, imaginary};
+    }
+
+private:
+    struct Monomial {
+        Order order;
+        double factor;
+    };
+    struct Part {
+        std::size_t array;
+        double value = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;  ///< factors of these powers of q
+        std::vector<Monomial> higher = {};
+    };
+    static double power(double base, int exponent) {
+        double result = 1.0;
+        for (int i = 0; i < exponent; ++i) result *= base;
+        return result;
+    }
+    std::vector<Part> parts_;
+};
 
 /// The arrays that are transformed to the grid, and the functions of them.
 struct Plan {
@@ -150,6 +182,9 @@ public:
                 if (c_->in_balance(derivative.component) && held_[static_cast<std::size_t>(derivative.component)] < 0)
                     held_[static_cast<std::size_t>(derivative.component)] = arrays++;
             derived_.push_back(is_plain(input) ? -1 : arrays++);
+            derivatives_.emplace_back();
+            for (const auto& [derivative, coefficient] : input)
+                derivatives_.back().add(static_cast<std::size_t>(derivative.component), derivative.order, coefficient);
         }
         for (const Output& output : c_->outputs)
             made_.push_back(output.uses.size() == 1 && output.uses[0].order == Order{} ? -1 : arrays++);
@@ -220,18 +255,21 @@ private:
     }
 
     void derive_inputs(const Spectra& state) {
-        for (std::size_t i = 0; i < plan_.inputs.size(); ++i) {
-            if (derived_[i] < 0) continue;
-            Complex* out = scratch_[derived_[i]].data();
-            bool is_first = true;
-            for (const auto& [derivative, factor] : plan_.inputs[i]) {
-                const Complex* from = field(state, derivative.component);
-                for_modes([=, order = derivative.order, c = factor](std::size_t m, std::size_t, const Wavevector& q) {
-                    out[m] = (is_first ? Complex(0.0) : out[m]) + derived(from[m], order, c, q);
-                });
-                is_first = false;
-            }
+        std::vector<const Complex*> fields;
+        for (int k = 0; k < c_->components; ++k) {
+            const auto component = static_cast<std::size_t>(k);
+            const bool is_there = c_->array_of[component] >= 0 || held_[component] >= 0;
+            fields.push_back(is_there ? field(state, k) : nullptr);
         }
+        for (std::size_t i = 0; i < plan_.inputs.size(); ++i)
+            if (derived_[i] >= 0) write(derivatives_[i], fields, scratch_[derived_[i]].data(), false);
+    }
+    /// Writes, or adds, a sum of derivatives at every kept mode.
+    void write(const Derivatives& sum, std::span<const Complex* const> arrays, Complex* to, bool adds) const {
+        for_modes([&](std::size_t m, std::size_t, const Wavevector& q) {
+            const Complex value = sum.at(m, arrays, q);
+            to[m] = adds ? to[m] + value : value;
+        });
     }
     std::vector<const Complex*> sources(const Spectra& state) const {
         std::vector<const Complex*> from;
@@ -278,25 +316,20 @@ private:
     }
 
     void assemble(const Spectra& state, Spectra& rate) const {
+        std::vector<const Complex*> from;
+        for (const int at : made_) from.push_back(at >= 0 ? scratch_[at].data() : nullptr);
         for (std::size_t array = 0; array < c_->state.size(); ++array) {
             const int component = c_->state[array];
             Complex* to = rate[static_cast<int>(array)].data();
-            bool is_empty =
-                std::none_of(c_->outputs.begin(), c_->outputs.end(), [&, k = std::size_t{0}](const Output& o) mutable {
-                    return made_[k++] < 0 && o.uses[0].component == component;
-                });
-            for (std::size_t k = 0; k < c_->outputs.size(); ++k) {
-                if (made_[k] < 0) continue;
-                const Complex* from = scratch_[made_[k]].data();
+            Derivatives sum;
+            bool is_written = false;  // by the transforms
+            for (std::size_t k = 0; k < c_->outputs.size(); ++k)
                 for (const Output::Use& use : c_->outputs[k].uses) {
                     if (use.component != component) continue;
-                    for_modes([=, order = use.order, c = use.factor](std::size_t m, std::size_t, const Wavevector& q) {
-                        to[m] = (is_empty ? Complex(0.0) : to[m]) + derived(from[m], order, c, q);
-                    });
-                    is_empty = false;
+                    if (made_[k] < 0) is_written = true;
+                    else sum.add(k, use.order, use.factor);
                 }
-            }
-            if (is_empty) for_modes([=](std::size_t m, std::size_t, const Wavevector&) { to[m] = 0.0; });
+            if (!is_written || !sum.is_empty()) write(sum, from, to, is_written);
             to[0] += sources_[static_cast<std::size_t>(component)];
             if (c_->model.fields[c_->field(component)].conserved) to[0] = 0.0;
         }
@@ -327,6 +360,7 @@ private:
     numerics::DistinctWavenumbers wavenumbers_;
     bool reads_position_ = false;
     std::vector<int> held_, derived_, made_;  // arrays of the scratch, -1: none
+    std::vector<Derivatives> derivatives_;    // of each input, by components
     Spectra scratch_;
     std::vector<double> sources_, held_means_;
     std::vector<Symbol> averaged_, balance_;  // of each |q|
