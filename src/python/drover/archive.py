@@ -10,7 +10,8 @@ import xarray
 
 from drover.error import DroverError
 from drover.particles import is_of_particles, read_particles
-from drover.stored import BROKEN, COMMIT_SECONDS, Store, StoreOwner, attributes_of, group_dataset, is_quiet, state_of
+from drover.stored import (BROKEN, COMMIT_SECONDS, Store, StoreOwner, attributes_of, group_dataset, is_quiet, names_of,
+                           state_of)
 
 
 def fields_of(scene):
@@ -145,7 +146,7 @@ def check_is_no_table(path, kind):
 
 
 def example_group(store):
-    return next(reversed(list(store.file)), "map")
+    return next(reversed(names_of(store.file)), "map")
 
 
 def check_is_file(path):

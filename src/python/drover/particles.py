@@ -8,7 +8,7 @@ import xarray
 from xarray.core import indexing
 
 from drover.error import DroverError
-from drover.stored import Store, StoreOwner, StoredArray, attributes_of, check_dataset, group_dataset
+from drover.stored import Store, StoreOwner, StoredArray, attributes_of, check_dataset, group_dataset, names_of
 
 # Groups of the file: prefix of their arrays in the dataset, and the particle dimension.
 BODIES = {"bodies/beads": ("bead_", "bead"), "bodies/rods": ("rod_", "rod")}
@@ -60,7 +60,7 @@ def trajectory(store, path, name, start, axis):
         raise DroverError(f"{path} has no group {name}, which a particle run has: the file is damaged, or from "
                           "another version of drover")
     variables, times = {}, None
-    for key in group:
+    for key in names_of(group):
         link = group.get(key, getlink=True)
         if not isinstance(link, h5py.HardLink):
             raise DroverError(f"{path}: {name}/{key} is a link; expected the data itself, since links are not followed")

@@ -27,10 +27,10 @@ NETCDF_NAMES = ("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST")  # attribut
 
 class CheckedStream(io.FileIO):
     """A file for HDF5.  An exception within a call of HDF5 1.10 may damage its memory: a failed read gives zeros
-    instead, as does every later one, and check() raises its exception after the call.
+    instead, as does every later one, and check() raises an Error after the call.
     """
 
-    failure = None
+    failure = None  # a text: HDF5 holds this stream, and an exception would hold objects that must be closed first
 
     def readinto(self, buffer):
         view, done = memoryview(buffer).cast("B"), 0
@@ -38,7 +38,7 @@ class CheckedStream(io.FileIO):
             while not self.failure and done < len(view) and (count := super().readinto(view[done:])):
                 done += count
         except OSError as failure:
-            self.failure = failure
+            self.failure = failure.strerror
         if self.failure:
             view[done:] = bytes(len(view) - done)
             return len(view)
@@ -46,7 +46,7 @@ class CheckedStream(io.FileIO):
 
     def check(self):
         if self.failure:
-            raise DroverError(f"the disk reports a failure: read: {self.failure.strerror}; nothing was changed; check "
+            raise DroverError(f"the disk reports a failure: read: {self.failure}; nothing was changed; check "
                               "the disk, then run the same command again", str(self.name), "environment")
 
 
@@ -113,6 +113,7 @@ class Store:
                     raise OSError(f"two readings of {name} did not agree")
                 before = values
             except BROKEN:
+                self.check()  # the cause
                 now = state_of(self.path)
                 if now == self.state or now is None or now[0] != self.state[0] or time.monotonic() > deadline:
                     raise
@@ -226,10 +227,24 @@ def attributes_of(item):
     return attributes
 
 
+def names_of(group):
+    """Names in a group, in the order of their creation if it is known.
+
+    HDF5 1.10 sorts names in a table, which it frees before it is filled if a read fails; so they are sorted here.
+    """
+    names = []
+    group.id.links.iterate(names.append, order=h5py.h5.ITER_NATIVE)
+
+    def rank(name):
+        link = group.id.links.get_info(name)
+        return link.corder if link.corder_valid else 0, name
+    return [name.decode() for name in sorted(names, key=rank)]
+
+
 def valid_datasets(group, path):
     """Names of the datasets of a group, all checked."""
     names = []
-    for name in group:
+    for name in names_of(group):
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
             raise DroverError(f"{path}: {name} is a link; expected the data itself, since links are not "
                               "followed")

@@ -6,7 +6,7 @@ import h5py
 
 from drover.archive import check_is_no_table, example_group, kind_of, open_once, read_head, read_run, settled
 from drover.error import DroverError
-from drover.stored import Store, StoreOwner, group_dataset
+from drover.stored import Store, StoreOwner, group_dataset, names_of
 
 BRANCH, SLOW = ("angle", "wavenumber", "branch"), ("angle", "slow_mode")
 # Required arrays with their axes, by command or, for drover boundary, by group.
@@ -93,7 +93,8 @@ def read_theory(store, path):
     if kind == "states":
         raise DroverError(f"{path} holds states, which drover states wrote; open a group of it with "
                           f'xarray.open_dataset("{path}", group="{example_group(store)}")')
-    names = [name for name in store.file if isinstance(store.file.get(name, getlink=True), h5py.HardLink)]
+    names = [name for name in names_of(store.file)
+             if isinstance(store.file.get(name, getlink=True), h5py.HardLink)]
     names = [name for name in names if isinstance(store.file[name], h5py.Group)]
     groups = {name: group_dataset(store, name) for name in names if kind == "stability" or name in NEEDED}
     for name, group in groups.items():
