@@ -5,10 +5,12 @@
 #include <optional>
 #include <set>
 
+#include "balance.hpp"
 #include "compiled.hpp"
 #include "conservation.hpp"
 #include "drover/model/equations.hpp"
 #include "lowering.hpp"
+#include "point_degree.hpp"
 
 namespace drover::model {
 
@@ -34,8 +36,7 @@ public:
         number_components();
         algebra_.name_of = [this](const LinearForm& form) { return name_of(form); };
         c_.is_substituted.assign(model.fields.size(), false);
-        for (std::size_t i = 0; i < model.fields.size(); ++i)
-            if (model.fields[i].left == LeftSide::balance) solve_balance(i);
+        solve_balances();
         for (std::size_t i = 0; i < model.fields.size(); ++i) compile_field(i);
         for (std::size_t i = 0; i < model.definitions.size(); ++i)
             static_cast<void>(lowering_.value_of_definition(i));  // those that no equation uses are checked as well
@@ -116,64 +117,63 @@ private:
 
     // ---- balances
 
-    /// A balance with products is solved at every point: the field stands for an expression of the others.  A linear
-    /// one with constant coefficients is left to the solution mode by mode.
-    void solve_balance(std::size_t index) {
-        const Field& field = c_.model.fields[index];
-        require(!field.equation.text.empty(), field.where, "{} is in balance and has no equation; expected one",
-                field.symbol);
-        const int first = c_.first_component[index];
-        const auto width = static_cast<std::size_t>(components(field));
-        std::vector<Component> total(width);
+    std::vector<Component> total_of(std::size_t index) {
+        std::vector<Component> total(static_cast<std::size_t>(components(c_.model.fields[index])));
         for (const Part& part : read_parts(index))
-            for (std::size_t k = 0; k < width; ++k) total[k] = algebra_.sum(total[k], part.value.components[k]);
-        double number = 0.0;
-        if (std::all_of(total.begin(), total.end(), [&](const Component& c) {
-                return algebra_.is_constant({{}, c.rest}, number);
-            }))
-            return;
-        Value value{{0, field.spin}, field.odd ? Parity::odd : Parity::even, {}};
-        const auto is_own = [&](const Derivative& derivative) {
-            return derivative.component >= first && derivative.component < first + static_cast<int>(width);
-        };
-        const auto reject = [&](const char* found) {
-            fail_input(field.equation.where,
-                       "the balance of {} has products, and {}; expected {} times functions of other fields, plus "
-                       "functions of other fields",
-                       field.symbol, found, field.symbol);
-        };
-        std::vector<int> drags;
-        for (std::size_t k = 0; k < width; ++k) {
-            LinearForm others = total[k].linear;
-            const double own = others[{first + static_cast<int>(k), {}}];
-            others.erase({first + static_cast<int>(k), {}});
-            for (const auto& [derivative, coefficient] : others)
-                if (is_own(derivative)) reject("derivatives or other components of it");
-            const int rest = algebra_.at_points({{}, total[k].rest});
-            int slope = algebra_.graph.number(0.0);
-            Expression without = algebra_.graph.expression(rest);
-            for (const int slot : slots_of(algebra_.graph.expression(rest))) {
-                if (slot < first_atom) continue;
-                const LinearForm& form = algebra_.form_of(slot);
-                if (std::none_of(form.begin(), form.end(), [&](const auto& entry) { return is_own(entry.first); }))
-                    continue;
-                if (form.size() != 1 || form.begin()->first != Derivative{first + static_cast<int>(k), {}})
-                    reject("derivatives or other components of it");
-                slope = chain_rule(algebra_.graph, rest,
-                                   [&](int other) { return algebra_.graph.number(other == slot ? 1.0 : 0.0); });
-                if (slots_of(algebra_.graph.expression(slope)).count(slot) > 0) reject("is not linear in it");
-                without = bind(without, slot, 0.0, field.equation.where);
-            }
-            drags.push_back(
-                algebra_.graph.make(Operation::negate,
-                                    algebra_.graph.make(Operation::add, algebra_.graph.number(own), slope)));
-            if (algebra_.graph.is_number(drags.back(), 0.0)) reject("no term of it");
-            const int force = algebra_.graph.make(Operation::add, algebra_.atom(others),
-                                                  algebra_.graph.import(without.graph()).back());
-            value.components.push_back(algebra_.of_node(algebra_.graph.make(Operation::divide, force, drags.back())));
+            for (std::size_t k = 0; k < total.size(); ++k) total[k] = algebra_.sum(total[k], part.value.components[k]);
+        return total;
+    }
+
+    /// Solves the balances with products at every point, in the order of their dependence: their fields then stand for
+    /// expressions of the others.  Linear ones with constant coefficients are left to the solution mode by mode.
+    void solve_balances() {
+        std::vector<std::size_t> waiting;
+        for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {
+            const Field& field = c_.model.fields[i];
+            if (field.left != LeftSide::balance) continue;
+            require(!field.equation.text.empty(), field.where, "{} is in balance and has no equation; expected one",
+                    field.symbol);
+            waiting.push_back(i);
         }
-        c_.is_substituted[index] = true;
-        lowering_.substitute(index, value);
+        for (bool goes_on = true; goes_on;) {
+            goes_on = false;
+            std::map<std::size_t, std::vector<Component>> with_products;
+            for (const std::size_t i : waiting)
+                if (std::vector<Component> total = total_of(i); has_products(algebra_, total))
+                    with_products.emplace(i, std::move(total));
+            for (const auto& [i, total] : with_products) {
+                const std::set<int> read = components_of(algebra_, total);
+                const bool waits = std::any_of(read.begin(), read.end(), [&](int component) {
+                    return c_.field(component) != i && with_products.count(c_.field(component)) > 0;
+                });
+                if (waits) continue;
+                lowering_.substitute(i, solved_balance(algebra_, c_.model.fields[i], c_.first_component[i], total));
+                c_.is_substituted[i] = true;
+                std::erase(waiting, i);
+                goes_on = true;
+                break;
+            }
+            if (!goes_on && !with_products.empty()) reject_cycle(with_products.begin()->first);
+        }
+    }
+    [[noreturn]] void reject_cycle(std::size_t index) const {
+        const Field& field = c_.model.fields[index];
+        fail_input(
+            field.equation.where,
+            "the balance of {} has products, and depends on a balance that depends on {}; expected balances that "
+            "can be solved one after the other",
+            field.symbol, field.symbol);
+    }
+    /// Nothing that is evaluated reads a field that was substituted: a balance that was solved before did, if there is.
+    void check_substitutes() const {
+        const auto check = [&](const LinearForm& form) {
+            for (const auto& [derivative, coefficient] : form)
+                if (c_.is_substituted[c_.field(derivative.component)]) reject_cycle(c_.field(derivative.component));
+        };
+        for (const LinearForm& row : c_.linear) check(row);
+        for (const Output& output : c_.outputs)
+            for (const int slot : slots_of(output.value))
+                if (slot >= first_atom) check(algebra_.form_of(slot));
     }
 
     void compile_field(std::size_t index) {
@@ -404,6 +404,7 @@ private:
                 output.value = Expression(0.0) - output.value;
                 output.uses[0].factor = 1.0;
             }
+        check_substitutes();
         check_balances();
         find_degree();
         for (const Term& term : c_.terms) c_.summaries.push_back(term.summary);
@@ -439,34 +440,23 @@ private:
     /// Moves the slopes of a function about the reference to the linear form, where they are finite.
     int without_slopes(const PointFunction& function, const std::vector<double>& slots, GraphBuilder& graph, int node,
                        LinearForm& linear) {
-        std::vector<double> slopes;
-        for (const PointFunction::Slope& slope : function.slopes) {
-            slopes.push_back(evaluate(slope.value, slots));
-            if (!std::isfinite(slopes.back())) {
-                return node;  // it stays in the explicit part as a whole
-            }
-        }
-        for (std::size_t i = 0; i < slopes.size(); ++i) {
-            if (slopes[i] == 0.0) continue;
-            const int slot = function.slopes[i].slot;
+        for (const auto& [slot, slope] : function.slopes) {
+            const double value = evaluate(slope, slots);
+            if (value == 0.0 || !std::isfinite(value)) continue;  // without a slope it stays in the explicit part
             for (const auto& [derivative, coefficient] : algebra_.form_of(slot))
-                linear[{derivative.component, derivative.order + function.order}] += slopes[i] * coefficient;
-            const int part = graph.make(Operation::multiply, graph.number(slopes[i]),
-                                        graph.slot(slot, name_of(algebra_.form_of(slot))));
+                linear[{derivative.component, derivative.order + function.order}] += value * coefficient;
+            const int part =
+                graph.make(Operation::multiply, graph.number(value), graph.slot(slot, name_of(algebra_.form_of(slot))));
             node = graph.make(Operation::subtract, node, part);
         }
         return node;
     }
 
     void find_degree() {
-        std::set<int> fields;
-        for (int slot = first_atom; slot < c_.slots(); ++slot) fields.insert(slot);
         for (const Output& output : c_.outputs) {
-            const std::set<int> slots = slots_of(output.value);
-            const bool is_placed = slots.count(slot_x) + slots.count(slot_y) > 0;
-            const std::optional<int> found = drover::degree(output.value, fields);
-            c_.has_finite_degree = c_.has_finite_degree && found && !is_placed;
-            c_.degree = std::max(c_.degree, found.value_or(2));
+            const PointDegree found = point_degree(output.value);
+            c_.has_finite_degree = c_.has_finite_degree && found.is_finite;
+            c_.degree = std::max(c_.degree, found.degree);
         }
     }
 

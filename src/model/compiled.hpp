@@ -74,6 +74,9 @@ struct CompiledEquations {
     bool has_balance() const;
     /// Uniform sources of the rates, those through fields in balance included.
     std::vector<double> sources(std::vector<double>* held = nullptr) const;
+    /// A uniform state with the values of fields in balance that follow from the others.  Throws an input Error for a
+    /// state of another size or with values that are not finite.
+    UniformState balanced(const UniformState& at) const;
     /// Values of the slots in a uniform state.
     std::vector<double> slots_at(const UniformState& state) const;
     /// A row of symbols: what a linear form is of the deviations at q.

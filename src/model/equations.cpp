@@ -28,6 +28,31 @@ UniformState Equations::reference() const {
     return state;
 }
 
+UniformState CompiledEquations::balanced(const UniformState& at) const {
+    require(at.size() == static_cast<std::size_t>(components), {},
+            "a uniform state of {} values; expected {}, one for "
+            "each component",
+            at.size(), components);
+    for (const double value : at)
+        require(std::isfinite(value), {}, "a uniform state with the value {}; expected finite values", value);
+    if (!has_balance()) return at;
+    std::vector<int> held, others;
+    for (int k = 0; k < components; ++k) (in_balance(k) ? held : others).push_back(k);
+    const Eigen::MatrixXd m = form_symbol(linear, {0.0, 0.0}).real();
+    Eigen::VectorXd forces(static_cast<Eigen::Index>(held.size()));
+    for (std::size_t i = 0; i < held.size(); ++i) {
+        double& force = forces(static_cast<Eigen::Index>(i));
+        force = constants[static_cast<std::size_t>(held[i])];
+        for (const int k : others) force += m(held[i], k) * at[static_cast<std::size_t>(k)];
+    }
+    const Eigen::MatrixXd of_held = m(held, held);
+    const Eigen::VectorXd values = -of_held.partialPivLu().solve(forces);
+    UniformState result = at;
+    for (std::size_t i = 0; i < held.size(); ++i)
+        result[static_cast<std::size_t>(held[i])] = values(static_cast<Eigen::Index>(i));
+    return result;
+}
+
 std::vector<double> CompiledEquations::slots_at(const UniformState& at) const {
     std::vector<double> values(static_cast<std::size_t>(slots()), 0.0);
     for (std::size_t i = 0; i < atoms.size(); ++i)
@@ -49,8 +74,9 @@ Symbol CompiledEquations::form_symbol(const std::vector<LinearForm>& rows, const
     return m;
 }
 
-Eigen::VectorXd Equations::uniform_rates(const UniformState& at) const {
+Eigen::VectorXd Equations::uniform_rates(const UniformState& given) const {
     const CompiledEquations& c = *compiled_;
+    const UniformState at = c.balanced(given);
     Eigen::VectorXd rates = Eigen::VectorXd::Zero(c.components);
     const std::vector<double> slots = c.slots_at(at);
     for (const Term& term : c.terms)
@@ -74,14 +100,19 @@ Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wa
         "alone",
         term.summary.text);
     Symbol m = Symbol::Zero(c.components, c.components);
-    const std::vector<double> slots = c.slots_at(about);
+    const std::vector<double> slots = c.slots_at(c.balanced(about));
     for (std::size_t k = 0; k < term.rows.size(); ++k) {
         const int row = c.first_component[term.summary.field] + static_cast<int>(k);
         c.add_form(term.rows[k].linear, {}, 1.0, q, row, m);
         for (const PointFunction& function : term.rows[k].functions)
-            for (const PointFunction::Slope& slope : function.slopes)
-                c.add_form(c.atoms[static_cast<std::size_t>(slope.slot - first_atom)], function.order,
-                           evaluate(slope.value, slots), q, row, m);
+            for (const PointFunction::Slope& slope : function.slopes) {
+                const double value = evaluate(slope.value, slots);
+                require(std::isfinite(value), term.summary.where,
+                        "the term \"{}\" has no finite derivative in this uniform state; expected another state",
+                        term.summary.text);
+                c.add_form(c.atoms[static_cast<std::size_t>(slope.slot - first_atom)], function.order, value, q, row,
+                           m);
+            }
     }
     return m;
 }

@@ -83,6 +83,7 @@ void Evolution::set_fields(const numerics::Fields& fields) {
     numerics::Spectra fresh(work_->control.grid, work_->state.count());
     work_->transform.forward(fields, fresh);
     work_->state = std::move(fresh);
+    work_->stepper.restore_history({});  // rates of other fields are no history of these
 }
 
 void Evolution::advance(std::int64_t steps) {

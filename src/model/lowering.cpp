@@ -208,8 +208,13 @@ Value Lowering::power(const FormulaText& text, const Formula& f) {
     double n = 0.0;
     const bool is_number = algebra_.is_constant(exponent.components[0], n);
     if (is_number && n == 1.0) return base;
-    const int node = algebra_.graph.make(Operation::power, algebra_.at_points(base.components[0]),
-                                         algebra_.at_points(exponent.components[0]));
+    int argument = algebra_.at_points(base.components[0]), power = algebra_.at_points(exponent.components[0]);
+    if (const Node root = algebra_.graph[argument];
+        root.operation == Operation::sqrt && is_number && std::fmod(n, 2.0) == 0.0) {  // |p|^2 is p.p
+        argument = root.left;
+        power = algebra_.graph.number(n / 2.0);
+    }
+    const int node = algebra_.graph.make(Operation::power, argument, power);
     const bool is_even = is_number && std::fmod(n, 2.0) == 0.0,
                is_odd = is_number && std::abs(std::fmod(n, 2.0)) == 1.0;
     if (exponent.parity == Parity::odd && !model_.chiral)

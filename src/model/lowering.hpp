@@ -59,7 +59,10 @@ public:
                Parity parity) const;
 
     /// From now on a field stands for this value.
-    void substitute(std::size_t field, const Value& value) { substitutes_.insert_or_assign(field, value); }
+    void substitute(std::size_t field, const Value& value) {
+        substitutes_.insert_or_assign(field, value);
+        definitions_.clear();  // they may contain the field
+    }
 
     /// Combines parities; an input Error where they differ and the model is not chiral.
     Parity common_parity(const FormulaText& text, const Formula& at, const Value& a, const Value& b) const;

@@ -61,19 +61,30 @@ struct GuardedEvolution {
           shape{static_cast<py::ssize_t>(equations.state_components().size()), control.grid.ny, control.grid.nx} {}
 };
 
+/// While it lives, no other thread uses the evolution.
+class UseEvolution {
+public:
+    explicit UseEvolution(GuardedEvolution& guarded) : guarded_(guarded) {
+        require(!guarded.busy.test_and_set(), {},
+                "another thread is advancing this run; wait for it, or start a run of your own");
+    }
+    ~UseEvolution() { guarded_.busy.clear(); }
+    UseEvolution(const UseEvolution&) = delete;
+    UseEvolution& operator=(const UseEvolution&) = delete;
+    model::Evolution& operator*() const { return guarded_.evolution; }
+
+private:
+    GuardedEvolution& guarded_;
+};
+
 void advance(GuardedEvolution& guarded, std::int64_t steps) {
     require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
-    require(!guarded.busy.test_and_set(), {},
-            "another thread is advancing this run; wait for it, or start a run of your own");
-    struct Release {
-        std::atomic_flag& busy;
-        ~Release() { busy.clear(); }
-    } release{guarded.busy};
+    const UseEvolution use(guarded);
     constexpr std::int64_t steps_at_a_time = 16;  // Python handles signals in between
     for (std::int64_t done = 0; done < steps; done += steps_at_a_time) {
         {
             const py::gil_scoped_release unlocked;
-            guarded.evolution.advance(std::min(steps_at_a_time, steps - done));
+            (*use).advance(std::min(steps_at_a_time, steps - done));
         }
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     }
@@ -115,15 +126,17 @@ void bind_model(py::module_& module) {
                                                    .threads = threads});
         }))
         .def("advance", &advance)
-        .def("step", [](const GuardedEvolution& g) { return g.evolution.step(); })
-        .def("time", [](const GuardedEvolution& g) { return g.evolution.time(); })
+        .def("step", [](GuardedEvolution& g) { return (*UseEvolution(g)).step(); })
+        .def("time", [](GuardedEvolution& g) { return (*UseEvolution(g)).time(); })
         .def("fields",
-             [](const GuardedEvolution& g) { return py::array_t<double>(g.shape, g.evolution.fields().values.data()); })
+             [](GuardedEvolution& g) {
+                 return py::array_t<double>(g.shape, (*UseEvolution(g)).fields().values.data());
+             })
         .def("set_fields", [](GuardedEvolution& g, const py::array_t<double, py::array::c_style>& values) {
             numerics::Fields fields;
             fields.values.assign(values.data(), values.data() + values.size());
             fields.size = static_cast<std::size_t>(g.shape[1]) * static_cast<std::size_t>(g.shape[2]);
-            g.evolution.set_fields(fields);
+            (*UseEvolution(g)).set_fields(fields);
         });
 }
 

@@ -89,7 +89,7 @@ def functions_of_stubs():
         for one in inner:
             if isinstance(one, ast.FunctionDef):
                 owner = node.name if isinstance(node, ast.ClassDef) else ""
-                names = [part.arg for part in (*one.args.args, *one.args.kwonlyargs)]
+                names = [part.arg for part in (*one.args.posonlyargs, *one.args.args, *one.args.kwonlyargs)]
                 yield owner, one.name, names, [ast.unparse(part) for part in one.decorator_list]
 
 

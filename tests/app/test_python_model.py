@@ -95,15 +95,59 @@ def test_what_cannot_be_run_is_rejected_with_a_remedy():
         Model([Field("s", "lap s", conserved=True, noise=1.0)])
     with pytest.raises(drover.Error, match="is not linear in it"):
         Model([Field("s", "lap s"), Field("v", "-|v| v + grad s", spin=1, balance=True)])
+    for fields, said in [([Field("s", conserved_noise=0.5)], "conserved_noise of the field s = 0.5; expected bool"),
+                         ([Field("p", spin=1, name="a"), Field("a_x")], "a_x is a component of p and of a_x"),
+                         ([Field("s", noise="D")], "expected int or float"), (["s"], "is not a field")]:
+        with pytest.raises(drover.Error, match=said):
+            Model(fields)
+    with pytest.raises(drover.Error, match="no finite derivative"):
+        Model([Field("p", "-|p| p", spin=1)]).growth_rates([1.0])
+    with pytest.raises(drover.Error, match="a uniform state of 1 values; expected 2"):
+        Model([Field("p", "-p", spin=1)]).rates([1.0])
+    assert Model([Field("p", "-|p|^2 p", spin=1)]).growth_rates([1.0]).growth_rate.values[0, 0] == 0.0
     model = Model([Field("s", "s^3")])
     with pytest.raises(drover.Error, match="diverged: s is NaN or infinite"):
         model.start(8, 1.0, dt=1.0).set(s=1.0).advance(100.0)
     run = model.start(8, 1.0, dt=0.1)
     for action, said in [(lambda: run.advance(0.25), "whole number of steps"), (lambda: run.set(q=1.0), "no"),
                          (lambda: run.set(s=np.nan), "finite"), (lambda: model.state(q=1.0), "not a field"),
+                         (lambda: model.state(s=(1.0, 2.0)), "2 values; expected 1"),
                          (lambda: model.start(7, 1.0, 0.1), "even"), (lambda: model.start(8, 1.0, 0.0), "dt = 0")]:
         with pytest.raises(drover.Error, match=said):
             action()
+
+
+def test_balances_are_solved_in_the_order_of_their_dependence():
+    # All are v = -grad rho: the growth rate is -q^2.
+    rho, v = Field("rho", "-div(rho v)", reference=1.0), Field("v", "-rho v - rho grad rho", spin=1, balance=True)
+    w = Field("w", "-rho w + rho v", spin=1, balance=True)
+    for fields, define in [((rho, v), {}), ((Field("rho", "-div(rho w)", reference=1.0), w, v), {}),
+                           ((Field("rho", "-div(rho w)", reference=1.0), v, w), {}),
+                           ((Field("rho", "-div J", reference=1.0),
+                             Field("v", "-J - rho grad rho", spin=1, balance=True)), {"J": "rho v"})]:
+        assert Model(fields, define=define).growth_rates([2.0]).growth_rate.values == pytest.approx(-4.0, rel=1e-14)
+    with pytest.raises(drover.Error, match="one after the other"):
+        Model([rho, Field("v", "-rho v + rho w", spin=1, balance=True), w])
+    # A field in balance has the value that follows from the others, whatever the state gives.
+    drift = Model([Field("s", "-v.grad s"), Field("v", "-v + e_x", spin=1, balance=True)])
+    assert drift.growth_rates([1.0]).frequency.values == pytest.approx(1.0, rel=1e-14)
+    assert np.abs(drift.rates({"s": 2.0})).max() == 0.0
+
+
+def test_a_multistep_method_starts_anew_where_fields_are_set():
+    model = Model([Field("u", "u - u^3")])
+    run = model.start(4, 1.0, dt=0.05, method="etd-abm4").set(u=2.0).advance(2.0).set(u=0.1).advance(1.0)
+    fresh = model.start(4, 1.0, dt=0.05, method="etd-abm4").set(u=0.1).advance(1.0)
+    assert np.abs(run.fields.u - fresh.fields.u).max() < 1e-14  # the same steps but for the time, which does not enter
+
+
+def test_structure_factors_are_of_the_modes_that_are_kept():
+    cubic = Model([Field("s", "-s + lap s - 1e-9 s^3", noise=1.0)])
+    run = cubic.start(32, 16.0, dt=20.0)
+    found = np.mean([run.advance(20.0).structure_factor("s").values for _ in range(60)], axis=0)
+    q = run.structure_factor("s").wavenumber.values
+    assert q.max() < 2 * np.pi / 16 * 8 * 2**0.5  # |k| < 32/4 on each axis
+    assert np.all(np.abs(found * 2 * (1 + q**2) - 1) < 0.5)  # 5 deviations of 120 samples, the least of a shell
 
 
 def test_a_model_shows_its_equations():

@@ -84,8 +84,15 @@ Symbol balance_of(const Symbol& symbol, const std::array<std::vector<int>, 2>& m
 void compare_symbols(const RandomModel& random, const Equations& equations, std::mt19937& engine) {
     const auto members = split(random.model);
     for (const Wavevector q : {Wavevector{0.0, 0.0}, {0.7, 0.0}, {-0.4, 0.9}, {0.3, 1.1}}) {
-        const UniformState state = random_uniform(random.model, engine);
+        UniformState state = random_uniform(random.model, engine);
         Eigen::VectorXd rates;
+        if (!members[1].empty()) {  // in balance
+            const Symbol held_by = balance_of(full_symbol(random, state, {0.0, 0.0}, rates), members);
+            const Eigen::VectorXd values = Eigen::Map<const Eigen::VectorXd>(state.data(), rates.size());
+            const Eigen::VectorXd held = (held_by * values(members[0])).real();
+            for (std::size_t k = 0; k < members[1].size(); ++k)
+                state[static_cast<std::size_t>(members[1][k])] = held(static_cast<Eigen::Index>(k));
+        }
         Symbol expected = full_symbol(random, state, q, rates);
         if (!members[1].empty()) {
             const Symbol held_by = balance_of(expected, members);

@@ -32,7 +32,8 @@ public:
 
     /// The state about which the linear part is exact.
     UniformState reference() const;
-    /// Rates of a uniform state; rows of fields in balance hold what is not balanced.
+    /// Rates of a uniform state; its values of fields in balance are replaced by those that follow from the others.
+    /// Throws an input Error for a state of another size.
     Eigen::VectorXd uniform_rates(const UniformState& at) const;
     /// The linearisation about any uniform state.  Fields in balance are eliminated: their rows and columns are zero.
     /// Throws an input Error for a term that depends on position or time.

@@ -53,8 +53,8 @@ State = Mapping[str, Any] | Sequence[float] | NDArray[np.float64]
 class Model:
     fields: tuple[Field, ...]
     coefficients: dict[str, float]
-    def __init__(self, fields: Sequence[Field], *, define: Mapping[str, str] | None = ..., chiral: bool = ...,
-                 **coefficients: float) -> None: ...
+    def __init__(self, fields: Sequence[Field], /, *, define: Mapping[str, str] | None = ..., chiral: bool = ...,
+                 coefficients: Mapping[str, float] | None = ..., **more: float) -> None: ...
     @property
     def terms(self) -> list[tuple[str, str]]: ...
     @property

@@ -45,11 +45,41 @@ class Field:
         return tuple((self.name or self.symbol) + end for end in ends)
 
 
+KINDS = {"symbol": str, "equation": str, "spin": int, "name": str, "odd": bool, "unit": str, "mass": str,
+         "balance": bool, "conserved": bool, "reference": (int, float), "noise": (int, float), "conserved_noise": bool}
+
+
+def check(fields, define, chiral, coefficients):
+    """Raises Error for arguments of another type, and for components of one name."""
+    def expect(name, value, kind):
+        kinds = kind if isinstance(kind, tuple) else (kind,)
+        if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds):
+            raise Error(f"{name} = {value!r}; expected {' or '.join(one.__name__ for one in kinds)}")
+
+    names = {}
+    for field in fields:
+        if not isinstance(field, Field):
+            raise Error(f"{field!r} is not a field; expected drover.Field(symbol, equation, ...)")
+        for key, kind in KINDS.items():
+            expect(f"{key} of the field {field.symbol}", getattr(field, key), kind)
+        for name in field.components:
+            if names.setdefault(name, field) is not field:
+                raise Error(f"{name} is a component of {names[name].symbol} and of {field.symbol}; expected another "
+                            "name")
+    expect("chiral", chiral, bool)
+    for name, text in define.items():
+        expect(f"the definition of {name}", text, str)
+    for name, value in coefficients.items():
+        if not isinstance(value, (int, float, np.number)) or isinstance(value, bool):
+            raise Error(f"the coefficient {name} = {value!r}; expected a number")
+
+
 class Model:
     """Fields, the equations that couple them, named parts of these, and the values of their coefficients.
 
     The linear part about the reference is exact in runs, noise included; linear theory is of the same equations.
-    Errors give the place as "symbol.equation:1:column".
+    Coefficients are keyword arguments, or, for names such as "lambda" and "define", in `coefficients`.  Errors give the
+    place as "symbol.equation:1:column".
 
     >>> model = Model([Field("phi", "D lap phi - k phi", noise=0.5)], D=2.0, k=1.0)
     >>> float(model.growth_rates([3.0]).growth_rate[0, 0])
@@ -59,14 +89,15 @@ class Model:
     (16, 16)
     """
 
-    def __init__(self, fields, *, define=None, chiral=False, **coefficients):
+    def __init__(self, fields, /, *, define=None, chiral=False, coefficients=None, **more):
         from drover._drover import Equations
 
         self.fields = tuple(fields)
-        self.coefficients = dict(coefficients)
+        self.coefficients = {**(coefficients or {}), **more}
+        check(self.fields, define or {}, chiral, self.coefficients)
         self._equations = Equations([{**vars(field), "name": field.name or field.symbol} for field in self.fields],
-                                    dict(define or {}), {key: float(value) for key, value in coefficients.items()},
-                                    chiral)
+                                    dict(define or {}),
+                                    {key: float(value) for key, value in self.coefficients.items()}, chiral)
 
     @property
     def terms(self):
@@ -102,7 +133,11 @@ class Model:
         for field in self.fields:
             width = len(field.components)
             if field.symbol in values:
-                state[at:at + width] = values.pop(field.symbol)
+                given = np.atleast_1d(np.asarray(values.pop(field.symbol), dtype=float))
+                if given.shape != (width,):
+                    raise Error(f"{field.symbol} has {given.size} values; expected {width}: "
+                                + ", ".join(field.components))
+                state[at:at + width] = given
             at += width
         if values:
             raise Error(f"{next(iter(values))} is not a field of this model; expected one of "
@@ -221,16 +256,24 @@ class ModelRun:
         return self
 
     def structure_factor(self, name):
-        """|a_q|^2 times the area, averaged over shells of the width of the smallest |q|, by wavenumber."""
+        """|a_q|^2 times the area, averaged over shells of the width of the smallest |q|, by wavenumber.
+
+        Of the modes that the run keeps: |k| < N/(degree + 1) on each axis, by the degree of the products.
+        """
         import xarray
 
+        if name not in self._names:
+            raise Error(f"{name} is not a component of this run; expected one of {', '.join(self._names)}")
         values = self.fields[name].values
         power = np.abs(np.fft.fft2(values) / values.size) ** 2 * self.side[0] * self.side[1]
         wave = [2 * np.pi * np.fft.fftfreq(size, side / size) for size, side in zip(values.shape, self.side[::-1])]
         q = np.hypot(*np.meshgrid(*wave, indexing="ij"))
         width = 2 * np.pi / max(self.side)
-        shell = np.rint(q / width).astype(int)
-        count, total, mean_q = (np.bincount(shell.ravel(), weights) for weights in (None, power.ravel(), q.ravel()))
+        degree = self.model._equations.degree()
+        number = [np.abs(np.fft.fftfreq(size, 1 / size)) for size in values.shape]
+        is_kept = np.logical_and.outer(*(k * (degree + 1) < max(k.size, 2) for k in number))
+        shell = np.rint(q[is_kept] / width).astype(int)
+        count, total, mean_q = (np.bincount(shell, weights) for weights in (None, power[is_kept], q[is_kept]))
         kept = np.flatnonzero(count)[1:]
         return xarray.DataArray(total[kept] / count[kept], dims="wavenumber",
                                 coords={"wavenumber": mean_q[kept] / count[kept]}, name=f"structure_factor_{name}")
