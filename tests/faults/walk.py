@@ -214,7 +214,7 @@ def counts_of(scenario, folder, shim):
     return {**numbers, "malloc": sorted(map(int, stacks.split()[1:]))}, scenario.bytes_in(folder, ended.stdout)
 
 
-def faults_of(counts, call, every, once):
+def faults_of(counts, call, every, once=""):
     for number in counts[call][::every or 1]:
         for error in [once] if once else ERRORS[call]:
             for how in ("once",) if once else ("once", "always"):
