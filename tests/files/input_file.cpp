@@ -28,7 +28,8 @@ std::optional<Fault> fault_of_error(Work work) {
 
 TEST(InputFile, the_whole_file_is_read_also_where_it_has_no_length) {
     const Folder folder;
-    const std::string large = std::string(200000, 'a') + "\nend";  // more than one block
+    std::string large(200000, 'a');  // more than one block
+    large += "\nend";
     write_contents(folder / "large", large);
     EXPECT_EQ(read_text(folder / "large", 1 << 20, "text"), large);
     EXPECT_THAT(read_text("/proc/self/status", 1 << 20, "text"), HasSubstr("VmRSS"));  // of length 0
