@@ -45,6 +45,12 @@ enum class Parity {
     none  ///< a component or a derivative along an axis: directions of space are named
 };
 
+/// Of a product.
+inline Parity product_parity(Parity a, Parity b) {
+    if (a == Parity::none || b == Parity::none) return Parity::none;
+    return a == b ? Parity::even : Parity::odd;
+}
+
 struct Value {
     Rank rank = {};
     Parity parity = Parity::even;

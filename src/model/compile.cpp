@@ -343,11 +343,7 @@ private:
     /// Linear parts about the reference, and the functions without them; equal functions are one output.
     void collect() {
         c_.constants.assign(static_cast<std::size_t>(c_.components), 0.0);
-        std::vector<double> reference;
-        for (const Field& field : c_.model.fields)
-            for (int k = 0; k < components(field); ++k)
-                reference.push_back(field.spin == 0 && !field.odd ? field.reference : 0.0);
-        const std::vector<double> slots = c_.slots_at(reference);
+        const std::vector<double> slots = c_.slots_at(c_.reference());
         for (const auto& [where, mass] : masses_) {
             const double value = evaluate(mass, slots);
             require(value > 0.0 && std::isfinite(value), where,

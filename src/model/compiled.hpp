@@ -74,6 +74,8 @@ struct CompiledEquations {
     bool has_balance() const;
     /// Uniform sources of the rates, those through fields in balance included.
     std::vector<double> sources(std::vector<double>* held = nullptr) const;
+    /// The state about which the linear part is exact.
+    UniformState reference() const;
     /// A uniform state with the values of fields in balance that follow from the others.  Throws an input Error for a
     /// state of another size or with values that are not finite.
     UniformState balanced(const UniformState& at) const;

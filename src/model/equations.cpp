@@ -20,12 +20,14 @@ int Equations::degree() const { return compiled_->degree; }
 bool Equations::has_finite_degree() const { return compiled_->has_finite_degree; }
 TransformCount Equations::transforms() const { return transforms_of(*compiled_); }
 
-UniformState Equations::reference() const {
-    UniformState state;
-    for (const Field& field : model().fields)
+UniformState Equations::reference() const { return compiled_->reference(); }
+
+UniformState CompiledEquations::reference() const {
+    UniformState values;
+    for (const Field& field : model.fields)
         for (int k = 0; k < model::components(field); ++k)
-            state.push_back(field.spin == 0 && !field.odd ? field.reference : 0.0);
-    return state;
+            values.push_back(field.spin == 0 && !field.odd ? field.reference : 0.0);
+    return values;
 }
 
 UniformState CompiledEquations::balanced(const UniformState& at) const {

@@ -14,11 +14,6 @@ constexpr int max_depth = 600;  // the stack
 
 bool is_scalar(const Value& a) { return a.rank == scalar; }
 std::string text_of(const Value& a) { return rank_text(a.rank, a.parity); }
-
-Parity product_parity(Parity a, Parity b) {
-    if (a == Parity::none || b == Parity::none) return Parity::none;
-    return a == b ? Parity::even : Parity::odd;
-}
 }  // namespace
 
 const Notation& equation_notation() {

@@ -12,11 +12,6 @@ std::size_t size_of(const Rank& rank) { return (std::size_t{1} << rank.indices) 
 Rank normal(const Rank& rank) { return rank.spin == 0 && rank.indices > 0 ? Rank{rank.indices - 1, 1} : rank; }
 /// The same with an index in the place of a spin of 1.
 Rank with_index(const Rank& rank) { return rank.spin == 1 ? Rank{rank.indices + 1, 0} : rank; }
-
-Parity product_parity(Parity a, Parity b) {
-    if (a == Parity::none || b == Parity::none) return Parity::none;
-    return a == b ? Parity::even : Parity::odd;
-}
 }  // namespace
 
 /// Writes a nematic with its indices, so that its last or first index can be contracted.
