@@ -5,6 +5,7 @@
 
 #include "command.hpp"
 #include "drover/numerics/time_method.hpp"
+#include "drover/run/model_explain.hpp"
 #include "drover/run/step_choice.hpp"
 #include "explain_cost.hpp"
 #include "run/json.hpp"
@@ -81,8 +82,10 @@ void add_explain(CLI::App& program, Action& action) {
     add_output_options(*command, *options);
     command->add_flag("--json", options->json, "Print as JSON");
     command->callback([options, &action] {
-        action = [options] {
+        action = [options]() -> int {
             const io::Scene scene = run::with_chosen_step(scene_of(*options), options->json);
+            if (scene.kind == io::SceneKind::model)
+                return print_result(run::explain_model(scene), {.json = options->json}, scene, 1);
             if (options->json) {
                 print_json(run::explanation_json(scene));
                 return run::exit_done;

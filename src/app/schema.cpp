@@ -51,8 +51,10 @@ void add_schema(CLI::App& program, Action& action) {
     CLI::App* command =
         program.add_subcommand("schema", "List all input keys: types, units, ranges, defaults, meaning");
     command->add_flag("--json", options->json, "Print as JSON");
-    command->add_option("--kind", options->kind, "Only the keys of scenes of fields, or of particles")
-        ->check(CLI::IsMember({"fields", "particles"}));
+    command
+        ->add_option("--kind", options->kind,
+                     "Only the keys of scenes of fields, of particles, or of a model of one's own")
+        ->check(CLI::IsMember({"fields", "particles", "model"}));
     command->add_flag("--coefficients", options->coefficients,
                       "The coefficients of the equations as a table in Markdown");
     command->callback([options, &action] {
@@ -62,12 +64,10 @@ void add_schema(CLI::App& program, Action& action) {
                 return run::exit_done;
             }
             const std::vector<io::SectionDescription> sections =
-                options->kind.empty()
-                    ? io::scene_schema()
-                    : io::scene_schema(options->kind == "fields" ? io::SceneKind::fields : io::SceneKind::particles);
+                options->kind.empty() ? io::scene_schema() : io::scene_schema(io::kind_of_name(options->kind));
             if (!options->json) {
                 print(sections);
-                if (options->kind != "particles") print_terms();
+                if (options->kind.empty() || options->kind == "fields") print_terms();
                 return run::exit_done;
             }
             print_json(run::schema_json(sections));

@@ -35,7 +35,7 @@ struct Source {
 
 Source source_of(const files::ArchiveReader& archive, const std::string& name) {
     const Scene scene = archived_scene(archive.text_attribute("scene"), name);
-    require(scene.kind == SceneKind::fields && archive.has("/time"), {name},
+    require(has_grid(scene.kind) && archive.has("/time"), {name},
             "holds no fields; expected the archive of a run of fields: particles are exported to a file .xyz");
     Source source{.archive = archive,
                   .name = name,
@@ -43,6 +43,11 @@ Source source_of(const files::ArchiveReader& archive, const std::string& name) {
                   .y = archive.read("/y").values,
                   .times = archive.read("/time").values,
                   .columns = {}};
+    if (scene.kind == SceneKind::model) {
+        for (const model::StateComponent& one : model::components_of_state(model::Equations(model_of(scene.declared))))
+            source.columns.push_back({one.name, one.unit});
+        return source;
+    }
     for (const physics::Component& one : physics::component_names(physics::form(scene.model)))
         source.columns.push_back({one.name, one.unit});
     for (const char* slaved : {"bead_velocity_x", "bead_velocity_y"})

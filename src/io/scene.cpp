@@ -5,6 +5,7 @@
 #include <array>
 
 #include "drover/physics/coefficient_registry.hpp"
+#include "io/scene_declared.hpp"
 #include "io/scene_model.hpp"
 
 namespace drover::io {
@@ -26,7 +27,17 @@ void for_particle_sections(AnySetup& setup, Visit visit) {
     visit("packing", "Initial positions of the bodies.", setup.packing);
 }
 
-enum class SectionOf { fields, particles, both };
+/// The kinds of scenes that have a section.
+enum SectionOf : unsigned { fields = 1, particles = 2, declared = 4, grids = fields | declared, all = 7 };
+
+SectionOf section_of(SceneKind kind) {
+    switch (kind) {
+        case SceneKind::fields: return fields;
+        case SceneKind::particles: return particles;
+        case SceneKind::model: return declared;
+    }
+    return all;
+}
 
 /// All sections of all scenes but those of the model, which come first in a scene of fields.
 template <class AnyScene, class Visit>
@@ -34,44 +45,74 @@ void for_sections(AnyScene& scene, Visit visit) {
     const auto of = [&](SectionOf kind) {
         return [&visit, kind](const std::string& name, const char* doc, auto& part) { visit(kind, name, doc, part); };
     };
-    const auto fields = of(SectionOf::fields), both = of(SectionOf::both);
-    fields("grid", "The periodic cell and its grid.", scene.grid);
-    fields("dealiasing", "Dealiasing of products of fields.", scene.dealiasing);
-    for_particle_sections(scene.particles, of(SectionOf::particles));
-    both("time", "Time stepping.", scene.time);
-    fields("initial", "The initial state.", scene.initial);
-    both("output", "Output files and intervals.", scene.output);
-    both("analysis", "Time averages.", scene.analysis);
-    both("run", "Seed and threads.", scene.run);
-    both("sweep", "Many runs of this scene; used by drover sweep only.", scene.sweep);
-    fields("stability", "Wavevectors of the linear stability analysis; used by drover stability only.",
-           scene.stability);
-    const auto particles = of(SectionOf::particles);
-    particles("calibrate", "Measurements and their target errors; used by drover calibrate only.", scene.calibration);
+    const auto of_fields = of(fields), of_particles = of(particles), of_grids = of(grids), of_all = of(all);
+    of_grids("grid", "The periodic cell and its grid.", scene.grid);
+    of_grids("dealiasing", "Dealiasing of products of fields.", scene.dealiasing);
+    for_particle_sections(scene.particles, of_particles);
+    of_all("time", "Time stepping.", scene.time);
+    of_grids("initial", "The initial state.", scene.initial);
+    of_all("output", "Output files and intervals.", scene.output);
+    of_all("analysis", "Time averages.", scene.analysis);
+    of_all("run", "Seed and threads.", scene.run);
+    of_all("sweep", "Many runs of this scene; used by drover sweep only.", scene.sweep);
+    of_grids("stability", "Wavevectors of the linear stability analysis; used by drover stability only.",
+             scene.stability);
+    of_particles("calibrate", "Measurements and their target errors; used by drover calibrate only.",
+                 scene.calibration);
     calibrate::for_plans(scene.plans, [&](const std::string& name, const char* doc, auto& plan) {
-        particles("calibrate." + name, doc, plan);
+        of_particles("calibrate." + name, doc, plan);
     });
-    fields("calibrated", "A table of coefficients that replaces numbers of the model.", scene.calibrated);
-    fields("boundary", "A plane of two model numbers; used by drover boundary only.", scene.boundary);
+    of_fields("calibrated", "A table of coefficients that replaces numbers of the model.", scene.calibrated);
+    of_fields("boundary", "A plane of two model numbers; used by drover boundary only.", scene.boundary);
 }
 
-/// Keys of shared sections that only scenes of fields have.
-constexpr std::array keys_of_fields{"time.stepper", "time.tolerance", "time.max_error",
-                                    "time.chosen",  "time.pilot",     "output.powers"};
+/// Keys of shared sections that not all scenes with the section have.
+struct KeyOf {
+    const char* key;
+    SectionOf kinds;
+};
+constexpr std::array keys_of_kinds{KeyOf{"time.stepper", grids},
+                                   KeyOf{"time.tolerance", grids},
+                                   KeyOf{"time.max_error", fields},
+                                   KeyOf{"time.chosen", fields},
+                                   KeyOf{"time.pilot", fields},
+                                   KeyOf{"output.powers", fields},
+                                   KeyOf{"initial.bead_density", fields},
+                                   KeyOf{"initial.rod_density", fields},
+                                   KeyOf{"initial.bead_velocity_x", fields},
+                                   KeyOf{"initial.bead_velocity_y", fields},
+                                   KeyOf{"initial.polar_order_x", fields},
+                                   KeyOf{"initial.polar_order_y", fields}};
 
-bool is_of(const Scene& scene, SectionOf section) {
-    return section == SectionOf::both || (section == SectionOf::particles) == (scene.kind == SceneKind::particles);
+bool is_of(SceneKind kind, SectionOf section) { return (section & section_of(kind)) != 0; }
+
+bool is_of(SceneKind kind, const std::string& key) {
+    const auto found =
+        std::find_if(keys_of_kinds.begin(), keys_of_kinds.end(), [&](const KeyOf& one) { return key == one.key; });
+    return found == keys_of_kinds.end() || is_of(kind, found->kinds);
 }
 
-bool is_of(const Scene& scene, const std::string& key) {
-    return scene.kind == SceneKind::fields ||
-           std::find(keys_of_fields.begin(), keys_of_fields.end(), key) == keys_of_fields.end();
+const char* words(SceneKind kind) {
+    switch (kind) {
+        case SceneKind::fields: return "fields";
+        case SceneKind::particles: return "particles";
+        case SceneKind::model: return "a model of its own";
+    }
+    return "";
+}
+
+std::string kinds_text(SectionOf kinds) {
+    std::string result;
+    for (const SceneKind kind : {SceneKind::fields, SceneKind::particles, SceneKind::model})
+        if (is_of(kind, kinds)) result += (result.empty() ? "" : " or ") + std::string(words(kind));
+    return result;
 }
 
 std::vector<std::string> section_names(SectionOf kind) {
     std::vector<std::string> names;
-    if (kind == SectionOf::fields)
+    if (kind == fields)
         for (const physics::ModelSection& section : physics::model_sections()) names.push_back(section.name);
+    if (kind == declared) names.insert(names.end(), std::begin(declared_tables), std::end(declared_tables));
     const Scene defaults;
     for_sections(defaults, [&](SectionOf belongs, const std::string& name, const char*, const auto&) {
         if (belongs == kind) names.push_back(name);
@@ -79,53 +120,96 @@ std::vector<std::string> section_names(SectionOf kind) {
     return names;
 }
 
-/// The kind of a scene, from its sections.  Throws an input Error when sections of both kinds are present.
+/// The kind of a scene, from its sections.  Throws an input Error when sections of two kinds are present.
 SceneKind kind_of(const LocatedTables& tables) {
     const auto first_of = [&](SectionOf kind) {
         for (const std::string& name : section_names(kind))
             if (const auto table = tables.find(name); table != tables.end()) return table;
-        return kind == SectionOf::fields ? tables.find("terms[1]") : tables.end();
+        return kind == particles ? tables.end() : tables.find(kind == fields ? "terms[1]" : "field[1]");
     };
-    const auto particles = first_of(SectionOf::particles), fields = first_of(SectionOf::fields);
-    if (particles == tables.end()) return SceneKind::fields;
-    if (fields != tables.end())
-        fail_input(fields->second.where,
-                   "[{}] belongs to a scene of fields, [{}] ({}) to one of particles; expected sections of one kind: "
-                   "remove one of them",
-                   fields->first, particles->first, location_text(particles->second.where));
-    return SceneKind::particles;
+    SceneKind kind = SceneKind::fields;
+    auto decisive = tables.end();
+    for (const SceneKind one : {SceneKind::model, SceneKind::particles, SceneKind::fields}) {
+        const auto found = first_of(section_of(one));
+        if (found == tables.end()) continue;
+        if (decisive != tables.end())
+            fail_input(found->second.where,
+                       "[{}] belongs to a scene of {}, [{}] ({}) to one of {}; expected sections of one kind: remove "
+                       "one of them",
+                       found->first, words(one), decisive->first, location_text(decisive->second.where), words(kind));
+        kind = one;
+        decisive = found;
+    }
+    return kind;
 }
 
-void reject_keys_of_fields(const Scene& scene) {
-    for (const char* key : keys_of_fields)
-        if (const auto place = scene.places.find(key); place != scene.places.end())
-            fail_input(place->second, "{} is for scenes of fields, and this is a scene of particles; remove it", key);
+void reject_keys_of_others(const Scene& scene) {
+    for (const KeyOf& one : keys_of_kinds)
+        if (const auto place = scene.places.find(one.key); place != scene.places.end() && !is_of(scene.kind, one.kinds))
+            fail_input(place->second, "{} is for scenes of {}, and this is a scene of {}; remove it", one.key,
+                       kinds_text(one.kinds), words(scene.kind));
+}
+
+/// [initial] of a declared model: keys, and a formula for each component.
+void read_initial(LocatedTables& tables, Scene& scene) {
+    const auto table = tables.find("initial");
+    if (table == tables.end()) return;
+    for (const auto& [key, value] : table->second.values) scene.places.emplace("initial." + key, value.where);
+    read_start(table->second, scene.declared);
 }
 
 }  // namespace
 
-Scene scene_of(const LocatedTables& tables, const std::string& file) {
+Scene scene_of(const LocatedTables& given, const std::string& file) {
+    LocatedTables tables = given;
     Scene scene;
     scene.file = file;
     scene.kind = kind_of(tables);
     if (scene.kind == SceneKind::particles) scene.time.dt = dt_of_particles;
-    std::vector<std::string> sections = section_names(SectionOf::fields);
+    std::vector<std::string> sections = section_names(scene.kind == SceneKind::model ? declared : fields);
     if (scene.kind == SceneKind::fields) read_model(tables, scene.model, scene.places);
-    for_sections(scene, [&](SectionOf, const std::string& name, const char*, auto& part) {
+    if (scene.kind == SceneKind::model) {
+        scene.initial.field.clear();  // its default is a field of rods and beads
+        read_declared(tables, scene.declared, scene.places);
+        read_initial(tables, scene);
+    }
+    for_sections(scene, [&](SectionOf belongs, const std::string& name, const char*, auto& part) {
         sections.push_back(name);
         const auto table = tables.find(name);
         if (table == tables.end()) return;
+        require(is_of(scene.kind, belongs), table->second.where,
+                "[{}] belongs to a scene of {}, and this is a scene of {}; remove it", name, kinds_text(belongs),
+                words(scene.kind));
         read_table(table->second, name, part);
         for (const auto& [key, value] : table->second.values) scene.places.emplace(name + "." + key, value.where);
     });
-    if (scene.kind == SceneKind::particles) reject_keys_of_fields(scene);
+    reject_keys_of_others(scene);
+    const auto is_read = [&](const std::string& name) {
+        return std::find(sections.begin(), sections.end(), name) != sections.end() ||
+               (scene.kind == SceneKind::model ? is_declared_table(name) : is_model_table(name));
+    };
     for (const auto& [name, table] : tables) {
-        if (std::find(sections.begin(), sections.end(), name) != sections.end() || is_model_table(name)) continue;
+        if (is_read(name)) continue;
         const std::string near = nearest_name(name, sections);
         fail_input(table.where, "unknown table [{}]; {}", name,
                    near.empty() ? text("expected one of {}", joined(sections)) : text("did you mean [{}]?", near));
     }
     return scene;
+}
+
+const char* kind_name(SceneKind kind) {
+    switch (kind) {
+        case SceneKind::fields: return "fields";
+        case SceneKind::particles: return "particles";
+        case SceneKind::model: return "model";
+    }
+    return "";
+}
+
+SceneKind kind_of_name(const std::string& name) {
+    for (const SceneKind kind : {SceneKind::fields, SceneKind::particles, SceneKind::model})
+        if (name == kind_name(kind)) return kind;
+    fail_input({}, "the kind \"{}\" of a scene; expected fields, particles or model", name);
 }
 
 SourceLocation location_of(const Scene& scene, const std::string& key) {
@@ -164,20 +248,24 @@ ModelNumber model_number(const std::string& key, const SourceLocation& where, co
 }
 
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command) {
-    const auto words = [](SceneKind one) { return one == SceneKind::fields ? "fields" : "particles"; };
     require(scene.kind == kind, {.file = scene.file},
             "this is a scene of {}; drover {} needs a scene of {}: see drover explain", words(scene.kind), command,
             words(kind));
 }
 
 std::string resolved_text(const Scene& scene) {
-    std::string result = scene.kind == SceneKind::fields ? model_text(scene.model) : "";
+    std::string result;
+    if (scene.kind == SceneKind::fields) result = model_text(scene.model);
+    if (scene.kind == SceneKind::model) result = declared_text(scene.declared);
     for_sections(scene, [&](SectionOf belongs, const std::string& name, const char*, const auto& part) {
-        if (!is_of(scene, belongs)) return;
+        if (!is_of(scene.kind, belongs)) return;
         if (!result.empty()) result += '\n';
         result += "[" + name + "]\n";
         for (const auto& [key, value] : values_of(part))
-            if (is_of(scene, name + "." + key)) result += key + " = " + toml_text(value) + "\n";
+            if (is_of(scene.kind, name + "." + key)) result += key + " = " + toml_text(value) + "\n";
+        if (name != "initial") return;
+        for (const auto& [component, formula] : scene.declared.start)
+            result += component + " = " + toml_text(formula.text) + "\n";
     });
     return result;
 }
@@ -188,25 +276,27 @@ std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry&
         sections.push_back({section.name, section.doc, {}, "fields"});
         for (const physics::ModelKey& key : section.keys) sections.back().rows.push_back(key.description);
     }
+    for (SectionDescription& section : declared_sections()) sections.push_back(std::move(section));
     const Scene defaults;
     for_sections(defaults, [&](SectionOf belongs, const std::string& name, const char* doc, const auto& part) {
-        const char* kind = belongs == SectionOf::fields ? "fields" : belongs == SectionOf::particles ? "particles" : "";
-        sections.push_back({name, doc, descriptions<std::remove_cvref_t<decltype(part)>>(), kind});
+        std::string kinds;
+        for (const SceneKind kind : {SceneKind::fields, SceneKind::particles, SceneKind::model})
+            if (is_of(kind, belongs)) kinds += (kinds.empty() ? "" : " ") + std::string(kind_name(kind));
+        if (belongs == all) kinds.clear();
+        sections.push_back({name, doc, descriptions<std::remove_cvref_t<decltype(part)>>(), kinds});
     });
     return sections;
 }
 
 std::vector<SectionDescription> scene_schema(SceneKind kind) {
-    const bool fields = kind == SceneKind::fields;
     std::vector<SectionDescription> sections;
     for (SectionDescription& section : scene_schema()) {
-        if (section.kind == (fields ? "particles" : "fields")) continue;
-        std::erase_if(section.rows, [&](const Description& row) {
-            const auto is_key = [&](const char* key) { return key == section.name + "." + row.name; };
-            return !fields && std::any_of(keys_of_fields.begin(), keys_of_fields.end(), is_key);
-        });
+        if (!section.kind.empty() && section.kind.find(kind_name(kind)) == std::string::npos) continue;
+        std::erase_if(section.rows,
+                      [&](const Description& row) { return !is_of(kind, section.name + "." + row.name); });
         for (Description& row : section.rows)
-            if (!fields && section.name == "time" && row.name == "dt") row.default_value = dt_of_particles;
+            if (kind == SceneKind::particles && section.name == "time" && row.name == "dt")
+                row.default_value = dt_of_particles;
         sections.push_back(std::move(section));
     }
     return sections;

@@ -49,7 +49,7 @@ double longest_step(const Scene& scene) {
 }
 
 namespace {
-void check_time_method(const Scene& scene, const LocationOf& at) {
+void check_time_method(const Scene& scene, bool has_noise, const LocationOf& at) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
     require(scene.time.tolerance == 0.0 || method.start.empty(), at("time.tolerance"),
             "time.tolerance = {} with the stepper \"{}\", a multistep method, whose steps are all equal; choose etdrk2 "
@@ -63,23 +63,39 @@ void check_time_method(const Scene& scene, const LocationOf& at) {
             "time.stepper = \"{}\" with time.tolerance = 0; expected a tolerance, such as 1e-6: the method chooses its "
             "steps by it",
             method.name);
-    require(method.allows_noise || !physics::has_noise(scene.model.noise), at("time.stepper"),
-            "time.stepper = \"{}\" with noise; expected a model without: choose etdrk2, or set noise.order, "
-            "noise.velocity, noise.rods and noise.beads to 0",
-            method.name);
+    require(method.allows_noise || !has_noise, at("time.stepper"),
+            "time.stepper = \"{}\" with noise; expected a model without: choose etdrk2, or set {} to 0", method.name,
+            scene.kind == SceneKind::model ? "the noise of every field"
+                                           : "noise.order, noise.velocity, noise.rods and noise.beads");
+}
+
+/// Before any check that visits every mode: the least a run of any scheme needs.
+void check_least_memory(const Scene& scene, std::size_t components, const LocationOf& at) {
+    const double arrays = 4.0 * static_cast<double>(components);
+    const double needed = arrays * sizeof(double) * static_cast<double>(numerics::points(scene.grid));
+    require(needed <= static_cast<double>(memory_available()), at("grid.nx"),
+            "a grid of {} by {} points needs more than {} of memory, and {} are free; choose a smaller grid",
+            scene.grid.nx, scene.grid.ny, bytes_text(needed), bytes_text(static_cast<double>(memory_available())));
 }
 
 void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
-    // Before any check that visits every mode: the least a run of any scheme needs.
-    const double arrays = 4.0 * static_cast<double>(physics::component_names(physics::form(scene.model)).size());
-    const double needed = arrays * sizeof(double) * static_cast<double>(numerics::points(scene.grid));
-    require(needed <= static_cast<double>(memory_available()), at("grid.nx"),
-            "a grid of {} by {} points needs more than {} of memory, and {} are free; choose a smaller grid",
-            scene.grid.nx, scene.grid.ny, bytes_text(needed), bytes_text(static_cast<double>(memory_available())));
+    check_least_memory(scene, physics::component_names(physics::form(scene.model)).size(), at);
     physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, at);
-    check_time_method(scene, at);
+    check_time_method(scene, physics::has_noise(scene.model.noise), at);
+}
+
+/// The equations, the grid and the start of a declared model.
+void check_declared(const Scene& scene, const LocationOf& at) {
+    const model::Equations equations(model_of(scene.declared));
+    numerics::check(scene.grid, at);
+    check_least_memory(scene, equations.state_components().size(), at);
+    model::check(start_of(scene), equations, scene.grid, kept_degree(scene, equations), at);
+    check_time_method(scene, equations.has_noise(), at);
+    require(scene.time.dt > 0.0 || !equations.has_explicit_part(), at("time.dt"),
+            "time.dt is left out in a scene with a model of its own, whose step is chosen only where every term is "
+            "linear; expected a number > 0 [s]");
 }
 
 void check_fractions(const std::vector<double>& fractions, const std::string& key, const LocationOf& at) {
@@ -122,8 +138,11 @@ void check_particles(const Scene& scene, const LocationOf& at) {
 
 void check(const Scene& scene) {
     const LocationOf at = [&](const std::string& key) { return location_of(scene, key); };
-    if (scene.kind == SceneKind::fields) check_fields(scene, at);
-    else check_particles(scene, at);
+    switch (scene.kind) {
+        case SceneKind::fields: check_fields(scene, at); break;
+        case SceneKind::particles: check_particles(scene, at); break;
+        case SceneKind::model: check_declared(scene, at); break;
+    }
     if (scene.time.dt == 0.0) {
         Scene with_step = scene;
         with_step.time.dt = longest_step(scene);

@@ -137,11 +137,25 @@ void add_terms(const toml::array& terms, const std::string& file, LocatedTables&
     if (!parameters.values.empty()) tables.emplace("terms", std::move(parameters));
 }
 
+/// [[field]] number n is the section field[n].
+void add_fields(const toml::array& fields, const std::string& file, LocatedTables& tables) {
+    std::size_t number = 0;
+    for (const toml::node& node : fields) {
+        const toml::table* field = node.as_table();
+        require(field != nullptr, where_of(node.source(), file), "field is not a list of tables; expected [[field]]");
+        add_table(text("field[{}]", ++number), *field, where_of(node.source(), file), file, tables);
+    }
+}
+
 LocatedTables tables_of(const toml::table& root, const std::string& file) {
     LocatedTables tables;
     for (const auto& [name, node] : root) {
         const std::string section(name.str());
         const SourceLocation where = where_of(name.source(), file);
+        if (const toml::array* fields = node.as_array(); fields != nullptr && section == "field") {
+            add_fields(*fields, file, tables);
+            continue;
+        }
         if (const toml::array* terms = node.as_array(); terms != nullptr && section == "terms") {
             add_terms(*terms, file, tables);
             continue;

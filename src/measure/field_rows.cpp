@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "drover/measure/fields.hpp"
-#include "drover/numerics/transform.hpp"
 #include "measure/field_axes.hpp"
 #include "measure/shared_rows.hpp"
 
@@ -135,22 +134,9 @@ void add_density(const FieldSetting& setting, const std::string& what, const std
 
 /// <p(r0).p(r0 + r)>, by the transform of |p_q|^2, averaged over all r0 and over the directions of r.
 std::vector<double> order_correlation(const FieldMoment& moment) {
-    const FieldSetting& setting = moment.setting;
-    numerics::Spectra power(setting.grid, 1);
-    for (std::size_t m = 0; m < power.size; ++m)
-        power[0][m] = moment.powers.order_along[m] + moment.powers.order_across[m];
-    numerics::Fields correlation(setting.grid, 1);
-    Threads one(1);
-    numerics::Transform(setting.grid, setting.degree, one).backward(power, correlation);
-    std::vector<double> sums(setting.separations.size()), counts(sums.size());
-    for (std::size_t i = 0; i < correlation.size; ++i) {
-        if (setting.separation_bin[i] < 0) continue;
-        const auto bin = static_cast<std::size_t>(setting.separation_bin[i]);
-        sums[bin] += correlation[0][i];
-        counts[bin] += 1.0;
-    }
-    for (std::size_t bin = 0; bin < sums.size(); ++bin) sums[bin] /= counts[bin];
-    return sums;
+    std::vector<double> powers = moment.powers.order_along;
+    for (std::size_t m = 0; m < powers.size(); ++m) powers[m] += moment.powers.order_across[m];
+    return radial_correlation(moment.setting, powers);
 }
 
 void add_rods_and_order(const FieldSetting& setting, Rows& rows) {

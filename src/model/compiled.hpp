@@ -67,11 +67,15 @@ struct CompiledEquations {
     bool has_finite_degree = true;
 
     int slots() const { return first_atom + static_cast<int>(atoms.size()); }
+    /// Throws an input Error unless the balances determine their fields at |q|; at 0 they may leave a mean free.
+    void check_balance_at(double q) const;
     /// Whether a component follows the others by a linear balance, mode by mode.
     bool in_balance(int component) const {
         return array_of[static_cast<std::size_t>(component)] < 0 && !is_substituted[field(component)];
     }
     bool has_balance() const;
+    /// Components in balance.
+    std::vector<int> held() const;
     /// Uniform sources of the rates, those through fields in balance included.
     std::vector<double> sources(std::vector<double>* held = nullptr) const;
     /// The state about which the linear part is exact.

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "compiled.hpp"
+#include "drover/numerics/wavenumbers.hpp"
 #include "lowering.hpp"
 
 namespace drover::model {
@@ -17,6 +18,7 @@ int Equations::components() const { return compiled_->components; }
 const std::vector<int>& Equations::state_components() const { return compiled_->state; }
 const std::vector<TermSummary>& Equations::terms() const { return compiled_->summaries; }
 int Equations::degree() const { return compiled_->degree; }
+bool Equations::has_explicit_part() const { return !compiled_->outputs.empty() || !compiled_->is_isotropic; }
 bool Equations::has_finite_degree() const { return compiled_->has_finite_degree; }
 TransformCount Equations::transforms() const { return transforms_of(*compiled_); }
 
@@ -30,6 +32,14 @@ UniformState CompiledEquations::reference() const {
     return values;
 }
 
+namespace {
+/// Of a mean that the balance leaves free, as of a pressure, the value 0: the shortest solution.
+template <class Matrix, class Right>
+Right solve_balance(const Matrix& of_held, const Right& right) {
+    return of_held.completeOrthogonalDecomposition().solve(right);
+}
+}  // namespace
+
 UniformState CompiledEquations::balanced(const UniformState& at) const {
     require(at.size() == static_cast<std::size_t>(components), {},
             "a uniform state of {} values; expected {}, one for "
@@ -38,8 +48,10 @@ UniformState CompiledEquations::balanced(const UniformState& at) const {
     for (const double value : at)
         require(std::isfinite(value), {}, "a uniform state with the value {}; expected finite values", value);
     if (!has_balance()) return at;
-    std::vector<int> held, others;
-    for (int k = 0; k < components; ++k) (in_balance(k) ? held : others).push_back(k);
+    const std::vector<int> held = this->held();
+    std::vector<int> others;
+    for (int k = 0; k < components; ++k)
+        if (!in_balance(k)) others.push_back(k);
     const Eigen::MatrixXd m = form_symbol(linear, {0.0, 0.0}).real();
     Eigen::VectorXd forces(static_cast<Eigen::Index>(held.size()));
     for (std::size_t i = 0; i < held.size(); ++i) {
@@ -48,7 +60,7 @@ UniformState CompiledEquations::balanced(const UniformState& at) const {
         for (const int k : others) force += m(held[i], k) * at[static_cast<std::size_t>(k)];
     }
     const Eigen::MatrixXd of_held = m(held, held);
-    const Eigen::VectorXd values = -of_held.partialPivLu().solve(forces);
+    const Eigen::VectorXd values = -solve_balance(of_held, forces);
     UniformState result = at;
     for (std::size_t i = 0; i < held.size(); ++i)
         result[static_cast<std::size_t>(held[i])] = values(static_cast<Eigen::Index>(i));
@@ -125,21 +137,21 @@ Symbol Equations::symbol(const UniformState& about, const Wavevector& q) const {
     return compiled_->eliminated(m);
 }
 
-bool CompiledEquations::has_balance() const {
+std::vector<int> CompiledEquations::held() const {
+    std::vector<int> result;
     for (int k = 0; k < components; ++k)
-        if (in_balance(k)) return true;
-    return false;
+        if (in_balance(k)) result.push_back(k);
+    return result;
 }
+bool CompiledEquations::has_balance() const { return !held().empty(); }
 
 std::vector<double> CompiledEquations::sources(std::vector<double>* held) const {
     if (!has_balance()) return constants;
     const Eigen::Map<const Eigen::VectorXd> given(constants.data(), components);
     Symbol m = form_symbol(linear, {0.0, 0.0});
-    std::vector<int> members;
-    for (int k = 0; k < components; ++k)
-        if (in_balance(k)) members.push_back(k);
+    const std::vector<int> members = this->held();
     const Eigen::VectorXcd shift =
-        -m(members, members).partialPivLu().solve(given(members).cast<std::complex<double>>());
+        -solve_balance(m(members, members).eval(), given(members).cast<std::complex<double>>().eval());
     std::vector<double> result = constants;
     if (held != nullptr) held->assign(static_cast<std::size_t>(components), 0.0);
     for (std::size_t i = 0; i < members.size(); ++i) {
@@ -153,11 +165,9 @@ std::vector<double> CompiledEquations::sources(std::vector<double>* held) const 
 
 Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
     if (!has_balance()) return m;
-    std::vector<int> held;
-    for (int k = 0; k < components; ++k)
-        if (in_balance(k)) held.push_back(k);
+    const std::vector<int> held = this->held();
     const Symbol of_held = m(held, held), of_others = m(held, state);
-    const Symbol held_by = -of_held.partialPivLu().solve(of_others);
+    const Symbol held_by = -solve_balance(of_held, of_others);
     Symbol result = Symbol::Zero(components, components);
     result(state, state) = m(state, state) + m(state, held) * held_by;
     if (balance != nullptr) {
@@ -240,6 +250,24 @@ IsotropicBlocks blocks_of(const CompiledEquations& c, const Symbol& m, const num
 }
 }  // namespace
 
+void CompiledEquations::check_balance_at(double q) const {
+    const std::vector<int> held = this->held();
+    if (held.empty()) return;
+    const Symbol m = form_symbol(linear, {q, 0.0});
+    const Symbol of_held = m(held, held), of_others = m(held, state);
+    const Eigen::FullPivLU<Symbol> found(of_held);
+    bool is_determined = found.isInvertible();
+    if (!is_determined && q == 0.0) {  // the equation of the mean must hold for any of its values
+        double force = of_others.cwiseAbs().maxCoeff();
+        for (const int k : held) force = std::max(force, std::abs(constants[static_cast<std::size_t>(k)]));
+        is_determined = force == 0.0 && of_held.cwiseAbs().maxCoeff() == 0.0;
+    }
+    const Field& first = model.fields[field(held[0])];
+    require(is_determined, first.equation.text.empty() ? first.where : first.equation.where,
+            "the balance of {} does not determine it at wavenumber {}; expected a term such as -c {}", first.symbol, q,
+            first.symbol);
+}
+
 Symbol CompiledEquations::in_frame(const Symbol& m, double cosine, double sine, bool back) const {
     Symbol turn = Symbol::Identity(components, components);
     for (int k = 0; k < components; ++k) {
@@ -296,7 +324,7 @@ bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows)
     return true;
 }
 
-numerics::System Equations::system(const numerics::Grid& grid, Threads& threads) const {
+numerics::System Equations::system(const numerics::Grid& grid, Threads& threads, int kept_degree) const {
     const std::shared_ptr<const CompiledEquations> c = compiled_;
     numerics::System system{.grid = grid, .layout = layout_of(*c)};
     const numerics::BlockParts parts = numerics::block_parts(system.layout);
@@ -307,7 +335,9 @@ numerics::System Equations::system(const numerics::Grid& grid, Threads& threads)
         system.noise = [equations = *this, c, parts](double q) {
             return blocks_of(*c, equations.noise(q), parts, q == 0.0);
         };
-    system.degree = c->degree;
+    system.degree = kept_degree > 0 ? kept_degree : c->degree;
+    for (const double q : numerics::distinct_wavenumbers(grid, system.degree).q)
+        if (q > 0.0) c->check_balance_at(q);
     system.nonlinear = nonlinear_part(c, system, threads);
     return system;
 }

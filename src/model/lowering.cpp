@@ -277,14 +277,19 @@ Value Lowering::norm(const FormulaText& text, const Formula& f) {
 
 // ---- names
 
-std::vector<std::string> component_names(const Field& field) {
-    switch (field.spin) {
-        case 0: return {field.symbol};
-        case 1: return {field.symbol + "_x", field.symbol + "_y"};
-        case 2: return {field.symbol + "_xx", field.symbol + "_xy"};
-        default: return {field.symbol + "_1", field.symbol + "_2"};
+namespace {
+std::vector<std::string> with_components(const std::string& name, int spin) {
+    switch (spin) {
+        case 0: return {name};
+        case 1: return {name + "_x", name + "_y"};
+        case 2: return {name + "_xx", name + "_xy"};
+        default: return {name + "_1", name + "_2"};
     }
 }
+}  // namespace
+
+std::vector<std::string> component_names(const Field& field) { return with_components(field.symbol, field.spin); }
+std::vector<std::string> dataset_names(const Field& field) { return with_components(field.name, field.spin); }
 
 Names::Names(const Model& model) {
     add("x", {Kind::position, slot_x, 0}, {});

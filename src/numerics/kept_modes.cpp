@@ -18,6 +18,11 @@ void for_kept_rows(const System& system, Body body) {
 }
 }  // namespace
 
+int kept_degree(int degree, const std::string& rule) {
+    if (degree == 1 || rule == "exact") return degree;
+    return rule == "two-thirds" ? 2 : 1;
+}
+
 void store_kept(const System& system, const Spectra& state, KeptModes& to) {
     to.clear();
     for (int c = 0; c < state.count(); ++c)

@@ -12,48 +12,17 @@
 
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "initial_formula.hpp"
+#include "numerics/formula_on_grid.hpp"
+#include "numerics/perturbation.hpp"
 
 namespace drover::physics {
 
 namespace {
-using numerics::Complex;
-
-void add_random(const InitialState& initial, const numerics::System& system, std::uint64_t seed, Threads& threads,
-                numerics::Spectra& state) {
-    numerics::Fields cells(system.grid, state.count());
-    for (int c = 0; c < state.count(); ++c) {
-        const RandomKey key{.seed = seed, .stream = Stream::initial_state, .substep = static_cast<std::uint32_t>(c)};
-        const std::span<double> all = cells[c];
-        constexpr std::size_t cells_per_chunk = 4096;
-        threads.for_chunks(all.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
-            fill_normal(key, begin, 1, all.subspan(begin, end - begin));
-            for (double& value : all.subspan(begin, end - begin)) value *= initial.amplitude;
-        });
-    }
-    numerics::Spectra noise(system.grid, state.count());
-    numerics::Transform(system.grid, system.degree, threads).forward(cells, noise);
-    for (const int c : numerics::scalar_components(system.layout)) noise[c][0] = 0.0;
-    for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] += noise.values[m];
-}
-
 int component_of(const std::string& name, const Form& form) {
     const std::vector<Component> components = component_names(form);
     for (std::size_t c = 0; c < components.size(); ++c)
         if (components[c].name == name) return static_cast<int>(c);
     return -1;
-}
-
-void add_mode(const InitialState& initial, const Form& form, const numerics::System& system, numerics::Spectra& state) {
-    const int c = component_of(initial.field, form);
-    // A real mode is its own conjugate at -q: the half with kx >= 0 is stored.
-    const int sign = initial.mode_x < 0 ? -1 : 1, kx = sign * initial.mode_x, ky = sign * initial.mode_y;
-    const std::size_t width = numerics::columns(system.grid), rows = static_cast<std::size_t>(system.grid.ny);
-    const auto column = static_cast<std::size_t>(kx);
-    const auto row = static_cast<std::size_t>(ky < 0 ? ky + system.grid.ny : ky);
-    const Complex half = 0.5 * std::polar(initial.amplitude, sign * initial.phase);
-    state[c][row * width + column] += half;
-    if (column == 0) state[c][(rows - row) % rows * width] += std::conj(half);
 }
 
 constexpr std::array component_keys{"bead_density",    "rod_density",   "bead_velocity_x",
@@ -89,7 +58,7 @@ double remembered_cut(const std::string& written, const Expression& formula, con
         const std::lock_guard lock(mutex);
         if (const auto found = kept.find(key); found != kept.end()) return found->second;
     }
-    const double cut = fraction_cut(formula, grid, degree);
+    const double cut = numerics::fraction_cut(formula, grid, degree);
     const std::lock_guard lock(mutex);
     if (kept.size() >= max_kept) kept.clear();
     return kept[key] = cut;
@@ -99,18 +68,10 @@ double remembered_cut(const std::string& written, const Expression& formula, con
 void fill_cells(const Expression& formula, const char* key, const std::string& written, const SourceLocation& where,
                 const numerics::Grid& grid, Threads& threads, std::span<double> values) {
     const auto nx = static_cast<std::size_t>(grid.nx);
-    constexpr std::size_t cells_per_chunk = 4096;
-    // Operation by operation: strips would fold 0 times infinity to 0.
-    threads.for_chunks(values.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t m = begin; m < end; ++m)
-            values[m] = evaluate(formula, std::array{grid.lx / grid.nx * static_cast<double>(m % nx),
-                                                     grid.ly / grid.ny * static_cast<double>(m / nx)});
-    });
-    const auto found = std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
-    const auto cell = static_cast<std::size_t>(found - values.begin());
-    if (found != values.end())
+    const std::size_t cell = numerics::fill_cells(formula, grid, threads, values);
+    if (cell < values.size())
         fail_input(where, "{} = \"{}\" is {} in cell ({}, {}); expected a finite number in every cell", key, written,
-                   *found, cell % nx, cell / nx);
+                   values[cell], cell % nx, cell / nx);
 }
 
 void set_formulas(const InitialState& initial, const Form& form, const numerics::System& system, Threads& threads,
@@ -134,7 +95,7 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
 namespace {
 /// The grid that keeps a formula, for messages.
 std::string finer_grid(const Expression& formula, const numerics::Grid& grid, int degree) {
-    const numerics::Grid finer = grid_that_resolves(formula, grid, degree, max_variance_cut);
+    const numerics::Grid finer = numerics::grid_that_resolves(formula, grid, degree, max_variance_cut);
     std::string words;
     if (finer.nx != grid.nx) words = text("grid.nx = {}", finer.nx);
     if (finer.ny != grid.ny) words += text("{}grid.ny = {}", words.empty() ? "" : " and ", finer.ny);
@@ -228,7 +189,7 @@ std::vector<std::string> initial_warnings(const InitialState& initial, const Mod
         const auto [key, written] = formula_of(initial, component.name);
         if (written->empty()) continue;
         const Expression formula = expression_in_x_y(*written, {});
-        if (const EdgeJump jump = edge_jump(formula, grid);
+        if (const numerics::EdgeJump jump = numerics::edge_jump(formula, grid);
             jump.size > max_edge_jump * jump.range && jump.range > 0.0) {
             warnings.push_back(text(
                 "{} = \"{}\" jumps by {:.3g} {} at the periodic edge {} = 0, at {} = {:.4g} mm: the waves of the grid "
@@ -254,8 +215,12 @@ numerics::Spectra initial_spectra(const InitialState& initial, const Model& mode
     if (fields.rod_density >= 0) state[fields.rod_density][0] += model.uniform.rod_density;
     if (initial.kind == "formula") set_formulas(initial, fields, system, threads, state);
     if (initial.kind == "random" || (initial.kind == "formula" && initial.amplitude > 0.0))
-        add_random(initial, system, seed, threads, state);
-    if (initial.kind == "mode") add_mode(initial, fields, system, state);
+        numerics::add_random(system, initial.amplitude, seed, threads, state);
+    if (initial.kind == "mode")
+        numerics::add_mode(
+            system.grid,
+            {.x = initial.mode_x, .y = initial.mode_y, .amplitude = initial.amplitude, .phase = initial.phase},
+            component_of(initial.field, fields), state);
     return state;
 }
 

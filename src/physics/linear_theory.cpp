@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 
+#include "drover/numerics/kept_modes.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/term.hpp"
 #include "linear_part.hpp"
@@ -52,8 +53,7 @@ int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
     for (const Term& term : equations.active) most = std::max(most, point_cost(equations, term).degree);
     // 1/rho has no finite degree: its products count as quadratic, and outputs tell the tail of the spectrum.
     if (equations.form.velocity == Velocity::dynamic && equations.form.bead_density >= 0) most = std::max(most, 2);
-    if (most == 1 || dealiasing.rule == "exact") return most;
-    return dealiasing.rule == "two-thirds" ? 2 : 1;
+    return numerics::kept_degree(most, dealiasing.rule);
 }
 
 numerics::System linear_system(const Equations& equations, const numerics::Grid& grid, const Reference& reference,

@@ -262,10 +262,7 @@ void bind_scene(py::module_& module) {
                 return io::read_scene(file, settings);
             },
             py::arg("file"), py::arg("settings"))
-        .def_property_readonly("kind",
-                               [](const io::Scene& self) {
-                                   return self.kind == io::SceneKind::fields ? "fields" : "particles";
-                               })
+        .def_property_readonly("kind", [](const io::Scene& self) { return io::kind_name(self.kind); })
         .def_property_readonly("text", &io::resolved_text)
         .def_property_readonly("archive", &run::archive_path);
     module.def("check", &check, py::arg("scene"));
@@ -279,9 +276,7 @@ void bind_scene(py::module_& module) {
         "schema",
         [](const std::string& kind) {
             if (kind.empty()) return run::schema_json(io::scene_schema()).dump();
-            return run::schema_json(
-                       io::scene_schema(kind == "fields" ? io::SceneKind::fields : io::SceneKind::particles))
-                .dump();
+            return run::schema_json(io::scene_schema(io::kind_of_name(kind))).dump();
         },
         py::arg("kind") = "");
     module.def("coefficients", [] { return physics::coefficient_documentation(); });

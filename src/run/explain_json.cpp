@@ -3,6 +3,7 @@
 
 #include "drover/dem/bodies.hpp"
 #include "drover/run/explain.hpp"
+#include "drover/run/model_explain.hpp"
 #include "drover/run/step_choice.hpp"
 #include "run/json.hpp"
 
@@ -77,8 +78,14 @@ nlohmann::json explanation_json(const io::Scene& scene, const ParticleExplanatio
 }  // namespace
 
 nlohmann::json explanation_json(const io::Scene& scene) {
-    return scene.kind == io::SceneKind::fields ? explanation_json(scene, explain_fields(scene))
-                                               : explanation_json(scene, explain_particles(scene));
+    switch (scene.kind) {
+        case io::SceneKind::fields: return explanation_json(scene, explain_fields(scene));
+        case io::SceneKind::particles: return explanation_json(scene, explain_particles(scene));
+        case io::SceneKind::model: break;
+    }
+    nlohmann::json result{{"kind", "model"}};
+    result.update(result_json(explain_model(scene)));
+    return result;
 }
 
 }  // namespace drover::run

@@ -12,6 +12,7 @@
 #include "drover/physics/field_evolution.hpp"
 #include "run/field_health.hpp"
 #include "run/sample_recording.hpp"
+#include "run/start_file.hpp"
 
 namespace drover::run {
 
@@ -38,59 +39,11 @@ struct World {
     void transform_to_grid();
 };
 
-/// Coordinates of the points of a field along an axis.
-std::vector<double> cell_corners(int count, double side) {
-    std::vector<double> result;
-    for (int i = 0; i < count; ++i) result.push_back(side / count * i);
-    return result;
-}
-
-/// A frame of an archive as the state; its fields, grid and cell must be those of the scene.
-numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& scene, const physics::Form& form) {
-    const SourceLocation here = io::location_of(scene, "initial.file");
-    const std::vector<physics::Component> names = physics::component_names(form);
-    numerics::Fields frame(scene.grid, static_cast<int>(names.size()));
-    for (std::size_t c = 0; c < names.size(); ++c) {
-        const std::string dataset = "/" + names[c].name;
-        require(archive.has(dataset), here, "initial.file = \"{}\" has no field {}; expected an archive of this model",
-                scene.initial.file, names[c].name);
-        const std::vector<std::size_t> shape = archive.shape(dataset);
-        require(shape.size() == 3 && shape[1] == static_cast<std::size_t>(scene.grid.ny) &&
-                    shape[2] == static_cast<std::size_t>(scene.grid.nx) &&
-                    archive.read("/x").values == cell_corners(scene.grid.nx, scene.grid.lx) &&
-                    archive.read("/y").values == cell_corners(scene.grid.ny, scene.grid.ly),
-                here, "initial.file = \"{}\" has another grid or cell; expected {} by {} points on {} by {} mm",
-                scene.initial.file, scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
-        const auto frames = static_cast<int>(shape[0]);
-        require(scene.initial.frame < frames && frames >= 1, io::location_of(scene, "initial.frame"),
-                "initial.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last",
-                scene.initial.frame, frames - 1);
-        const int number = scene.initial.frame < 0 ? frames - 1 : scene.initial.frame;
-        const files::Array row = archive.read_row(dataset, static_cast<std::size_t>(number));
-        require(std::all_of(row.values.begin(), row.values.end(), [](double value) { return std::isfinite(value); }),
-                here,
-                "initial.file = \"{}\" has a {} that is not finite in frame {}; expected finite values: choose another "
-                "frame",
-                scene.initial.file, names[c].name, number);
-        std::copy(row.values.begin(), row.values.end(), frame[static_cast<int>(c)].begin());
-    }
-    for (const physics::Component& field : names) {
-        const std::string unit = archive.text_attribute("/" + field.name, "units");
-        require(unit == field.unit, here, "initial.file = \"{}\" has {} in {}; expected {}", scene.initial.file,
-                field.name, unit, field.unit);
-    }
-    return frame;
-}
-
 numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
     numerics::Spectra state(scene.grid, numerics::components(world.evolution.system().layout));
-    std::optional<files::ArchiveReader> archive;
-    try {
-        archive.emplace(file_beside(scene, scene.initial.file));
-    } catch (const Error& error) {
-        throw Error(error.fault(), io::location_of(scene, "initial.file"), text("initial.file: {}", error.what()));
-    }
-    world.transform.forward(frame_of(*archive, scene, world.form), state);
+    std::vector<FrameField> fields;
+    for (const physics::Component& one : physics::component_names(world.form)) fields.push_back({one.name, one.unit});
+    world.transform.forward(frame_of_file(scene, fields), state);
     return state;
 }
 

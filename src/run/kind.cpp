@@ -1,9 +1,10 @@
-// run/kind.cpp: the two kinds of scenes.
+// run/kind.cpp: the kinds of scenes.
 #include "drover/run/kind.hpp"
 
 #include "drover/io/scene_text.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "drover/run/model_simulation.hpp"
 #include "drover/run/particle_simulation.hpp"
 #include "drover/run/warnings.hpp"
 
@@ -32,7 +33,23 @@ const Kind& kind_of(const io::Scene& scene) {
                                 .timed = timed_particles,
                                 .warnings = particle_warnings,
                                 .report = make_particle_report};
-    return scene.kind == io::SceneKind::fields ? fields : particles;
+    static const Kind declared{.make = make_model_simulation,
+                               .threads = choose_threads,
+                               .memory_bytes = model_simulation_bytes,
+                               .disk_bytes = model_disk_bytes,
+                               .size = field_size,
+                               .body = "a grid of",
+                               .size_key = "grid.nx",
+                               .start = "initial",
+                               .timed = timed_fields,
+                               .warnings = model_warnings,
+                               .report = make_model_report};
+    switch (scene.kind) {
+        case io::SceneKind::fields: return fields;
+        case io::SceneKind::particles: return particles;
+        case io::SceneKind::model: break;
+    }
+    return declared;
 }
 
 io::Scene archived_scene(const files::ArchiveReader& archive) {

@@ -42,8 +42,8 @@ double rounding_of(const Report& report, const measure::SummaryRow& row) {
     const measure::SummaryRow* sized = measure::find_row(report.summary, field);
     const double amplitude = relative * (sized ? largest_of_unit(report, sized->unit) : 1.0);
     const bool is_variance = row.name.starts_with("variance_");
-    const double area = report.scene.kind == io::SceneKind::fields ? numerics::area(report.scene.grid)
-                                                                   : dem::area(report.scene.particles.cell);
+    const double area =
+        io::has_grid(report.scene.kind) ? numerics::area(report.scene.grid) : dem::area(report.scene.particles.cell);
     return amplitude * amplitude * (is_variance ? 1.0 : area);
 }
 
@@ -155,16 +155,24 @@ void add_field_arrays(const Report& report, std::string& out) {
     if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
 }
 
-/// Every array over one axis, at some of its coordinates.
-void add_particle_arrays(const Report& report, std::string& out) {
+/// Every array over one axis, at some of its coordinates, with its prediction.
+void add_arrays(const Report& report, std::string& out) {
     for (const measure::SummaryRow& row : report.summary.rows) {
         if (row.axes.size() != 1) continue;
         const measure::Axis& axis = row.axes.front();
-        out += text("\n{} [{}]\n{:>20} {:>11} {:>9}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]", "mean",
-                    "error");
-        for (const std::size_t i : log_spaced(axis.values.size(), 12))
-            out += text("{:>20.5g} {} {}\n", axis.values[i], mean_cell(row.estimates[i]), error_cell(row.estimates[i]));
+        const Prediction* prediction = find_prediction(report, row.name);
+        out += text("\n{} [{}]\n{:>20} {:>11} {:>9}{}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]",
+                    "mean", "error", prediction ? text(" {:>11} {:>7}", "linear", "(m-l)/e") : "");
+        for (const std::size_t i : log_spaced(axis.values.size(), 12)) {
+            out += text("{:>20.5g} {} {}", axis.values[i], mean_cell(row.estimates[i]), error_cell(row.estimates[i]));
+            if (prediction)
+                out += text(" {} {}", cell(prediction->values[i]),
+                            deviation_cell(row.estimates[i], prediction->values[i]));
+            out += "\n";
+        }
     }
+    if (!report.about.empty()) out += "\nlinear: the linear theory about " + report.about + ", on the same grid\n";
+    if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
 }
 }  // namespace
 
@@ -175,7 +183,7 @@ std::string report_text(const Report& report) {
     for (const std::string& warning : report.warnings) out += "warning: " + warning + "\n";
     add_scalars(report, out);
     if (report.scene.kind == io::SceneKind::fields) add_field_arrays(report, out);
-    else add_particle_arrays(report, out);
+    else add_arrays(report, out);
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
     std::string reason;
     for (const measure::SummaryRow& row : summary.rows)

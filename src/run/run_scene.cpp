@@ -132,7 +132,7 @@ void check_memory(const io::Scene& scene) {
         throw Error(Fault::unavailable, io::location_of(scene, kind.size_key),
                     text("{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
                          bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
-                         scene.kind == io::SceneKind::fields ? "grid" : "cell"));
+                         io::has_grid(scene.kind) ? "grid" : "cell"));
 }
 
 void check_needs(const io::Scene& scene, const RunOptions& options) {

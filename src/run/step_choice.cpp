@@ -244,7 +244,8 @@ private:
 io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
     if (scene.time.dt > 0.0) return scene;
     io::Scene result = scene;
-    if (!physics::is_nonlinear(physics::Equations(scene.model))) {
+    // The check of a model of its own lets it have no step only where it is linear.
+    if (scene.kind == io::SceneKind::model || !physics::is_nonlinear(physics::Equations(scene.model))) {
         result.time.dt = io::longest_step(scene);
         result.time.chosen = "linear";
         return result;

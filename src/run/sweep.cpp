@@ -45,8 +45,7 @@ io::Scene scene_of(const io::Scene& scene, const fs::path& folder, const SweepRu
     io::Scene result = io::parse_scene(io::resolved_text(base), scene.file, overrides);
     // No overrides, which are TOML: the name of a file may have any bytes.
     result.output.file = archive_of(folder, run).string();
-    std::string& first_state =
-        scene.kind == io::SceneKind::fields ? result.initial.file : result.particles.packing.file;
+    std::string& first_state = io::has_grid(scene.kind) ? result.initial.file : result.particles.packing.file;
     if (before != nullptr) first_state = fs::absolute(archive_of(folder, *before)).string();
     return result;
 }

@@ -97,8 +97,8 @@ SweepLayout plan_sweep(const io::Scene& scene) {
         require(!ramp || !varied.front().key.starts_with(own), where,
                 "sweep.ramp = \"{}\" of {}; a ramp passes on the state {}: choose another key, or ramp = \"none\"",
                 scene.sweep.ramp, varied.front().key,
-                scene.kind == io::SceneKind::fields ? "on one grid" : "of the same bodies in one cell");
-    require(!ramp || scene.kind == io::SceneKind::fields || scene.particles.rods.size_tolerance == 0.0,
+                io::has_grid(scene.kind) ? "on one grid" : "of the same bodies in one cell");
+    require(!ramp || io::has_grid(scene.kind) || scene.particles.rods.size_tolerance == 0.0,
             io::location_of(scene, "rods.size_tolerance"),
             "rods.size_tolerance = {} on a ramp, whose points have different seeds and so rods of different sizes; "
             "expected 0, or ramp = \"none\"",

@@ -14,8 +14,8 @@
 namespace drover::run {
 
 double size_of(const io::Scene& scene) {
-    return scene.kind == io::SceneKind::fields ? static_cast<double>(numerics::points(scene.grid))
-                                               : scene.particles.cell.lx * scene.particles.cell.ly;
+    return io::has_grid(scene.kind) ? static_cast<double>(numerics::points(scene.grid))
+                                    : scene.particles.cell.lx * scene.particles.cell.ly;
 }
 
 std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {

@@ -141,7 +141,7 @@ WantedNumber wanted_number(const Wish& wish, const Report& report, const files::
         number.linear_theory = 0.0;
         for (const std::size_t i : components) *number.linear_theory += prediction->values[i] / count;
     }
-    const char* group = report.scene.kind == io::SceneKind::fields ? field_samples_group : io::series_group;
+    const char* group = io::has_grid(report.scene.kind) ? field_samples_group : io::series_group;
     const std::string dataset = std::string(group) + "/" + row->name;
     if (!archive.has(dataset)) return number;
     const std::size_t size = measure::size_of(row->axes);

@@ -9,6 +9,8 @@
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/catalogue.hpp"
 #include "drover/dem/setup.hpp"
+#include "drover/io/declared_model.hpp"
+#include "drover/model/start.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/physics/coefficient_registry.hpp"
 #include "drover/physics/initial_state.hpp"
@@ -102,8 +104,11 @@ struct CalibratedPlan {
     std::vector<std::string> expected;     ///< written by drover: mean-field predictions of the table
 };
 
-/// A scene with a section of particles ([cell], [plates], [beads], [rods], ...) is a scene of particles.
-enum class SceneKind { fields, particles };
+/// A scene with a section of particles ([cell], [plates], [beads], [rods], ...) is a scene of particles, one that
+/// declares fields ([[field]]) is a scene of a model of one's own.
+enum class SceneKind { fields, particles, model };
+
+inline bool has_grid(SceneKind kind) { return kind != SceneKind::particles; }
 
 struct Scene {
     SceneKind kind = SceneKind::fields;
@@ -113,6 +118,7 @@ struct Scene {
     numerics::Grid grid;
     physics::Dealiasing dealiasing;
     dem::Setup particles;
+    DeclaredModel declared;  // of a model, which also has grid, dealiasing, initial
     TimeControl time;
     physics::InitialState initial;
     Output output;
@@ -126,8 +132,17 @@ struct Scene {
     calibrate::Plans plans;
 };
 
+/// "fields", "particles", "model".
+const char* kind_name(SceneKind kind);
+/// The kind of that name.  Throws an input Error for another name.
+SceneKind kind_of_name(const std::string& name);
+
 /// Throws an input Error when the scene is not of the kind that the command needs.
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command);
+
+/// Of a scene with a model of its own: its start, and the degree that decides which modes are kept.
+model::Start start_of(const Scene& scene);
+int kept_degree(const Scene& scene, const model::Equations& equations);
 
 /// Whether a number of the model came from the table of calibrated.table.
 bool is_from_table(const Scene& scene, const std::string& key);
@@ -167,7 +182,7 @@ struct SectionDescription {
     std::string name;
     std::string doc;
     std::vector<Description> rows;
-    std::string kind;  ///< of scene: "fields", "particles", "" for both
+    std::string kind;  ///< of scene: "fields", "particles", "model", "" for all, or two of them with a blank
 };
 std::vector<SectionDescription> scene_schema(
     const physics::CoefficientRegistry& registry = physics::coefficient_registry());

@@ -44,12 +44,15 @@ public:
     Eigen::MatrixXd noise(double q) const;
     bool has_noise() const;
 
+    /// Whether something is left to the explicit part, so that a step makes an error.
+    bool has_explicit_part() const;
     /// Degree of the products that are evaluated at points; 1 if there are none.
     int degree() const;
     bool has_finite_degree() const;  ///< false: some are no polynomials, and count as products of two
 
-    /// L, N and Q on a grid.  N keeps what it needs of these equations.
-    numerics::System system(const numerics::Grid& grid, Threads& threads) const;
+    /// L, N and Q on a grid.  N keeps what it needs of these equations.  kept_degree: the degree that decides which
+    /// modes are kept; 0: that of the products.
+    numerics::System system(const numerics::Grid& grid, Threads& threads, int kept_degree = 0) const;
     TransformCount transforms() const;
 
     /// The equation of a field as LaTeX: "\\partial_t \\phi = ...".

@@ -55,6 +55,9 @@ struct Model {
 /// "p_x" and "p_y" of a vector, "Q_xx" and "Q_xy" of a nematic, "F_1" and "F_2" of other spins, "phi" of a scalar.
 std::vector<std::string> component_names(const Field& field);
 
+/// The same from the name of the field, as files and figures have them: "polar_order_x".
+std::vector<std::string> dataset_names(const Field& field);
+
 inline int components(const Field& field) { return field.spin == 0 ? 1 : 2; }
 
 }  // namespace drover::model

@@ -1,10 +1,15 @@
-// numerics/kept_modes.hpp: states without the modes that are zero, a quarter to a half of their size.
+// numerics/kept_modes.hpp: which modes are kept, and states without the others, a quarter to a half of their size.
 #pragma once
+#include <string>
 #include <vector>
 
 #include "drover/numerics/system.hpp"
 
 namespace drover::numerics {
+
+/// The degree that decides which modes are kept where products have this degree: by the rule "exact", their own; by
+/// "two-thirds" 2 and by "none" 1 for any products.
+int kept_degree(int degree, const std::string& rule);
 
 /// The kept modes of a state: component by component, row by row.
 using KeptModes = std::vector<Complex>;

@@ -1,5 +1,5 @@
-// physics/initial_formula.cpp: what a grid does to a formula in x and y.
-#include "initial_formula.hpp"
+// numerics/formula_on_grid.cpp: what a grid does to a formula in x and y.
+#include "numerics/formula_on_grid.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,15 +12,13 @@
 
 #include "drover/numerics/transform.hpp"
 
-namespace drover::physics {
+namespace drover::numerics {
 
 namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 }
-using numerics::Grid;
-
-numerics::Fields values_on(const Expression& formula, const Grid& grid, double shift_x, double shift_y) {
-    numerics::Fields cells(grid, 1);
+Fields values_on(const Expression& formula, const Grid& grid, double shift_x, double shift_y) {
+    Fields cells(grid, 1);
     const StripProgram program(std::span(&formula, 1));
     const auto nx = static_cast<std::size_t>(grid.nx);
     std::vector<double> x(nx);
@@ -38,26 +36,25 @@ numerics::Fields values_on(const Expression& formula, const Grid& grid, double s
 double fraction_cut(const Expression& formula, const Grid& grid, int degree) {
     if (slots_of(formula).empty()) return std::isfinite(evaluate(formula, {})) ? 0.0 : nan;
     Threads one(1);
-    const numerics::Transform transform(grid, degree, one);
-    numerics::Spectra modes(grid, 1);
+    const Transform transform(grid, degree, one);
+    Spectra modes(grid, 1);
     transform.forward(values_on(formula, grid), modes);
-    const std::size_t width = numerics::columns(grid);
+    const std::size_t width = columns(grid);
     // Irrational fractions of a cell: a wave that the points alias to a longer one disagrees with it there.
     double error = 0.0, square = 0.0, sum = 0.0, largest = 0.0, count = 0.0;
     for (const auto& [part_x, part_y] :
          {std::pair{0.6180339887, 0.4142135624}, std::pair{0.2360679775, 0.7320508076}}) {
         const double shift_x = part_x * grid.lx / grid.nx, shift_y = part_y * grid.ly / grid.ny;
-        numerics::Spectra shifted = modes;
-        std::vector<numerics::Complex> turn_x;
-        for (std::size_t i = 0; i < width; ++i)
-            turn_x.push_back(std::polar(1.0, numerics::wavevector(grid, i, 0).x * shift_x));
+        Spectra shifted = modes;
+        std::vector<Complex> turn_x;
+        for (std::size_t i = 0; i < width; ++i) turn_x.push_back(std::polar(1.0, wavevector(grid, i, 0).x * shift_x));
         for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j) {
-            const numerics::Complex turn_y = std::polar(1.0, numerics::wavevector(grid, 0, j).y * shift_y);
+            const Complex turn_y = std::polar(1.0, wavevector(grid, 0, j).y * shift_y);
             for (std::size_t i = 0; i < width; ++i) shifted[0][j * width + i] *= turn_x[i] * turn_y;
         }
-        numerics::Fields kept(grid, 1);
+        Fields kept(grid, 1);
         transform.backward(shifted, kept);
-        const numerics::Fields exact = values_on(formula, grid, shift_x, shift_y);
+        const Fields exact = values_on(formula, grid, shift_x, shift_y);
         for (std::size_t i = 0; i < exact.size; ++i) {
             const double value = exact[0][i];
             error += (value - kept[0][i]) * (value - kept[0][i]);
@@ -85,9 +82,22 @@ Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree,
     return grid;
 }
 
+std::size_t fill_cells(const Expression& formula, const Grid& grid, Threads& threads, std::span<double> values) {
+    const auto nx = static_cast<std::size_t>(grid.nx);
+    constexpr std::size_t cells_per_chunk = 4096;
+    // Operation by operation: strips would fold 0 times infinity to 0.
+    threads.for_chunks(values.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t m = begin; m < end; ++m)
+            values[m] = evaluate(formula, std::array{grid.lx / grid.nx * static_cast<double>(m % nx),
+                                                     grid.ly / grid.ny * static_cast<double>(m / nx)});
+    });
+    const auto found = std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+    return static_cast<std::size_t>(found - values.begin());
+}
+
 EdgeJump edge_jump(const Expression& formula, const Grid& grid) {
     EdgeJump jump;
-    const numerics::Fields cells = values_on(formula, grid);
+    const Fields cells = values_on(formula, grid);
     const auto [min, max] = std::minmax_element(cells.values.begin(), cells.values.end());
     jump.range = *max - *min;
     constexpr double inside = 1e-9;  // of the side: a formula may have another value on the edge itself
@@ -111,4 +121,4 @@ EdgeJump edge_jump(const Expression& formula, const Grid& grid) {
     return jump;
 }
 
-}  // namespace drover::physics
+}  // namespace drover::numerics

@@ -1,0 +1,47 @@
+// io/declared_model.hpp: the model that a scene declares: [[field]], [equations], [define] and [coefficients].
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "drover/base/schema.hpp"
+#include "drover/model/model.hpp"
+
+namespace drover::io {
+
+/// One [[field]].  Numbers that may be formulas of the coefficients are texts.
+struct DeclaredField {
+    std::string name;    ///< in figures and archives; "": the symbol
+    std::string symbol;  ///< in equations
+    std::string rank = "scalar";
+    int spin = -1;  ///< of any rank; -1: that of `rank`
+    std::string parity = "even";
+    std::string unit = "1", meaning;
+    std::string mass;  ///< m of m d_t F = equation; "": 1
+    bool balance = false, conserved = false;
+    std::string reference = "0";
+    std::string noise = "0";
+    bool conserved_noise = false;
+};
+
+/// Everything as written, with its places.
+struct DeclaredModel {
+    std::string name;
+    bool chiral = false;  ///< the equations may distinguish left and right
+    std::vector<DeclaredField> fields;
+    std::vector<std::map<std::string, SourceLocation>> places;  ///< of the keys of each field; "" is the field itself
+    std::map<std::string, model::Text> equations, definitions;
+    std::map<std::string, double> coefficients;
+    std::map<std::string, model::Text> start;  ///< formulas in x and y of [initial], by component
+};
+
+/// The model with its numbers.  Throws an input Error, at its place, for a rank, formula or equation that does not fit.
+/// model::Equations checks the equations.
+model::Model model_of(const DeclaredModel& declared);
+
+}  // namespace drover::io
+
+namespace drover {
+template <>
+const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>();
+}  // namespace drover

@@ -1,0 +1,46 @@
+// model/start.hpp: the fields of a model at the start of a run.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "drover/base/threads.hpp"
+#include "drover/model/equations.hpp"
+
+namespace drover::model {
+
+/// A component of a state, as files and figures have it.
+struct StateComponent {
+    std::string name, unit, meaning;
+    std::size_t field = 0;
+    int part = 0;  ///< 0 or 1: the first or second component of its field
+};
+/// In the order of Equations::state_components().
+std::vector<StateComponent> components_of_state(const Equations& equations);
+
+/// A perturbation of the reference state.
+struct Start {
+    std::string kind = "uniform";  ///< uniform, random, mode, formula, stationary or file
+    double amplitude = 0.0;        ///< of random or mode, in the unit of the field; formula: of added random noise
+    std::string component;         ///< of mode; "": the first
+    int mode_x = 1, mode_y = 0;
+    double phase = 0.0;  ///< of mode [rad]
+    std::map<std::string, Text> formulas = {};  ///< of formula: in x and y, by component; none: the reference
+};
+
+/// Throws an input Error, at the keys of [initial], for a component that the model does not have, a mode that the grid
+/// does not keep, a formula that is not finite in every cell or of whose variance the grid cuts more than half, and a
+/// stationary start of a state that has none.
+void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
+           const LocationOf& place);
+
+/// Formulas that the grid cuts, or that jump at a periodic edge, each with its remedy.
+std::vector<std::string> start_warnings(const Start& start, const Equations& equations, const numerics::Grid& grid,
+                                        int degree);
+
+/// The fields of every kind except file.  Throws as check().
+numerics::Spectra start_spectra(const Start& start, const Equations& equations, const numerics::System& system,
+                                std::uint64_t seed, Threads& threads);
+
+}  // namespace drover::model

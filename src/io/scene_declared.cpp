@@ -1,0 +1,268 @@
+// io/scene_declared.cpp: a declared model between TOML tables and a scene.
+#include "io/scene_declared.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "drover/base/expression.hpp"
+#include "drover/numerics/kept_modes.hpp"
+
+namespace drover::io {
+
+namespace {
+struct RankName {
+    const char* name;
+    int spin;
+};
+constexpr std::array ranks{RankName{"scalar", 0}, RankName{"vector", 1}, RankName{"nematic", 2}};
+
+std::string field_table(std::size_t number) { return text("field[{}]", number); }
+
+/// Keys of a field that may be a number or a formula of the coefficients.
+bool is_formula_key(const std::string& key) { return key == "noise" || key == "reference"; }
+
+/// The place of the first character of a text, or of its key.
+SourceLocation text_place(const LocatedValue& found) { return found.items.empty() ? found.where : found.items[0]; }
+
+std::map<std::string, model::Text> texts_of(const LocatedTables& tables, const std::string& section) {
+    std::map<std::string, model::Text> texts;
+    const auto table = tables.find(section);
+    if (table == tables.end()) return texts;
+    for (const auto& [name, found] : table->second.values) {
+        const auto* written = std::get_if<std::string>(&found.value);
+        const auto number = std::get_if<double>(&found.value);
+        const auto whole = std::get_if<std::int64_t>(&found.value);
+        require(written || number || whole, found.where, "{}.{} = {}; expected a formula in quotes", section, name,
+                toml_text(found.value));
+        texts.emplace(name, model::Text{written ? *written : toml_text(found.value), text_place(found)});
+    }
+    return texts;
+}
+
+void read_field(const LocatedTable& table, const std::string& section, DeclaredModel& model) {
+    LocatedTable with_texts = table;
+    DeclaredField field;
+    std::map<std::string, SourceLocation> places{{"", table.where}};
+    for (auto& [key, found] : with_texts.values) {
+        if (is_formula_key(key) && !std::holds_alternative<std::string>(found.value))
+            found.value = toml_text(found.value);
+        places.emplace(key, text_place(found));
+    }
+    read_table(with_texts, section, field);
+    require(!field.symbol.empty(), table.where, "{} has no symbol; expected one, such as symbol = \"phi\"", section);
+    model.fields.push_back(std::move(field));
+    model.places.push_back(std::move(places));
+}
+
+SourceLocation place_of(const DeclaredModel& declared, std::size_t field, const std::string& key) {
+    const auto& places = declared.places[field];
+    const auto found = places.find(key);
+    return found == places.end() ? places.at("") : found->second;
+}
+
+double number_of(const std::string& written, const DeclaredModel& declared, const SourceLocation& where) {
+    const Expression formula = parse_expression(
+        written,
+        {.variables = {}, .operators = {}, .constants = {declared.coefficients.begin(), declared.coefficients.end()}},
+        where);
+    return evaluate(formula, {});
+}
+
+int spin_of(const DeclaredModel& declared, std::size_t n) {
+    const DeclaredField& field = declared.fields[n];
+    const auto rank =
+        std::find_if(ranks.begin(), ranks.end(), [&](const RankName& one) { return one.name == field.rank; });
+    require(field.spin < 0 || declared.places[n].count("rank") == 0 || field.spin == rank->spin,
+            place_of(declared, n, "spin"), "{} has rank = \"{}\" and spin = {}; expected one of them", field.symbol,
+            field.rank, field.spin);
+    return field.spin >= 0 ? field.spin : rank->spin;
+}
+}  // namespace
+
+bool is_declared_table(const std::string& name) {
+    return name.starts_with("field[") ||
+           std::find(std::begin(declared_tables), std::end(declared_tables), name) != std::end(declared_tables);
+}
+
+void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<std::string, SourceLocation>& places) {
+    if (const auto table = tables.find("model"); table != tables.end()) {
+        const std::vector<Description> rows = declared_sections().front().rows;
+        reject_unknown_keys(table->second, "model", rows);
+        for (const Description& row : rows)
+            if (const auto found = table->second.values.find(row.name); found != table->second.values.end()) {
+                const Value value = checked_value(row, "model", found->second);
+                if (row.name == "name") model.name = std::get<std::string>(value);
+                else model.chiral = std::get<bool>(value);
+            }
+    }
+    for (std::size_t n = 1; tables.contains(field_table(n)); ++n)
+        read_field(tables.at(field_table(n)), field_table(n), model);
+    model.equations = texts_of(tables, "equations");
+    model.definitions = texts_of(tables, "define");
+    if (const auto table = tables.find("coefficients"); table != tables.end())
+        for (const auto& [name, found] : table->second.values) {
+            const Description row{.name = name,
+                                  .default_value = 0.0,
+                                  .unit = {},
+                                  .range = any_number,
+                                  .choices = {},
+                                  .doc = "a coefficient of the equations"};
+            model.coefficients[name] = std::get<double>(checked_value(row, "coefficients", found));
+            places.emplace("coefficients." + name, found.where);
+        }
+}
+
+void read_start(LocatedTable& table, DeclaredModel& model) {
+    for (std::size_t n = 0; n < model.fields.size(); ++n) {
+        model::Field field{.symbol = model.fields[n].symbol, .spin = spin_of(model, n)};
+        field.name = model.fields[n].name.empty() ? field.symbol : model.fields[n].name;
+        for (const std::string& name : model::dataset_names(field)) {
+            const auto found = table.values.find(name);
+            if (found == table.values.end()) continue;
+            model.start.emplace(name, texts_of({{"initial", {.where = {}, .values = {*found}}}}, "initial").at(name));
+            table.values.erase(found);
+        }
+    }
+}
+
+model::Model model_of(const DeclaredModel& declared) {
+    model::Model result{.fields = {},
+                        .definitions = {},
+                        .coefficients = declared.coefficients,
+                        .chiral = declared.chiral};
+    for (std::size_t n = 0; n < declared.fields.size(); ++n) {
+        const DeclaredField& given = declared.fields[n];
+        model::Field field{.name = given.name.empty() ? given.symbol : given.name,
+                           .symbol = given.symbol,
+                           .spin = spin_of(declared, n),
+                           .odd = given.parity == "odd",
+                           .unit = given.unit,
+                           .meaning = given.meaning,
+                           .left = given.balance ? model::LeftSide::balance : model::LeftSide::rate,
+                           .mass = {given.mass, place_of(declared, n, "mass")},
+                           .conserved = given.conserved,
+                           .reference = number_of(given.reference, declared, place_of(declared, n, "reference")),
+                           .noise = number_of(given.noise, declared, place_of(declared, n, "noise")),
+                           .noise_conserves = given.conserved_noise,
+                           .where = place_of(declared, n, "")};
+        if (const auto equation = declared.equations.find(given.symbol); equation != declared.equations.end())
+            field.equation = equation->second;
+        result.fields.push_back(std::move(field));
+    }
+    for (const auto& [symbol, equation] : declared.equations) {
+        std::vector<std::string> symbols;
+        for (const DeclaredField& field : declared.fields) symbols.push_back(field.symbol);
+        if (std::find(symbols.begin(), symbols.end(), symbol) != symbols.end()) continue;
+        const std::string near = nearest_name(symbol, symbols);
+        fail_input(equation.where, "equations.{} is the equation of no field; {}", symbol,
+                   near.empty() ? text("expected one of {}", joined(symbols)) : text("did you mean {}?", near));
+    }
+    for (const auto& [name, value] : declared.definitions) result.definitions.push_back({name, value});
+    return result;
+}
+
+model::Start start_of(const Scene& scene) {
+    const physics::InitialState& initial = scene.initial;
+    return {.kind = initial.kind,
+            .amplitude = initial.amplitude,
+            .component = initial.field,
+            .mode_x = initial.mode_x,
+            .mode_y = initial.mode_y,
+            .phase = initial.phase,
+            .formulas = scene.declared.start};
+}
+
+int kept_degree(const Scene& scene, const model::Equations& equations) {
+    return numerics::kept_degree(equations.degree(), scene.dealiasing.rule);
+}
+
+std::string declared_text(const DeclaredModel& model) {
+    std::string result = text("[model]\nname = {}\nchiral = {}\n", toml_text(model.name), model.chiral);
+    for (const DeclaredField& field : model.fields) {
+        result += "\n[[field]]\n";
+        for (const auto& [key, value] : values_of(field))
+            if (key != "spin" || field.spin >= 0)
+                if (key != "rank" || field.spin < 0) result += key + " = " + toml_text(value) + "\n";
+    }
+    for (const auto& [section, texts] :
+         {std::pair{"equations", &model.equations}, std::pair{"define", &model.definitions}}) {
+        if (texts->empty()) continue;
+        result += text("\n[{}]\n", section);
+        for (const auto& [name, value] : *texts) result += name + " = " + toml_text(value.text) + "\n";
+    }
+    if (!model.coefficients.empty()) result += "\n[coefficients]\n";
+    for (const auto& [name, value] : model.coefficients) result += name + " = " + toml_text(value) + "\n";
+    return result;
+}
+
+std::vector<SectionDescription> declared_sections() {
+    const Value none = std::string{}, off = false;
+    std::vector<SectionDescription> sections{
+        {"model",
+         "A model of one's own: its fields and equations.",
+         {{.name = "name", .default_value = none, .unit = {}, .range = any_number, .choices = {}, .doc = "its name"},
+          {.name = "chiral",
+           .default_value = off,
+           .unit = {},
+           .range = any_number,
+           .choices = {},
+           .doc = "the equations may distinguish left and right: terms whose parity differs from that of the field"}},
+         "model"},
+        {"[field]", "One field; [[field]] for each.", descriptions<DeclaredField>(), "model"},
+        {"equations", "symbol = \"right-hand side of its equation\", for each field.", {}, "model"},
+        {"define", "name = \"part of equations\".", {}, "model"},
+        {"coefficients", "name = number.", {}, "model"}};
+    return sections;
+}
+
+}  // namespace drover::io
+
+namespace drover {
+
+template <>
+const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>() {
+    using io::DeclaredField;
+    static const std::vector<Row<DeclaredField>> rows{
+        {.name = "symbol", .member = &DeclaredField::symbol, .doc = "its name in equations: \"phi\""},
+        {.name = "name",
+         .member = &DeclaredField::name,
+         .doc = "its name in figures and archives: \"rod_density\"; empty: the symbol"},
+        {.name = "rank",
+         .member = &DeclaredField::rank,
+         .choices = {"scalar", "vector", "nematic"},
+         .doc = "how it turns with space: a scalar (spin 0), a vector (1), a nematic Q_xx + i Q_xy (2)"},
+        {.name = "spin",
+         .member = &DeclaredField::spin,
+         .range = {.min = -1, .max = 6},
+         .doc = "in place of rank: the field turns by this many times the angle; -1: as rank says"},
+        {.name = "parity",
+         .member = &DeclaredField::parity,
+         .choices = {"even", "odd"},
+         .doc = "odd: a reflection changes its sign, besides what its rank does: a pseudoscalar, such as a vorticity"},
+        {.name = "unit", .member = &DeclaredField::unit, .doc = "its unit, for figures and archives"},
+        {.name = "meaning", .member = &DeclaredField::meaning, .doc = "what it is, for people"},
+        {.name = "mass",
+         .member = &DeclaredField::mass,
+         .doc = "m of m d_t F = equation, a formula of the fields: \"m rho\"; empty: 1"},
+        {.name = "balance",
+         .member = &DeclaredField::balance,
+         .doc = "0 = equation: the field follows the others at every instant"},
+        {.name = "conserved",
+         .member = &DeclaredField::conserved,
+         .doc = "its mean does not change; an equation that is not a divergence is then an error"},
+        {.name = "reference",
+         .member = &DeclaredField::reference,
+         .doc = "of a scalar: its uniform value at the start, about which the linear part is exact; a number, or a "
+                "formula of the coefficients"},
+        {.name = "noise",
+         .member = &DeclaredField::noise,
+         .doc = "D: noise f in d_t F with <f f> = D delta(r - r') delta(t - t') for each component; a number, or a "
+                "formula of the coefficients"},
+        {.name = "conserved_noise",
+         .member = &DeclaredField::conserved_noise,
+         .doc = "the noise is the divergence of a random flux: D q^2 in place of D"}};
+    return rows;
+}
+
+}  // namespace drover

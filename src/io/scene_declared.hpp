@@ -1,0 +1,27 @@
+// io/scene_declared.hpp: a declared model between TOML tables and a scene.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "drover/io/scene.hpp"
+
+namespace drover::io {
+
+/// Tables of a declared model, besides [[field]] number n, which is the table field[n].
+inline constexpr const char* declared_tables[] = {"model", "equations", "define", "coefficients"};
+bool is_declared_table(const std::string& name);
+
+/// Fills the model of a scene and notes where each number is.
+void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<std::string, SourceLocation>& places);
+
+/// Takes the formulas of components out of the table [initial].
+void read_start(LocatedTable& table, DeclaredModel& model);
+
+/// The model, without the formulas of its start, as TOML.
+std::string declared_text(const DeclaredModel& model);
+
+/// The sections for `drover schema`.
+std::vector<SectionDescription> declared_sections();
+
+}  // namespace drover::io

@@ -1,0 +1,39 @@
+// numerics/perturbation.cpp: random and harmonic perturbations.
+#include "numerics/perturbation.hpp"
+
+#include <complex>
+
+#include "drover/base/random.hpp"
+#include "drover/numerics/transform.hpp"
+
+namespace drover::numerics {
+
+void add_random(const System& system, double amplitude, std::uint64_t seed, Threads& threads, Spectra& state) {
+    Fields cells(system.grid, state.count());
+    for (int c = 0; c < state.count(); ++c) {
+        const RandomKey key{.seed = seed, .stream = Stream::initial_state, .substep = static_cast<std::uint32_t>(c)};
+        const std::span<double> all = cells[c];
+        constexpr std::size_t cells_per_chunk = 4096;
+        threads.for_chunks(all.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
+            fill_normal(key, begin, 1, all.subspan(begin, end - begin));
+            for (double& value : all.subspan(begin, end - begin)) value *= amplitude;
+        });
+    }
+    Spectra noise(system.grid, state.count());
+    Transform(system.grid, system.degree, threads).forward(cells, noise);
+    for (const int c : scalar_components(system.layout)) noise[c][0] = 0.0;
+    for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] += noise.values[m];
+}
+
+void add_mode(const Grid& grid, const CosineMode& mode, int component, Spectra& state) {
+    // A real mode is its own conjugate at -q: the half with kx >= 0 is stored.
+    const int sign = mode.x < 0 ? -1 : 1, kx = sign * mode.x, ky = sign * mode.y;
+    const std::size_t width = columns(grid), rows = static_cast<std::size_t>(grid.ny);
+    const auto column = static_cast<std::size_t>(kx);
+    const auto row = static_cast<std::size_t>(ky < 0 ? ky + grid.ny : ky);
+    const Complex half = 0.5 * std::polar(mode.amplitude, sign * mode.phase);
+    state[component][row * width + column] += half;
+    if (column == 0) state[component][(rows - row) % rows * width] += std::conj(half);
+}
+
+}  // namespace drover::numerics

@@ -1,0 +1,100 @@
+// run/model_explain.cpp: a declared model as a result: fields, terms, numbers, cost.
+#include "drover/run/model_explain.hpp"
+
+#include "drover/numerics/time_method.hpp"
+#include "drover/run/explain.hpp"
+
+namespace drover::run {
+
+namespace {
+Entry number(const char* name, const char* unit, const char* meaning, double value) {
+    return {.name = name, .unit = unit, .meaning = meaning, .value = value};
+}
+Entry count(const char* name, const char* meaning, std::int64_t value) {
+    return {.name = name, .unit = "1", .meaning = meaning, .value = value};
+}
+Entry words(const char* name, const char* meaning, std::string value) {
+    return {.name = name, .unit = "", .meaning = meaning, .value = std::move(value)};
+}
+
+const char* rank_of(const model::Field& field) {
+    constexpr const char* ranks[] = {"scalar", "vector", "nematic"};
+    return field.spin <= 2 ? ranks[field.spin] : "spin";
+}
+
+List fields_of(const model::Equations& equations) {
+    List list{.name = "fields", .heading = "fields", .row = "field"};
+    for (std::size_t n = 0; n < equations.model().fields.size(); ++n) {
+        const model::Field& field = equations.model().fields[n];
+        const std::string rank = field.spin > 2 ? text("spin {}", field.spin) : rank_of(field);
+        list.rows.push_back(
+            {.entries = {words("name", "in figures and archives", field.name),
+                         words("symbol", "in equations", field.symbol),
+                         words("rank", "how it turns", (field.odd ? "odd " : "") + rank),
+                         words("unit", "its unit", field.unit), words("meaning", "what it is", field.meaning),
+                         words("latex", "its equation as LaTeX", equations.latex(n))}});
+        list.rows.back().entries.back().shown.text = false;
+    }
+    return list;
+}
+
+List terms_of(const model::Equations& equations) {
+    List list{.name = "terms", .heading = "terms of the equations", .row = "term"};
+    for (const model::TermSummary& term : equations.terms()) {
+        const model::Field& field = equations.model().fields[term.field];
+        const std::string left = field.left == model::LeftSide::balance ? "0"
+                                 : field.mass.text.empty()              ? "d_t " + field.symbol
+                                                                        : field.mass.text + " d_t " + field.symbol;
+        list.rows.push_back(
+            {.entries = {words("of", "left side of its equation", left), words("term", "as written", term.text)}});
+    }
+    return list;
+}
+
+List coefficients_of(const model::Model& model) {
+    List list{.name = "coefficients", .heading = "coefficients", .row = "coefficient", .empty = "no coefficients"};
+    for (const auto& [name, value] : model.coefficients)
+        list.rows.push_back(
+            {.entries = {words("name", "in equations", name), number("value", "1", "its value", value)}});
+    for (const model::Field& field : model.fields)
+        if (field.noise != 0.0)
+            list.rows.push_back(
+                {.entries = {words("name", "in equations",
+                                   text("{} noise of {}", field.noise_conserves ? "conserved" : "white", field.symbol)),
+                             number("value", "1", "its strength", field.noise)}});
+    return list;
+}
+}  // namespace
+
+Result explain_model(const io::Scene& scene) {
+    const model::Equations equations(io::model_of(scene.declared));
+    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    const model::TransformCount transforms = equations.transforms();
+    const int degree = io::kept_degree(scene, equations);
+    const Cost cost = cost_of(scene);
+    Result result;
+    Record& root = result.root;
+    root.heading = text("{}, on {} by {} points, {} by {} mm",
+                        scene.declared.name.empty() ? "a model of its own" : scene.declared.name, scene.grid.nx,
+                        scene.grid.ny, scene.grid.lx, scene.grid.ly);
+    root.entries = {
+        words("stepper", "method and its source", text("{}: {}", method.name, method.citation)),
+        number("time_step", "s", "time.dt", scene.time.dt),
+        count("steps", "of time.dt", cost.steps),
+        count("inverse_transforms", "real transforms to the grid of one right-hand side", transforms.inverse),
+        count("forward_transforms", "real transforms from the grid of one right-hand side", transforms.forward),
+        count("degree", "of the products: modes with |k| < N/(degree + 1) on an axis are kept", degree),
+        count("threads", "of the run", cost.threads),
+        words("memory", "of the run, and what is free",
+              text("{} ({} free)", bytes_text(cost.needs.memory_bytes), bytes_text(cost.needs.memory_free))),
+        words("disk", "at most, and what is free",
+              text("{} ({} free)", bytes_text(cost.needs.disk_bytes), bytes_text(cost.needs.disk_free)))};
+    if (cost.time) {
+        root.entries.push_back(number("seconds_a_step", "s", "wall time of a step, estimated", cost.time->step));
+        root.entries.push_back(number("seconds", "s", "wall time of the run, estimated", cost.time->total));
+    }
+    root.lists = {fields_of(equations), terms_of(equations), coefficients_of(equations.model())};
+    return result;
+}
+
+}  // namespace drover::run

@@ -1,0 +1,23 @@
+// run/start_file.hpp: a frame of an archive as the start of a run.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/io/scene.hpp"
+#include "drover/numerics/field.hpp"
+
+namespace drover::run {
+
+/// A dataset of frames.
+struct FrameField {
+    std::string name, unit;
+};
+
+/// Coordinates of the points of a field along an axis [mm].
+std::vector<double> cell_corners(int count, double side);
+
+/// The frame initial.frame of the archive initial.file.  Throws an input Error at these keys unless it has these fields
+/// in these units, on the grid and cell of the scene, with finite values.
+numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<FrameField>& fields);
+
+}  // namespace drover::run
