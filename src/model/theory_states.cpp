@@ -363,18 +363,24 @@ std::vector<Vector> starting_points(const UniformEquations& equations) {
     const UniformState reference = equations.equations().reference();
     std::vector<Vector> starts{equations.reference()};
     const auto add = [&](const UniformState& state) { starts.push_back(equations.of_state(state)); };
-    const int directions = equations.turns_freely() ? 1 : 16;
+    const Vector rates = equations.values(equations.reference());
+    const UniformState pushes = equations.state_of(rates.head(equations.count()));
     for (std::size_t k = 0; k < reference.size(); ++k) {
         const Field& field = equations.model().fields[equations.places()[k].field];
         if (static_cast<std::size_t>(equations.places()[k].first) != k || field.left == LeftSide::balance) continue;
         const double unit = reference[k] != 0.0 ? std::abs(reference[k]) : 1.0;
+        std::vector<double> directions{0.0};
+        for (int n = 1; n < 16 && field.spin > 0 && !equations.turns_freely(); ++n)
+            directions.push_back(std::numbers::pi / 8.0 * n);
+        if (directions.size() > 1)  // states along a direction that the equations name may repel all others
+            for (const double side : {1.0, -1.0})
+                directions.push_back(std::atan2(side * pushes[k + 1], side * pushes[k]));
         for (const double size : {1e-3, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1e3}) {
             UniformState state = reference;
             if (field.spin == 0)
                 for (const double sign : {1.0, -1.0}) state[k] = reference[k] + sign * size * unit, add(state);
             else
-                for (int n = 0; n < directions; ++n) {
-                    const double angle = 2.0 * std::numbers::pi * n / directions + (directions > 1 ? 0.03 : 0.0);
+                for (const double angle : directions) {
                     state[k] = size * std::cos(angle), state[k + 1] = size * std::sin(angle);
                     add(state);
                 }

@@ -83,18 +83,21 @@ TEST(ModelStates, of_a_flock_are_one_isotropic_and_one_ordered_along_x_whose_cop
 }
 
 TEST(ModelStates, of_a_flock_with_a_named_direction_are_those_along_it) {
-    // a p + b p^3 = h along x, and no component across: three roots, of both signs.
-    const Equations equations(
-        Model{.fields = {spin(1, "p", "(1 - p.p) p + h e_x + lap p")}, .coefficients = {{"h", 0.1}}});
-    const StationaryStates found = stationary_states(equations);
-    ASSERT_EQ(found.states.size(), 3u) << testing::PrintToString(names(found));
-    for (const StationaryState& state : found.states) {
-        const double p = state.values[0];
-        EXPECT_NEAR(p - p * p * p + 0.1, 0.0, 1e-14);
-        EXPECT_EQ(state.values[1], 0.0);
-        EXPECT_FALSE(state.has_free_direction);
+    // (1 - p^2) p = -h: three roots along h, of both signs, and none across.
+    for (const double angle : {0.0, 1.234}) {
+        const double c = std::cos(angle), s = std::sin(angle);
+        const Equations equations(Model{.fields = {spin(1, "p", "(1 - p.p) p + h_x e_x + h_y e_y + lap p")},
+                                        .coefficients = {{"h_x", 0.1 * c}, {"h_y", 0.1 * s}}});
+        const StationaryStates found = stationary_states(equations);
+        ASSERT_EQ(found.states.size(), 3u) << testing::PrintToString(names(found));
+        for (const StationaryState& state : found.states) {
+            const double p = state.values[0] * c + state.values[1] * s;
+            EXPECT_NEAR(p - p * p * p + 0.1, 0.0, 1e-14);
+            EXPECT_NEAR(state.values[1] * c - state.values[0] * s, 0.0, 1e-14);
+            EXPECT_FALSE(state.has_free_direction);
+            EXPECT_NEAR(std::abs(std::sin(direction_of(equations.model(), state.values) - angle)), 0.0, 1e-13);
+        }
     }
-    EXPECT_NEAR(std::abs(direction_of(equations.model(), found.states[0].values)), pi, 1e-15);
 }
 
 TEST(ModelStates, of_a_nematic_turn_by_half_of_the_angle_and_its_two_axes_are_one_state) {
