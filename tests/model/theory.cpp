@@ -259,16 +259,52 @@ TEST(ModelGrowth, of_an_active_nematic_is_a_bend_for_extensile_and_a_splay_for_c
     EXPECT_TRUE(growth_bands(state, pi / 2.0, {.min = 1e-3, .max = 1.0}).empty());
 }
 
-TEST(ModelGrowth, of_a_chiral_flock_tilts_its_fastest_wave) {
-    // d_t p = a p + b perp p ... with a free direction only at the isotropic state: a rotation rate Omega mixes p_x and
-    // p_y, so that s = a - q^2 +- i Omega.
-    const Model model{.fields = {spin(1, "p", "-0.3 p + 0.8 perp p - p.p p + lap p")}, .chiral = true};
+TEST(ModelGrowth, about_an_isotropic_chiral_state_turns_the_order_and_no_flock_is_stationary) {
+    // A rotation at the rate Omega mixes p_x and p_y: s = -a - q^2 +- i Omega.
+    const Model model{.fields = {spin(1, "p", "-a p + 0.8 perp p - p.p p + lap p")},
+                      .coefficients = {{"a", 0.3}},
+                      .chiral = true};
     const LinearisedAt rest = about(model);
     EXPECT_TRUE(rest.is_isotropic());
     const Growth found = growth(rest, 0.5, 0.7);
     EXPECT_NEAR(found.rate, -0.55, 1e-14);
     EXPECT_NEAR(std::abs(found.frequency), 0.8, 1e-14);
-    EXPECT_EQ(stationary_states(Equations(model)).states.size(), 1u);  // a flock would turn
+    Model turning = model;
+    turning.coefficients["a"] = -0.3;
+    const StationaryStates none = stationary_states(Equations(turning));
+    EXPECT_EQ(names(none), std::vector<std::string>{"isotropic"});
+    EXPECT_NE(none.why_no_order.find("found no ordered uniform state"), std::string::npos);
+}
+
+TEST(ModelGrowth, about_a_chiral_flock_is_its_closed_form) {
+    // About p0 along x, with K_o lap perp p: s = -i w p0 q_x - a - K q^2 +- sqrt(a^2 - K_o^2 q^4).
+    const double a = 0.6, k = 0.05, odd = 0.7, w = 0.4, p0 = std::sqrt(a);
+    const LinearisedAt flock = about({.fields = {spin(1, "p", "(a - p.p) p + K lap p + Ko lap perp p - w p.grad p")},
+                                      .coefficients = {{"a", a}, {"K", k}, {"Ko", odd}, {"w", w}},
+                                      .chiral = true},
+                                     1);
+    ASSERT_NEAR(flock.about()[0], p0, 1e-14);
+    for (const double q : {0.2, 0.9, 2.0}) {
+        const double angle = 0.6, square = a * a - odd * odd * std::pow(q, 4);
+        const Complex s = Complex(-a - k * q * q, -w * p0 * q * std::cos(angle)) + std::sqrt(Complex(square));
+        EXPECT_NEAR(growth(flock, q, angle).rate, s.real(), 1e-13);
+    }
+}
+
+TEST(ModelStates, of_a_chiral_order_in_a_field_stand_at_an_angle_to_it) {
+    // (1 - P) p + Omega perp p = -h with P = |p|^2: P ((1 - P)^2 + Omega^2) = h^2.
+    const double omega = 0.2, h = 0.25;
+    const Equations equations(Model{.fields = {spin(1, "p", "(1 - p.p) p + Omega perp p + h e_x + lap p")},
+                                    .coefficients = {{"Omega", omega}, {"h", h}},
+                                    .chiral = true});
+    const StationaryStates found = stationary_states(equations);
+    ASSERT_EQ(found.states.size(), 3u) << testing::PrintToString(names(found));
+    for (const StationaryState& state : found.states) {
+        const Complex p(state.values[0], state.values[1]);
+        EXPECT_NEAR(std::norm(p) * (std::pow(1.0 - std::norm(p), 2) + omega * omega), h * h, 1e-14);
+        EXPECT_NEAR(std::abs(p + h / Complex(1.0 - std::norm(p), omega)), 0.0, 1e-14);
+        EXPECT_FALSE(state.has_free_direction);
+    }
 }
 
 TEST(ModelGrowth, is_the_sum_of_the_shares_of_terms_also_through_fields_in_balance) {
