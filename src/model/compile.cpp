@@ -147,7 +147,15 @@ private:
                     return c_.field(component) != i && with_products.count(c_.field(component)) > 0;
                 });
                 if (waits) continue;
-                lowering_.substitute(i, solved_balance(algebra_, c_.model.fields[i], c_.first_component[i], total));
+                const Field& field = c_.model.fields[i];
+                const Value value = solved_balance(algebra_, field, c_.first_component[i], total);
+                lowering_.substitute(i, value);
+                Term substitute{{.field = i, .text = field.equation.text, .where = field.equation.where},
+                                depends_on_position(value.components),
+                                {}};
+                for (const Component& component : value.components)
+                    substitute.rows.push_back(row_of(component, field.equation.where));
+                c_.substitutes.push_back(std::move(substitute));
                 c_.is_substituted[i] = true;
                 std::erase(waiting, i);
                 goes_on = true;

@@ -56,6 +56,7 @@ struct CompiledEquations {
     std::vector<int> field_of;         ///< of each component
     std::vector<bool> is_substituted;  ///< of each field: in balance at every point, an expression of the others
     std::vector<Term> terms;
+    std::vector<Term> substitutes;  ///< the values of fields in balance at every point
     std::vector<TermSummary> summaries;
     std::vector<LinearForm> atoms;  ///< by slot less first_atom
 
@@ -83,6 +84,15 @@ struct CompiledEquations {
     /// A uniform state with the values of fields in balance that follow from the others.  Throws an input Error for a
     /// state of another size or with values that are not finite.
     UniformState balanced(const UniformState& at) const;
+    /// The same with the values of fields in balance at every point.
+    UniformState completed(const UniformState& at) const;
+    /// As Equations::uniform_rates; sizes: the sums of the absolute values of the terms.
+    Eigen::VectorXd uniform_rates(const UniformState& at, Eigen::VectorXd* sizes = nullptr) const;
+    /// The entries of the linearisation of a term about a uniform state with these values of the slots.  Throws an
+    /// input Error for a term that depends on position or time, and where a slope is not finite.
+    void visit_slopes(
+        const Term& term, const std::vector<double>& slots,
+        const std::function<void(int row, const Derivative& derivative, double coefficient)>& visit) const;
     /// Values of the slots in a uniform state.
     std::vector<double> slots_at(const UniformState& state) const;
     /// A row of symbols: what a linear form is of the deviations at q.

@@ -88,46 +88,89 @@ Symbol CompiledEquations::form_symbol(const std::vector<LinearForm>& rows, const
     return m;
 }
 
-Eigen::VectorXd Equations::uniform_rates(const UniformState& given) const {
-    const CompiledEquations& c = *compiled_;
-    const UniformState at = c.balanced(given);
-    Eigen::VectorXd rates = Eigen::VectorXd::Zero(c.components);
-    const std::vector<double> slots = c.slots_at(at);
-    for (const Term& term : c.terms)
+Eigen::VectorXd Equations::uniform_rates(const UniformState& given) const { return compiled_->uniform_rates(given); }
+
+UniformState Equations::completed(const UniformState& at) const { return compiled_->completed(at); }
+
+Eigen::VectorXd Equations::uniform_rate_sizes(const UniformState& at) const {
+    Eigen::VectorXd sizes;
+    static_cast<void>(compiled_->uniform_rates(at, &sizes));
+    return sizes;
+}
+
+Eigen::VectorXd CompiledEquations::uniform_rates(const UniformState& given, Eigen::VectorXd* sizes) const {
+    const UniformState at = balanced(given);
+    Eigen::VectorXd rates = Eigen::VectorXd::Zero(components);
+    if (sizes != nullptr) *sizes = rates;
+    const std::vector<double> slots = slots_at(at);
+    for (const Term& term : terms)
         for (std::size_t k = 0; k < term.rows.size(); ++k) {
-            double& rate = rates(c.first_component[term.summary.field] + static_cast<int>(k));
+            const int row = first_component[term.summary.field] + static_cast<int>(k);
+            const auto add = [&](double part) {
+                rates(row) += part;
+                if (sizes != nullptr) (*sizes)(row) += std::abs(part);
+            };
             for (const auto& [derivative, coefficient] : term.rows[k].linear)
-                if (derivative.order == Order{})
-                    rate += coefficient * at[static_cast<std::size_t>(derivative.component)];
+                if (derivative.order == Order{}) add(coefficient * at[static_cast<std::size_t>(derivative.component)]);
             for (const PointFunction& function : term.rows[k].functions)
-                if (function.order == Order{}) rate += evaluate(function.value, slots);
+                if (function.order == Order{}) add(evaluate(function.value, slots));
         }
     return rates;
 }
 
-Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wavevector& q) const {
-    const CompiledEquations& c = *compiled_;
-    const Term& term = c.terms[n];
+UniformState CompiledEquations::completed(const UniformState& at) const {
+    UniformState all = balanced(at);
+    const std::vector<double> slots = slots_at(all);
+    for (const Term& term : substitutes)
+        for (std::size_t k = 0; k < term.rows.size(); ++k) {
+            double value = 0.0;
+            for (const auto& [derivative, coefficient] : term.rows[k].linear)
+                if (derivative.order == Order{})
+                    value += coefficient * all[static_cast<std::size_t>(derivative.component)];
+            for (const PointFunction& function : term.rows[k].functions)
+                if (function.order == Order{}) value += evaluate(function.value, slots);
+            all[static_cast<std::size_t>(first_component[term.summary.field]) + k] = value;
+        }
+    return all;
+}
+
+const TermSummary* Equations::placed_term() const {
+    for (const std::vector<Term>* terms : {&compiled_->terms, &compiled_->substitutes})
+        for (const Term& term : *terms)
+            if (term.is_placed) return &term.summary;
+    return nullptr;
+}
+
+void CompiledEquations::visit_slopes(
+    const Term& term, const std::vector<double>& slots,
+    const std::function<void(int row, const Derivative& derivative, double coefficient)>& visit) const {
     require(
         !term.is_placed, term.summary.where,
         "the term \"{}\" depends on position or time, so no uniform state satisfies it; expected a term of the fields "
         "alone",
         term.summary.text);
-    Symbol m = Symbol::Zero(c.components, c.components);
-    const std::vector<double> slots = c.slots_at(c.balanced(about));
     for (std::size_t k = 0; k < term.rows.size(); ++k) {
-        const int row = c.first_component[term.summary.field] + static_cast<int>(k);
-        c.add_form(term.rows[k].linear, {}, 1.0, q, row, m);
+        const int row = first_component[term.summary.field] + static_cast<int>(k);
+        for (const auto& [derivative, coefficient] : term.rows[k].linear) visit(row, derivative, coefficient);
         for (const PointFunction& function : term.rows[k].functions)
             for (const PointFunction::Slope& slope : function.slopes) {
                 const double value = evaluate(slope.value, slots);
                 require(std::isfinite(value), term.summary.where,
                         "the term \"{}\" has no finite derivative in this uniform state; expected another state",
                         term.summary.text);
-                c.add_form(c.atoms[static_cast<std::size_t>(slope.slot - first_atom)], function.order, value, q, row,
-                           m);
+                for (const auto& [derivative, coefficient] : atoms[static_cast<std::size_t>(slope.slot - first_atom)])
+                    visit(row, {derivative.component, derivative.order + function.order}, value * coefficient);
             }
     }
+}
+
+Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wavevector& q) const {
+    const CompiledEquations& c = *compiled_;
+    const Term& term = c.terms[n];
+    Symbol m = Symbol::Zero(c.components, c.components);
+    c.visit_slopes(term, c.slots_at(c.balanced(about)), [&](int row, const Derivative& derivative, double coefficient) {
+        m(row, derivative.component) += coefficient * factor_of(derivative.order, q);
+    });
     return m;
 }
 

@@ -30,11 +30,18 @@ public:
     const std::vector<int>& state_components() const;
     const std::vector<TermSummary>& terms() const;
 
+    /// The first term that depends on position or time, so that no uniform state satisfies it; nullptr without one.
+    const TermSummary* placed_term() const;
+
     /// The state about which the linear part is exact.
     UniformState reference() const;
+    /// A uniform state with the values of fields in balance that follow from the others.  Throws as uniform_rates.
+    UniformState completed(const UniformState& at) const;
     /// Rates of a uniform state; its values of fields in balance are replaced by those that follow from the others.
     /// Throws an input Error for a state of another size.
     Eigen::VectorXd uniform_rates(const UniformState& at) const;
+    /// For each component the sum of the absolute values of its terms in a uniform state: rounding is relative to it.
+    Eigen::VectorXd uniform_rate_sizes(const UniformState& at) const;
     /// The linearisation about any uniform state.  Fields in balance are eliminated: their rows and columns are zero.
     /// Throws an input Error for a term that depends on position or time.
     Symbol symbol(const UniformState& about, const numerics::Wavevector& q) const;
@@ -59,6 +66,7 @@ public:
     std::string latex(std::size_t field) const;
 
 private:
+    friend class LinearisedAt;  // model/linearised_at.hpp
     std::shared_ptr<const CompiledEquations> compiled_;
 };
 

@@ -1,0 +1,116 @@
+// model/linearised_at.cpp: the coefficients of the powers of the wavevector.
+#include "drover/model/linearised_at.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <map>
+
+#include "compiled.hpp"
+
+namespace drover::model {
+
+using numerics::Wavevector;
+
+namespace {
+using Powers = std::map<Order, Eigen::MatrixXd>;
+
+std::vector<LinearisedAt::Power> listed(const Powers& powers) {
+    std::vector<LinearisedAt::Power> list;
+    for (const auto& [order, factors] : powers) list.push_back({order.x, order.y, factors});
+    return list;
+}
+
+Symbol sum_of(const std::vector<LinearisedAt::Power>& powers, int components, const Wavevector& q) {
+    Symbol m = Symbol::Zero(components, components);
+    for (const LinearisedAt::Power& power : powers) m += factor_of({power.x, power.y}, q) * power.factors;
+    return m;
+}
+}  // namespace
+
+double direction_of(const Model& model, const UniformState& state) {
+    std::size_t place = 0;
+    for (const Field& field : model.fields) {
+        if (field.spin > 0 && (state[place] != 0.0 || state[place + 1] != 0.0))
+            return std::atan2(state[place + 1], state[place]) / field.spin;
+        place += static_cast<std::size_t>(components(field));
+    }
+    return 0.0;
+}
+
+LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about) : equations_(equations) {
+    const CompiledEquations& c = *equations.compiled_;
+    about_ = c.completed(about);
+    const std::vector<double> slots = c.slots_at(about_);
+    Powers rates, substitutes;
+    const auto add_to = [&](Powers& powers) {
+        return [&powers, &c](int row, const Derivative& derivative, double coefficient) {
+            Eigen::MatrixXd& factors =
+                powers.emplace(derivative.order, Eigen::MatrixXd::Zero(c.components, c.components)).first->second;
+            factors(row, derivative.component) += coefficient;
+        };
+    };
+    for (const Term& term : c.terms) c.visit_slopes(term, slots, add_to(rates));
+    for (const Term& term : c.substitutes) c.visit_slopes(term, slots, add_to(substitutes));
+    powers_ = listed(rates);
+    substitutes_ = listed(substitutes);
+    for (int k = 0; k < c.components; ++k)
+        if (c.in_balance(k)) held_.push_back(k);
+    direction_ = direction_of(c.model, about_);
+    is_isotropic_ = commutes_with_turns();
+}
+
+Symbol LinearisedAt::whole(const Wavevector& q) const { return sum_of(powers_, equations_.components(), q); }
+
+Symbol LinearisedAt::symbol(const Wavevector& q) const {
+    const std::vector<int>& state = equations_.state_components();
+    return equations_.compiled_->eliminated(whole(q))(state, state);
+}
+
+Symbol LinearisedAt::all_components(const Wavevector& q) const {
+    const std::vector<int>& state = equations_.state_components();
+    const int components = equations_.components();
+    Symbol balance = Symbol::Zero(components, components);
+    equations_.compiled_->eliminated(whole(q), &balance);
+    for (const int k : state) balance(k, k) = 1.0;
+    const Symbol all = balance + sum_of(substitutes_, components, q) * balance;
+    return all(Eigen::all, state);
+}
+
+Eigen::MatrixXd LinearisedAt::noise(double q) const {
+    const std::vector<int>& state = equations_.state_components();
+    return equations_.noise(q)(state, state);
+}
+
+Wavevector LinearisedAt::wavevector(double q, double angle) const {
+    return {.x = q * std::cos(direction_ + angle), .y = q * std::sin(direction_ + angle)};
+}
+
+Symbol LinearisedAt::along_and_across(const Symbol& of_components, const Wavevector& q) const {
+    const double size = std::hypot(q.x, q.y);
+    if (size == 0.0) return of_components;
+    return equations_.compiled_->in_frame(of_components, q.x / size, q.y / size);
+}
+
+/// Turning mixes the components of a field alone: rounding is relative to the entries between two fields.
+bool LinearisedAt::commutes_with_turns() const {
+    const CompiledEquations& c = *equations_.compiled_;
+    const auto count = static_cast<Eigen::Index>(c.model.fields.size());
+    for (const double q : {0.31, 1.0, 2.7}) {
+        Eigen::MatrixXd of_fields = Eigen::MatrixXd::Zero(count, count);
+        for (const Power& power : powers_)
+            for (int i = 0; i < c.components; ++i)
+                for (int j = 0; j < c.components; ++j)
+                    of_fields(static_cast<int>(c.field(i)), static_cast<int>(c.field(j))) +=
+                        std::abs(power.factors(i, j)) * std::pow(q, power.x + power.y);
+        const Eigen::MatrixXd sizes = of_fields(c.field_of, c.field_of);
+        const Symbol along_x = whole({q, 0.0});
+        for (const double angle : {0.7, 2.1}) {
+            const double cosine = std::cos(angle), sine = std::sin(angle);
+            const Symbol turned = c.in_frame(whole({q * cosine, q * sine}), cosine, sine);
+            if (((turned - along_x).cwiseAbs().array() > 1e-12 * sizes.array()).any()) return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace drover::model

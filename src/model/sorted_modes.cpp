@@ -1,0 +1,35 @@
+// model/sorted_modes.cpp: eigenvalues to six digits of each rate where the matrix is small enough.
+#include "sorted_modes.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <numeric>
+
+#include "numerics/precise_eigenvalues.hpp"
+
+namespace drover::model {
+
+Modes sorted_modes(const Symbol& m) {
+    Modes found;
+    if (m.rows() <= numerics::max_small_rows) {
+        const numerics::EigenDecomposition solved = numerics::reliable_eigen_decomposition(m);
+        found = {.rates = solved.values, .shapes = solved.vectors, .duals = {}};
+    } else {
+        const Eigen::ComplexEigenSolver<Symbol> solved(m);
+        if (solved.info() != Eigen::Success)
+            fail_run("the eigenvalues of a linear mode do not converge; choose less extreme coefficients");
+        found = {.rates = solved.eigenvalues(), .shapes = solved.eigenvectors(), .duals = {}};
+    }
+    std::vector<int> order(static_cast<std::size_t>(found.rates.size()));
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](int a, int b) {
+        const std::complex<double> first = found.rates(a), second = found.rates(b);
+        return first.real() != second.real() ? first.real() > second.real() : first.imag() > second.imag();
+    });
+    Modes sorted{.rates = found.rates(order), .shapes = found.shapes(Eigen::all, order), .duals = {}};
+    sorted.duals = sorted.shapes.partialPivLu().inverse();
+    return sorted;
+}
+
+}  // namespace drover::model

@@ -1,0 +1,115 @@
+// model/theory_fluctuations.cpp: stationary fluctuations by the Lyapunov equation, and their spectra by the resolvent.
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+#include "drover/model/theory.hpp"
+#include "drover/numerics/lyapunov.hpp"
+#include "drover/numerics/wavenumbers.hpp"
+
+namespace drover::model {
+
+namespace {
+using numerics::Wavevector;
+using Complex = std::complex<double>;
+
+std::string mode_text(const Wavevector& q) { return text("a mode at q = ({:.4g}, {:.4g})", q.x, q.y); }
+
+/// Modes that decay, added up one by one: those that neither grow nor decay must not be driven.
+Covariance by_modes(const Modes& all, const Eigen::MatrixXd& noise, const Wavevector& q) {
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
+    const double size = all.rates.cwiseAbs().maxCoeff();
+    const Eigen::Index n = all.rates.size();
+    const Symbol drive = all.duals * noise * all.duals.adjoint();
+    std::vector<bool> decays;
+    for (Eigen::Index k = 0; k < n; ++k) {
+        const double rate = all.rates(k).real(), dual = all.duals.row(k).norm(),
+                     rounding = 4.0 * epsilon * size * dual * all.shapes.col(k).norm();
+        if (rate > rounding)
+            return {.matrix = {},
+                    .why_none = text("no stationary state: {} grows at the rate {:.3g}", mode_text(q), rate)};
+        decays.push_back(rate < -rounding);
+        if (!decays.back() && drive(k, k).real() > 16.0 * epsilon * dual * dual * noise.norm())
+            return {.matrix = {},
+                    .why_none = text("no stationary state: noise drives {}, which does not decay", mode_text(q))};
+    }
+    Symbol amplitudes = Symbol::Zero(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+        for (Eigen::Index j = 0; j < n; ++j)
+            if (decays[static_cast<std::size_t>(i)] && decays[static_cast<std::size_t>(j)])
+                amplitudes(i, j) = -drive(i, j) / (all.rates(i) + std::conj(all.rates(j)));
+    return {.matrix = all.shapes * amplitudes * all.shapes.adjoint(), .why_none = {}};
+}
+}  // namespace
+
+Covariance covariance(const LinearisedAt& at, const Wavevector& q) {
+    const Symbol m = at.symbol(q), noise = at.noise(std::hypot(q.x, q.y)).cast<Complex>();
+    Covariance result{.matrix = Symbol::Zero(m.rows(), m.cols()), .why_none = {}};
+    const auto entries = static_cast<std::size_t>(m.size());
+    const double largest = numerics::solve_lyapunov(static_cast<int>(m.rows()), {m.data(), entries},
+                                                    {noise.data(), entries}, {result.matrix.data(), entries});
+    // Close to 0 the sign of the rate is not certain.
+    if (!(largest < -1e-10 * m.norm())) result = by_modes(modes(at, q), noise.real(), q);
+    if (!result.why_none.empty()) return result;
+    const Symbol all = at.all_components(q);
+    result.matrix = all * result.matrix * all.adjoint();
+    return result;
+}
+
+Symbol dynamic_structure(const LinearisedAt& at, const Wavevector& q, double omega) {
+    const Symbol m = at.symbol(q);
+    const Symbol inverse = (Complex(0.0, -omega) * Symbol::Identity(m.rows(), m.cols()) - m).partialPivLu().inverse();
+    if (!inverse.allFinite())
+        fail_run("{} has the frequency {} and does not decay: its spectrum is not finite", mode_text(q), omega);
+    const Symbol response = at.all_components(q) * inverse;
+    return response * at.noise(std::hypot(q.x, q.y)) * response.adjoint();
+}
+
+std::vector<std::string> part_names(const Equations& equations) {
+    std::vector<std::string> names;
+    for (const Field& field : equations.model().fields) {
+        if (field.spin == 0) names.push_back(field.symbol);
+        else names.insert(names.end(), {field.symbol + "_along", field.symbol + "_across"});
+    }
+    return names;
+}
+
+StructureFactors structure_factors(const LinearisedAt& at, const numerics::Grid& grid, int degree, Threads& threads) {
+    StructureFactors result{.names = part_names(at.equations()), .values = {}, .why_none = {}};
+    const std::size_t width = numerics::columns(grid), parts = result.names.size();
+    const numerics::DistinctWavenumbers distinct = numerics::distinct_wavenumbers(grid, degree);
+    // Where all directions are equivalent, the parts depend on |q| alone.
+    const std::size_t count = at.is_isotropic() ? distinct.q.size() : numerics::modes(grid);
+    std::vector<Covariance> found(count);
+    threads.for_chunks(count, 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+            if (at.is_isotropic() ? n == 0 : distinct.of_mode[n] <= 0) continue;
+            const Wavevector q = at.is_isotropic() ? Wavevector{.x = distinct.q[n], .y = 0.0}
+                                                   : numerics::wavevector(grid, n % width, n / width);
+            found[n] = covariance(at, q);
+            if (found[n].why_none.empty()) found[n].matrix = at.along_and_across(found[n].matrix, q);
+        }
+    });
+    for (const Covariance& one : found)
+        if (!one.why_none.empty()) {
+            result.why_none = one.why_none;
+            return result;
+        }
+    result.values.assign(numerics::modes(grid) * parts * parts, 0.0);
+    for (std::size_t mode = 0; mode < numerics::modes(grid); ++mode) {
+        if (distinct.of_mode[mode] <= 0) continue;  // not kept, or q = 0
+        const Symbol& s = found[at.is_isotropic() ? static_cast<std::size_t>(distinct.of_mode[mode]) : mode].matrix;
+        for (std::size_t i = 0; i < parts; ++i)
+            for (std::size_t j = 0; j < parts; ++j)
+                result.values[(mode * parts + i) * parts + j] =
+                    s(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+    return result;
+}
+
+StructureFactors structure_factors(const Equations& equations, const StationaryState& state, const numerics::Grid& grid,
+                                   int degree, Threads& threads) {
+    return structure_factors(LinearisedAt(equations, state.values), grid, degree, threads);
+}
+
+}  // namespace drover::model

@@ -1,0 +1,69 @@
+// model/theory_modes.cpp: the modes of one wave, and the shares of terms in their rates.
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "drover/model/theory.hpp"
+#include "sorted_modes.hpp"
+
+namespace drover::model {
+
+namespace {
+using numerics::Wavevector;
+
+/// Uniform changes that leave the conserved means: the symbol at q = 0 maps them into themselves.
+Modes uniform_modes(const LinearisedAt& at) {
+    const Eigen::MatrixXd conserved = conserved_means(at.equations());
+    const Eigen::Index n = conserved.cols(), free = n - conserved.rows();
+    if (free == 0) return {.rates = Eigen::VectorXcd(0), .shapes = Symbol(n, 0), .duals = Symbol(0, n)};
+    Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(n, n);
+    if (conserved.rows() > 0)
+        basis = (Eigen::HouseholderQR<Eigen::MatrixXd>(conserved.transpose()).householderQ() * basis)
+                    .rightCols(free)
+                    .eval();
+    Modes inside = sorted_modes(basis.transpose() * at.symbol({}) * basis);
+    return {.rates = inside.rates, .shapes = basis * inside.shapes, .duals = inside.duals * basis.transpose()};
+}
+}  // namespace
+
+Modes modes(const LinearisedAt& at, const Wavevector& q) {
+    return q.x == 0.0 && q.y == 0.0 ? uniform_modes(at) : sorted_modes(at.symbol(q));
+}
+
+Growth growth(const LinearisedAt& at, double q, double angle) {
+    const Modes all = modes(at, at.wavevector(q, angle));
+    if (all.rates.size() == 0) return {.rate = -std::numeric_limits<double>::infinity()};
+    const std::complex<double> fastest = all.rates(0);
+    const double size = all.rates.cwiseAbs().maxCoeff();
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
+    // The rounding error of a rate is that of the matrix times the condition of the mode, which is large where modes
+    // nearly coincide.
+    const double rounding = 4.0 * epsilon * size * all.duals.row(0).norm() * all.shapes.col(0).norm();
+    const bool oscillates = std::abs(fastest.imag()) > std::max(rounding, 1e-12 * std::abs(fastest));
+    return {.rate = fastest.real(), .frequency = oscillates ? -fastest.imag() : 0.0, .rounding = rounding};
+}
+
+std::vector<std::complex<double>> term_shares(const LinearisedAt& at, const Wavevector& q, std::size_t mode) {
+    const Modes all = modes(at, q);
+    require(mode < static_cast<std::size_t>(all.rates.size()), {}, "mode {}; expected one of the {} modes of the wave",
+            mode, all.rates.size());
+    const auto k = static_cast<Eigen::Index>(mode);
+    const std::vector<int>&state = at.equations().state_components(), &held = at.held_components();
+    const int components = at.equations().components();
+    const Eigen::VectorXcd right = at.all_components(q) * all.shapes.col(k);
+    Eigen::RowVectorXcd left = Eigen::RowVectorXcd::Zero(components);
+    left(state) = all.duals.row(k);
+    if (!held.empty()) {  // the forces on fields in balance act on the others through them
+        const Symbol m = at.whole(q);
+        const Symbol of_held = m(held, held), by_held = m(state, held);
+        left(held) = -all.duals.row(k) * by_held * of_held.partialPivLu().inverse();
+    }
+    std::vector<std::complex<double>> shares;
+    for (std::size_t n = 0; n < at.equations().terms().size(); ++n)
+        shares.emplace_back(left * at.equations().term_symbol(n, at.about(), q) * right);
+    return shares;
+}
+
+}  // namespace drover::model

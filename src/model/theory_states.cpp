@@ -1,0 +1,522 @@
+// model/theory_states.cpp: uniform stationary states by Newton's method, with deflation.
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <tuple>
+
+#include "drover/model/theory.hpp"
+
+namespace drover::model {
+
+namespace {
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+constexpr double accepted_residual = 1e-12;
+
+/// Numbers that are the same on every machine.
+class Numbers {
+public:
+    double unit() { return static_cast<double>(engine_()) * 0x1p-32; }
+    double between(double low, double high) { return low + (high - low) * unit(); }
+
+private:
+    std::mt19937 engine_{20150622};
+};
+
+/// The field and its first component of each component.
+struct Place {
+    std::size_t field = 0;
+    int first = 0;
+};
+std::vector<Place> places_of(const Model& model) {
+    std::vector<Place> places;
+    for (std::size_t i = 0; i < model.fields.size(); ++i) {
+        const int first = static_cast<int>(places.size());
+        for (int k = 0; k < components(model.fields[i]); ++k) places.push_back({i, first});
+    }
+    return places;
+}
+
+/// The state turned by an angle.
+UniformState turned(const Model& model, UniformState state, double angle) {
+    std::size_t place = 0;
+    for (const Field& field : model.fields) {
+        if (field.spin > 0) {
+            const std::complex<double> value =
+                std::complex<double>(state[place], state[place + 1]) * std::polar(1.0, field.spin * angle);
+            state[place] = value.real(), state[place + 1] = value.imag();
+        }
+        place += static_cast<std::size_t>(components(field));
+    }
+    return state;
+}
+
+/// A random state: true scalars about their references.
+UniformState random_state(const Equations& equations, Numbers& numbers) {
+    UniformState state = equations.reference();
+    for (double& value : state) value = value != 0.0 ? value * numbers.between(0.6, 1.4) : numbers.between(-1.0, 1.0);
+    return state;
+}
+
+/// The uniform equations with the conserved means given: rates and constraints of the components with a rate.
+class UniformEquations {
+public:
+    explicit UniformEquations(const Equations& equations)
+        : equations_(equations),
+          places_(places_of(equations.model())),
+          conserved_(conserved_means(equations)),
+          reference_(of_state(equations.reference())) {
+        turns_freely_ = commutes_with_turns();
+    }
+    const Equations& equations() const { return equations_; }
+    const Model& model() const { return equations_.model(); }
+    const std::vector<Place>& places() const { return places_; }
+    const Vector& reference() const { return reference_; }
+    bool turns_freely() const { return turns_freely_; }
+    Eigen::Index count() const { return reference_.size(); }
+    Eigen::Index unknowns() const { return count() - conserved_.rows(); }
+
+    Vector of_state(const UniformState& all) const {
+        Vector z(static_cast<Eigen::Index>(equations_.state_components().size()));
+        for (Eigen::Index k = 0; k < z.size(); ++k)
+            z(k) = all[static_cast<std::size_t>(equations_.state_components()[static_cast<std::size_t>(k)])];
+        return z;
+    }
+    UniformState state_of(const Vector& z) const {
+        UniformState all = equations_.reference();
+        for (Eigen::Index k = 0; k < z.size(); ++k)
+            all[static_cast<std::size_t>(equations_.state_components()[static_cast<std::size_t>(k)])] = z(k);
+        return all;
+    }
+    Vector turned(const Vector& z, double angle) const { return of_state(model::turned(model(), state_of(z), angle)); }
+    /// The change of a state when it is turned.
+    Vector turn_of(const Vector& z) const {
+        UniformState all = state_of(z), change(all.size(), 0.0);
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const int spin = model().fields[places_[k].field].spin;
+            const auto first = static_cast<std::size_t>(places_[k].first);
+            if (spin > 0) change[k] = k == first ? -spin * all[first + 1] : spin * all[first];
+        }
+        return of_state(change);
+    }
+
+    Vector values(const Vector& z) const {
+        Vector f(count() + conserved_.rows());
+        f << equations_.uniform_rates(state_of(z))(equations_.state_components()), conserved_ * (z - reference_);
+        return f;
+    }
+    Matrix jacobian(const Vector& z) const {
+        Matrix j(count() + conserved_.rows(), count());
+        try {
+            j << LinearisedAt(equations_, state_of(z)).symbol({}).real(), conserved_;
+        } catch (const Error&) {  // an iterate outside the domain of a function, such as a root of a density below 0
+            j.setConstant(std::numeric_limits<double>::quiet_NaN());
+        }
+        return j;
+    }
+    /// |rates| relative to the sizes of their parts.
+    Vector relative(const Vector& z, const Matrix& j) const {
+        const Vector f = values(z);
+        Vector sizes = j.cwiseAbs() * z.cwiseAbs();
+        sizes.head(count()) += equations_.uniform_rate_sizes(state_of(z))(equations_.state_components());
+        sizes.tail(conserved_.rows()) += conserved_.cwiseAbs() * reference_.cwiseAbs();
+        Vector ratios(f.size());
+        for (Eigen::Index k = 0; k < f.size(); ++k) ratios(k) = f(k) == 0.0 ? 0.0 : std::abs(f(k)) / sizes(k);
+        return ratios;
+    }
+
+private:
+    /// Whether turned copies of every state are equivalent, for uniform states and waves.
+    bool commutes_with_turns() const {
+        Numbers numbers;
+        for (int trial = 0; trial < 4; ++trial) {
+            const UniformState state = random_state(equations_, numbers);
+            const Vector z = of_state(state);
+            for (const double angle : {0.7, 2.1}) {
+                const Vector there = turned(z, angle), rates = values(z).head(count()),
+                             turned_rates = values(there).head(count());
+                const Vector sizes = equations_.uniform_rate_sizes(state)(equations_.state_components());
+                if (!rates.allFinite() || !turned_rates.allFinite()) continue;
+                if (!((turned(rates, angle) - turned_rates).norm() <= 1e-11 * sizes.norm())) return false;
+                if (!waves_turn(state, angle)) return false;
+            }
+        }
+        return true;
+    }
+    bool waves_turn(const UniformState& state, double angle) const {
+        const LinearisedAt here(equations_, state), there(equations_, model::turned(model(), state, angle));
+        const numerics::Wavevector q{0.9, 0.4};
+        const double c = std::cos(angle), s = std::sin(angle);
+        const Symbol expected = here.symbol(q), found = there.symbol({c * q.x - s * q.y, s * q.x + c * q.y});
+        Matrix turn(count(), count());
+        for (Eigen::Index k = 0; k < count(); ++k) turn.col(k) = turned(Vector::Unit(count(), k), angle);
+        return (found * turn - turn * expected).norm() <= 1e-11 * expected.norm();
+    }
+
+    const Equations& equations_;
+    std::vector<Place> places_;
+    Matrix conserved_;
+    Vector reference_;
+    bool turns_freely_ = false;
+};
+
+/// A root, or how far the iteration came.
+struct Attempt {
+    Vector z;
+    double residual = std::numeric_limits<double>::infinity();
+    Eigen::Index row = 0;  ///< of the largest residual
+    bool is_root() const { return residual <= accepted_residual; }
+};
+
+/// The Newton step of rows of equal size; the shortest one where the Jacobian is singular, as along a turn.
+Vector newton_step(const Matrix& jacobian, const Vector& values) {
+    Vector scale = jacobian.cwiseAbs().rowwise().maxCoeff();
+    for (double& size : scale) size = size > 0.0 && std::isfinite(size) ? 1.0 / size : 1.0;
+    Eigen::CompleteOrthogonalDecomposition<Matrix> solver;
+    solver.setThreshold(1e-12);
+    solver.compute(scale.asDiagonal() * jacobian);
+    return -solver.solve(scale.asDiagonal() * values);
+}
+
+Attempt newton(const UniformEquations& equations, Vector z) {
+    Vector f = equations.values(z);
+    for (int step = 0; step < 60 && f.allFinite() && f.norm() > 0.0; ++step) {
+        Vector change = newton_step(equations.jacobian(z), f);
+        if (!change.allFinite()) break;
+        for (int half = 0; half < 12 && !(equations.values(z + change).norm() <= f.norm()); ++half) change *= 0.5;
+        z += change;
+        f = equations.values(z);
+        if (change.norm() <= 1e-15 * z.norm()) break;
+    }
+    Attempt attempt{.z = z};
+    if (!z.allFinite() || !f.allFinite()) return attempt;
+    attempt.residual = equations.relative(z, equations.jacobian(z)).maxCoeff(&attempt.row);
+    return attempt;
+}
+
+/// The size of each field, repeated for its components with a rate.
+Vector field_sizes(const UniformEquations& equations, const Vector& z) {
+    UniformState all = equations.state_of(z), sizes(all.size());
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        const auto first = static_cast<std::size_t>(equations.places()[k].first);
+        const bool has_two = equations.model().fields[equations.places()[k].field].spin > 0;
+        sizes[k] = has_two ? std::hypot(all[first], all[first + 1]) : std::abs(all[first]);
+    }
+    return equations.of_state(sizes);
+}
+
+/// Values that are rounding errors of 0 become 0.
+Attempt cleaned(const UniformEquations& equations, const Attempt& root) {
+    const Vector sizes = field_sizes(equations, root.z);
+    Attempt clean = root;
+    for (Eigen::Index k = 0; k < clean.z.size(); ++k)
+        if (sizes(k) <= 1e-9 * std::max(sizes.maxCoeff(), 1e-3)) clean.z(k) = 0.0;
+    clean.residual = equations.relative(clean.z, equations.jacobian(clean.z)).maxCoeff(&clean.row);
+    return clean.is_root() ? clean : root;
+}
+
+bool equal_states(const UniformEquations& equations, const Vector& a, const Vector& b) {
+    const Vector sizes = field_sizes(equations, a).cwiseMax(field_sizes(equations, b));
+    return ((a - b).cwiseAbs().array() <= 1e-6 * sizes.array() + 1e-12).all();
+}
+
+/// The state with its direction along x.
+Vector along_x(const UniformEquations& equations, const Vector& z) {
+    Vector result = equations.turned(z, -direction_of(equations.model(), equations.state_of(z)));
+    const Vector sizes = field_sizes(equations, result);
+    for (Eigen::Index k = 0; k < result.size(); ++k)
+        if (std::abs(result(k)) <= 4e-16 * sizes(k)) result(k) = 0.0;  // rounding of the turn
+    return result;
+}
+
+/// Whether one state is a turned copy of another; both are along x, which a field of spin m leaves m ways.
+bool turned_copies(const UniformEquations& equations, const Vector& a, const Vector& b) {
+    if (!equations.turns_freely()) return equal_states(equations, a, b);
+    for (const Field& field : equations.model().fields)
+        for (int n = 0; n < field.spin; ++n)
+            if (equal_states(equations, a, equations.turned(b, 2.0 * std::numbers::pi * n / field.spin))) return true;
+    return equal_states(equations, a, b);
+}
+
+/// Changes of a state that, to first order, leave it stationary, without turns where all directions are equivalent:
+/// orthonormal columns.
+Matrix neutral_changes(const UniformEquations& equations, const Vector& z) {
+    Matrix j = equations.jacobian(z);
+    if (!j.allFinite()) return Matrix::Zero(z.size(), 0);
+    for (Eigen::Index k = 0; k < j.rows(); ++k)
+        if (const double size = j.row(k).cwiseAbs().maxCoeff(); size > 0.0) j.row(k) /= size;
+    const Vector turn = equations.turn_of(z);
+    if (equations.turns_freely() && turn.norm() > 0.0) {  // held fixed
+        j.conservativeResize(j.rows() + 1, Eigen::NoChange);
+        j.bottomRows(1) = turn.normalized().transpose();
+    }
+    const Eigen::JacobiSVD<Matrix> svd(j, Eigen::ComputeFullV);
+    const Vector& values = svd.singularValues();
+    Eigen::Index rank = 0;
+    while (rank < values.size() && values(rank) > 1e-8 * values(0)) ++rank;
+    return svd.matrixV().rightCols(j.cols() - rank);
+}
+
+/// The states of a family with one parameter, as points of a curve from z; one point if it ends at once.
+std::vector<Vector> family_of(const UniformEquations& equations, const Vector& z) {
+    constexpr double step = 0.05;
+    constexpr int max_points = 400;
+    std::vector<Vector> curve{z};
+    for (const double side : {1.0, -1.0}) {
+        Vector here = z, ahead = Vector::Zero(z.size());
+        for (int n = 0; n < max_points; ++n) {
+            const Matrix neutral = neutral_changes(equations, here);
+            if (neutral.cols() != 1) break;
+            Vector direction = neutral.col(0);
+            if (n == 0) direction *= side;
+            else if (direction.dot(ahead) < 0.0) direction = -direction;
+            const double length = step * z.norm();
+            const Attempt next = newton(equations, here + length * direction);
+            if (!next.is_root() || (next.z - here - length * direction).norm() > 0.5 * length) break;
+            ahead = next.z - here;
+            here = next.z;
+            curve.push_back(here);
+            if (n > 1 && (here - z).norm() < length) return curve;  // a closed curve
+        }
+    }
+    return curve;
+}
+
+/// Roots that are no copies of each other.
+class Roots {
+public:
+    explicit Roots(const UniformEquations& equations) : equations_(equations) {}
+
+    void try_from(const Vector& start) {
+        ++starts_;
+        add(newton(equations_, start));
+        if (const std::optional<Vector> other = deflated(start)) add(newton(equations_, *other));
+    }
+    struct Root {
+        Attempt at;
+        std::vector<Vector> family;  ///< empty: isolated
+        bool is_of_family = false;
+    };
+    const std::vector<Root>& found() const { return roots_; }
+    const Attempt& nearest() const { return nearest_; }  ///< the smallest residual of all attempts
+    int starts() const { return starts_; }
+
+private:
+    void add(const Attempt& attempt) {
+        if (attempt.residual < nearest_.residual) nearest_ = attempt;
+        if (!attempt.is_root()) return;
+        Attempt root = cleaned(equations_, attempt);
+        if (equations_.turns_freely()) root.z = along_x(equations_, root.z);
+        for (const Root& other : roots_) {
+            if (turned_copies(equations_, root.z, other.at.z)) return;
+            const double reach = 0.05 * other.at.z.norm();
+            for (const Vector& member : other.family)
+                if ((member - root.z).norm() <= reach) return;
+        }
+        Root fresh{.at = root};
+        const Matrix neutral = neutral_changes(equations_, root.z);
+        if (neutral.cols() > 0 && root.z.norm() > 0.0) {
+            fresh.family = family_of(equations_, root.z);
+            fresh.is_of_family = fresh.family.size() > 1;
+            if (!fresh.is_of_family) fresh.family.clear();
+        }
+        roots_.push_back(std::move(fresh));
+    }
+
+    /// Newton's method for the equations times prod (1 + 1/|z - root|^2), which has none of the roots.
+    std::optional<Vector> deflated(Vector z) const {
+        if (roots_.empty()) return {};
+        for (int step = 0; step < 60; ++step) {
+            const Vector f = equations_.values(z);
+            if (!f.allFinite()) return {};
+            Vector change = newton_step(equations_.jacobian(z), f);
+            double slope = 0.0;  // of the logarithm of the factor along the change
+            for (const Root& root : roots_) {
+                const Vector away = z - root.at.z;
+                const double square = away.squaredNorm();
+                if (square == 0.0) return {};
+                slope -= 2.0 * away.dot(change) / (square * (1.0 + square));
+            }
+            change /= 1.0 - slope;
+            if (!change.allFinite()) return {};
+            const double longest = 2.0 * (1.0 + z.norm());
+            if (change.norm() > longest) change *= longest / change.norm();
+            z += change;
+            if (change.norm() <= 1e-8 * z.norm()) return z;
+        }
+        return {};
+    }
+
+    const UniformEquations& equations_;
+    std::vector<Root> roots_;
+    Attempt nearest_;
+    int starts_ = 0;
+};
+
+/// Starting points: one field away from its reference, then mixtures of all fields.
+std::vector<Vector> starting_points(const UniformEquations& equations) {
+    const UniformState reference = equations.equations().reference();
+    std::vector<Vector> starts{equations.reference()};
+    const auto add = [&](const UniformState& state) { starts.push_back(equations.of_state(state)); };
+    const Vector rates = equations.values(equations.reference());
+    const UniformState pushes = equations.state_of(rates.head(equations.count()));
+    for (std::size_t k = 0; k < reference.size(); ++k) {
+        const Field& field = equations.model().fields[equations.places()[k].field];
+        if (static_cast<std::size_t>(equations.places()[k].first) != k || field.left == LeftSide::balance) continue;
+        const double unit = reference[k] != 0.0 ? std::abs(reference[k]) : 1.0;
+        std::vector<double> directions{0.0};
+        for (int n = 1; n < 16 && field.spin > 0 && !equations.turns_freely(); ++n)
+            directions.push_back(std::numbers::pi / 8.0 * n);
+        if (directions.size() > 1)  // states along a direction that the equations name may repel all others
+            for (const double side : {1.0, -1.0})
+                directions.push_back(std::atan2(side * pushes[k + 1], side * pushes[k]));
+        for (const double size : {1e-3, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1e3}) {
+            UniformState state = reference;
+            if (field.spin == 0)
+                for (const double sign : {1.0, -1.0}) state[k] = reference[k] + sign * size * unit, add(state);
+            else
+                for (const double angle : directions) {
+                    state[k] = size * std::cos(angle), state[k + 1] = size * std::sin(angle);
+                    add(state);
+                }
+        }
+    }
+    Numbers numbers;
+    for (int n = 0; n < 48; ++n) {
+        UniformState state = reference;
+        for (double& value : state)
+            value = value == 0.0 ? numbers.between(-1.0, 1.0) * std::pow(10.0, numbers.between(-2.0, 1.5))
+                                 : value * std::pow(10.0, numbers.between(-1.0, 1.0));
+        add(state);
+    }
+    return starts;
+}
+
+/// Distinguishes states of one name by the values that differ.
+void name_states(const Model& model, std::vector<StationaryState>& states) {
+    std::vector<std::string> names;
+    for (const Field& field : model.fields)
+        for (const std::string& name : component_names(field)) names.push_back(name);
+    for (const bool isotropic : {true, false}) {
+        std::vector<StationaryState*> alike;
+        for (StationaryState& state : states)
+            if (state.is_isotropic == isotropic) alike.push_back(&state);
+        for (StationaryState* state : alike) state->name = isotropic ? "isotropic" : "ordered";
+        if (alike.size() < 2) continue;
+        for (std::size_t k = 0, listed = 0; k < names.size(); ++k) {
+            const auto differs = [&](const StationaryState* state) {
+                return std::abs(state->values[k] - alike[0]->values[k]) > 1e-9 * std::abs(alike[0]->values[k]);
+            };
+            if (std::none_of(alike.begin(), alike.end(), differs)) continue;
+            for (StationaryState* state : alike)
+                state->name += text("{} {} = {:.4g}", listed == 0 ? ":" : ",", names[k], state->values[k]);
+            ++listed;
+        }
+    }
+}
+
+bool has_order(const Model& model, const UniformState& state) {
+    std::size_t place = 0;
+    for (const Field& field : model.fields) {
+        if (field.spin > 0 && (state[place] != 0.0 || state[place + 1] != 0.0)) return true;
+        place += static_cast<std::size_t>(components(field));
+    }
+    return false;
+}
+
+double order_of(const Model& model, const UniformState& state) {
+    double square = 0.0;
+    std::size_t place = 0;
+    for (const Field& field : model.fields) {
+        if (field.spin > 0) square += state[place] * state[place] + state[place + 1] * state[place + 1];
+        place += static_cast<std::size_t>(components(field));
+    }
+    return std::sqrt(square);
+}
+}  // namespace
+
+Eigen::MatrixXd conserved_means(const Equations& equations) {
+    const std::vector<int>& state = equations.state_components();
+    const auto n = static_cast<Eigen::Index>(state.size());
+    Numbers numbers;
+    Matrix rates(n, 0);
+    for (int trial = 0; trial < 64 * n && rates.cols() < 4 * n + 8; ++trial) {
+        const Vector found = equations.uniform_rates(random_state(equations, numbers))(state);
+        if (!found.allFinite()) continue;  // such as the square root of a density below 0
+        rates.conservativeResize(Eigen::NoChange, rates.cols() + 1);
+        rates.rightCols(1) = found;
+    }
+    require(
+        rates.cols() > 0, {},
+        "the rates of the model are not finite in any of {} uniform states; expected functions that are finite about "
+        "the references",
+        64 * n);
+    Vector scale = Vector::Ones(n);
+    for (Eigen::Index k = 0; k < n; ++k)
+        if (const double size = rates.row(k).cwiseAbs().maxCoeff(); size > 0.0) scale(k) = 1.0 / size;
+    Matrix combinations = Matrix::Zero(0, n);
+    const auto add = [&](const Vector& row) {
+        combinations.conservativeResize(combinations.rows() + 1, Eigen::NoChange);
+        combinations.bottomRows(1) = row.transpose();
+    };
+    const Eigen::JacobiSVD<Matrix> svd(scale.asDiagonal() * rates, Eigen::ComputeFullU);
+    for (Eigen::Index k = 0; k < n; ++k) {
+        const bool vanishes = k >= svd.singularValues().size() || svd.singularValues()(0) == 0.0 ||
+                              svd.singularValues()(k) <= 1e-12 * svd.singularValues()(0);
+        if (vanishes) add(scale.asDiagonal() * svd.matrixU().col(k));
+    }
+    if (combinations.rows() == 0) return combinations;
+    const Eigen::HouseholderQR<Matrix> qr(combinations.transpose());
+    return (qr.householderQ() * Matrix::Identity(n, combinations.rows())).transpose();
+}
+
+StationaryStates stationary_states(const Equations& equations) {
+    StationaryStates result;
+    if (const TermSummary* placed = equations.placed_term()) {
+        result.why_none = text("the term \"{}\" of {} depends on position or time, so no uniform state satisfies it",
+                               placed->text, equations.model().fields[placed->field].symbol);
+        return result;
+    }
+    const UniformEquations uniform(equations);
+    Roots roots(uniform);
+    for (const Vector& start : starting_points(uniform)) roots.try_from(start);
+    const Model& model = equations.model();
+    for (const Roots::Root& root : roots.found()) {
+        StationaryState state{.values = equations.completed(uniform.state_of(root.at.z)),
+                              .residual = root.at.residual,
+                              .is_of_family = root.is_of_family};
+        state.is_isotropic = !has_order(model, uniform.state_of(root.at.z));
+        state.has_free_direction = uniform.turns_freely() && !state.is_isotropic;
+        result.states.push_back(std::move(state));
+    }
+    const auto key = [&](const StationaryState& state) {
+        return std::tuple(!state.is_isotropic, order_of(model, state.values));
+    };
+    std::sort(result.states.begin(), result.states.end(), [&](const StationaryState& a, const StationaryState& b) {
+        const auto [a_kind, a_order] = key(a);
+        const auto [b_kind, b_order] = key(b);
+        if (a_kind != b_kind) return a_kind < b_kind;
+        if (std::abs(a_order - b_order) > 1e-9 * (a_order + b_order)) return a_order < b_order;
+        return a.values < b.values;
+    });
+    name_states(model, result.states);
+    if (result.states.empty())
+        result.why_none = text(
+            "Newton's method found no uniform stationary state from {} starting points; the smallest rate that "
+            "remained is {:.3g} of its terms",
+            roots.starts(), roots.nearest().residual);
+    const bool has_spins =
+        std::any_of(model.fields.begin(), model.fields.end(), [](const Field& field) { return field.spin > 0; });
+    const bool is_ordered = !result.states.empty() && !result.states.back().is_isotropic;
+    if (has_spins && !is_ordered)
+        result.why_no_order =
+            text("Newton's method found no ordered uniform state from {} starting points", roots.starts());
+    return result;
+}
+
+}  // namespace drover::model
