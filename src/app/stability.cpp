@@ -26,7 +26,7 @@ void add_stability(CLI::App& program, Action& action) {
     command->callback([options, &action] {
         action = [options] {
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
-            io::require_kind(scene, io::SceneKind::fields, "stability");
+            io::require_grid(scene, "stability");
             Threads threads(options->threads > 0 ? options->threads : run::choose_threads(scene));
             const bool with_maps = !options->output.empty();
             const ResultOutput output{.file = options->output,

@@ -249,8 +249,13 @@ ModelNumber model_number(const std::string& key, const SourceLocation& where, co
 
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command) {
     require(scene.kind == kind, {.file = scene.file},
-            "this is a scene of {}; drover {} needs a scene of {}: see drover explain", words(scene.kind), command,
-            words(kind));
+            "this is a scene of {}; drover {} needs a scene of {}{}: see drover explain", words(scene.kind), command,
+            words(kind), scene.kind == SceneKind::model ? " with the equations of rods and beads" : "");
+}
+
+void require_grid(const Scene& scene, const std::string& command) {
+    require(has_grid(scene.kind), {.file = scene.file},
+            "this is a scene of {}; drover {} needs a scene of fields: see drover explain", words(scene.kind), command);
 }
 
 std::string resolved_text(const Scene& scene) {

@@ -175,7 +175,7 @@ void bind_theory(py::module_& module) {
     module.def(
         "stability",
         [](const io::Scene& scene, int threads) {
-            io::require_kind(scene, io::SceneKind::fields, "stability");
+            io::require_grid(scene, "stability");
             return interruptibly([&] {
                 Threads team(threads > 0 ? threads : run::choose_threads(scene));
                 return Computed{run::make_stability(scene, &team), scene, "stability", team.count()};

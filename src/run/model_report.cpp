@@ -1,11 +1,15 @@
 // run/model_report.cpp: the results of a run of a declared model, and its warnings.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "drover/measure/model_fields.hpp"
+#include "drover/model/theory.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/model_simulation.hpp"
 #include "drover/run/warnings.hpp"
+#include "run/model_stability.hpp"
+#include "run/predicted_boxes.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {
@@ -61,7 +65,88 @@ std::vector<std::string> model_warnings(const io::Scene& scene) {
     return warnings;
 }
 
-Report make_model_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory) {
+namespace {
+/// Of a sample, the values of all components: fields in balance are replaced by those that follow.
+model::UniformState mean_state(const model::Equations& equations, const measure::ModelSetting& setting,
+                               const measure::Summary& summary) {
+    model::UniformState state = equations.reference();
+    for (std::size_t c = 0; c < setting.components.size(); ++c)
+        if (const auto* row = measure::find_row(summary, "mean_" + setting.components[c].name))
+            state[static_cast<std::size_t>(equations.state_components()[c])] = row->estimates.front().mean;
+    return state;
+}
+
+/// How far the means of a run are from a state: sizes of spins alone, since their direction wanders.
+double distance(const model::Model& model, const model::UniformState& a, const model::UniformState& b) {
+    double square = 0.0;
+    std::size_t at = 0;
+    for (const model::Field& field : model.fields) {
+        const bool is_spin = model::components(field) == 2;
+        const double apart = is_spin ? std::hypot(a[at], a[at + 1]) - std::hypot(b[at], b[at + 1]) : a[at] - b[at];
+        if (field.left == model::LeftSide::rate) square += apart * apart;
+        at += static_cast<std::size_t>(model::components(field));
+    }
+    return std::sqrt(square);
+}
+
+/// Structure factors and number fluctuations by the linear theory about the state nearest to the means of the run.
+/// About an ordered state the order is turned to the direction of its mean.
+void predict(const model::Equations& equations, const measure::ModelSetting& setting, Threads& threads,
+             Report& report) {
+    if (!equations.has_noise()) {
+        report.no_prediction = "without noise the stationary state of the linear theory is uniform";
+        return;
+    }
+    const model::StationaryStates found = model::stationary_states(equations);
+    if (found.states.empty()) {
+        report.no_prediction = "there is no uniform stationary state: " + found.why_none;
+        return;
+    }
+    const model::UniformState mean = mean_state(equations, setting, report.summary);
+    const auto nearest = std::min_element(found.states.begin(), found.states.end(), [&](const auto& a, const auto& b) {
+        return distance(equations.model(), mean, a.values) < distance(equations.model(), mean, b.values);
+    });
+    const numerics::Grid& grid = setting.grid.grid;
+    const model::StructureFactors modes =
+        model::structure_factors(equations, *nearest, grid, setting.grid.degree, threads);
+    if (!modes.why_none.empty()) {
+        report.no_prediction = text("the linear theory about the state \"{}\" has none: {}; see drover stability",
+                                    nearest->name, modes.why_none);
+        return;
+    }
+    report.about = text("the state \"{}\", {}", nearest->name, state_text(equations.model(), nearest->values));
+    report.about_flock = !nearest->is_isotropic;
+    if (report.about_flock) report.about += ", with its order along x";
+    std::size_t part = 0;
+    std::map<std::string, std::vector<std::size_t>> parts_of;  // of each field
+    for (const model::Field& field : equations.model().fields)
+        for (int k = 0; k < model::components(field); ++k) parts_of[field.name].push_back(part++);
+    const auto powers_of = [&](std::size_t i, std::size_t j) {
+        std::vector<double> powers;
+        for (std::size_t m = 0; m < numerics::modes(grid); ++m) powers.push_back(modes.at(m, i, j).real());
+        return powers;
+    };
+    const auto add = [&](const std::string& name, std::size_t i, std::size_t j) {
+        report.predictions.push_back({name, numerics::shell_means(grid, setting.grid.shells, powers_of(i, j))});
+    };
+    for (const measure::MeasuredField& field : setting.fields) {
+        const std::vector<std::size_t>& parts = parts_of.at(field.name);
+        const std::string name = "structure_factor_" + field.name;
+        if (field.spin == 0) add(name, parts[0], parts[0]);
+        else {
+            add(name + "_along", parts[0], parts[0]);
+            add(name + "_across", parts[1], parts[1]);
+        }
+        if (field.is_density) predict_boxes(field.name, powers_of(parts[0], parts[0]), report);
+    }
+    for (const measure::MeasuredField& a : setting.fields)
+        for (const measure::MeasuredField& b : setting.fields)
+            if (a.first < b.first && a.spin == 0 && b.spin == 0)
+                add("structure_factor_" + a.name + "_" + b.name, parts_of.at(a.name)[0], parts_of.at(b.name)[0]);
+}
+}  // namespace
+
+Report make_model_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
     const model::Equations equations(io::model_of(scene.declared));
     const measure::ModelSetting setting =
         measure::make_model_setting(equations, scene.grid, io::kept_degree(scene, equations));
@@ -71,6 +156,10 @@ Report make_model_report(const files::ArchiveReader& archive, const io::Scene& s
                                                       sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
     report.setting = setting.grid;
+    if (theory == Theory::included) {
+        Threads threads(choose_threads(scene));
+        predict(equations, setting, threads, report);
+    }
     report.warnings = model_warnings(scene);
     warn_of_tails(scene, equations, setting, recorded.series, report.warnings);
     return report;

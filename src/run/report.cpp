@@ -10,6 +10,7 @@
 #include "drover/physics/predictions.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/warnings.hpp"
+#include "run/predicted_boxes.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {
@@ -32,18 +33,6 @@ std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::RecordedSeri
     std::vector<Eigen::Vector2d> result;
     for (std::size_t i = warm_up; i < x.size(); ++i) result.emplace_back(x[i], y[i]);
     return result;
-}
-
-/// Number fluctuations in boxes from the structure factor of each mode.
-void predict_boxes(const std::string& what, const std::vector<double>& structure_factor, Report& report) {
-    const measure::FieldSetting& setting = report.setting;
-    for (const measure::BoxFamily& family : measure::box_families()) {
-        physics::PredictedBoxes boxes = physics::predicted_boxes(setting.grid, structure_factor, setting.*family.sides,
-                                                                 family.along_x, family.along_y);
-        for (auto& [result, values] : {std::pair{"variance", &boxes.variance}, std::pair{"deviation", &boxes.deviation},
-                                       std::pair{"exponent", &boxes.exponent}})
-            report.predictions.push_back({what + "_number_" + result + family.ending, std::move(*values)});
-    }
 }
 
 void predict(const physics::Equations& equations, const std::vector<Eigen::Vector2d>& orders, Report& report) {
@@ -78,6 +67,17 @@ void predict(const physics::Equations& equations, const std::vector<Eigen::Vecto
     if (beads) predict_boxes("bead", values_of(&Part::beads), report);
 }
 }  // namespace
+
+void predict_boxes(const std::string& what, const std::vector<double>& structure_factor, Report& report) {
+    const measure::FieldSetting& setting = report.setting;
+    for (const measure::BoxFamily& family : measure::box_families()) {
+        physics::PredictedBoxes boxes = physics::predicted_boxes(setting.grid, structure_factor, setting.*family.sides,
+                                                                 family.along_x, family.along_y);
+        for (auto& [result, values] : {std::pair{"variance", &boxes.variance}, std::pair{"deviation", &boxes.deviation},
+                                       std::pair{"exponent", &boxes.exponent}})
+            report.predictions.push_back({what + "_number_" + result + family.ending, std::move(*values)});
+    }
+}
 
 Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {
     const std::vector<double> times = archive.read(group + "/time").values;

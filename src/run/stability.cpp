@@ -9,6 +9,7 @@
 #include "drover/physics/fluctuations.hpp"
 #include "drover/physics/long_waves.hpp"
 #include "drover/physics/stability_rows.hpp"
+#include "run/model_stability.hpp"
 #include "run/stability_maps.hpp"
 
 namespace drover::run {
@@ -194,9 +195,10 @@ Entry density_entry(const char* name, double value, const char* meaning, bool ap
 }  // namespace
 
 Result make_stability(const io::Scene& scene, Threads* threads) {
+    const physics::Search search = search_of(scene);
+    if (scene.kind == io::SceneKind::model) return make_model_stability(scene, search.min, search.max, threads);
     const physics::Equations equations(scene.model);
     const physics::UniformState& uniform = scene.model.uniform;
-    const physics::Search search = search_of(scene);
     const physics::StationaryStates found = physics::stationary_states(equations);
     List states{.name = "states"};
     for (const physics::StationaryState& state : found.states)

@@ -139,6 +139,8 @@ SceneKind kind_of_name(const std::string& name);
 
 /// Throws an input Error when the scene is not of the kind that the command needs.
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command);
+/// The same for a command on fields of any model.
+void require_grid(const Scene& scene, const std::string& command);
 
 /// Of a scene with a model of its own: its start, and the degree that decides which modes are kept.
 model::Start start_of(const Scene& scene);
