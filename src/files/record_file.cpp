@@ -1,4 +1,5 @@
-// files/record_file.cpp: "drvtrls1", the identity, then records: length, bytes, checksum.
+// files/record_file.cpp: "drvtrls1", the hash of the identity, then records: length, bytes, checksum.  The first may be
+// the content of the identity.
 #include "drover/files/record_file.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@ namespace drover::files {
 namespace {
 constexpr std::uint64_t magic = 0x31736c7274767264;  // "drvtrls1"
 constexpr std::size_t head_bytes = 2 * sizeof(std::uint64_t);
+constexpr std::string_view content_sign = "trials of\n";  // begins the record of the content, and no other
 
 /// The record without its checksum; nothing if the checksum is wrong.
 std::optional<std::string> decoded(Bytes bytes) {
@@ -23,37 +25,71 @@ std::optional<std::string> decoded(Bytes bytes) {
     return std::string(reinterpret_cast<const char*>(content->data()), content->size());
 }
 
-std::vector<std::byte> head_of(std::uint64_t identity) {
+std::vector<std::byte> encoded(const std::string& record) {
+    const Bytes content = std::as_bytes(std::span(record));
+    std::vector<std::byte> bytes;
+    put(bytes, static_cast<std::uint64_t>(content.size() + sizeof(std::uint64_t)));
+    bytes.insert(bytes.end(), content.begin(), content.end());
+    put(bytes, checksum(content));
+    return bytes;
+}
+
+std::vector<std::byte> head_of(const RecordIdentity& identity) {
     std::vector<std::byte> bytes;
     put(bytes, magic);
-    put(bytes, identity);
+    put(bytes, identity.hash);
+    return bytes;
+}
+
+/// A file without records.
+std::vector<std::byte> start_of(const RecordIdentity& identity) {
+    std::vector<std::byte> bytes = head_of(identity);
+    if (identity.content.empty()) return bytes;
+    const std::vector<std::byte> first = encoded(std::string(content_sign) + identity.content);
+    bytes.insert(bytes.end(), first.begin(), first.end());
     return bytes;
 }
 
 struct Content {
+    std::string of;  ///< the content of the identity; "" if the file has none
     std::vector<std::string> records;
     std::uint64_t valid_bytes = 0;  ///< of the head and of complete records
 };
 
-/// A truncated head is valid: a kill interrupted the creation of the file.
-Content content_of(Bytes bytes, std::uint64_t identity, const std::string& file) {
-    const std::vector<std::byte> head = head_of(identity);
-    const std::size_t magic_bytes = std::min(bytes.size(), sizeof magic), found = std::min(bytes.size(), head_bytes);
-    require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(magic_bytes), head.begin()), {file},
-            "is not a file of trials; expected a folder that drover calibrate created");
-    require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(found), head.begin()), {file},
-            "holds the trials of another scene or point; choose another folder with --output");
-    Content content;
-    if (found < head_bytes) return content;
-    content.valid_bytes = head_bytes;
+std::string difference(const std::string& there, const std::string& here) {
+    const TextDifference found = first_difference(there, here);
+    if (found.key.empty()) return "";
+    return text("{} = {} there, {} here", found.key, found.one, found.other);
+}
+
+Content records_in(Bytes bytes) {
+    Content content{.of = {}, .records = {}, .valid_bytes = head_bytes};
     ByteReader reader{bytes.subspan(head_bytes)};
     for (;;) {
         const auto length = reader.take<std::uint64_t>();
         auto record = decoded(reader.take_bytes(length));
         if (!reader.is_complete || !record) return content;
         content.valid_bytes += sizeof length + length;
-        content.records.push_back(std::move(*record));
+        if (record->starts_with(content_sign)) content.of = record->substr(content_sign.size());
+        else content.records.push_back(std::move(*record));
     }
+}
+
+/// A truncated head is valid: a kill interrupted the creation of the file.
+Content content_of(Bytes bytes, const RecordIdentity& identity, const std::string& file) {
+    const std::vector<std::byte> head = head_of(identity);
+    const std::size_t magic_bytes = std::min(bytes.size(), sizeof magic), found = std::min(bytes.size(), head_bytes);
+    require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(magic_bytes), head.begin()), {file},
+            "is not a file of trials; expected a folder that drover calibrate created");
+    const Content content = found < head_bytes ? Content{} : records_in(bytes);
+    const std::string other =
+        content.of.empty() || identity.content.empty() ? "" : difference(content.of, identity.content);
+    const bool has_hash = std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(found), head.begin());
+    require(has_hash && other.empty(), {file},
+            "holds the trials of another scene or measurement{}; expected those that were written here: put them back, "
+            "or choose another folder with --output",
+            other.empty() ? "" : ": " + other);
+    return content;
 }
 
 /// Waits up to two seconds: a killed writer holds its lock until its last worker exits.
@@ -95,7 +131,7 @@ struct RecordFile::File {
     std::uint64_t cut = 0, end = 0;
 };
 
-RecordFile::RecordFile(const std::filesystem::path& file, std::uint64_t identity) try
+RecordFile::RecordFile(const std::filesystem::path& file, const RecordIdentity& identity) try
     : file_(std::make_unique<File>()) {
     file_->path = file;
     file_->open = open_or_create(file);
@@ -105,14 +141,13 @@ RecordFile::RecordFile(const std::filesystem::path& file, std::uint64_t identity
     const std::vector<std::byte> bytes = bytes_of(file_->open);
     Content content = content_of(bytes, identity, file.string());
     file_->records = std::move(content.records);
-    file_->cut = bytes.size() - content.valid_bytes;
-    file_->end = content.valid_bytes;
-    if (content.valid_bytes == 0) {
-        write_at(file_->open, 0, head_of(identity));
-        file_->end = head_bytes;
-    }
+    const std::vector<std::byte> start = start_of(identity);
+    const bool is_new = file_->records.empty() && content.valid_bytes < start.size();
+    if (is_new) write_at(file_->open, 0, start);
+    file_->cut = is_new ? 0 : bytes.size() - content.valid_bytes;
+    file_->end = is_new ? start.size() : content.valid_bytes;
     if (file_->end < bytes.size()) truncate_to(file_->open, file_->end);
-    if (content.valid_bytes != bytes.size() || bytes.empty()) {
+    if (is_new || file_->cut > 0) {
         sync(file_->open);
         sync_folder_of(file);
     }
@@ -126,11 +161,7 @@ const std::vector<std::string>& RecordFile::records() const { return file_->reco
 std::uint64_t RecordFile::cut() const { return file_->cut; }
 
 void RecordFile::append(const std::string& record) {
-    const Bytes content = std::as_bytes(std::span(record));
-    std::vector<std::byte> bytes;
-    put(bytes, static_cast<std::uint64_t>(content.size() + sizeof(std::uint64_t)));
-    bytes.insert(bytes.end(), content.begin(), content.end());
-    put(bytes, checksum(content));
+    const std::vector<std::byte> bytes = encoded(record);
     try {
         write_at(file_->open, file_->end, bytes);
         sync(file_->open);
@@ -140,7 +171,7 @@ void RecordFile::append(const std::string& record) {
     file_->end += bytes.size();
 }
 
-std::vector<std::string> read_records(const std::filesystem::path& file, std::uint64_t identity) try {
+std::vector<std::string> read_records(const std::filesystem::path& file, const RecordIdentity& identity) try {
     const auto bytes = read_file(file);
     if (!bytes) return {};
     return content_of(*bytes, identity, file.string()).records;
@@ -178,12 +209,6 @@ TextDifference first_difference(const std::string& one, const std::string& other
 }
 
 namespace {
-std::string difference(const std::string& there, const std::string& here) {
-    const TextDifference found = first_difference(there, here);
-    if (found.key.empty()) return "their texts differ";
-    return text("{} = {} there, {} here", found.key, found.one, found.other);
-}
-
 std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
 }  // namespace
 
@@ -209,10 +234,11 @@ ClaimedFolder claim_folder(const std::filesystem::path& folder, const std::strin
     // A crash cut the file short before the folder held anything else.
     const bool is_only_file =
         std::next(std::filesystem::directory_iterator(folder)) == std::filesystem::directory_iterator{};
+    const std::string other = difference(there, content);
     const std::string whole = (factory.empty() ? "" : factory + "\n") + content;
     require(is_only_file && whole.starts_with(found), where,
             "the folder holds the results of another scene (see {} there): {}; choose another folder with --output",
-            name, difference(there, content));
+            name, other.empty() ? "their texts differ" : other);
     write_at(open, 0, std::as_bytes(std::span(whole)));
     sync(open);
     sync_folder_of(file);

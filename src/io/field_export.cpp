@@ -129,7 +129,8 @@ void check_target(const fs::path& file, bool overwrite) {
 fs::path numbered(const fs::path& file, std::size_t frame) {
     fs::path name = file.stem();
     name += text("-{:04}", frame);
-    return file.parent_path() / name.replace_extension(file.extension());
+    name += file.extension();  // not replace_extension: the stem may have a dot
+    return file.parent_path() / name;
 }
 }  // namespace
 

@@ -42,14 +42,14 @@ std::vector<calibrate::Attempt> attempts_of(const std::vector<std::string>& reco
 }
 }  // namespace
 
-TrialFile::TrialFile(const std::filesystem::path& file, std::uint64_t identity)
+TrialFile::TrialFile(const std::filesystem::path& file, const files::RecordIdentity& identity)
     : file_(file, identity), attempts_(attempts_of(file_.records(), file.string())) {}
 
 const std::vector<calibrate::Attempt>& TrialFile::attempts() const { return attempts_; }
 std::uint64_t TrialFile::cut() const { return file_.cut(); }
 void TrialFile::append(const calibrate::Attempt& attempt) { file_.append(as_text(encoded(attempt))); }
 
-std::vector<calibrate::Attempt> read_trials(const std::filesystem::path& file, std::uint64_t identity) {
+std::vector<calibrate::Attempt> read_trials(const std::filesystem::path& file, const files::RecordIdentity& identity) {
     return attempts_of(files::read_records(file, identity), file.string());
 }
 

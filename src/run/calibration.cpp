@@ -93,7 +93,7 @@ private:
         const CalibrationUnit& unit = layout_.units[u];
         const fs::path file = trials_of(options_.folder, unit);
         Unit one{.unit = u,
-                 .file = io::TrialFile(file, unit.identity),
+                 .file = io::TrialFile(file, identity_of(layout_, unit)),
                  .trial_set = trial_set_of(layout_, unit, max_failed)};
         if (one.file.cut() > 0)
             log_warning(
@@ -214,7 +214,7 @@ std::vector<calibrate::TrialSet> stored_trial_sets(const io::Scene& scene, const
     std::vector<calibrate::TrialSet> trial_sets;
     for (const CalibrationUnit& unit : layout.units) {
         trial_sets.push_back(trial_set_of(layout, unit, scene.calibration.max_failed));
-        for (calibrate::Attempt& attempt : io::read_trials(trials_of(folder, unit), unit.identity))
+        for (calibrate::Attempt& attempt : io::read_trials(trials_of(folder, unit), identity_of(layout, unit)))
             trial_sets.back().add(std::move(attempt));
     }
     return trial_sets;

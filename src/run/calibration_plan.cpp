@@ -4,7 +4,6 @@
 
 #include "drover/calibrate/catalogue.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/io/trial_file.hpp"
 #include "drover/run/calibration_layout.hpp"
 #include "run/number_lists.hpp"
 
@@ -87,7 +86,6 @@ void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& l
     if (assay.population == calibrate::Population::all) point += text("-rod-{}", axes.rod_fractions[unit.rod]);
     if (!axes.varied_key.empty()) point += text("-{}-{}", axes.varied_key, axes.varied[unit.varied]);
     unit.name = assay.name + "-" + point;
-    unit.identity = files::fingerprint(layout.manifest + plan_of(io::resolved_text(scene), assay.name) + unit.name);
     unit.conditions = {.setup = setup_at(scene, layout, unit),
                        .seed = calibrate::trial_seed(static_cast<std::uint64_t>(scene.run.seed), point, 0)};
     layout.units.push_back(std::move(unit));
@@ -109,6 +107,8 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
     for (calibrate::Assay& assay : calibrate::make_assays(scene.plans))
         if (plan.assays.empty() || std::find(plan.assays.begin(), plan.assays.end(), assay.name) != plan.assays.end())
             layout.assays.push_back(std::move(assay));
+    const std::string resolved = io::resolved_text(scene);
+    for (const calibrate::Assay& assay : layout.assays) layout.plans.push_back(plan_of(resolved, assay.name));
     layout.axes.bead_fractions = plan.bead_area_fractions;
     layout.axes.rod_fractions = plan.rod_area_fractions;
     read_varied(scene, layout.axes);
@@ -132,6 +132,12 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
                              layout);
             }
     return layout;
+}
+
+files::RecordIdentity identity_of(const CalibrationLayout& layout, const CalibrationUnit& unit) {
+    const std::string& plan = layout.plans[unit.assay];
+    return {.hash = files::fingerprint(layout.manifest + plan + unit.name),
+            .content = layout.manifest + plan + "\n[measurement]\nname = " + toml_text(Value(unit.name)) + "\n"};
 }
 
 }  // namespace drover::run

@@ -14,6 +14,7 @@
 #include "drover/measure/trajectories.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/kind.hpp"
+#include "drover/run/provenance.hpp"
 #include "drover/run/run_scene.hpp"
 #include "drover/run/worker_pool.hpp"
 #include "run/same_run.hpp"
@@ -50,12 +51,25 @@ io::Scene scene_of(const io::Scene& scene, const fs::path& folder, const SweepRu
     return result;
 }
 
-/// Throws an input Error for an archive in the folder that is of another run than its name says.
-void check_archives(const io::Scene& scene, const fs::path& folder, const SweepLayout& layout) {
+/// Throws an input Error for an archive in the folder that is of another run than its name says.  Returns a warning for
+/// each other version of drover that made some of them: on purpose, a sweep may be resumed by another.
+std::vector<std::string> check_archives(const io::Scene& scene, const fs::path& folder, const SweepLayout& layout) {
+    std::map<std::string, std::vector<std::string>> runs_of;  // by version
     for (const auto& chain : layout.chains)
         for (std::size_t i = 0; i < chain.size(); ++i)
-            if (const fs::path path = archive_of(folder, chain[i]); fs::exists(path))
+            if (const fs::path path = archive_of(folder, chain[i]); fs::exists(path)) {
                 require_archive_of(scene_of(scene, folder, chain[i], i == 0 ? nullptr : &chain[i - 1]), path);
+                runs_of[program_of(files::ArchiveReader(path))].push_back(chain[i].name);
+            }
+    runs_of.erase(this_program());
+    std::vector<std::string> warnings;
+    for (const auto& [version, runs] : runs_of)
+        warnings.push_back(
+            text("{}{} made by drover {}, and this is drover {}: if a change between them affects "
+                 "results, repeat the sweep in another folder",
+                 runs.front(), runs.size() == 1 ? " was" : text(" and {} more were", runs.size() - 1), version,
+                 this_program()));
+    return warnings;
 }
 
 /// `at`: the name of the run that it is at.
@@ -160,11 +174,13 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
         }
     // To resume, the scene must be the same, or different runs would be mixed.  Workers keep the lock.
     const files::ClaimedFolder claimed = files::claim_folder(folder, "sweep.toml", "", io::resolved_text(scene));
-    check_archives(scene, folder, layout);
+    const std::vector<std::string> versions = check_archives(scene, folder, layout);
     for (const auto& chain : layout.chains)
         outcome.already_done += static_cast<std::size_t>(
             std::count_if(chain.begin(), chain.end(), [&](const SweepRun& run) { return is_done(folder, run); }));
     const int workers = scene.sweep.workers > 0 ? scene.sweep.workers : usable_cores();
+    if (outcome.already_done < outcome.runs)  // else with the table, at once
+        for (const std::string& warning : versions) log_warning("{}", warning);
     if (!quiet)
         log_information("{} points, {} runs ({} already finished), {} simultaneous, in {}", layout.points.size(),
                         outcome.runs, outcome.already_done, workers, folder.string());
@@ -199,6 +215,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quie
     outcome.stopped = pool.stopped;
     outcome.failed = pool.stopped ? 0 : pool.failed;
     outcome.table = collect(layout, folder);
+    outcome.table.warnings.insert(outcome.table.warnings.begin(), versions.begin(), versions.end());
     files::replace_file(folder / "table.csv", table_csv(outcome.table));
     return outcome;
 }

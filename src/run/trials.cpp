@@ -36,7 +36,6 @@ RunOutcome run_or_continue(const Trial& trial) {
 }
 
 constexpr std::string_view id_sign = "run_id=";
-constexpr std::string_view scene_sign = "trials of\n";  // begins the first record: the scene
 
 std::string one_line(std::string text) {
     std::replace(text.begin(), text.end(), '\n', ' ');
@@ -81,19 +80,8 @@ int run_trial(const Trial& trial, const std::string& name, std::string& record) 
 }  // namespace
 
 Trials::Trials(const fs::path& folder, const std::string& scene, int workers)
-    : folder_(folder), workers_(workers), records_(folder / records_name, files::fingerprint("trials")) {
-    if (records_.records().empty()) records_.append(std::string(scene_sign) + scene);
-    for (const std::string& record : records_.records()) {
-        if (!record.starts_with(scene_sign)) {
-            take(record);
-            continue;
-        }
-        const files::TextDifference found = files::first_difference(record.substr(scene_sign.size()), scene);
-        require(found.key.empty(), {.file = (folder / records_name).string()},
-                "holds the trials of another scene: {} = {} there, {} here; expected those that were written here: put "
-                "them back, or choose another folder with --output",
-                found.key, found.one, found.other);
-    }
+    : folder_(folder), workers_(workers), records_(folder / records_name, {files::fingerprint("trials"), scene}) {
+    for (const std::string& record : records_.records()) take(record);
 }
 
 /// Runs that differ in their end alone are one trial.

@@ -350,9 +350,9 @@ def test_folders_and_trials_of_another_scene_are_rejected(tmp_path):
     folder = tmp_path / "tiny.calibration"
     shutil.copy(folder / "damping-bead-0.3.trials", folder / "damping-bead-0.4.trials")
     rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
-            ["damping-bead-0.4.trials", "another scene or point"])
+            ["damping-bead-0.4.trials", 'measurement.name = "damping-bead-0.3" there, "damping-bead-0.4" here'])
     rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.damping.hold=0.03"],
-            ["damping-bead-0.3.trials", "another scene"])
+            ["damping-bead-0.3.trials", "calibrate.damping.hold = 0.02 there, 0.03 here"])
     (folder / "damping-bead-0.4.trials").write_text("notes of mine")
     rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
              ["is not a file of trials"])

@@ -37,12 +37,12 @@ def read_vtk(path):
     return np.frombuffer(content, ">f8", count=1, offset=start)[0], head, arrays
 
 
-def test_vtk_files_hold_the_frames_of_the_archive(ran, tmp_path):
-    shown = drover(tmp_path, "export", ran, "-o", "flock.vtk").stdout
-    assert shown.strip() == "flock-0000.vtk to flock-0002.vtk: 3 frames"
+def test_vtk_files_hold_the_frames_of_the_archive_also_under_a_name_with_a_dot(ran, tmp_path):
+    shown = drover(tmp_path, "export", ran, "-o", "noise-0.5.vtk").stdout
+    assert shown.strip() == "noise-0.5-0000.vtk to noise-0.5-0002.vtk: 3 frames"
     with h5py.File(ran) as file:
         for frame in range(3):
-            time, head, arrays = read_vtk(tmp_path / f"flock-{frame:04}.vtk")
+            time, head, arrays = read_vtk(tmp_path / f"noise-0.5-{frame:04}.vtk")
             assert time == file["time"][frame]
             assert head == {"DIMENSIONS": ["16", "8", "1"], "ORIGIN": ["0", "0", "0"], "SPACING": ["0.5", "2", "1"]}
             assert sorted(arrays) == ["bead_density", "bead_velocity", "polar_order", "rod_density"]

@@ -91,7 +91,7 @@ TEST(NewFile, a_link_at_a_temporary_name_is_replaced_and_not_followed) {
 TEST(NewFile, a_link_to_nowhere_is_not_a_file_of_trials_or_a_folder) {
     const Folder folder;
     std::filesystem::create_symlink("elsewhere", folder / "drag.trials");
-    EXPECT_THAT(sentence_of([&] { RecordFile(folder / "drag.trials", 9); }),
+    EXPECT_THAT(sentence_of([&] { RecordFile(folder / "drag.trials", {9}); }),
                 ::testing::HasSubstr("drag.trials: cannot be opened: open: File exists"));
     EXPECT_FALSE(std::filesystem::exists(folder / "elsewhere"));
 }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "drover/base/log.hpp"
+#include "drover/files/archive.hpp"
 #include "fuzz/targets.hpp"
 
 /// Read by the leak sanitizer: HDF5 1.10 loses some memory when it rejects a damaged file.
@@ -16,6 +17,13 @@ namespace drover::fuzz {
 namespace {
 
 constexpr int mutants_per_file = 20;
+
+/// As in the program: with that memory lost, HDF5 cannot close itself at the end of the process, and says so.  It has
+/// to be told before its first use, by whatever test.
+struct ContainedHdf5 : ::testing::Environment {
+    void SetUp() override { files::contain_hdf5(); }
+};
+[[maybe_unused]] const auto* const contained = ::testing::AddGlobalTestEnvironment(new ContainedHdf5);
 
 std::vector<char> bytes_of(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);

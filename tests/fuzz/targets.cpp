@@ -97,8 +97,8 @@ const std::vector<Target>& targets() {
         {"trials",
          [](std::span<const char> bytes) {
              const File file(bytes);
-             std::uint64_t identity = 0;  // as the file has it, so that its records are read
-             if (bytes.size() >= 16) std::memcpy(&identity, bytes.data() + 8, sizeof identity);
+             files::RecordIdentity identity;  // as the file has it, so that its records are read
+             if (bytes.size() >= 16) std::memcpy(&identity.hash, bytes.data() + 8, sizeof identity.hash);
              reject_or_read([&] { io::read_trials(file.base(), identity); });
          }},
         {"xyz", [](std::span<const char> bytes) {

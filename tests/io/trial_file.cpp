@@ -26,22 +26,22 @@ void expect_same(const std::vector<calibrate::Attempt>& found, const std::vector
 TEST(TrialFile, appended_trials_read_back_in_order) {
     const Folder folder;
     {
-        TrialFile file(folder / "drag.trials", 9);
+        TrialFile file(folder / "drag.trials", {9});
         for (const std::uint64_t number : {4u, 2u, 0u}) file.append(attempt(number));
-        expect_same(read_trials(folder / "drag.trials", 9), {4, 2, 0});  // also while a writer has it
+        expect_same(read_trials(folder / "drag.trials", {9}), {4, 2, 0});  // also while a writer has it
     }
-    TrialFile file(folder / "drag.trials", 9);
+    TrialFile file(folder / "drag.trials", {9});
     expect_same(file.attempts(), {4, 2, 0});
     EXPECT_EQ(file.cut(), 0u);
     file.append(attempt(1));
-    expect_same(read_trials(folder / "drag.trials", 9), {4, 2, 0, 1});
-    EXPECT_TRUE(read_trials(folder / "other.trials", 9).empty());
+    expect_same(read_trials(folder / "drag.trials", {9}), {4, 2, 0, 1});
+    EXPECT_TRUE(read_trials(folder / "other.trials", {9}).empty());
 }
 
 TEST(TrialFile, a_record_that_is_not_a_trial_is_an_input_error) {
     const Folder folder;
-    files::RecordFile(folder / "drag.trials", 9).append("no trial");
-    EXPECT_EQ(refusal_of([&] { TrialFile(folder / "drag.trials", 9); }),
+    files::RecordFile(folder / "drag.trials", {9}).append("no trial");
+    EXPECT_EQ(refusal_of([&] { TrialFile(folder / "drag.trials", {9}); }),
               (folder / "drag.trials").string() +
                   ": record 0 is not a trial; expected a file of this version of drover");
 }

@@ -88,7 +88,7 @@ TEST(Trials, records_of_older_versions_are_read_and_their_failures_of_unknown_ki
     }
     for (const auto& [ending, is_known] : {std::pair{"", true}, std::pair{"x.h5: the disk is full", false}}) {
         std::filesystem::remove(folder / "trials.records");
-        files::RecordFile(folder / "trials.records", files::fingerprint("trials"))
+        files::RecordFile(folder / "trials.records", {files::fingerprint("trials"), ""})
             .append(name + " 4 0.1 0.1 " + ending);
         EXPECT_EQ(Trials(folder / ".", "", 1).find(trial()) != nullptr, is_known) << ending;
     }

@@ -9,14 +9,20 @@
 
 namespace drover::files {
 
+/// What the records of a file depend on.
+struct RecordIdentity {
+    std::uint64_t hash = 0;  ///< of all of it
+    std::string content;     ///< scene text of which the file keeps a copy, to name a difference; "": none
+};
+
 /// One file of trials, locked for writing while this object lives.  A record is on the disk, with its checksum, when
 /// append() returns; a record torn by a kill is cut off when the file is next opened.
 class RecordFile {
 public:
-    /// Opens or creates a file.  `identity`: a hash of everything its records depend on.  Waits up to two seconds for
-    /// another writer, which may be exiting.  Throws an input Error if that writer stays, if the file is not a file of
-    /// trials, or if its identity differs.
-    RecordFile(const std::filesystem::path& file, std::uint64_t identity);
+    /// Opens or creates a file.  Waits up to two seconds for another writer, which may be exiting.  Throws an input
+    /// Error if that writer stays, if the file is not a file of trials, or if its identity differs; it names the first
+    /// difference where the file has the content, which those of earlier versions of drover calibrate have not.
+    RecordFile(const std::filesystem::path& file, const RecordIdentity& identity);
     RecordFile(RecordFile&&) noexcept;
     ~RecordFile();
 
@@ -35,7 +41,7 @@ private:
 
 /// The records that a file holds now, without locking it: another process may be writing.  None if there is no file.
 /// Throws as RecordFile does.
-std::vector<std::string> read_records(const std::filesystem::path& file, std::uint64_t identity);
+std::vector<std::string> read_records(const std::filesystem::path& file, const RecordIdentity& identity);
 
 /// A folder in use.
 struct ClaimedFolder {

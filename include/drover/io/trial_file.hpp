@@ -13,8 +13,8 @@ namespace drover::io {
 /// A files::RecordFile whose records are trials; see there for locking, durability and errors.
 class TrialFile {
 public:
-    /// Opens or creates a file.  `identity`: a hash of everything its trials depend on.
-    TrialFile(const std::filesystem::path& file, std::uint64_t identity);
+    /// Opens or creates a file.
+    TrialFile(const std::filesystem::path& file, const files::RecordIdentity& identity);
 
     /// The trials found at opening, in the order in which they ended.
     const std::vector<calibrate::Attempt>& attempts() const;
@@ -29,7 +29,7 @@ private:
 };
 
 /// The trials that a file holds now, without locking it: another process may be writing.  None if there is no file.
-std::vector<calibrate::Attempt> read_trials(const std::filesystem::path& file, std::uint64_t identity);
+std::vector<calibrate::Attempt> read_trials(const std::filesystem::path& file, const files::RecordIdentity& identity);
 
 /// A trial as bytes for a pipe, with a checksum; and back.  Throws a run Error for other bytes.
 std::string attempt_bytes(const calibrate::Attempt& attempt);

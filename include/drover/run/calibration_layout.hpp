@@ -5,6 +5,7 @@
 
 #include "drover/calibrate/table.hpp"
 #include "drover/calibrate/trial_set.hpp"
+#include "drover/files/record_file.hpp"
 #include "drover/io/scene.hpp"
 
 namespace drover::run {
@@ -16,7 +17,6 @@ struct CalibrationUnit {
     std::size_t varied = 0, bead = 0,
                 rod = 0;               ///< indices into the axes of the table; rod is 0 if it does not depend on rods
     calibrate::Conditions conditions;  ///< the seed follows from run.seed and the point, not from the order
-    std::uint64_t identity = 0;        ///< fingerprint of everything that its trials depend on
 };
 
 /// The plan of a calibration.
@@ -26,11 +26,15 @@ struct CalibrationLayout {
     calibrate::Table axes;  ///< without rows
     std::vector<CalibrationUnit> units;
     std::string manifest;  ///< the keys that all trials depend on, as scene text, without the plans of the assays
+    std::vector<std::string> plans;  ///< of the assays, as scene text
 };
 
 /// Throws an input Error, with its location, for a scene without [calibrate] lists, without a periodic cell, or with an
 /// invalid value.
 CalibrationLayout plan_calibration(const io::Scene& scene);
+
+/// What the trials of a unit depend on.
+files::RecordIdentity identity_of(const CalibrationLayout& layout, const CalibrationUnit& unit);
 
 /// The rows of the assays, with the results so far.
 void add_measured_rows(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& trial_sets,

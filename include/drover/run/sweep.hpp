@@ -44,7 +44,7 @@ struct SweepTable {
     std::vector<std::string> keys;
     std::vector<std::string> names, units;  ///< of the estimates
     std::vector<SweepRow> rows;
-    std::vector<std::string> warnings = {};  ///< of the runs: "point-0000-seed-7: ..."
+    std::vector<std::string> warnings = {};  ///< other versions of drover; of the runs: "point-0000-seed-7: ..."
 };
 
 struct SweepOutcome {

@@ -220,7 +220,8 @@ World stored_world(const std::string& scene, const std::string& folder, const st
     World world = world_of(io::read_scene(scene), wish);
     for (const CalibrationUnit& unit : world.layout.units) {
         world.pools.emplace_back();
-        for (const Attempt& attempt : io::read_trials(folder + "/" + unit.name + ".trials", unit.identity))
+        for (const Attempt& attempt :
+             io::read_trials(folder + "/" + unit.name + ".trials", identity_of(world.layout, unit)))
             if (attempt.failure.empty()) world.pools.back().push_back(attempt.numbers);
         std::ifstream lines(cost_file);
         for (std::string line; std::getline(lines, line);)
