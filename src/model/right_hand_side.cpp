@@ -194,10 +194,7 @@ void NonlinearPart::at_points(double t, const numerics::Strip& strip) const {
     for (std::size_t begin = 0; begin < strip.size; begin += step) {
         const std::size_t size = std::min(step, strip.size - begin);
         for (std::size_t i = 0; i < plan_.inputs.size(); ++i) slots[first_atom + i] = strip.in[i] + begin;
-        for (std::size_t k = 0; k < out.size(); ++k) {
-            out[k] = strip.out[k] + begin;
-            std::fill_n(out[k], size, 0.0);
-        }
+        for (std::size_t k = 0; k < out.size(); ++k) out[k] = strip.out[k] + begin;
         if (reads_position_) {
             const auto width = static_cast<std::size_t>(grid_.nx);
             for (std::size_t i = 0; i < size; ++i) {
@@ -207,7 +204,7 @@ void NonlinearPart::at_points(double t, const numerics::Strip& strip) const {
             slots[slot_x] = x.data();
             slots[slot_y] = y.data();
         }
-        program_.add(size, slots, uniform, out);
+        program_.write(size, slots, uniform, out);
     }
 }
 

@@ -97,6 +97,7 @@ TransformPlan transform_plan(const CompiledEquations& c) {
     }
     TransformPlan plan{basis.members, {}};
     for (const Output& output : c.outputs) plan.values.push_back(substituted(output.value, by));
+    plan.values = factored(plan.values);
     return plan;
 }
 
