@@ -14,10 +14,10 @@ double* parts_of(Complex* values) { return reinterpret_cast<double*>(values); }
 }  // namespace
 
 FrameOperator::FrameOperator(const CompiledEquations& equations, const std::vector<Symbol>& matrices,
-                             const numerics::DistinctWavenumbers& wavenumbers)
+                             const numerics::DistinctWavenumbers& wavenumbers, const std::vector<bool>& results)
     : inverse_(wavenumbers.inverse) {
     const int count = equations.components;
-    std::vector<bool> is_read(static_cast<std::size_t>(count), false), is_written = is_read;
+    std::vector<bool> is_read(results.size(), false), is_written = results;
     const auto has_entry = [&](int row, int column) {
         return std::any_of(matrices.begin(), matrices.end(), [&](const Symbol& m) { return m(row, column) != 0.0; });
     };
@@ -53,13 +53,9 @@ void FrameOperator::add_parts(const CompiledEquations& equations, const std::vec
         const auto spin = static_cast<std::size_t>(equations.spin_of(first));
         const auto begin = takes_part.begin() + first;
         if (std::find(begin, begin + width, true) == begin + width) continue;
-        for (int k = 0; k < width; ++k) parts.push_back({.component = first + k, .spin = spin, .is_second = k == 1});
+        for (int k = 0; k < width; ++k) parts.push_back({.component = first + k, .spin = spin});
         max_spin_ = std::max(max_spin_, spin);
     }
-}
-
-bool FrameOperator::writes(int component) const {
-    return std::any_of(to_.begin(), to_.end(), [&](const Part& part) { return part.component == component; });
 }
 
 namespace {
@@ -94,41 +90,56 @@ void FrameOperator::find_turns(const ModeRow& row, Turn* turns) const {
     }
 }
 
+namespace {
 /// Two components to the frame of q, or back if the sign is -1.
-void FrameOperator::turn_pair(std::size_t size, const Turn& turn, double sign, double* __restrict first,
-                              double* __restrict second) {
+void turn_pair(std::size_t size, const double* cosine, const double* sine, double sign, const double* first,
+               const double* second, double* to_first, double* to_second) {
+#pragma GCC ivdep  // the results may be where the components are, and nowhere else
     for (std::size_t i = 0; i < size; ++i) {
-        const double cosine = turn.cosine[i], sine = sign * turn.sine[i], a = first[i], b = second[i];
-        first[i] = cosine * a + sine * b;
-        second[i] = cosine * b - sine * a;
+        const double s = sign * sine[i], a = first[i], b = second[i];
+        to_first[i] = cosine[i] * a + s * b;
+        to_second[i] = cosine[i] * b - s * a;
     }
 }
+}  // namespace
 
-void FrameOperator::turn(const std::vector<Part>& parts, std::size_t size, const Turn* turns, double sign, Row* rows) {
-    for (std::size_t k = 0; k < parts.size(); ++k)
-        if (parts[k].spin > 0 && !parts[k].is_second)
-            turn_pair(size, turns[parts[k].spin - 1], sign, rows[k].data(), rows[k + 1].data());
+/// The components that turn, into rows; `values` follows.
+void FrameOperator::turn(const std::vector<Part>& parts, std::size_t size, const Turn* turns, double sign,
+                         const double** values, Row* rows) {
+    for (std::size_t k = 0; k + 1 < parts.size(); ++k) {
+        if (parts[k].spin == 0) continue;
+        const Turn& turn = turns[parts[k].spin - 1];
+        turn_pair(size, turn.cosine.data(), turn.sine.data(), sign, values[k], values[k + 1], rows[k].data(),
+                  rows[k + 1].data());
+        for (const std::size_t i : {k, k + 1}) values[i] = rows[i].data();
+        ++k;
+    }
 }
 
 void FrameOperator::apply(const ModeRow& row, std::span<const Complex* const> from, std::span<Complex* const> to,
                           bool subtracts) const {
-    const std::size_t size = 2 * row.size;
-    const auto rows = std::make_unique_for_overwrite<Row[]>(from_.size() + to_.size());
+    if (to_.empty()) return;
+    const std::size_t size = 2 * row.size, count = from_.size() + to_.size();
+    const auto rows = std::make_unique_for_overwrite<Row[]>(count);
+    const auto values = std::make_unique_for_overwrite<const double*[]>(count);
     const auto turns = std::make_unique_for_overwrite<Turn[]>(max_spin_);
     find_turns(row, turns.get());
     for (std::size_t k = 0; k < from_.size(); ++k)
-        std::copy_n(parts_of(from[static_cast<std::size_t>(from_[k].component)] + row.first), size, rows[k].begin());
-    turn(from_, size, turns.get(), 1.0, rows.get());
+        values[k] = parts_of(from[static_cast<std::size_t>(from_[k].component)] + row.first);
+    turn(from_, size, turns.get(), 1.0, values.get(), rows.get());
     Row* const results = rows.get() + from_.size();
-    for (std::size_t k = 0; k < to_.size(); ++k) std::fill_n(results[k].begin(), size, 0.0);
+    for (std::size_t k = 0; k < to_.size(); ++k) {
+        values[from_.size() + k] = results[k].data();
+        std::fill_n(results[k].begin(), size, 0.0);
+    }
     Row factor;
     for (std::size_t e = 0; e < entries_.size(); ++e) {
         for (std::size_t i = 0; i < row.size; ++i)
             factor[2 * i] = factor[2 * i + 1] = values_[static_cast<std::size_t>(row.length[i]) * entries_.size() + e];
-        add_entry(row.size, entries_[e].is_imaginary, factor.data(), rows[entries_[e].from].data(),
+        add_entry(row.size, entries_[e].is_imaginary, factor.data(), values[entries_[e].from],
                   results[entries_[e].to].data());
     }
-    turn(to_, size, turns.get(), -1.0, results);
+    turn(to_, size, turns.get(), -1.0, values.get() + from_.size(), results);
     for (std::size_t k = 0; k < to_.size(); ++k) {
         double* result = parts_of(to[static_cast<std::size_t>(to_[k].component)] + row.first);
         if (!subtracts) std::copy_n(results[k].begin(), size, result);

@@ -9,18 +9,17 @@
 
 namespace drover::model {
 
-/// What some fields are of others by a matrix of |q| in the frame of q.  Where spins differ by an odd number the entries
-/// are imaginary, elsewhere real (numerics::IsotropicBlocks).
+/// What some fields are of others by a matrix of |q| in the frame of q.  Its entries are imaginary where spins differ by
+/// an odd number, and real elsewhere (numerics::IsotropicBlocks).
 class FrameOperator {
 public:
     FrameOperator() = default;
-    /// `matrices` by components, at q along x, of each |q|.  Components without an entry take no part.
+    /// `matrices` by components, at q along x, of each |q|.  The results are the components with an entry, and
+    /// `results` even without one.
     FrameOperator(const CompiledEquations& equations, const std::vector<Symbol>& matrices,
-                  const numerics::DistinctWavenumbers& wavenumbers);
+                  const numerics::DistinctWavenumbers& wavenumbers, const std::vector<bool>& results);
 
-    /// Whether a component is among the results.
-    bool writes(int component) const;
-    /// to = operator * from, or to -= it, at the modes of a row.  Arrays by components; what is not written may be null.
+    /// to = operator * from, or to -= it, at the modes of a row.  Arrays by components; those not in use may be null.
     void apply(const ModeRow& row, std::span<const numerics::Complex* const> from,
                std::span<numerics::Complex* const> to, bool subtracts) const;
 
@@ -29,7 +28,6 @@ private:
     struct Part {
         int component = 0;
         std::size_t spin = 0;
-        bool is_second = false;
     };
     struct Entry {
         std::size_t to = 0, from = 0;  ///< parts
@@ -42,8 +40,8 @@ private:
     };
     void add_parts(const CompiledEquations& equations, const std::vector<bool>& takes_part, std::vector<Part>& parts);
     void find_turns(const ModeRow& row, Turn* turns) const;
-    static void turn(const std::vector<Part>& parts, std::size_t size, const Turn* turns, double sign, Row* rows);
-    static void turn_pair(std::size_t size, const Turn& turn, double sign, double* first, double* second);
+    static void turn(const std::vector<Part>& parts, std::size_t size, const Turn* turns, double sign,
+                     const double** values, Row* rows);
     std::vector<Part> from_, to_;
     std::vector<Entry> entries_;
     std::vector<double> values_;   // [|q|][entry]

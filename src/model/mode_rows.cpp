@@ -117,6 +117,7 @@ void DerivativeSum::add(std::size_t array, const Order& order, double factor) {
                                  : std::find_if(parts_.begin(), parts_.end(), [](const Part& p) { return p.is_odd; }),
                           Part{.array = array, .is_odd = is_odd});
     part->monomials.emplace_back(order, n % 4 < 2 ? factor : -factor);
+    part->power = std::max(part->power, order.x);
 }
 
 void DerivativeSum::write(const ModeRow& row, std::span<const Complex* const> arrays, Complex* to, bool adds) const {
@@ -124,16 +125,14 @@ void DerivativeSum::write(const ModeRow& row, std::span<const Complex* const> ar
     std::array<std::array<double, most_powers>, 2> powers;
     for (std::size_t k = 0; k < parts_.size();) {
         std::array<Factor, 2> factors;
-        std::size_t count = 0;
-        int power = 0;
         const bool is_odd = parts_[k].is_odd;
-        for (; count < 2 && k + count < parts_.size() && parts_[k + count].is_odd == is_odd; ++count) {
-            powers[count].fill(0.0);
-            for (const auto& [order, factor] : parts_[k + count].monomials) {
-                powers[count][static_cast<std::size_t>(order.x)] += factor * power_of(row.y, order.y);
-                power = std::max(power, order.x);
-            }
-            factors[count] = {arrays[parts_[k + count].array], powers[count].data()};
+        const std::size_t count = k + 1 < parts_.size() && parts_[k + 1].is_odd == is_odd ? 2 : 1;
+        const int power = std::max(parts_[k].power, parts_[k + count - 1].power);
+        for (std::size_t i = 0; i < count; ++i) {
+            std::fill_n(powers[i].begin(), power + 1, 0.0);
+            for (const auto& [order, factor] : parts_[k + i].monomials)
+                powers[i][static_cast<std::size_t>(order.x)] += factor * power_of(row.y, order.y);
+            factors[i] = {arrays[parts_[k + i].array], powers[i].data()};
         }
         if (power > max_power)
             for (std::size_t i = 0; i < count; ++i) write_any(power, is_odd, adds || i > 0, row, factors[i], to);

@@ -53,6 +53,7 @@ private:
     struct Part {
         std::size_t array = 0;
         bool is_odd = false;
+        int power = 0;  ///< the largest of q_x
         std::vector<std::pair<Order, double>> monomials = {};
     };
     std::vector<Part> parts_;  // the even ones first

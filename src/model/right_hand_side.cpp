@@ -127,7 +127,9 @@ void NonlinearPart::plan_balance() {
         for (int k = 0; k < c_->components; ++k)
             if (!is_held(k)) balance.row(k).setZero();
     }
-    balance_ = FrameOperator(*c_, matrices, wavenumbers_);
+    std::vector<bool> results;
+    for (int k = 0; k < c_->components; ++k) results.push_back(is_held(k));
+    balance_ = FrameOperator(*c_, matrices, wavenumbers_, results);
 }
 
 /// The linear part joins the rates, without what the propagator has of it.
@@ -138,7 +140,7 @@ void NonlinearPart::plan_anisotropic() {
                          coefficient);
     std::vector<Symbol> matrices;
     for (const double q : wavenumbers_.q) matrices.push_back(c_->averaged(c_->linear, q));
-    propagated_ = FrameOperator(*c_, matrices, wavenumbers_);
+    propagated_ = FrameOperator(*c_, matrices, wavenumbers_, std::vector<bool>(held_.size(), false));
 }
 
 void NonlinearPart::operator()(double t, const Spectra& state, Spectra& rate) {
