@@ -2,7 +2,7 @@
 #include "frame_operator.hpp"
 
 #include <algorithm>
-#include <array>
+#include <memory>
 
 namespace drover::model {
 

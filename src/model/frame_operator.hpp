@@ -9,8 +9,8 @@
 
 namespace drover::model {
 
-/// What some fields are of others by a matrix of |q| in the frame of q.  Its entries are imaginary where spins differ by
-/// an odd number, and real elsewhere (numerics::IsotropicBlocks).
+/// What some fields are of others by a matrix of |q| in the frame of q.  Its entries are imaginary where spins differ
+/// by an odd number, and real elsewhere (numerics::IsotropicBlocks).
 class FrameOperator {
 public:
     FrameOperator() = default;

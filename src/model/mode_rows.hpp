@@ -1,6 +1,5 @@
 // model/mode_rows.hpp: sums of derivatives, row by row of the kept modes.
 #pragma once
-#include <memory>
 #include <span>
 #include <vector>
 

@@ -1,6 +1,7 @@
 // tests/model/right_hand_side.cpp: the explicit part: the same bytes at every call and with any number of threads.
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <random>
 
 #include "drover/model/equations.hpp"
@@ -64,6 +65,29 @@ TEST(ModelRightHandSide, has_the_same_bytes_at_every_call_and_with_any_number_of
                 }
             }
         }
+}
+
+TEST(ExplicitRate, is_the_fastest_rate_of_linear_terms_that_name_an_axis_or_depend_on_position_or_time) {
+    const double side = 2.0 * std::numbers::pi;
+    const numerics::Grid grid{.nx = 48, .ny = 48, .lx = side, .ly = side};
+    const auto rate = [&](std::vector<Field> fields, double t = 0.0) {
+        return Equations(model_of(std::move(fields))).explicit_rate(grid, t);
+    };
+    const auto of_scalar = [&](const char* equation, double t = 0.0) {
+        return rate({{.name = "s", .symbol = "s", .equation = {equation, {}}, .reference = 0.5}}, t);
+    };
+    // The largest mode numbers on an axis that are kept, below 48/(degree + 1); of cos(x) lap s the degree is 3.
+    const double q = 23.0, degree_2 = 15.0, degree_3 = 11.0;
+    EXPECT_EQ(of_scalar("a lap s - b lap lap s"), 0.0);
+    EXPECT_NEAR(of_scalar("s - s^2 + lap(s^2)"), 0.0, 1e-12 * degree_2 * degree_2);  // rounding of 2 s - 2 (1/2)
+    // The propagator has the average over directions, -a q^2 / 2.
+    EXPECT_NEAR(of_scalar("a d_x d_x s"), 0.7 * q * q / 2.0, 1e-12 * q * q);
+    EXPECT_NEAR(of_scalar("(1 + a cos(x)) lap s"), 1.7 * 2.0 * degree_3 * degree_3, 1e-12 * q * q);
+    EXPECT_NEAR(of_scalar("cos(t) lap s", 1.0), std::cos(1.0) * 2.0 * q * q, 1e-12 * q * q);
+    EXPECT_NEAR(
+        rate({{.name = "s", .symbol = "s", .equation = {"-cos(t) div v", {}}},
+              {.name = "v", .symbol = "v", .spin = 1, .left = LeftSide::balance, .equation = {"-grad s - v", {}}}}),
+        2.0 * q * q, 1e-12 * q * q);
 }
 
 }  // namespace
