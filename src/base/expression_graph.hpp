@@ -133,6 +133,7 @@ public:
     bool is_number(int node) const { return (*this)[node].operation == Operation::number; }
     bool is_number(int node, double value) const { return is_number(node) && (*this)[node].value == value; }
     int size() const { return static_cast<int>(nodes_.size()); }
+    const std::string& name_of(int slot) const { return names_.at(slot); }
     /// The expression of a node, with the nodes that it needs.
     Expression expression(int node) const;
 

@@ -18,14 +18,18 @@ struct Instruction {
     StripOperation kind = StripOperation::apply;
     Operation operation = Operation::add;  ///< of kind apply
     Argument a = {}, b = {}, c = {};
-    int output = -1;         ///< the result is stored here, or
-    std::size_t target = 0;  ///< in this register
+    int output = -1;           ///< the result is stored here, or
+    std::size_t target = 0;    ///< in this register
+    int previous = -1;         ///< with an output: the instruction before this one that has it; -1: none
+    bool is_constant = false;  ///< adds the constant part of an output, with which write() begins
 };
 }  // namespace
 
 struct StripProgram::Code {
     std::vector<Instruction> instructions;
     std::vector<double> constants;
+    std::vector<double> constant_parts;  ///< of each output
+    std::vector<int> last;               ///< of each output: its last instruction but for its constant part; -1: none
     std::size_t chunk = max_chunk;
 };
 
@@ -142,12 +146,16 @@ private:
             bool is_positive;
         };
         std::vector<Summand> waiting{{root, true}};
+        double constant = 0.0;
         while (!waiting.empty()) {
             const auto [index, is_positive] = waiting.back();
             waiting.pop_back();
             const Node node = graph_[index];
             const Argument sum{Argument::Kind::output, output};
-            if (graph_.is_number(index, 0.0)) continue;
+            if (graph_.is_number(index)) {
+                constant += is_positive ? node.value : -node.value;
+                continue;
+            }
             const bool is_ours = is_used_once(index);
             if (is_ours && (node.operation == Operation::add || node.operation == Operation::subtract)) {
                 waiting.push_back({node.right, is_positive == (node.operation == Operation::add)});
@@ -170,12 +178,26 @@ private:
                       .output = output});
             }
         }
+        code.constant_parts.push_back(constant);
+        code.last.push_back(last_of_output_);
+        if (constant != 0.0) {
+            code.constants.push_back(constant);
+            emit({.kind = StripOperation::add,
+                  .a = {Argument::Kind::output, output},
+                  .b = {Argument::Kind::constant, static_cast<int>(code.constants.size()) - 1},
+                  .output = output,
+                  .is_constant = true});
+        }
+        last_of_output_ = -1;
     }
 
     void emit(const Instruction& instruction) {
         require(code.instructions.size() < max_instructions, {},
                 "the expressions have more than {} operations together; expected shorter ones", max_instructions);
         code.instructions.push_back(instruction);
+        if (instruction.output < 0) return;
+        code.instructions.back().previous = last_of_output_;
+        last_of_output_ = static_cast<int>(code.instructions.size()) - 1;
     }
     Argument argument(int index) {
         if (index < 0) return {};
@@ -215,6 +237,7 @@ private:
     GraphBuilder graph_;
     std::vector<int> roots_, uses_;
     std::vector<int> emitted_;  ///< node -> the instruction that computes it
+    int last_of_output_ = -1;   ///< the last instruction of the output that is being compiled
 };
 
 /// An argument at one call: its first number, whether it varies between points, and whether it moves with the chunks.
@@ -241,6 +264,16 @@ StripProgram::StripProgram(std::span<const Expression> outputs)
 
 void StripProgram::add(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
                        std::span<double* const> out) const {
+    run(size, slots, uniform, out, true);
+}
+
+void StripProgram::write(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
+                         std::span<double* const> out) const {
+    run(size, slots, uniform, out, false);
+}
+
+void StripProgram::run(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
+                       std::span<double* const> out, bool adds) const {
     const Code& code = *code_;
     static constexpr double unused = 0.0;
     alignas(64) std::array<double, scratch_size> registers;
@@ -248,14 +281,18 @@ void StripProgram::add(std::size_t size, std::span<const double* const> slots, s
     std::array<bool, max_instructions> is_constant;
     std::array<Step, max_instructions> steps;
     std::size_t count = 0;
-    const auto source_of = [&](const Argument& argument) -> Source {
-        const auto index = static_cast<std::size_t>(argument.index);
+    const auto source_of = [&](const Argument& argument, int previous) -> Source {
+        auto index = static_cast<std::size_t>(argument.index);
         switch (argument.kind) {
             case Argument::Kind::none: return {&unused, false, false};
             case Argument::Kind::constant: return {&code.constants[index], false, false};
             case Argument::Kind::slot:
                 return slots[index] ? Source{slots[index], true, true} : Source{&uniform[index], false, false};
-            case Argument::Kind::output: return {out[index], true, true};
+            case Argument::Kind::output:
+                if (!adds && previous < 0) return {&code.constant_parts[index], false, false};
+                if (adds || !is_constant[static_cast<std::size_t>(previous)]) return {out[index], true, true};
+                index = static_cast<std::size_t>(previous);
+                break;
             case Argument::Kind::instruction: break;
         }
         if (is_constant[index]) return {&constant_results[index], false, false};
@@ -263,13 +300,22 @@ void StripProgram::add(std::size_t size, std::span<const double* const> slots, s
     };
     for (std::size_t i = 0; i < code.instructions.size(); ++i) {
         const Instruction& instruction = code.instructions[i];
-        const Source a = source_of(instruction.a), b = source_of(instruction.b), c = source_of(instruction.c);
+        if (instruction.is_constant && !adds) continue;
+        const Source a = source_of(instruction.a, instruction.previous),
+                     b = source_of(instruction.b, instruction.previous),
+                     c = source_of(instruction.c, instruction.previous);
         const StripKernel kernel = strip_kernel(instruction.kind, a.varies, b.varies, c.varies);
         is_constant[i] = !a.varies && !b.varies && !c.varies;  // then it is computed once
         double* const target = instruction.output >= 0 ? out[static_cast<std::size_t>(instruction.output)]
                                                        : &registers[instruction.target * code.chunk];
         if (is_constant[i]) kernel(1, instruction.operation, a.first, b.first, c.first, &constant_results[i]);
         else steps[count++] = {kernel, instruction.operation, a, b, c, target, instruction.output >= 0};
+    }
+    for (std::size_t k = 0; k < out.size() && !adds; ++k) {
+        const int last = code.last[k];
+        if (last < 0) std::fill_n(out[k], size, code.constant_parts[k]);
+        else if (const auto i = static_cast<std::size_t>(last); is_constant[i])
+            std::fill_n(out[k], size, constant_results[i]);
     }
     for (std::size_t offset = 0; offset < size; offset += code.chunk) {
         const std::size_t points = std::min(code.chunk, size - offset);

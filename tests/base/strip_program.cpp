@@ -20,9 +20,9 @@ struct Points {
     }
 };
 
-/// The program's values of expressions; slots at odd places are uniform if mixed.
+/// The program's values of expressions, added to `start` or written; slots at odd places are uniform if mixed.
 std::vector<std::vector<double>> run(const std::vector<Expression>& expressions, const Points& points, std::size_t size,
-                                     bool mixed, double start) {
+                                     bool mixed, double start, bool adds) {
     std::vector<std::vector<double>> results(expressions.size(), std::vector<double>(size + 1, start));
     std::vector<double*> out;
     for (std::vector<double>& result : results) out.push_back(result.data());
@@ -32,7 +32,8 @@ std::vector<std::vector<double>> run(const std::vector<Expression>& expressions,
         slots[s] = mixed && s % 2 == 1 ? nullptr : points.values[s].data();
         uniform[s] = points.values[s][0];
     }
-    StripProgram(expressions).add(size, slots, uniform, out);
+    if (adds) StripProgram(expressions).add(size, slots, uniform, out);
+    else StripProgram(expressions).write(size, slots, uniform, out);
     return results;
 }
 
@@ -42,18 +43,24 @@ double expected_value(const Expression& expression, const Points& points, std::s
     return evaluate(expression, slots);
 }
 
-void expect_same(const std::vector<Expression>& expressions, const Points& points, std::size_t size, bool mixed) {
+void expect_same(const std::vector<Expression>& expressions, const Points& points, std::size_t size, bool mixed,
+                 bool adds) {
     const double start = 0.25;
-    const auto results = run(expressions, points, size, mixed, start);
+    const auto results = run(expressions, points, size, mixed, start, adds);
     for (std::size_t k = 0; k < expressions.size(); ++k) {
         for (std::size_t i = 0; i < size; ++i) {
-            const double expected = start + expected_value(expressions[k], points, i, mixed), found = results[k][i];
+            const double expected = (adds ? start : 0.0) + expected_value(expressions[k], points, i, mixed),
+                         found = results[k][i];
             if (!std::isfinite(expected)) continue;
             // 1e-10: a sum may cancel, and the program adds up in another order
             EXPECT_NEAR(found, expected, 1e-10 * (1.0 + std::abs(expected))) << text_of(expressions[k]) << " at " << i;
         }
         EXPECT_EQ(results[k][size], start) << "written beyond the end";
     }
+}
+
+void expect_same(const std::vector<Expression>& expressions, const Points& points, std::size_t size, bool mixed) {
+    for (const bool adds : {false, true}) expect_same(expressions, points, size, mixed, adds);
 }
 
 TEST(StripProgram, equals_evaluate_for_random_expressions_at_any_number_of_points) {
@@ -120,8 +127,45 @@ TEST(StripProgram, equals_evaluate_for_every_function_and_pattern) {
                                 "(x + y) / (x + y + 5)",
                                 "x - (y - (t - (W - 1)))",
                                 "-(-(x - y) - t)",
+                                "W + 2 t + 1",
+                                "W + 2",
+                                "W - x + W",
                                 "d_x rod_density div order - W d_y rod_density"})
         for (const bool mixed : {false, true}) expect_same({expression_of(written)}, points, 200, mixed);
+}
+
+TEST(StripProgram, of_factored_expressions_has_their_values) {
+    std::mt19937 random(29);
+    const Points points(60);
+    const auto expect_factored = [&](const std::vector<Expression>& expressions) {
+        const std::vector<Expression> found = factored(expressions);
+        for (std::size_t k = 0; k < expressions.size(); ++k)
+            for (std::size_t i = 0; i < 60; ++i) {
+                const double expected = expected_value(expressions[k], points, i, false);
+                const bool has_jump = text_of(expressions[k]).find("atan2") != std::string::npos;  // at 0 and -0
+                if (!std::isfinite(expected) || has_jump) continue;
+                // 1e-10: sums of large terms may cancel, and are added up in another order
+                EXPECT_NEAR(expected_value(found[k], points, i, false), expected, 1e-10 * (1.0 + std::abs(expected)))
+                    << text_of(expressions[k]) << " became " << text_of(found[k]);
+            }
+    };
+    for (int i = 0; i < 400; ++i) {
+        std::vector<Expression> expressions;
+        for (int k = 0; k <= i % 3; ++k) expressions.push_back(random_expression(random, 5, true));
+        expect_factored(expressions);
+    }
+    for (const char* written :
+         {"0", "x - x", "2", "-x - y", "-(2 x + 3) y + 3 y", "x (W + 1) - x W - x", "x / (2 t) + y / (2 t) - 3 / (2 t)",
+          "1 - (1 - x (1 - x (1 - x)))", "x x y - x y y + x y", "0.1 x + 0.2 x - 0.3 x", "(x - 1) (y - 1) - x y"})
+        expect_factored({expression_of(written), expression_of("x + 1")});
+}
+
+TEST(Factored, needs_no_more_operations_where_linear_parts_cancel_and_components_share_a_factor) {
+    const std::vector<Expression> found =
+        factored(std::vector{expression_of("-(0.4 + 0.8 (x x + y y)) x + 0.4 x - 0.5 t x"),
+                             expression_of("-(0.4 + 0.8 (x x + y y)) y + 0.4 y - 0.5 t y")});
+    EXPECT_EQ(text_of(found[0]), "-(x * (0.8 * (x * x + y * y) + 0.5 * t))");
+    EXPECT_EQ(text_of(found[1]), "-(y * (0.8 * (x * x + y * y) + 0.5 * t))");
 }
 
 TEST(StripProgram, shares_what_several_outputs_have_in_common) {

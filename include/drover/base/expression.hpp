@@ -87,6 +87,11 @@ std::optional<double> constant_value(const Expression& expression);
 /// a sum to a power above 64 and for infinite coefficients.
 std::vector<Expression> summands(const Expression& expression, const SourceLocation& where = {});
 
+/// Equal up to rounding, for fewer operations together: like terms of sums are joined, common factors taken out (also
+/// those of several expressions, so that they share the other factor), and a divisor of several quotients is inverted
+/// once.  Expressions of more than 2000 operations stay as they are.
+std::vector<Expression> factored(std::span<const Expression> expressions);
+
 /// A text that parse_expression() reads back as the same expression.  Throws an input Error if it has more than 10000
 /// characters.
 std::string text_of(const Expression& expression);
@@ -105,10 +110,15 @@ public:
     /// stack.
     void add(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
              std::span<double* const> out) const;
+    /// The same with out[k][i] = value.
+    void write(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
+               std::span<double* const> out) const;
 
     struct Code;  // src/base/strip_program.cpp
 
 private:
+    void run(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
+             std::span<double* const> out, bool adds) const;
     std::shared_ptr<const Code> code_;
 };
 

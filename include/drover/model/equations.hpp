@@ -61,6 +61,10 @@ public:
     /// modes are kept; 0: that of the products.
     numerics::System system(const numerics::Grid& grid, Threads& threads, int kept_degree = 0) const;
     TransformCount transforms() const;
+    /// The largest |s|, in 1/time, of the linear part about the reference that `system` leaves to N, at time t: of
+    /// terms that name an axis or depend on position or time.  A step of dt needs dt times it below about 1.  Searched
+    /// on at most 32 by 63 of the kept modes and 8 by 8 positions, with the coefficients of a position everywhere.
+    double explicit_rate(const numerics::Grid& grid, double t = 0.0) const;
 
     /// The equation of a field as LaTeX: "\\partial_t \\phi = ...".
     std::string latex(std::size_t field) const;

@@ -1,0 +1,112 @@
+// model/explicit_rate.cpp: how fast the linear part is that the solver leaves to the explicit part.
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "compiled.hpp"
+#include "drover/model/equations.hpp"
+
+namespace drover::model {
+
+namespace {
+using numerics::Wavevector;
+
+/// A slope of an output by an atom.
+struct Slope {
+    std::size_t output;
+    int slot;
+    Expression value;
+};
+
+std::vector<Slope> slopes_of(const CompiledEquations& c, bool& reads_position) {
+    std::vector<Slope> slopes;
+    for (std::size_t k = 0; k < c.outputs.size(); ++k)
+        for (const int slot : slots_of(c.outputs[k].value)) {
+            if (slot == slot_x || slot == slot_y) reads_position = true;
+            if (slot < first_atom) continue;
+            Expression slope = derivative(c.outputs[k].value, slot);
+            if (!is_zero(slope)) slopes.push_back({k, slot, std::move(slope)});
+        }
+    return slopes;
+}
+
+/// At most `most` of 0, ..., count - 1, from the last one down to 0.
+std::vector<std::size_t> sampled(std::size_t count, std::size_t most) {
+    std::vector<std::size_t> result;
+    const std::size_t taken = std::min(count, most);
+    for (std::size_t i = taken; i-- > 0;) result.push_back(taken < 2 ? 0 : i * (count - 1) / (taken - 1));
+    return result;
+}
+
+/// Kept modes, long wavevectors first.
+std::vector<Wavevector> sampled_modes(const numerics::Grid& grid, int degree) {
+    std::size_t columns = 0;
+    while (numerics::is_kept(grid, degree, columns, 0)) ++columns;
+    std::vector<std::size_t> rows;
+    for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
+        if (numerics::is_kept(grid, degree, 0, j)) rows.push_back(j);
+    std::sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
+        return numerics::mode_number_y(grid, a) < numerics::mode_number_y(grid, b);
+    });
+    std::vector<Wavevector> result;
+    for (const std::size_t i : sampled(columns, 32))
+        for (const std::size_t j : sampled(rows.size(), 63))  // odd: with the row 0 between those of both signs
+            result.push_back(numerics::wavevector(grid, i, rows[j]));
+    const auto square = [](const Wavevector& q) { return q.x * q.x + q.y * q.y; };
+    std::stable_sort(result.begin(), result.end(),
+                     [&](const Wavevector& a, const Wavevector& b) { return square(a) > square(b); });
+    return result;
+}
+
+/// The linear part less what the propagator has of it.
+Symbol anisotropic_part(const CompiledEquations& c, const Wavevector& q) {
+    if (c.is_isotropic) return Symbol::Zero(c.components, c.components);
+    const double length = std::hypot(q.x, q.y);
+    const double cosine = length == 0.0 ? 1.0 : q.x / length, sine = length == 0.0 ? 0.0 : q.y / length;
+    return c.form_symbol(c.linear, q) - c.in_frame(c.averaged(c.linear, length), cosine, sine, true);
+}
+
+/// `balance`: of fields in balance by the others.
+double largest_rate(const CompiledEquations& c, const Symbol& explicit_part, const Symbol& balance) {
+    const Symbol of_state = (explicit_part + explicit_part * balance)(c.state, c.state);
+    return of_state.eigenvalues().cwiseAbs().maxCoeff();
+}
+}  // namespace
+
+double Equations::explicit_rate(const numerics::Grid& grid, double t) const {
+    const CompiledEquations& c = *compiled_;
+    bool reads_position = false;
+    const std::vector<Slope> slopes = slopes_of(c, reads_position);
+    if (slopes.empty() && c.is_isotropic) return 0.0;
+    std::vector<std::vector<double>> values;  // of the slopes, at each position; those that are not finite are no rates
+    constexpr int positions = 8;
+    for (int k = 0; k < (reads_position ? positions * positions : 1); ++k) {
+        std::vector<double> slots = c.slots_at(c.reference());
+        slots[slot_x] = grid.lx / positions * (k % positions);
+        slots[slot_y] = grid.ly / positions * (k / positions);
+        slots[slot_t] = t;
+        values.emplace_back();
+        for (const Slope& slope : slopes) {
+            const double value = evaluate(slope.value, slots);
+            values.back().push_back(std::isfinite(value) ? value : 0.0);
+        }
+    }
+    double largest = 0.0;
+    for (const Wavevector& q : sampled_modes(grid, c.degree)) {
+        const Symbol anisotropic = anisotropic_part(c, q);
+        Symbol balance = Symbol::Zero(c.components, c.components);
+        static_cast<void>(c.eliminated(c.form_symbol(c.linear, q), &balance));
+        for (const std::vector<double>& at_position : values) {
+            Symbol m = anisotropic;
+            for (std::size_t n = 0; n < slopes.size(); ++n)
+                for (const Output::Use& use : c.outputs[slopes[n].output].uses)
+                    c.add_form(c.atoms[static_cast<std::size_t>(slopes[n].slot - first_atom)], use.order,
+                               use.factor * at_position[n], q, use.component, m);
+            // No eigenvalue is above the norm.
+            if (m.norm() * (1.0 + balance.norm()) > largest) largest = std::max(largest, largest_rate(c, m, balance));
+        }
+    }
+    return largest;
+}
+
+}  // namespace drover::model
