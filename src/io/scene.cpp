@@ -42,6 +42,7 @@ void for_sections(AnyScene& scene, Visit visit) {
     fields("initial", "The initial state.", scene.initial);
     both("output", "Output files and intervals.", scene.output);
     both("analysis", "Time averages.", scene.analysis);
+    fields("accuracy", "The errors of the results of a run.", scene.accuracy);
     both("run", "Seed and threads.", scene.run);
     both("sweep", "Many runs of this scene; used by drover sweep only.", scene.sweep);
     fields("stability", "Wavevectors of the linear stability analysis; used by drover stability only.",
