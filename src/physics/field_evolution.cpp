@@ -42,7 +42,8 @@ FieldEvolution::FieldEvolution(const Model& model, const numerics::Grid& grid, c
       linear_(linear_system(equations_, grid, reference(model.uniform), dealiasing)),
       split_(split_at(0)),
       stepper_(control, split_.system, seed, threads) {
-    if (split_.remainder && control.watches_error) error_.emplace(equations_, grid, dealiasing, control.dt);
+    if (split_.remainder && control.watches_error)
+        error_.emplace(equations_, grid, dealiasing, control.dt, control.tolerance > 0.0);
 }
 
 FieldEvolution::Split FieldEvolution::split_at(int rung) const {

@@ -148,6 +148,7 @@ struct StepError::Work {
     Grid fine, coarse;
     Dealiasing dealiasing;
     double dt;
+    bool divides;
     std::int64_t stride = 1, since = 0;  // steps of the run in one of the error, and since its last
     double perturbation_growth = 0.0;    // |N(a + e) - N(a)|/|e|
     Threads one{1};
@@ -166,7 +167,8 @@ struct StepError::Work {
     std::map<double, numerics::Stepper> steppers;  // by their steps over dt: a stride, or one over a number of parts
     bool noisy = false;
 
-    Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt);
+    Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt,
+         bool the_divides);
     void set_reference(const Reference& about);
     void perturbation_rate(double t, const Spectra& perturbation, Spectra& out);
     double size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const;
@@ -186,12 +188,14 @@ struct StepError::Work {
     void bound();
 };
 
-StepError::Work::Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt)
+StepError::Work::Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt,
+                      bool the_divides)
     : equations(the_equations),
       fine(grid),
       coarse{coarse_points(grid.nx), coarse_points(grid.ny), grid.lx, grid.ly},
       dealiasing(the_dealiasing),
-      dt(the_dt) {
+      dt(the_dt),
+      divides(the_divides) {
     const Form& form = equations.form;
     const int degree = kept_degree(equations, dealiasing);
     noisy = has_noise(equations.model.noise);
@@ -225,6 +229,8 @@ void StepError::Work::set_reference(const Reference& about) {
     if (coarse.ny > 1) per_length = std::min(per_length, coarse.ny / coarse.ly);
     const double cut = 2.0 * std::numbers::pi / (system.degree + 1) * per_length;
     if (!noisy) waves = fast_waves(system, coarse, system.degree, dt);
+    if (divides)
+        for (FastWave& wave : waves) wave.is_unresolved = false;
     turn.reset();
     if (!waves.empty()) {
         numerics::System linear = system;
@@ -345,8 +351,9 @@ void StepError::Work::bound() {
     for (Complex& value : error.values) value = std::isfinite(relative) ? value / relative : Complex(0.0);
 }
 
-StepError::StepError(const Equations& equations, const Grid& grid, const Dealiasing& dealiasing, double dt)
-    : work_(std::make_unique<Work>(equations, grid, dealiasing, dt)) {}
+StepError::StepError(const Equations& equations, const Grid& grid, const Dealiasing& dealiasing, double dt,
+                     bool divides)
+    : work_(std::make_unique<Work>(equations, grid, dealiasing, dt, divides)) {}
 StepError::~StepError() = default;
 StepError::StepError(StepError&&) noexcept = default;
 
@@ -435,6 +442,11 @@ void StepError::Work::evolve(std::int64_t step) {
         const bool is_coarse = perturbation_growth * strides * dt > max_change * parts;
         if (is_coarse && parts < max_parts && stride == 1) continue;
         error.values = before.values;
+        if (stride == 1 && perturbation_growth * dt > 2.0 * max_change * max_parts) {
+            // An interval of outputs, much longer than the steps of its method: the errors of such intervals add up.
+            for (std::size_t k = 0; k < error.values.size(); ++k) error.values[k] += dt * driven.values[k];
+            return;
+        }
         perturbation_growth = 0.0;
         double fastest = 0.0;
         for (int part = 0; part < parts; ++part) {
@@ -442,7 +454,7 @@ void StepError::Work::evolve(std::int64_t step) {
             fastest = std::max(fastest, perturbation_growth);
         }
         perturbation_growth = fastest;
-        if (stride > 1 || parts == max_parts || fastest * dt <= 2.0 * max_change * parts) return;
+        if (stride > 1 || fastest * dt <= 2.0 * max_change * parts) return;
     }
 }
 

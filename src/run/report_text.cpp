@@ -87,7 +87,9 @@ void add_scalars(const Report& report, std::string& out) {
         const bool has_tau = std::isfinite(tau) && !is_zero(estimate, rounding);
         out += text("{:<28} {:>8} {} {} {:>9}{}\n", row.name, row.unit, mean_cell(estimate, rounding),
                     error_cell(estimate, rounding), has_tau ? text("{:.2g}", tau) : "-",
-                    has_step ? step_cell(report, row, 0) : "");
+                    !has_step                     ? ""
+                    : is_zero(estimate, rounding) ? "   -"
+                                                  : step_cell(report, row, 0));
     }
 }
 

@@ -169,6 +169,10 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
     for (const auto& row : rows) {
         const std::size_t values = measure::size_of(row.axes);
         const measure::SummaryRow* summarised = measure::find_row(summary, row.name);
+        if (row.name.starts_with("spectral_tail_")) {  // of the grid, not of the model
+            first += values;
+            continue;
+        }
         std::vector<StepBiasEstimate>& found = biases.of[row.name];
         for (std::size_t k = 0; k < values; ++k) {
             const measure::Estimate* estimate =

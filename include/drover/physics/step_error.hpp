@@ -20,7 +20,9 @@ namespace drover::physics {
 /// 3 (tests/bench/step_error).
 class StepError {
 public:
-    StepError(const Equations& equations, const numerics::Grid& grid, const Dealiasing& dealiasing, double dt);
+    /// `divides`: a tolerance divides dt, so that waves may turn within it and be resolved all the same.
+    StepError(const Equations& equations, const numerics::Grid& grid, const Dealiasing& dealiasing, double dt,
+              bool divides = false);
     ~StepError();
     StepError(StepError&&) noexcept;
 
