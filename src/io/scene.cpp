@@ -53,6 +53,7 @@ void for_sections(AnyScene& scene, Visit visit) {
     of_grids("initial", "The initial state.", scene.initial);
     of_all("output", "Output files and intervals.", scene.output);
     of_all("analysis", "Time averages.", scene.analysis);
+    of_fields("accuracy", "The errors of the results of a run.", scene.accuracy);
     of_all("run", "Seed and threads.", scene.run);
     of_all("sweep", "Many runs of this scene; used by drover sweep only.", scene.sweep);
     of_grids("stability", "Wavevectors of the linear stability analysis; used by drover stability only.",

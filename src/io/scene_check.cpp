@@ -204,7 +204,7 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .range = {.min = 0.0, .max = 1.0},
              .doc =
                  "a run warns when the estimated error of its time steps (observable step_error) exceeds this part of "
-                 "a field; fields only; 0: the error is not estimated"},
+                 "the fluctuation of a field, its deviation from its mean over the cell and time; fields only; 0: the error is not estimated"},
             {.name = "chosen",
              .member = &TimeControl::chosen,
              .choices = {"", "fields", "means", "linear"},
@@ -255,6 +255,19 @@ const std::vector<Row<Analysis>>& schema<Analysis>() {
          .unit = "s",
          .range = {.min = -1.0},
          .doc = "time omitted from means at the start; -1: estimated from the series"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<Accuracy>>& schema<Accuracy>() {
+    static const std::vector<Row<Accuracy>> rows{
+        {.name = "effort",
+         .member = &Accuracy::effort,
+         .range = {.min = 0.0, .max = 10.0},
+         .doc = "part of the time of the steps that may be spent on measuring the bias of each result by the time "
+                "step: with noise, pieces of the run are repeated with dt/2 on the same noise path; without noise, "
+                "observables are compared with those of the fields less their estimated error; 0: it is not "
+                "measured"}};
     return rows;
 }
 

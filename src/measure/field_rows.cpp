@@ -258,9 +258,8 @@ Observables<FieldMoment> field_observables(const FieldSetting& setting) {
     add_tails(form, rows);
     if (setting.watches_error)
         add(rows, "step_error", "1",
-            "estimated error of the time steps so far: the largest of any field, relative to its root mean square; "
-            "with "
-            "noise on the same path, without the direction of the mean order",
+            "estimated error of the time steps so far: the largest of any field, relative to its deviation from its "
+            "mean over the cell and time; with noise on the same path, without the direction of the mean order",
             [](const FieldMoment& moment) { return moment.step_error; });
     if (setting.terms) add_energy(setting, rows);
     std::erase_if(rows, [](const auto& row) { return size_of(row.axes) == 0; });  // a grid too small for any shell

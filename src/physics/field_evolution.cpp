@@ -42,7 +42,8 @@ FieldEvolution::FieldEvolution(const Model& model, const numerics::Grid& grid, c
       linear_(linear_system(equations_, grid, reference(model.uniform), dealiasing)),
       split_(split_at(0)),
       stepper_(control, split_.system, seed, threads) {
-    if (split_.remainder && control.watches_error) error_.emplace(equations_, grid, dealiasing, control.dt);
+    if (split_.remainder && control.watches_error)
+        error_.emplace(equations_, grid, dealiasing, control.dt, control.tolerance > 0.0);
 }
 
 FieldEvolution::Split FieldEvolution::split_at(int rung) const {
@@ -62,6 +63,12 @@ void FieldEvolution::set_reference(int rung) {
     split_ = split_at(rung);
     stepper_.set_system(split_.system);
     if (error_) error_->set_reference(reference_at(equations_.model.uniform, rung));
+}
+
+void FieldEvolution::follow(const FieldEvolution& other) {
+    stepper_.set_division(1);
+    stepper_.restore_history({});
+    if (rung_ != other.rung_) set_reference(other.rung_);
 }
 
 /// Of the last evaluation, the smallest bead density as that of the mass that moves.
@@ -95,13 +102,13 @@ std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::in
 }  // namespace
 
 void FieldEvolution::advance(std::int64_t step, Spectra& state) {
-    if (error_) error_->advance(step, state);
     const bool checks = error_ && step >= next_check_;
     if (checks) before_ = state;
     stepper_.advance(step, state);
     if (!split_.remainder) return;
     const Extremes extremes = moving_extremes();
     if (checks) measure_error(step, state);
+    if (error_) error_->advance(step + 1, state);
     follow_beads(extremes);
 }
 
@@ -115,7 +122,7 @@ void FieldEvolution::measure_error(std::int64_t step, const Spectra& state) {
     // Fields that overflow have no error; the check of the fields says which of them failed first.
     double square = 0.0;
     for (const numerics::Complex value : state.values) square += std::norm(value);
-    if (step > 0 && std::isfinite(square) && !(local.error < 0.5))
+    if (std::isfinite(square) && !(local.error < 0.5))
         fail_run(
             "the time step is too long: at t = {:.6g} s one step of {:.4g} s is wrong by {:.3g} times the {}; choose "
             "time.dt <= {:.3g}, or a time.tolerance",

@@ -2,6 +2,7 @@
 #include "drover/physics/step_error.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -32,6 +33,9 @@ int coarse_points(int points) {
 /// where the explicit terms change the error by more than 0.3: the error of advected waves would grow by itself.
 constexpr std::int64_t max_stride = 8;
 constexpr std::int64_t min_strides = 8;  // in the run so far: a short run has an error, too
+constexpr double max_change = 0.3;       // of the error by the explicit terms, in one of its steps
+/// A step of the run that is longer is taken in parts: dt may be an output interval, which a method divides.
+constexpr int max_parts = 64;
 
 /// Random errors of noisy steps are measured too large: on 60 random scenes with noise the estimate without this factor
 /// was 1.5 times the error in the median (tests/bench/step_error).
@@ -121,8 +125,19 @@ struct FieldSize {
     double largest = 0.0;  ///< the largest so far: a field that has all but vanished has no size of its own
     double local = 0.0, local_low = 0.0;
     double memory = INFINITY;  ///< steps for which an error beyond the coarse grid persists
+    // Of the moments so far: their number, the sums of the mean squares and of the means over the cell.
+    double moments = 0.0, squares = 0.0;
+    std::array<double, 2> means{};
+    double variance = 0.0;  ///< over the cell, now
 
     double scale() const { return std::max(size, 1e-3 * largest); }
+    /// Deviation from the mean over the cell and over time.  An error of the mean is compared with it, too.
+    double fluctuation() const {
+        const double mean = std::hypot(means[0], means[1]) / moments;
+        const double square = moments > 0.0 ? squares / moments - mean * mean : 0.0;
+        constexpr double negligible = 1e-5;  // of the largest: the rest of what has relaxed
+        return std::max(std::sqrt(std::max(square, variance)), negligible * largest);
+    }
     double local_high() const { return std::sqrt(std::max(0.0, local * local - local_low * local_low)); }
 };
 double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }
@@ -133,6 +148,7 @@ struct StepError::Work {
     Grid fine, coarse;
     Dealiasing dealiasing;
     double dt;
+    bool divides;
     std::int64_t stride = 1, since = 0;  // steps of the run in one of the error, and since its last
     double perturbation_growth = 0.0;    // |N(a + e) - N(a)|/|e|
     Threads one{1};
@@ -147,29 +163,39 @@ struct StepError::Work {
     std::optional<double> state_time;  // both stages of a step of the error share N(a): the state is held in it
     Spectra drive, driven;  // the local error, without noise per time, and its sum over the steps since the last
     std::shared_ptr<RightHandSide> remainder;
-    std::map<std::int64_t, numerics::Stepper> steppers;  // by stride
+    numerics::System system;
+    std::map<double, numerics::Stepper> steppers;  // by their steps over dt: a stride, or one over a number of parts
     bool noisy = false;
 
-    Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt);
+    Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt,
+         bool the_divides);
     void set_reference(const Reference& about);
     void perturbation_rate(double t, const Spectra& perturbation, Spectra& out);
     double size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const;
+    void measure_fluctuations(const Spectra& fine_fields);
     double wave_size(const FieldSize& field) const;
     double relative_size(const Spectra& spectra) const;
     double local_size() const;
+    Spectra error_now() const;
+    double growth() const;
+    double size_without_phase(const FieldSize& field) const;
     void sample(const Spectra& fine_fields);
+    numerics::Stepper& stepper(double steps);
+    void evolve(std::int64_t step);
     void add_unresolved_waves(const Spectra& after);
     void add_random_errors(std::int64_t step, std::uint64_t number);
     void leave_out_direction();
     void bound();
 };
 
-StepError::Work::Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt)
+StepError::Work::Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt,
+                      bool the_divides)
     : equations(the_equations),
       fine(grid),
       coarse{coarse_points(grid.nx), coarse_points(grid.ny), grid.lx, grid.ly},
       dealiasing(the_dealiasing),
-      dt(the_dt) {
+      dt(the_dt),
+      divides(the_divides) {
     const Form& form = equations.form;
     const int degree = kept_degree(equations, dealiasing);
     noisy = has_noise(equations.model.noise);
@@ -190,7 +216,7 @@ StepError::Work::Work(const Equations& the_equations, const Grid& grid, const De
 }
 
 void StepError::Work::set_reference(const Reference& about) {
-    numerics::System system = linear_system(equations, coarse, about, noisy ? Dealiasing{.rule = "none"} : dealiasing);
+    system = linear_system(equations, coarse, about, noisy ? Dealiasing{.rule = "none"} : dealiasing);
     remainder = std::make_shared<RightHandSide>(equations, system, about, one);
     system.set_step = [split = remainder](double length) { split->set_step(length); };
     system.noise = {};
@@ -198,14 +224,13 @@ void StepError::Work::set_reference(const Reference& about) {
         perturbation_rate(t, perturbation, out);
     };
     steppers.clear();
-    for (std::int64_t n = 1; n <= max_stride; n *= 2)
-        steppers.emplace(n, numerics::Stepper(system, numerics::stepper_table("etdrk2"), static_cast<double>(n) * dt, 0,
-                                              one));
     double per_length = INFINITY;  // of the coarser axis; a one-dimensional grid has one
     if (coarse.nx > 1) per_length = coarse.nx / coarse.lx;
     if (coarse.ny > 1) per_length = std::min(per_length, coarse.ny / coarse.ly);
     const double cut = 2.0 * std::numbers::pi / (system.degree + 1) * per_length;
     if (!noisy) waves = fast_waves(system, coarse, system.degree, dt);
+    if (divides)
+        for (FastWave& wave : waves) wave.is_unresolved = false;
     turn.reset();
     if (!waves.empty()) {
         numerics::System linear = system;
@@ -223,7 +248,7 @@ void StepError::Work::set_reference(const Reference& about) {
 void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, Spectra& out) {
     if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
     else out.values = driven.values;
-    const double relative = relative_size(error);
+    const double relative = relative_size(perturbation);
     if (relative == 0.0 || !std::isfinite(relative)) return;
     const double enlarged = std::max(1.0, 1e-5 / relative);
     try {
@@ -252,6 +277,24 @@ double StepError::Work::size_of(const Spectra& spectra, const Grid& grid, const 
         for (std::size_t m = 0; m < spectra.size; ++m)
             sum += numerics::mode_weight(grid, m % width) * std::norm(spectra[c][m]);
     return std::sqrt(sum);
+}
+
+void StepError::Work::measure_fluctuations(const Spectra& fine_fields) {
+    for (FieldSize& field : fields) {
+        const double size = size_of(fine_fields, fine, field);
+        std::array<double, 2> mean{};
+        for (int c = 0; c < field.count; ++c)
+            mean[static_cast<std::size_t>(c)] = fine_fields[field.first + c][0].real();
+        const double square = mean[0] * mean[0] + mean[1] * mean[1];
+        field.variance = std::max(0.0, size * size - square);
+        // Noise turns the direction of a flock without limit, which is no fluctuation of its own.
+        if (noisy && field.count == 2) mean = {std::sqrt(square), 0.0};
+        field.moments += 1.0;
+        field.squares += size * size;
+        for (std::size_t k = 0; k < mean.size(); ++k) field.means[k] += mean[k];
+        field.size = size;
+        field.largest = std::max(field.largest, size);
+    }
 }
 
 double StepError::Work::wave_size(const FieldSize& field) const {
@@ -308,8 +351,9 @@ void StepError::Work::bound() {
     for (Complex& value : error.values) value = std::isfinite(relative) ? value / relative : Complex(0.0);
 }
 
-StepError::StepError(const Equations& equations, const Grid& grid, const Dealiasing& dealiasing, double dt)
-    : work_(std::make_unique<Work>(equations, grid, dealiasing, dt)) {}
+StepError::StepError(const Equations& equations, const Grid& grid, const Dealiasing& dealiasing, double dt,
+                     bool divides)
+    : work_(std::make_unique<Work>(equations, grid, dealiasing, dt, divides)) {}
 StepError::~StepError() = default;
 StepError::StepError(StepError&&) noexcept = default;
 
@@ -325,9 +369,8 @@ void StepError::add_local(const Spectra& local, const Spectra& fields) {
     for (std::size_t k = 0; k < w.wave_local.size(); ++k) w.wave_local[k] = std::abs(w.shifted.values[k]);
     w.add_unresolved_waves(fields);
     const double before = w.local_size();
+    w.measure_fluctuations(fields);
     for (FieldSize& field : w.fields) {
-        field.size = w.size_of(fields, w.fine, field);
-        field.largest = std::max(field.largest, field.size);
         field.local = w.size_of(local, w.fine, field);
         field.local_low = w.size_of(w.shifted, w.coarse, field);
     }
@@ -350,6 +393,7 @@ void StepError::Work::sample(const Spectra& fine_fields) {
 
 void StepError::start_local(const Spectra& before) {
     Work& w = *work_;
+    if (w.fields.front().moments == 0.0) w.measure_fluctuations(before);
     if (w.waves.empty()) return;
     w.sample(before);
     if (w.rate_before.size == 0) w.rate_before = w.state;
@@ -383,6 +427,37 @@ void StepError::Work::add_unresolved_waves(const Spectra& after) {
     }
 }
 
+numerics::Stepper& StepError::Work::stepper(double steps) {
+    const auto found = steppers.find(steps);
+    if (found != steppers.end()) return found->second;
+    return steppers.emplace(steps, numerics::Stepper(system, numerics::stepper_table("etdrk2"), steps * dt, 0, one))
+        .first->second;
+}
+
+/// The error over the steps since it last evolved, in as many parts as its explicit terms need.
+void StepError::Work::evolve(std::int64_t step) {
+    const Spectra before = error;
+    const double t = static_cast<double>(step) * dt, strides = static_cast<double>(stride);
+    for (int parts = 1;; parts *= 2) {
+        const bool is_coarse = perturbation_growth * strides * dt > max_change * parts;
+        if (is_coarse && parts < max_parts && stride == 1) continue;
+        error.values = before.values;
+        if (stride == 1 && perturbation_growth * dt > 2.0 * max_change * max_parts) {
+            // An interval of outputs, much longer than the steps of its method: the errors of such intervals add up.
+            for (std::size_t k = 0; k < error.values.size(); ++k) error.values[k] += dt * driven.values[k];
+            return;
+        }
+        perturbation_growth = 0.0;
+        double fastest = 0.0;
+        for (int part = 0; part < parts; ++part) {
+            stepper(strides / parts).step(t, static_cast<std::uint64_t>(part), error);
+            fastest = std::max(fastest, perturbation_growth);
+        }
+        perturbation_growth = fastest;
+        if (stride > 1 || fastest * dt <= 2.0 * max_change * parts) return;
+    }
+}
+
 void StepError::advance(std::int64_t step, const Spectra& fields) {
     Work& w = *work_;
     for (int c = 0; c < w.error.count(); ++c)
@@ -390,13 +465,13 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
             const std::size_t k = static_cast<std::size_t>(c) * w.error.size + wave.mode;
             w.wave_error[k] = wave.kept * w.wave_error[k] + w.wave_local[k];
         }
-    if (step == 0) return;
     for (std::size_t k = 0; k < w.driven.values.size(); ++k) w.driven.values[k] += w.drive.values[k];
     if (++w.since < w.stride) return;
+    w.measure_fluctuations(fields);
     w.sample(fields);
     for (Complex& value : w.driven.values) value /= static_cast<double>(w.since);
     w.add_random_errors(step, 0);
-    w.steppers.at(w.stride).step(static_cast<double>(step) * w.dt, 0, w.error);
+    w.evolve(step);
     w.add_random_errors(step, 1);
     w.leave_out_direction();
     w.bound();
@@ -404,23 +479,55 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
     w.since = 0;
     w.stride = max_stride;
     while (w.stride > 1 &&
-           (min_strides * w.stride > step || w.perturbation_growth * static_cast<double>(w.stride) * w.dt > 0.3))
+           (min_strides * w.stride > step || w.perturbation_growth * static_cast<double>(w.stride) * w.dt > max_change))
         w.stride /= 2;
+}
+
+/// The error with those of the steps since it last evolved.
+Spectra StepError::Work::error_now() const {
+    Spectra now = error;
+    if (!noisy)
+        for (std::size_t k = 0; k < now.values.size(); ++k) now.values[k] += dt * driven.values[k];
+    return now;
+}
+
+/// How much the error of earlier steps adds to that of the last.
+double StepError::Work::growth() const {
+    double low = 0.0;
+    for (const FieldSize& field : fields) low += std::pow(ratio(field.local_low, field.scale()), 2.0);
+    return low > 0.0 ? relative_size(error) / std::sqrt(low) : 1.0;
+}
+
+/// The size of the part of an error beyond the coarse grid, and of fast waves.
+double StepError::Work::size_without_phase(const FieldSize& field) const {
+    const double high = std::min(growth(), noisy ? std::sqrt(field.memory) : field.memory) * field.local_high();
+    return std::hypot(wave_size(field), high);
 }
 
 StepError::Relative StepError::largest() const {
     const Work& w = *work_;
-    double low = 0.0;
-    for (const FieldSize& field : w.fields) low += std::pow(ratio(field.local_low, field.scale()), 2.0);
-    const double grown = low > 0.0 ? w.relative_size(w.error) / std::sqrt(low) : 1.0;
+    const Spectra error = w.error_now();
     Relative result{.error = 0.0, .field = w.fields.front().name};
     for (const FieldSize& field : w.fields) {
-        const double high = std::min(grown, w.noisy ? std::sqrt(field.memory) : field.memory) * field.local_high();
-        const double error =
-            (w.noisy ? random_errors : 1.0) *
-            ratio(std::hypot(w.size_of(w.error, w.coarse, field), w.wave_size(field), high), field.scale());
-        if (error > result.error) result = {std::min(error, 1.0), field.name};
+        // Of the last step nothing has decayed yet.
+        const double size =
+            std::max(field.local, std::hypot(w.size_of(error, w.coarse, field), w.size_without_phase(field)));
+        const double relative = (w.noisy ? random_errors : 1.0) * ratio(size, field.fluctuation());
+        if (relative > result.error) result = {std::min(relative, 1.0), field.name};
     }
+    return result;
+}
+
+std::optional<Spectra> StepError::known() const {
+    const Work& w = *work_;
+    constexpr double definite = 0.5;  // of the fluctuation
+    if (w.noisy || largest().error > definite) return std::nullopt;
+    const Spectra now = w.error_now();
+    Spectra result(w.fine, now.count());
+    for (const FieldSize& field : w.fields)
+        if (w.size_without_phase(field) > w.size_of(now, w.coarse, field)) return std::nullopt;
+    for (int c = 0; c < now.count(); ++c)
+        for (const ModePair& pair : w.shared) result[c][pair.fine] = now[c][pair.coarse];
     return result;
 }
 
@@ -432,13 +539,25 @@ StepError::Relative StepError::largest_local() const {
     return result;
 }
 
-std::size_t StepError::saved_numbers() const { return 3 + 4 * work_->fields.size() + 8 * work_->error.values.size(); }
+namespace {
+/// The saved numbers of a field.
+template <class Field>
+auto saved_of(Field& field) {
+    return std::array{&field.size,    &field.largest,  &field.local,    &field.local_low, &field.moments,
+                      &field.squares, &field.means[0], &field.means[1], &field.variance};
+}
+constexpr std::size_t saved_of_field = 9;
+}  // namespace
+
+std::size_t StepError::saved_numbers() const {
+    return 3 + saved_of_field * work_->fields.size() + 8 * work_->error.values.size();
+}
 
 std::vector<double> StepError::save() const {
     std::vector<double> values{static_cast<double>(work_->stride), static_cast<double>(work_->since),
                                work_->perturbation_growth};
     for (const FieldSize& field : work_->fields)
-        for (const double value : {field.size, field.largest, field.local, field.local_low}) values.push_back(value);
+        for (const double* value : saved_of(field)) values.push_back(*value);
     for (const std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
         values.insert(values.end(), part->begin(), part->end());
     for (const Spectra* spectra : {&work_->error, &work_->drive, &work_->driven})
@@ -457,7 +576,7 @@ void StepError::restore(std::span<const double> values) {
     work_->since = static_cast<std::int64_t>(*next++);
     work_->perturbation_growth = *next++;
     for (FieldSize& field : work_->fields)
-        for (double* value : {&field.size, &field.largest, &field.local, &field.local_low}) *value = *next++;
+        for (double* value : saved_of(field)) *value = *next++;
     for (std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
         for (double& value : *part) value = *next++;
     for (Spectra* spectra : {&work_->error, &work_->drive, &work_->driven})

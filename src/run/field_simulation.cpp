@@ -11,8 +11,10 @@
 #include "drover/physics/energy.hpp"
 #include "drover/physics/field_evolution.hpp"
 #include "run/field_health.hpp"
+#include "run/field_moment.hpp"
 #include "run/sample_recording.hpp"
 #include "run/start_file.hpp"
+#include "run/step_bias.hpp"
 
 namespace drover::run {
 
@@ -27,16 +29,15 @@ struct World {
     numerics::Transform transform;
     numerics::Spectra state;
     FieldHealth health;
-    numerics::Fields fields;
-    numerics::Fields slaved;     // the velocity of the beads, of a slaved form
-    numerics::Spectra velocity;  // the same as modes, of every form that has one
+    FieldsOnGrid on_grid;
     std::optional<physics::EnergyMeter> energy;
     double time = 0.0;
     std::vector<double> fresh;  // saved by the evolution before any step
     measure::FieldSetting setting;
+    std::shared_ptr<StepBias> bias;  // nullptr: not measured
 
     World(const io::Scene& the_scene, Threads& threads);
-    void transform_to_grid();
+    void transform_to_grid() { to_grid(evolution, transform, time, state, on_grid); }
 };
 
 numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
@@ -56,8 +57,8 @@ World::World(const io::Scene& the_scene, Threads& threads)
                  .tolerance = scene.time.tolerance,
                  .watches_error = scene.time.max_error > 0.0},
                 static_cast<std::uint64_t>(scene.run.seed), threads),
-      transform(scene.grid, evolution.system().degree, threads),
-      fields(scene.grid, numerics::components(evolution.system().layout)) {
+      transform(scene.grid, evolution.system().degree, threads) {
+    on_grid.fields = numerics::Fields(scene.grid, numerics::components(evolution.system().layout));
     const numerics::System& system = evolution.system();
     if (scene.output.powers) energy.emplace(evolution.equations(), scene.grid, scene.dealiasing, threads);
     setting = measure::make_field_setting(scene.grid, form, system.degree);
@@ -70,24 +71,8 @@ World::World(const io::Scene& the_scene, Threads& threads)
     health = make_field_health(evolution, scene, state);
     evolution.start(state);
     fresh = evolution.save();
-}
-
-/// Computes the state on the grid, and the velocity of the beads where the form has one.
-void World::transform_to_grid() {
-    transform.backward(state, fields);
-    if (form.velocity == physics::Velocity::absent) return;
-    if (velocity.size == 0) velocity = numerics::Spectra(scene.grid, 2);
-    if (form.velocity == physics::Velocity::slaved) {
-        numerics::Fields now =
-            physics::slaved_velocity(evolution.equations(), evolution.system(), time, state, transform);
-        if (slaved.size == 0) slaved = std::move(now);
-        else std::copy(now.values.begin(), now.values.end(), slaved.values.begin());  // its arrays are lent out
-        transform.forward(slaved, velocity);
-        return;
-    }
-    for (int axis = 0; axis < 2; ++axis)
-        std::copy(state[form.bead_velocity + axis].begin(), state[form.bead_velocity + axis].end(),
-                  velocity[axis].begin());
+    if (why_no_step_bias(scene).empty() && physics::is_nonlinear(evolution.equations()))
+        bias = std::make_shared<StepBias>(scene, evolution, setting, threads);
 }
 
 }  // namespace
@@ -118,6 +103,7 @@ numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
     start.time.stepper = io::TimeControl{}.stepper;
     start.time.tolerance = start.time.max_error = 0.0;
     start.output.powers = false;
+    start.accuracy.effort = 0.0;
     return World(start, threads).state;
 }
 
@@ -171,7 +157,7 @@ double field_simulation_bytes(const io::Scene& scene) {
                  : numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper), count_of_steppers);
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
     return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers +
-           2.0 * physics::right_hand_side_bytes(equations, scene.grid, system.degree) +
+           2.0 * physics::right_hand_side_bytes(equations, scene.grid, system.degree) + step_bias_bytes(scene) +
            (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
 }
 
@@ -181,7 +167,8 @@ ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
     const auto observe = [world] {
         world->transform_to_grid();
         std::vector<std::span<const double>> arrays;
-        for (const numerics::Fields* fields : {&std::as_const(world->fields), &std::as_const(world->slaved)})
+        for (const numerics::Fields* fields :
+             {&std::as_const(world->on_grid.fields), &std::as_const(world->on_grid.slaved)})
             for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
         return arrays;
     };
@@ -194,13 +181,10 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
         world->transform_to_grid();
         std::optional<physics::EnergyBudget> energy;
         if (world->energy) energy = world->energy->measure(world->time, world->state);
-        return measure::FieldMoment{.setting = world->setting,
-                                    .spectra = world->state,
-                                    .fields = world->fields,
-                                    .velocity = world->velocity.size > 0 ? &world->velocity : nullptr,
-                                    .slaved_velocity = &world->slaved,
-                                    .energy = std::move(energy),
-                                    .step_error = world->evolution.step_error().error};
+        measure::FieldMoment moment = moment_of(world->setting, world->state, world->on_grid);
+        moment.energy = std::move(energy);
+        moment.step_error = world->evolution.step_error().error;
+        return moment;
     });
 }
 }  // namespace
@@ -239,8 +223,8 @@ namespace {
 /// Other fields start another run: without the history of the stepper and the error so far.
 void accept(World& world, std::int64_t step) {
     const std::vector<physics::Component> names = physics::component_names(world.form);
-    for (int c = 0; c < world.fields.count(); ++c) {
-        const std::span<const double> values = std::as_const(world.fields)[c];
+    for (int c = 0; c < world.on_grid.fields.count(); ++c) {
+        const std::span<const double> values = std::as_const(world.on_grid.fields)[c];
         const auto found =
             std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
         require(found == values.end(), {},
@@ -248,7 +232,7 @@ void accept(World& world, std::int64_t step) {
                 names[static_cast<std::size_t>(c)].name, found == values.end() ? 0.0 : *found,
                 (found - values.begin()) % world.scene.grid.nx, (found - values.begin()) / world.scene.grid.nx);
     }
-    world.transform.forward(world.fields, world.state);
+    world.transform.forward(world.on_grid.fields, world.state);
     world.evolution.restore(world.fresh);
     world.evolution.start(world.state);
     world.health = make_field_health(world.evolution, world.scene, world.state);
@@ -270,10 +254,13 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
                           .step_error = [world] { return world->evolution.step_error().error; },
                           .describe = {}};
     simulation.threads = threads.count();
-    simulation.recordings = {frames_of(world), samples_of(world)};
+    simulation.recordings = {frames_of(world)};
+    if (world->bias) simulation.recordings.push_back(StepBias::recording(world->bias, world->state));
+    simulation.recordings.push_back(samples_of(world));
     simulation.advance = [world](std::int64_t step) {
         try {
             world->evolution.advance(step, world->state);
+            if (world->bias) world->bias->advance(step + 1, world->state);
         } catch (const physics::DensityFailure& error) {
             fail_step(world->evolution, world->health, step, world->scene.time.dt, error);
         }
@@ -293,10 +280,20 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
             values.push_back(value.real());
             values.push_back(value.imag());
         }
+        const std::vector<double> bias = world->bias ? world->bias->save() : std::vector<double>{};
+        values.insert(values.end(), bias.begin(), bias.end());
+        values.push_back(static_cast<double>(bias.size()));
         return values;
     };
-    simulation.restore = [world](std::span<const double> values) {
+    simulation.restore = [world](std::span<const double> all) {
         const std::size_t numbers = 2 * world->state.values.size();
+        const double last = all.empty() ? 0.0 : all.back();
+        require(last >= 0.0 && last < static_cast<double>(all.size()) && last == std::round(last), {},
+                "the checkpoint holds {} numbers of the step bias; expected fewer than the {} of all; use the other "
+                "checkpoint",
+                last, all.size());
+        const auto of_bias = static_cast<std::size_t>(last);
+        const std::span<const double> values = all.first(all.empty() ? 0 : all.size() - 1 - of_bias);
         require(values.size() > numbers, {}, "the checkpoint holds {} numbers; this scene's state has more than {}",
                 values.size(), numbers);
         const std::size_t before = values.size() - numbers;
@@ -306,6 +303,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
             world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};
         restore_field_health(world->evolution.system(), world->state, std::llround(world->time / world->scene.time.dt),
                              world->health);
+        if (world->bias) world->bias->restore(all.subspan(values.size(), of_bias));
     };
     if (!saved.empty()) simulation.restore(saved);
     return simulation;

@@ -61,10 +61,18 @@ nlohmann::json report_json(const Report& report) {
     nlohmann::json rows = nlohmann::json::object();
     for (const measure::SummaryRow& row : report.summary.rows) {
         nlohmann::json entry{{"unit", row.unit}, {"formula", row.formula}};
+        const auto estimate_of = [&](std::size_t component) {
+            nlohmann::json estimate = estimate_json(row.estimates[component]);
+            if (const StepBiasEstimate* bias = report.step_bias.find(row.name, component)) {
+                estimate["step_bias"] = number_json(bias->bias);
+                estimate["step_bias_error"] = number_json(bias->error);
+            }
+            return estimate;
+        };
         if (row.axes.empty()) {
-            entry.update(estimate_json(row.estimates.front()));
+            entry.update(estimate_of(0));
         } else {
-            for (const measure::Estimate& estimate : row.estimates) entry["values"].push_back(estimate_json(estimate));
+            for (std::size_t i = 0; i < row.estimates.size(); ++i) entry["values"].push_back(estimate_of(i));
         }
         if (const Prediction* prediction = find_prediction(report, row.name))
             for (const double value : prediction->values) entry["linear"].push_back(number_json(value));
@@ -77,6 +85,7 @@ nlohmann::json report_json(const Report& report) {
             {"warnings", report.warnings},
             {"no_prediction", report.no_prediction},
             {"linear_about", report.about},
+            {"no_step_bias", report.step_bias.missing},
             {"results", std::move(rows)}};
 }
 

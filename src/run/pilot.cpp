@@ -25,7 +25,9 @@ double append_sample(const ScheduledRecording& samples, Pilot& pilot) {
 }  // namespace
 
 Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error) {
-    Simulation simulation = make_field_simulation(scene, threads, {});
+    io::Scene pilot_alone = scene;
+    pilot_alone.accuracy.effort = 0.0;
+    Simulation simulation = make_field_simulation(pilot_alone, threads, {});
     const auto samples =
         std::find_if(simulation.recordings.begin(), simulation.recordings.end(),
                      [](const auto& scheduled) { return scheduled.recording.group == field_samples_group; });

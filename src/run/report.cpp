@@ -12,6 +12,7 @@
 #include "drover/run/warnings.hpp"
 #include "run/predicted_boxes.hpp"
 #include "run/sample_recording.hpp"
+#include "run/step_bias.hpp"
 
 namespace drover::run {
 
@@ -116,6 +117,7 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
         measure::field_recording(setting, read_series(archive, field_samples_group, measure::field_observables(setting),
                                                       sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
+    report.step_bias = step_biases(archive, scene, setting, report.summary);
     report.setting = std::move(setting);
     if (const std::string missing = physics::missing_function(scene.model); !missing.empty()) {
         report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};
@@ -123,6 +125,8 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
     }
     if (theory == Theory::included) predict(equations, mean_orders(recorded.series, report.summary.warm_up), report);
     report.warnings = field_warnings(archive, scene);
+    for (std::string& warning : step_bias_warnings(report.step_bias, scene, report.summary))
+        report.warnings.push_back(std::move(warning));
     return report;
 }
 
@@ -159,6 +163,17 @@ files::ResultTable result_table(const Report& report) {
         add("", row.unit, row.formula, std::move(means));
         add("_error", row.unit, "standard error of " + row.name + "; NaN where there is no error estimate",
             std::move(errors));
+        if (const auto biases = report.step_bias.of.find(row.name); biases != report.step_bias.of.end()) {
+            std::vector<double> values, uncertainties;
+            for (const StepBiasEstimate& bias : biases->second) {
+                values.push_back(bias.bias);
+                uncertainties.push_back(bias.error);
+            }
+            add("_step_bias", row.unit,
+                row.name + " less its value for a step of zero length; NaN where accuracy.effort does not resolve it",
+                std::move(values));
+            add("_step_bias_error", row.unit, "uncertainty of that bias", std::move(uncertainties));
+        }
         add("_autocorrelation_time", "s", "integrated autocorrelation time of " + row.name, std::move(times));
         if (const Prediction* prediction = find_prediction(report, row.name))
             add("_linear", row.unit, "linear theory of " + row.name + " on the same grid", prediction->values);

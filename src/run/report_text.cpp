@@ -59,6 +59,12 @@ std::string error_cell(const measure::Estimate& estimate, double rounding = 0.0)
     return estimate.error ? text("{:>9.2g}", *estimate.error) : text("{:>9}", "n/a");
 }
 
+/// Bias by the time step.
+std::string step_cell(const Report& report, const measure::SummaryRow& row, std::size_t component) {
+    if (row.name == "step_error") return "";
+    return "   " + step_bias_text(report.step_bias, report.scene, row.name, component, row.estimates[component]);
+}
+
 std::string mean_cell(const measure::Estimate& estimate, double rounding = 0.0) {
     if (!std::isfinite(estimate.mean) || !estimate.error) return cell(estimate.mean, rounding);
     return text("{:>11}", measured_text(estimate.mean, *estimate.error));
@@ -71,14 +77,19 @@ std::string deviation_cell(const measure::Estimate& estimate, double predicted) 
 }
 
 void add_scalars(const Report& report, std::string& out) {
-    out += text("{:<28} {:>8} {:>11} {:>9} {:>9}\n", "observable", "unit", "mean", "error", "tau [s]");
+    const bool has_step = report.scene.kind == io::SceneKind::fields;
+    out += text("{:<28} {:>8} {:>11} {:>9} {:>9}{}\n", "observable", "unit", "mean", "error", "tau [s]",
+                has_step ? "   step" : "");
     for (const measure::SummaryRow& row : report.summary.rows) {
         if (!row.axes.empty()) continue;
         const measure::Estimate& estimate = row.estimates.front();
         const double tau = estimate.autocorrelation_time, rounding = rounding_of(report, row);
         const bool has_tau = std::isfinite(tau) && !is_zero(estimate, rounding);
-        out += text("{:<28} {:>8} {} {} {:>9}\n", row.name, row.unit, mean_cell(estimate, rounding),
-                    error_cell(estimate, rounding), has_tau ? text("{:.2g}", tau) : "-");
+        out += text("{:<28} {:>8} {} {} {:>9}{}\n", row.name, row.unit, mean_cell(estimate, rounding),
+                    error_cell(estimate, rounding), has_tau ? text("{:.2g}", tau) : "-",
+                    !has_step                     ? ""
+                    : is_zero(estimate, rounding) ? "   -"
+                                                  : step_cell(report, row, 0));
     }
 }
 
@@ -88,14 +99,14 @@ void add_array(const Report& report, const std::string& name, const std::string&
     const measure::SummaryRow* row = measure::find_row(report.summary, name);
     if (row == nullptr) return;
     const Prediction* prediction = find_prediction(report, name);
-    out += text("\n{} [{}]\n{:>11} {:>11} {:>9} {:>11} {:>7}\n", name, row->unit, heading, "measured", "error",
+    out += text("\n{} [{}]\n{:>11} {:>11} {:>9} {:>11} {:>7}   step\n", name, row->unit, heading, "measured", "error",
                 "linear", "sigmas");
     const double rounding = rounding_of(report, *row);
     for (const std::size_t i : chosen) {
         const double predicted = prediction ? prediction->values[i] : NAN;
-        out += text("{} {} {} {} {}\n", cell(axis[i]), mean_cell(row->estimates[i], rounding),
+        out += text("{} {} {} {} {}{}\n", cell(axis[i]), mean_cell(row->estimates[i], rounding),
                     error_cell(row->estimates[i], rounding), cell(predicted),
-                    deviation_cell(row->estimates[i], predicted));
+                    deviation_cell(row->estimates[i], predicted), step_cell(report, *row, i));
     }
 }
 
@@ -110,7 +121,7 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
     const Prediction* linear_exponent = find_prediction(report, exponent->name);
     out += text("\nfluctuations of the number of {}s, each in a {}: DN ~ N^exponent from each box to the next\n", what,
                 family.shape);
-    out += text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}\n",
+    out += text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}   step (of DN)\n",
                 family.along_x == family.along_y ? "side [mm]" : "short side", "N", "DN", "error", "linear", "sigmas",
                 "exponent", "error", "linear");
     for (std::size_t b = 0; b < number->estimates.size(); ++b) {
@@ -122,7 +133,8 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
         if (b + 1 < number->estimates.size())
             out += text("   {} {} {}", exponent_cell(exponent->estimates[b].mean), error_cell(exponent->estimates[b]),
                         exponent_cell(linear_exponent ? linear_exponent->values[b] : NAN));
-        out += '\n';
+        else out += std::string(32, ' ');
+        out += step_cell(report, *deviation, b) + '\n';
     }
 }
 

@@ -12,7 +12,9 @@ namespace drover::run {
 namespace {
 io::Scene ready(const io::Scene& scene) {
     check_memory(scene);
-    return with_chosen_step(scene, true);
+    io::Scene chosen = with_chosen_step(scene, true);
+    chosen.accuracy.effort = 0.0;  // it is a result of runs that end
+    return chosen;
 }
 }  // namespace
 

@@ -2,7 +2,6 @@
 #include "run/trade_axes.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "drover/base/error.hpp"
@@ -12,6 +11,7 @@
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/kind.hpp"
+#include "run/text_resolution.hpp"
 
 namespace drover::run {
 
@@ -97,18 +97,6 @@ std::vector<std::string> without_field(const io::Scene& scene, const std::string
             add_all(overrides, without(row));
     for (const std::string& start : starts) overrides.push_back("initial." + start + "=\"\"");
     return overrides;
-}
-
-/// Whether x or y occurs in a formula.
-bool depends_on_position(const std::string& formula) {
-    const auto in_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
-    for (std::size_t i = 0; i < formula.size();) {
-        const auto end = std::find_if_not(formula.begin() + static_cast<std::ptrdiff_t>(i), formula.end(), in_name);
-        const std::string name(formula.begin() + static_cast<std::ptrdiff_t>(i), end);
-        if (name == "x" || name == "y") return true;
-        i += std::max<std::size_t>(1, name.size());
-    }
-    return false;
 }
 }  // namespace
 
@@ -232,7 +220,7 @@ std::vector<Level> cell_levels(const io::Scene& scene) {
     bool uniform = start.kind != "file" && start.kind != "mode";
     for (const std::string* formula : {&start.bead_density, &start.rod_density, &start.bead_velocity_x,
                                        &start.bead_velocity_y, &start.polar_order_x, &start.polar_order_y})
-        uniform = uniform && !depends_on_position(*formula);
+        uniform = uniform && !mentions(*formula, {"x", "y"});
     if (!uniform) return {};
     return {{"twice the sides",
              {set("grid.nx", 2 * scene.grid.nx), set("grid.ny", 2 * scene.grid.ny), set("grid.lx", 2.0 * scene.grid.lx),

@@ -34,9 +34,6 @@ double deviation(const std::vector<double>& values, std::size_t from, const std:
     return std::sqrt(squares);
 }
 
-/// Of a single step half a field stops a run; this is the error of all steps so far.
-constexpr double too_wrong = 0.5;
-
 double largest_step_error(const files::ArchiveReader& archive) {
     const std::string dataset = std::string(field_samples_group) + "/step_error";
     if (!archive.has(dataset)) return 0.0;
@@ -108,16 +105,11 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
     if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
     trials_.require_archive(trial, *result);
     const files::ArchiveReader archive(result->archive);
-    if (const double wrong = largest_step_error(archive); wrong > too_wrong && !overrides.empty())
-        return measured_[key] = {.failure =
-                                     text("its steps are wrong by {:.2g} of a field: on another path of the noise "
-                                          "it may stop",
-                                          wrong),
-                                 .numbers = {}};
     const Report report = make_report(archive);
     Measured measured{.start_seconds = result->start_seconds,
                       .step_seconds = result->step_seconds / result->end,
-                      .end = result->end};
+                      .end = result->end,
+                      .step_error = largest_step_error(archive)};
     for (const Wish& wish : wishes_) {
         try {
             measured.numbers.push_back(wanted_number(wish, report, archive));
@@ -151,6 +143,14 @@ Correlation TradeBench::correlation_of(const WantedNumber& number) const {
     // The run finds its own tau, over 80 m of it with a relative error of sqrt(20/(80 m)): below m with 95 % for 1.75.
     constexpr double own = 1.75, most = 2.5;
     return {tau * number.spacing, std::min(most, own * (1.0 + error))};
+}
+
+Bias TradeBench::drift_of(const WantedNumber& number) const {
+    const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
+    const std::size_t half = used.size() / 2;
+    if (half < measure::min_blocks) return {};
+    const Bias first = measure::rough_mean(used.first(half), 0), second = measure::rough_mean(used.last(half), 0);
+    return {second.value - first.value, std::hypot(first.error, second.error)};
 }
 
 double TradeBench::sparse_sampling(const Measured& base) const {

@@ -19,6 +19,7 @@ struct Measured {
     std::string failure;
     double start_seconds = 0.0, step_seconds = 0.0;  ///< of a core; step: per second of the scene
     double end = 0.0;                                ///< of the trial, which may be a longer one of before [s]
+    double step_error = 0.0;                         ///< the largest; 0: not estimated
     std::vector<WantedNumber> numbers;
 };
 
@@ -62,6 +63,9 @@ public:
     Bias mean_of(const WantedNumber& number) const;
 
     Correlation correlation_of(const WantedNumber& number) const;
+
+    /// Mean of the second half of the samples after the warm-up less that of the first half.
+    Bias drift_of(const WantedNumber& number) const;
 
     /// An interval between samples from which the means of a run are as exact as from those that it has: half of the
     /// shortest autocorrelation time, but a multiple of the scene's, with 64 samples of the trial [s].

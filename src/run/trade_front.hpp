@@ -18,6 +18,7 @@ struct LevelFound {
     Level level;
     std::string failure;       ///< why there is no bias: the run failed, the scene does not allow it, or the budget
     std::vector<Bias> biases;  ///< by wish
+    bool is_compared = true;   ///< with another level; else its bias is taken as 0, not measured
     double start_seconds = 0.0, step_seconds = 0.0;  ///< cost relative to that of the given level of its axis
     bool is_measured() const { return failure.empty(); }
 };
@@ -72,6 +73,7 @@ struct Findings {
     bool statistical = false;               ///< noisy, chaotic or particles: the duration is free
     double pairing = 1.0;                   ///< variance of unpaired differences over that of paired ones
     double seconds = 0.0;                   ///< of a core, of all trials
+    double given_seconds = INFINITY;        ///< of a core, of the scene as given, predicted
     std::vector<Checked> checked;
     std::vector<std::string> notes;
     bool is_short = false;  ///< of budget: some trials were not made

@@ -2,6 +2,7 @@
 #include "run/trade_study.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "drover/base/error.hpp"
 #include "drover/physics/stability_rows.hpp"
@@ -70,6 +71,7 @@ private:
             }
         }
         bench_.set_rate(base);
+        found_.given_seconds = refinement_ * (base.start_seconds + base.step_seconds * bench_.scene.time.end);
         set_references(base);
         return measure_grids(base) && measure_steps() && measure_models() && measure_rounding_and_cell();
     }
@@ -87,8 +89,21 @@ private:
             require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
                     "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",
                     wish.text);
+            check_unit(wish, base.numbers[w].unit, found_.references[w].value);
             bench_.allowed.push_back(wish.error * (wish.is_relative ? std::abs(found_.references[w].value) : 1.0));
         }
+    }
+
+    /// "polar_order=1" may mean 1 %: a number without a unit is taken as it is only where it makes sense.
+    static void check_unit(const Wish& wish, const std::string& unit, double value) {
+        if (wish.is_relative) return;
+        const SourceLocation where{.file = "--want " + wish.text};
+        require(wish.unit.empty() || wish.unit == unit, where, "the error is in {}; expected {}, the unit of {}",
+                wish.unit, unit, wish.text);
+        require(!wish.unit.empty() || wish.error < 0.5 * std::abs(value), where,
+                "the error {:.6g} has no unit, and the value is {:.4g} {}; expected {}={:.6g}% (of the mean), or with "
+                "the unit {}=\"{:.6g} {}\"",
+                wish.error, value, unit, wish.text, wish.error, wish.text, wish.error, unit);
     }
 
     bool measure_grids(const Measured& base) {
@@ -120,11 +135,15 @@ private:
         if (!converges(found_.grids)) {
             // Noise reaches the shortest waves: the grid is part of the model, as given.
             collect({levels.begin(), levels.end() - 1}, on_level, found_.grids);
-            found_.grids.back().biases.assign(found_.wishes.size(), {});
+            grid_is_model_ = true;
+            for (LevelFound& grid : found_.grids) {
+                if (!is_given(grid.level)) grid.failure = grid_is_model;
+                grid.biases.assign(found_.wishes.size(), {});
+                grid.is_compared = false;
+            }
             found_.notes.push_back(
                 "the wanted numbers are not seen to converge with the grid, since noise acts on its shortest waves: "
-                "the "
-                "given grid is taken as part of the model");
+                "the given grid is taken as part of the model, and its bias is not measured");
         }
         // The coarsest grid that is right serves for the other axes.
         std::size_t given = 0;
@@ -178,7 +197,10 @@ private:
             if (found.is_measured()) {
                 if (k != *last) found.biases = bench_.differences(runs[k], runs[*last]);
                 else if (before) found.biases = scaled(bench_.differences(runs[*before], runs[*last]), 1.0 / 3.0);
-                else found.biases.assign(found_.wishes.size(), {});
+                else {
+                    found.biases.assign(found_.wishes.size(), {});
+                    found.is_compared = false;
+                }
                 found.start_seconds = given ? runs[k].start_seconds / std::max(runs[*given].start_seconds, 1e-3) : 1.0;
                 found.step_seconds = given ? runs[k].step_seconds / std::max(runs[*given].step_seconds, 1e-9) : 1.0;
             }
@@ -257,6 +279,14 @@ private:
         if (finest.empty())
             fail_run("no step of any method runs on {}; give a shorter time.dt",
                      found_.grids[found_.pilot_grid].level.name);
+        if (finest.size() == 1 &&
+            (finest.front().level == 0 || !runs[finest.front().ladder][finest.front().level - 1].failure.empty())) {
+            // Nothing to compare it with: its own bias is not known.
+            const Finest& one = finest.front();
+            reference_ = on_pilot_grid(ladders_[one.ladder].levels[one.level].overrides);
+            reference_bias_.assign(found_.wishes.size(), {INFINITY, 0.0});
+            return;
+        }
         double least = INFINITY;
         for (const Finest& one : finest) {
             double distance = 0.0, nearest = INFINITY;
@@ -283,6 +313,24 @@ private:
         }
     }
 
+    /// Steps that are wrong by half a field may stop a run on another path of the noise.  Where the error of all steps
+    /// is as large, the fields are chaotic: it says nothing of the step.
+    void reject_wrong_steps(std::vector<std::vector<Measured>>& runs) const {
+        constexpr double too_wrong = 0.5;
+        double least = INFINITY;
+        for (const std::vector<Measured>& ladder : runs)
+            for (const Measured& run : ladder)
+                if (run.failure.empty()) least = std::min(least, run.step_error);
+        if (least > 0.5 * too_wrong) return;
+        for (std::vector<Measured>& ladder : runs)
+            for (Measured& run : ladder)
+                if (run.failure.empty() && run.step_error > too_wrong)
+                    run.failure = text(
+                        "its steps are wrong by {:.2g} of a field's fluctuation: on another path of the "
+                        "noise it may stop",
+                        run.step_error);
+    }
+
     void collect_steps() {
         found_.ladders.clear();
         std::vector<std::vector<Measured>> runs;
@@ -291,6 +339,7 @@ private:
             for (const Level& level : ladder.levels)
                 runs.back().push_back(bench_.measured(on_pilot_grid(level.overrides)));
         }
+        reject_wrong_steps(runs);
         find_reference(runs);
         const Measured reference = bench_.measured(reference_);
         if (!bench_.statistical && is_chaotic(runs, reference)) {
@@ -318,7 +367,28 @@ private:
             const Bias grid = found_.grids[found_.pilot_grid].biases[w], mean = bench_.mean_of(reference.numbers[w]);
             found_.references[w] = {mean.value - grid.value, std::hypot(mean.error, grid.error)};
         }
+        if (std::any_of(reference_bias_.begin(), reference_bias_.end(),
+                        [](const Bias& bias) { return !std::isfinite(bias.value); }))
+            found_.notes.push_back(
+                "the bias of the step was not measured: no other step and no other method ran; give a larger --budget");
+        note_drift(reference);
         find_pairing();
+    }
+
+    /// The means of a run that has not settled are not those of a longer one.
+    void note_drift(const Measured& reference) {
+        constexpr double clear = 3.0;  // standard errors
+        if (!bench_.statistical) return;
+        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+            const Bias drift = bench_.drift_of(reference.numbers[w]);
+            if (std::abs(drift.value) <= std::max(clear * drift.error, bench_.allowed[w])) continue;
+            found_.notes.push_back(
+                text("{} drifts: its mean over the second half of the trials of {:.6g} s is {:.3g} +- {:.1g} {} than "
+                     "over the first, more than the {:.2g} allowed: errors and durations given here hold only once it "
+                     "has settled; give a larger --budget or analysis.warm_up",
+                     found_.wishes[w].text, bench_.duration, std::abs(drift.value), drift.error,
+                     drift.value > 0.0 ? "larger" : "smaller", bench_.allowed[w]));
+        }
     }
 
     /// Whether fine runs without noise have all become independent of each other, although each fluctuates.  Where two
@@ -372,6 +442,7 @@ private:
                 found.start_seconds = run.start_seconds / std::max(full.start_seconds, 1e-3);
                 found.step_seconds = run.step_seconds / std::max(full.step_seconds, 1e-9);
             }
+            if (grid_is_model_ && changes_grid(level)) found.failure = grid_is_model;
             found_.models.push_back(std::move(found));
         }
         found_.linear_theory.reset();
@@ -453,6 +524,12 @@ private:
         return true;
     }
 
+    static bool changes_grid(const Level& level) {
+        return std::any_of(level.overrides.begin(), level.overrides.end(),
+                           [](const std::string& change) { return change.starts_with("grid."); });
+    }
+    static constexpr const char* grid_is_model = "not considered: the given grid is part of the model";
+
     TradeBench bench_;
     TradeoffOptions options_;
     Findings found_;
@@ -460,6 +537,7 @@ private:
     std::vector<std::string> reference_;  ///< changes of the reference of the steps
     std::vector<Bias> reference_bias_;    ///< of that reference, estimated
     double refinement_ = 1.0;             ///< points of the scene's grid over those of the trials'
+    bool grid_is_model_ = false;          ///< wanted numbers do not converge with the grid
     std::string given_grid_;              ///< name of the scene's grid, where it is finer
 };
 }  // namespace

@@ -20,7 +20,8 @@ namespace drover::run {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr double much_better = 0.1;  // of the error allowed
+constexpr double much_better = 0.1;     // of the error allowed
+constexpr double little_to_save = 1.0;  // core seconds of the run as given
 
 /// The parts of an error that have a name of their own.
 struct NamedPart {
@@ -71,6 +72,14 @@ std::string advice_on(const Findings& found, const Candidate& one) {
     return "the simpler model limits it: only a fuller model is more accurate";
 }
 
+/// A one-dimensional model has one row on every grid.
+std::string grid_name(const Candidate& one) {
+    const std::vector<std::string>& changes = one.model->level.overrides;
+    const std::string& name = one.grid->level.name;
+    if (std::find(changes.begin(), changes.end(), "grid.ny=1") == changes.end()) return name;
+    return name.substr(0, name.find(" by ")) + " by 1";
+}
+
 std::string duration_of(const Findings& found, const Candidate& one) {
     return found.statistical ? text("{:.6g} s", one.end) : "as given";
 }
@@ -88,7 +97,7 @@ Record candidate_record(const Findings& found, const Candidate& one) {
              .value = one.ratio,
              .digits = 2},
             {.name = "model", .unit = "", .meaning = "", .value = theory ? "linear theory" : one.model->level.name},
-            {.name = "grid", .unit = "", .meaning = "", .value = theory ? "-" : one.grid->level.name},
+            {.name = "grid", .unit = "", .meaning = "", .value = theory ? "-" : grid_name(one)},
             {.name = "step", .unit = "", .meaning = "", .value = theory ? "-" : one.step->level.name},
             {.name = "duration", .unit = "", .meaning = "", .value = theory ? "-" : duration_of(found, one)}}};
     for (const auto& [name, size] : named_parts(parts))
@@ -141,7 +150,7 @@ void add_levels(const Findings& found, const std::string& axis, const std::vecto
                                {.name = "level", .unit = "", .meaning = "", .value = level.level.name}}};
         for (std::size_t w = 0; w < found.wishes.size(); ++w) {
             const std::string name = found.wishes.size() == 1 ? "" : text("_{}", w + 1);
-            const Bias bias = level.is_measured() ? level.biases[w] : Bias{NAN, NAN};
+            const Bias bias = level.is_measured() && level.is_compared ? level.biases[w] : Bias{NAN, NAN};
             row.entries.push_back({.name = "bias" + name,
                                    .unit = found.units[w],
                                    .meaning = "of " + found.wishes[w].text,
@@ -159,7 +168,11 @@ void add_levels(const Findings& found, const std::string& axis, const std::vecto
                                           "given one",
                                .value = level.is_measured() ? level.step_seconds : NAN,
                                .digits = 3});
-        row.entries.push_back({.name = "remark", .unit = "", .meaning = "", .value = short_text(level.failure)});
+        row.entries.push_back(
+            {.name = "remark",
+             .unit = "",
+             .meaning = "",
+             .value = level.is_measured() && !level.is_compared ? "bias not measured" : short_text(level.failure)});
         list.rows.push_back(std::move(row));
     }
 }
@@ -235,7 +248,7 @@ std::string refusal(const Findings& found, const std::vector<Candidate>& front, 
     if (affordable != nullptr)
         words += text("; the best {}has {:.2g} times the error allowed ({}, {}, {}, {} s)",
                       is_limited ? "within it " : "", affordable->ratio, affordable->model->level.name,
-                      affordable->grid->level.name, affordable->step->level.name, affordable->end);
+                      grid_name(*affordable), affordable->step->level.name, affordable->end);
     if (affordable != nullptr) words += "; " + advice_on(found, *affordable);
     if (found.is_short) words += "; some trials were not made for want of budget: they go on from those that are kept";
     return words + (is_limited
@@ -253,9 +266,13 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
     words.insert(words.end(), found.notes.begin(), found.notes.end());
     const std::size_t w = hardest_wish(found, best);
     const Parts& parts = best.parts[w];
-    const auto part = [&](const Bias& bias) { return error_text(found, w, std::abs(bias.value)); };
-    words.push_back(text("model {}: bias {}", best.model->level.name, part(parts.model)));
-    words.push_back(text("grid {}: bias {}", best.grid->level.name, part(parts.grid)));
+    const auto part = [&](const Bias& bias) {
+        return text("{} +- {}", error_text(found, w, std::abs(bias.value)), error_text(found, w, bias.error));
+    };
+    words.push_back(is_given(best.model->level) ? text("model {}: as given", best.model->level.name)
+                                                : text("model {}: bias {}", best.model->level.name, part(parts.model)));
+    words.push_back(
+        text("grid {}: bias {}", grid_name(best), best.grid->is_compared ? part(parts.grid) : "not measured"));
     words.push_back(text("{}: bias {}", best.step->level.name, part(parts.step)));
     if (parts.whole)
         words.push_back(text("all three together: bias {}, from a trial of this combination", part(*parts.whole)));
@@ -270,6 +287,9 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
         words.push_back(text("linear theory, which needs no run, has an error of {}",
                              error_text(found, hardest, theory.parts[hardest].bound())));
     }
+    if (found.given_seconds < little_to_save)
+        words.push_back(text("the run as given takes {} of a core: there is no time worth saving",
+                             duration_text(found.given_seconds)));
     words.push_back(
         text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.seconds)));
     const auto ten = std::find_if(front.begin(), front.end(), [&](const Candidate& one) {
@@ -278,7 +298,7 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
     words.push_back(ten == front.end()
                         ? "a tenth of the error is beyond what the trials can tell: give a larger --budget"
                         : text("a tenth of the error costs {} of a core ({}, {}, {}{})", duration_text(ten->seconds),
-                               ten->model->level.name, ten->grid->level.name, ten->step->level.name,
+                               ten->model->level.name, grid_name(*ten), ten->step->level.name,
                                found.statistical ? text(", {:.6g} s", ten->end) : ""));
     return words;
 }

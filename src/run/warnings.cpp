@@ -15,6 +15,7 @@
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "run/field_health.hpp"
+#include "run/text_resolution.hpp"
 
 namespace drover::run {
 
@@ -297,13 +298,13 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     // A step that was chosen for means need not follow the noise path more closely than this.
     constexpr double decoupled = 0.3;
     if (*worst <= (scene.time.chosen == "means" ? decoupled : scene.time.max_error)) return;
-    if (const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
-        scene.time.tolerance > 0.0 && method.stages_with_tolerance == 0) {
+    if (scene.time.tolerance > 0.0) {  // dt may be no more than an interval of outputs
         warnings.push_back(
-            text("the steps of {} are too inaccurate: their estimated error is {:.2g} of a field at t = {:.6g} s "
-                 "(step_error); expected at most time.max_error = {}: choose time.tolerance = {:.1g}",
-                 method.name, *worst, times[static_cast<std::size_t>(worst - errors.begin())], scene.time.max_error,
-                 std::max(1e-3 * scene.time.tolerance, scene.time.tolerance * scene.time.max_error / *worst)));
+            text("the steps of {} are too inaccurate: their estimated error is {:.2g} of a field's fluctuation at "
+                 "t = {:.6g} s (step_error); expected at most time.max_error = {}: choose time.tolerance = {:.1g}",
+                 scene.time.stepper, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
+                 scene.time.max_error,
+                 std::max(1e-3 * scene.time.tolerance, 0.5 * scene.time.tolerance * scene.time.max_error / *worst)));
         return;
     }
     // With noise the methods have order 1.5 to 2.
@@ -311,13 +312,14 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     const double order = system.noise ? 1.5 : numerics::time_method(scene.time.stepper).order;
     constexpr double max_halvings = 20.0;  // of an error that is infinite
     const double halvings = std::min(max_halvings, std::ceil(std::log2(*worst / scene.time.max_error) / order));
-    warnings.push_back(text(
-        "time.dt = {} is too long: its estimated error is {:.2g} of a field at t = {:.6g} s (step_error){}; expected "
-        "at most time.max_error = {}: choose time.dt = {}{}",
-        scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
-        *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
-        scene.time.max_error, scene.time.dt * std::exp2(-halvings),
-        order < 4.0 ? ", or time.stepper = \"etdrk4-krogstad\"" : ""));
+    warnings.push_back(
+        text("time.dt = {} is too long: its estimated error is {:.2g} of a field's fluctuation at t = {:.6g} s "
+             "(step_error){}; expected "
+             "at most time.max_error = {}: choose time.dt = {}{}",
+             scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
+             *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
+             scene.time.max_error, scene.time.dt * std::exp2(-halvings),
+             order < 4.0 ? ", or time.stepper = \"etdrk4-krogstad\"" : ""));
 }
 }  // namespace
 
@@ -325,6 +327,7 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
     std::vector<std::string> warnings =
         physics::initial_warnings(scene.initial, scene.model, scene.grid, scene.dealiasing);
     add_growth(scene, warnings);
+    for (std::string& warning : text_resolution_warnings(scene)) warnings.push_back(std::move(warning));
     for (const std::string& remark : physics::function_remarks(physics::CompiledModel(scene.model)))
         warnings.push_back(remark);
     return warnings;

@@ -114,6 +114,10 @@ Wish parse_wish(const std::string& given) {
     if (!is_name) fail_wish(given, "\"" + name + "\" is not the name of an observable");
     wish.observable = name;
     if (wish.text.empty()) wish.text = name;
+    if (const std::size_t space = error.find(' '); !wish.is_relative && space != std::string::npos) {
+        wish.unit = trimmed(error.substr(space));
+        error = error.substr(0, space);
+    }
     wish.error = number_in(given, error) * (wish.is_relative ? 0.01 : 1.0);
     if (!(wish.error > 0.0)) fail_wish(given, "the error is " + error + ", not above 0");
     return wish;

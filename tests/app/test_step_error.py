@@ -4,7 +4,8 @@ import re
 
 import h5py
 import numpy as np
-from support import drover, write_scene
+import pytest
+from support import assert_same_bytes, drover, write_scene
 
 QUENCH = {
     "fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 1.0,
@@ -79,3 +80,97 @@ def test_the_noise_of_shared_modes_is_the_same_on_any_grid(tmp_path):
             modes.append(np.fft.fft2(file["polar_order_x"][-1])[:6, :6] / points**2)
     # A linear model: the modes do not know of each other; 1e-13 is the rounding of the transforms.
     assert np.abs(modes[1] - modes[0]).max() < 1e-13 * np.abs(modes[0]).max()
+
+
+# A flock with noise whose step of 0.5 s biases its spectra by a tenth.
+NOISY = {
+    "uniform.rod_density": 1.0, "current.speed": 1.0, "pressure.rods": 0.5, "diffusion.rods": 0.5,
+    "relaxation.rate": -0.5, "relaxation.saturation": 1.0, "elasticity.stiffness": 1.0, "advection.strength": 0.5,
+    "noise.order": 0.05, "noise.rods": 0.05, "initial.kind": "formula", "initial.polar_order_x": "0.7",
+    "grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0, "time.dt": 0.5, "time.end": 2000.0,
+    "analysis.warm_up": 50.0, "output.sample_every": 1.0, "output.frame_every": 0.0, "accuracy.effort": 0.2,
+}
+
+
+def biases(results, exact):
+    """Of each resolved number of a run: its name, size, stated bias and uncertainty, and true bias with its error."""
+    for name, row in results.items():
+        for one, other in zip(row.get("values", [row]), exact[name].get("values", [exact[name]])):
+            if one.get("step_bias") is not None and one.get("step_bias_error") is not None and other["mean"] is not None:
+                yield (name, abs(one["mean"]), one["step_bias"], one["step_bias_error"], one["mean"] - other["mean"],
+                       one["error"] or 0.0)
+
+
+def coverage(found, scatter):
+    """Part of them whose true bias is within twice the stated uncertainty."""
+    right = [abs(true - bias) <= 2.0 * error + scatter * statistics
+             for _, _, bias, error, true, statistics in found]
+    return sum(right) / len(right)
+
+
+def test_the_bias_of_each_number_of_a_noisy_run_by_its_step_is_within_its_uncertainty(tmp_path):
+    long = drover(tmp_path, "run", write_scene(tmp_path, name="long.toml", base=NOISY), "--json").stdout
+    fine = drover(tmp_path, "run", write_scene(tmp_path, {"time.dt": 0.125}, name="fine.toml", base=NOISY), "--json").stdout
+    long = json.loads(long)
+    found = list(biases(long["results"], json.loads(fine)["results"]))
+    # Both runs follow one noise path, so that their difference scatters by less than the standard error of each.
+    assert len(found) > 30 and coverage(found, scatter=1.0) >= 0.9
+    # The spectrum of the order is wrong by 10 %: the run tells so.
+    assert any(name == "structure_factor_order_across" and bias < -2.0 * error and bias < -0.05 * size
+               for name, size, bias, error, _, _ in found)
+    shown = drover(tmp_path, "info", "long.h5").stdout
+    assert re.search(r"polar_order +1 .* -[0-9.]+ \+- [0-9.]+ %", shown)
+    assert "time.dt = 0.5 is too long" in shown  # the fields are wrong by more than 1 % of their fluctuations
+
+
+def test_the_bias_of_each_number_of_a_run_without_noise_is_within_its_uncertainty(tmp_path):
+    changes = {"time.dt": 0.1, "time.end": 20.0, "output.frame_every": 20.0, "output.sample_every": 0.5,
+               "analysis.warm_up": 0.0, "accuracy.effort": 0.2}
+    long = run(tmp_path, "long", **changes)["results"]
+    fine = run(tmp_path, "fine", **{**changes, "time.dt": 0.0125, "time.stepper": "etdrk4-krogstad"})["results"]
+    found = list(biases(long, fine))
+    assert len(found) > 100 and coverage(found, scatter=0.0) >= 0.9
+
+
+def test_a_bias_that_was_not_measured_is_not_given_as_zero(tmp_path):
+    short = drover(tmp_path, "run", write_scene(tmp_path, name="short.toml", base=QUENCH)).stdout
+    assert re.search(r"polar_order +1 .*not resolved \(effort 5 %\)", short)
+    none = drover(tmp_path, "run", write_scene(tmp_path, {"accuracy.effort": 0.0}, name="none.toml", base=QUENCH)).stdout
+    assert re.search(r"polar_order +1 .*not measured", none)
+    with h5py.File(tmp_path / "none.h5") as file:
+        assert "step_bias" not in file
+
+
+def test_a_restart_within_a_piece_that_is_repeated_gives_the_same_bytes(tmp_path):
+    twins = {"accuracy.effort": 2.0}  # most of the run is repeated
+    for name, end in (("whole", 300.0), ("parts", 151.0)):
+        scene = write_scene(tmp_path, {**twins, "time.end": end}, name=name + ".toml", base=NOISY)
+        drover(tmp_path, "run", scene, "--quiet", "-o", name + ".h5")
+    drover(tmp_path, "restart", "parts.h5", "--quiet", "--set", "time.end=300.0")
+    with h5py.File(tmp_path / "whole.h5") as file:
+        assert len(file["step_bias/steps"]) > 4
+    assert_same_bytes(tmp_path / "whole.h5", tmp_path / "parts.h5")
+
+
+WAVES = {"uniform.rod_density": 1.0, "relaxation.rate": -1.0, "relaxation.saturation": 2.0,
+         "elasticity.stiffness": 1.0, "initial.kind": "formula", "initial.polar_order_x": "0.7",
+         "grid.nx": 48, "grid.ny": 16, "grid.lx": 24.0, "grid.ly": 8.0, "time.dt": 0.1, "time.end": 10.0,
+         "output.frame_every": 10.0, "output.sample_every": 1.0}
+
+
+@pytest.mark.parametrize("force, of", [
+    ("0.3*cos(2*pi*48*x/24)", "grid"),              # a constant on these points
+    ("exp(-(x-12)^2/(2*0.1^2))", "grid"),           # a peak between two points
+    ("0.3*cos(2*pi*3*x/24)", None), ("exp(-(x-12)^2/2)", None), ("0.3*step(x-12)", None),
+    ("0.3*sin(pi*t/0.1)^2", "step"),                # 0 at every step
+    ("2*exp(-(t-5.05)^2/(2*0.02^2))", "step"),      # a pulse between two steps
+    ("0.3*sin(0.5*t)", None), ("2*exp(-(t-5.05)^2/(2*0.5^2))", None), ("0.3*step(t-5)", None)])
+def test_texts_of_x_and_t_that_are_not_resolved_are_reported(tmp_path, force, of):
+    write_scene(tmp_path, name="text.toml", base=WAVES)
+    with (tmp_path / "text.toml").open("a") as file:
+        file.write(f'\n[[terms]]\nof = "order"\nvalue = ["{force}", "0"]\n')
+    warnings = json.loads(drover(tmp_path, "run", "text.toml", "--json").stdout)["warnings"]
+    told = [warning for warning in warnings if "a term written as text" in warning]
+    assert len(told) == (of is not None), warnings
+    if of is not None:
+        assert told[0].startswith("the grid does not resolve" if of == "grid" else "time.dt = 0.1 does not resolve")

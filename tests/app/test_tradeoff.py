@@ -195,13 +195,31 @@ def test_texts_that_are_no_wish_are_refused(tmp_path, want):
                                         ("polar_order(q<1)=1%", "is one number"),
                                         ("structure_factor_rods(k<1)=1%", "no axis"),
                                         ("structure_factor_rods(q<1e-9)=1%", "no component"),
-                                        ("bead_speed=1%", "no observable"), ("polar_order=1", None)])
+                                        ("bead_speed=1%", "no observable"), ("polar_order=0.2", None),
+                                        ("polar_order=1", "polar_order=1% (of the mean)"),
+                                        ("polar_order=1 mm", "the error is in mm")])
 def test_wishes_that_the_run_does_not_answer_are_refused(tmp_path, want, said):
     status = 0 if said is None else 2
     done = drover(tmp_path, "tradeoff", scene(tmp_path, NOISY), "--set", "time.end=100.0", "--want", want, "--budget",
                   "2s", "--quiet", status=status)
     if said is not None:
         assert said in done.stderr and "expected" in done.stderr
+
+
+def test_a_step_that_was_compared_with_no_other_is_not_taken_as_exact(tmp_path):
+    # The budget suffices for the scene as given alone.
+    done = drover(tmp_path, "tradeoff", scene(tmp_path, NOISY), "--want", "polar_order=50%", "--budget", "0.001s",
+                  "--quiet", status=1)
+    assert "the bias of the step was not measured" in done.stdout
+    assert "bias 0" not in done.stdout
+
+
+def test_trials_that_have_not_settled_are_said_to_drift(tmp_path):
+    # Order from a small start, within trials that end while it grows.
+    slow = NOISY.replace("rate = -0.5", "rate = -0.01").replace('"0.7"', '"0.001"').replace("order = 0.05", "order = 1e-8")
+    done = drover(tmp_path, "tradeoff", scene(tmp_path, slow), "--want", "polar_order=20%", "--budget", "3s",
+                  "--set", "time.end=256.0", "--set", "analysis.warm_up=0.0", "--quiet", status=None)
+    assert "polar_order drifts" in done.stdout
 
 
 def test_run_with_an_accuracy_makes_the_recommended_run(tmp_path):

@@ -44,6 +44,11 @@ struct Analysis {
     double warm_up = -1.0;  ///< time omitted at the start [s]; -1: estimated from the series
 };
 
+/// The errors of the results of a run.
+struct Accuracy {
+    double effort = 0.05;  ///< of the time of the steps, to measure the bias of each result by the time step; 0: none
+};
+
 /// Seed and threads.
 struct RunControl {
     std::int64_t seed = 1;
@@ -123,6 +128,7 @@ struct Scene {
     physics::InitialState initial;
     Output output;
     Analysis analysis;
+    Accuracy accuracy;  // of fields
     RunControl run;
     SweepPlan sweep;
     StabilityPlan stability;
@@ -199,6 +205,8 @@ template <>
 const std::vector<Row<io::Output>>& schema<io::Output>();
 template <>
 const std::vector<Row<io::Analysis>>& schema<io::Analysis>();
+template <>
+const std::vector<Row<io::Accuracy>>& schema<io::Accuracy>();
 template <>
 const std::vector<Row<io::RunControl>>& schema<io::RunControl>();
 template <>

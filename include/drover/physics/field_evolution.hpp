@@ -43,6 +43,12 @@ public:
     /// The estimated error of the time steps so far; none of a linear model, which is exact.
     StepError::Relative step_error() const { return error_ ? error_->largest() : StepError::Relative{}; }
 
+    /// The error of the fields where it is known with its phases: see StepError::known().
+    std::optional<numerics::Spectra> known_error() const { return error_ ? error_->known() : std::nullopt; }
+
+    /// Begins anew with the reference of another evolution of the same equations.
+    void follow(const FieldEvolution& other);
+
     /// The values that a checkpoint stores besides the fields.
     std::vector<double> save() const;
     void restore(std::span<const double> values);

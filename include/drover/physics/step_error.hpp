@@ -1,6 +1,7 @@
 // physics/step_error.hpp: a running estimate of the error that the time step makes in the fields.
 #pragma once
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,7 +20,9 @@ namespace drover::physics {
 /// 3 (tests/bench/step_error).
 class StepError {
 public:
-    StepError(const Equations& equations, const numerics::Grid& grid, const Dealiasing& dealiasing, double dt);
+    /// `divides`: a tolerance divides dt, so that waves may turn within it and be resolved all the same.
+    StepError(const Equations& equations, const numerics::Grid& grid, const Dealiasing& dealiasing, double dt,
+              bool divides = false);
     ~StepError();
     StepError(StepError&&) noexcept;
 
@@ -32,17 +35,23 @@ public:
     /// `local`: the error of the step that led to `state`, also that of each step up to the next call.
     void add_local(const numerics::Spectra& local, const numerics::Spectra& state);
 
-    /// Called with the fields at each step, before it is taken.
+    /// Called with the fields after each step; `step`: the number of steps so far.
     void advance(std::int64_t step, const numerics::Spectra& state);
 
-    /// The error of a field, relative to its root mean square over the cell or, where that is smaller, to a thousandth
-    /// of the largest that this has been: a field that has all but vanished has no size of its own.
+    /// The error of a field, of all steps so far, relative to its fluctuation: the root mean square of its deviation
+    /// from its mean over the cell and over time, or of that over the cell now if larger, and at least 1e-5 of the
+    /// largest root mean square of the field.  Local: relative to the root mean square of the field, at least a
+    /// thousandth of its largest.
     struct Relative {
         double error = 0.0;
         std::string field;  ///< "rod_density", "bead_velocity", ...
     };
     Relative largest() const;        ///< of any field, at most 1
     Relative largest_local() const;  ///< of the last local error alone
+
+    /// The error on the grid of the fields; none where a part of it without known phases is larger, or where it is
+    /// half of the fluctuation of a field, so that it has no definite effect.
+    std::optional<numerics::Spectra> known() const;
 
     /// Its state, for checkpoints.
     std::vector<double> save() const;

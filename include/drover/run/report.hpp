@@ -7,6 +7,7 @@
 #include "drover/files/archive.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/measure/fields.hpp"
+#include "drover/run/step_bias_estimate.hpp"
 
 namespace drover::run {
 
@@ -21,6 +22,7 @@ struct Report {
     measure::FieldSetting setting;  ///< of a run of fields
     measure::Summary summary;
     std::vector<Prediction> predictions;
+    StepBiases step_bias;               ///< of a run of fields
     std::vector<std::string> warnings;  ///< see run/warnings.hpp
     std::string no_prediction;          ///< why there is none; else ""
     std::string about;                  ///< the uniform state of the predictions, for people

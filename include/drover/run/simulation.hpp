@@ -18,6 +18,8 @@ struct ScheduledRecording {
     /// The arrays of one row, in the order of the recording's quantities.  They stay where they are for the life of the
     /// simulation, and hold these values until the next call or step.
     std::function<std::vector<std::span<const double>>()> observe;
+    /// Whether a row is due at a step, instead of `every`.
+    std::function<bool(std::int64_t step)> due = {};
 };
 
 /// A simulation ready to run.  Only advance(), restore() and accept() change its state.
@@ -45,6 +47,7 @@ std::vector<std::span<const double>> lend(std::vector<std::vector<double>>& arra
 
 /// Whether a row is due at a step.
 inline bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {
+    if (scheduled.due) return scheduled.due(step);
     return scheduled.every == 0 ? step == 0 : step % scheduled.every == 0;
 }
 

@@ -25,9 +25,10 @@ struct Wish {
     std::vector<AxisRange> ranges;  ///< each of another axis
     double error = 0.0;
     bool is_relative = true;  ///< the error is a fraction of the mean
+    std::string unit = {};    ///< of an absolute error, where it was given
 };
 
-/// Reads "polar_order=1%", "polar_order=0.01" (an absolute error) and "structure_factor_rods(q<1)=3%"; (q>1),
+/// Reads "polar_order=1%", "polar_order=0.01" (an absolute error, also "0.01 mm-2") and "structure_factor_rods(q<1)=3%"; (q>1),
 /// (0.5<q<1) and (q<1, w>2) too.  Throws an input Error for another text, and for an error that is not positive.
 Wish parse_wish(const std::string& given);
 

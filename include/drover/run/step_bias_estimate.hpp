@@ -1,0 +1,34 @@
+// run/step_bias_estimate.hpp: the bias of each result of a run by its time step, with its uncertainty.
+#pragma once
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "drover/files/archive_reader.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/measure/fields.hpp"
+
+namespace drover::run {
+
+/// The value less that of a step of zero length, and its uncertainty, in the unit of the value; NaN: not resolved.
+struct StepBiasEstimate {
+    double bias = std::nan(""), error = std::nan("");
+    bool is_resolved() const { return std::isfinite(bias) && std::isfinite(error); }
+};
+
+struct StepBiases {
+    std::string missing;                                      ///< why there are none; else ""
+    std::map<std::string, std::vector<StepBiasEstimate>> of;  ///< by row of the summary, for each of its estimates
+    const StepBiasEstimate* find(const std::string& row, std::size_t component) const;
+};
+
+/// From what the archive of a run of fields has recorded, for the rows of its summary.
+StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene,
+                       const measure::FieldSetting& setting, const measure::Summary& summary);
+
+/// "-0.3(1) %", relative to the value where that is known to 50 %, else in its unit; "not resolved (effort 5 %)", "not measured", "exact".
+std::string step_bias_text(const StepBiases& biases, const io::Scene& scene, const std::string& row,
+                           std::size_t component, const measure::Estimate& estimate);
+
+}  // namespace drover::run

@@ -1,0 +1,256 @@
+// run/step_bias.cpp: twins of pieces of a run, and fields less their estimated error.
+#include "run/step_bias.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "drover/base/error.hpp"
+#include "run/field_moment.hpp"
+
+namespace drover::run {
+
+namespace {
+/// A piece is observed at so many equally spaced times; the first quarter of it is left out, the second is the early
+/// half of what is compared with the last two: whether the difference still grows.
+constexpr std::int64_t moments = 8;
+constexpr std::int64_t min_length = 2 * moments;  // of a piece, in steps
+/// Costs in steps of the run, measured: of a step of dt by the twin, of the observables of a piece, and once of the
+/// blocks of the twin.
+constexpr double twin_cost = 2.0, moments_cost = 2.0 * moments, start_cost = 50.0;
+constexpr double comparison_cost = 2.0;
+
+bool is_noisy(const io::Scene& scene) { return physics::has_noise(scene.model.noise); }
+
+/// All values of the observables, one after another.
+std::vector<double> values_of(const measure::Observables<measure::FieldMoment>& rows,
+                              const measure::FieldMoment& moment) {
+    std::vector<double> values;
+    for (const auto& row : rows) {
+        const std::vector<double> measured = measure::measure_one(row, moment);
+        values.insert(values.end(), measured.begin(), measured.end());
+    }
+    return values;
+}
+}  // namespace
+
+struct StepBias::Work {
+    io::Scene scene;
+    const physics::FieldEvolution& run;
+    measure::FieldSetting setting;
+    measure::Observables<measure::FieldMoment> rows;
+    Threads& threads;
+    numerics::Transform transform;
+    FieldsOnGrid on_grid;
+
+    // With noise: the twin, and its piece from step `begin` on; length 0: there is none now.
+    std::optional<physics::FieldEvolution> twin;
+    numerics::Spectra twin_state;
+    std::int64_t begin = 0, length = 0;
+    double spent = start_cost;  // steps
+    std::vector<double> early, late;
+    std::int64_t completed = -1, completed_length = 0;  // step at which the last piece ended
+    std::vector<std::vector<double>> row;               // as recorded
+
+    Work(const io::Scene& the_scene, const physics::FieldEvolution& the_run, const measure::FieldSetting& the_setting,
+         Threads& the_threads);
+    std::vector<double> observe(std::int64_t step, const numerics::Spectra& state);
+    void make_twin();
+    void begin_piece(std::int64_t step, const numerics::Spectra& state);
+    void advance_piece(std::int64_t step, const numerics::Spectra& state);
+    std::vector<std::vector<double>> compare(const numerics::Spectra& state);
+};
+
+StepBias::Work::Work(const io::Scene& the_scene, const physics::FieldEvolution& the_run,
+                     const measure::FieldSetting& the_setting, Threads& the_threads)
+    : scene(the_scene),
+      run(the_run),
+      setting(the_setting),
+      threads(the_threads),
+      transform(the_scene.grid, the_run.system().degree, the_threads) {
+    setting.terms.reset();
+    setting.watches_error = false;
+    rows = measure::field_observables(setting);
+    std::size_t size = 0;
+    for (const auto& one : rows) size += measure::size_of(one.axes);
+    early.resize(size);
+    late.resize(size);
+}
+
+std::vector<double> StepBias::Work::observe(std::int64_t step, const numerics::Spectra& state) {
+    to_grid(run, transform, static_cast<double>(step) * scene.time.dt, state, on_grid);
+    return values_of(rows, moment_of(setting, state, on_grid));
+}
+
+void StepBias::Work::make_twin() {
+    twin.emplace(scene.model, scene.grid, scene.dealiasing,
+                 numerics::StepControl{
+                     .method = scene.time.stepper, .dt = 0.5 * scene.time.dt, .tolerance = 0.0, .watches_error = false},
+                 static_cast<std::uint64_t>(scene.run.seed), threads);
+}
+
+void StepBias::Work::begin_piece(std::int64_t step, const numerics::Spectra& state) {
+    constexpr double part = 1.0 / 8.0;  // of what the steps so far allow
+    const double allowed = scene.accuracy.effort * static_cast<double>(step);
+    const auto next = moments * std::max(min_length / moments,
+                                         static_cast<std::int64_t>(part * allowed / static_cast<double>(moments)));
+    if (allowed - spent < twin_cost * static_cast<double>(next) + moments_cost) return;
+    if (!twin) make_twin();
+    begin = step;
+    length = next;
+    spent += twin_cost * static_cast<double>(length) + moments_cost;
+    twin_state = state;
+    twin->follow(run);
+    std::fill(early.begin(), early.end(), 0.0);
+    std::fill(late.begin(), late.end(), 0.0);
+}
+
+void StepBias::Work::advance_piece(std::int64_t step, const numerics::Spectra& state) {
+    try {
+        twin->advance(2 * step - 2, twin_state);
+        twin->advance(2 * step - 1, twin_state);
+    } catch (const Error& error) {
+        if (error.fault() != Fault::run) throw;
+        length = 0;  // the run itself reports a density that fails
+        return;
+    }
+    const std::int64_t moment = (step - begin) * moments / length;
+    if ((step - begin) * moments % length != 0 || moment <= moments / 4) return;
+    const std::vector<double> of_run = observe(step, state), of_twin = observe(step, twin_state);
+    const bool is_late = moment > moments / 2;
+    std::vector<double>& sums = is_late ? late : early;
+    const double weight = 1.0 / static_cast<double>(is_late ? moments / 2 : moments / 4);
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += weight * (of_run[k] - of_twin[k]);
+    if (moment < moments) return;
+    completed = step;
+    completed_length = length;
+    length = 0;
+}
+
+/// The observables of a state less those of the state without its error; NaN where the error is not known well enough.
+std::vector<std::vector<double>> StepBias::Work::compare(const numerics::Spectra& state) {
+    std::vector<double> differences(early.size(), NAN);
+    if (std::optional<numerics::Spectra> corrected = run.known_error()) {
+        for (std::size_t k = 0; k < corrected->values.size(); ++k)
+            corrected->values[k] = state.values[k] - corrected->values[k];
+        try {
+            differences = observe(0, state);
+            const std::vector<double> exact = observe(0, *corrected);
+            for (std::size_t k = 0; k < differences.size(); ++k) differences[k] -= exact[k];
+        } catch (const Error& error) {  // a density that the correction makes negative
+            if (error.fault() != Fault::run) throw;
+            std::fill(differences.begin(), differences.end(), NAN);
+        }
+    }
+    return {{1.0}, differences, differences};
+}
+
+StepBias::StepBias(const io::Scene& scene, const physics::FieldEvolution& run, const measure::FieldSetting& setting,
+                   Threads& threads)
+    : work_(std::make_unique<Work>(scene, run, setting, threads)) {}
+StepBias::~StepBias() = default;
+
+void StepBias::advance(std::int64_t step, const numerics::Spectra& state) {
+    Work& w = *work_;
+    if (!is_noisy(w.scene)) return;
+    if (w.length > 0) w.advance_piece(step, state);
+    if (w.length == 0) w.begin_piece(step, state);
+}
+
+ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, const numerics::Spectra& state) {
+    const Work& w = *bias->work_;
+    std::vector<double> numbers;
+    for (std::size_t k = 0; k < w.early.size(); ++k) numbers.push_back(static_cast<double>(k));
+    files::Recording recording{
+        .group = step_bias_group,
+        .axes = {{"value", "1", "values of all observables, one after another, in their order", numbers}},
+        .quantities = {{"steps", "1", "length of the piece that ends here, in steps; 0: none ends here", {}},
+                       {"late",
+                        "1",
+                        "value of the run less that of its twin, mean over the last half of the piece; "
+                        "without noise less that of the fields without their estimated error",
+                        {"value"}},
+                       {"early", "1", "the same, mean over the second quarter of the piece", {"value"}}},
+        .rows_per_chunk = 8};
+    if (is_noisy(w.scene)) {
+        const auto observe = [bias, step = &w.completed, length = &w.completed_length] {
+            Work& work = *bias->work_;
+            return lend(work.row, {{static_cast<double>(*length)}, work.late, work.early});
+        };
+        ScheduledRecording scheduled{std::move(recording), 0, observe};
+        scheduled.due = [bias](std::int64_t step) { return bias->work_->completed == step; };
+        return scheduled;
+    }
+    const std::int64_t samples = io::whole_steps(w.scene, "output.sample_every", w.scene.output.sample_every);
+    const double per_sample = w.scene.accuracy.effort * static_cast<double>(samples);
+    const auto every = samples * static_cast<std::int64_t>(std::ceil(comparison_cost / std::max(per_sample, 1e-9)));
+    return {std::move(recording), samples == 0 ? 0 : every,
+            [bias, &state] { return lend(bias->work_->row, bias->work_->compare(state)); }};
+}
+
+std::vector<double> StepBias::save() const {
+    const Work& w = *work_;
+    std::vector<double> values{static_cast<double>(w.begin), static_cast<double>(w.length), w.spent,
+                               static_cast<double>(w.completed), static_cast<double>(w.completed_length)};
+    if (w.length == 0) return values;
+    for (const auto* sums : {&w.early, &w.late}) values.insert(values.end(), sums->begin(), sums->end());
+    for (const numerics::Complex value : w.twin_state.values) {
+        values.push_back(value.real());
+        values.push_back(value.imag());
+    }
+    const std::vector<double> evolution = w.twin->save();
+    values.insert(values.end(), evolution.begin(), evolution.end());
+    return values;
+}
+
+void StepBias::restore(std::span<const double> values) {
+    Work& w = *work_;
+    constexpr std::size_t fixed = 5;
+    const std::size_t sums = w.early.size(),
+                      modes =
+                          2 *
+                          numerics::Spectra(w.scene.grid, numerics::components(w.run.system().layout)).values.size();
+    require(values.size() == fixed || values.size() > fixed + 2 * sums + modes, {},
+            "the checkpoint contains {} numbers of the step bias; expected {}, or more than {}; use the other "
+            "checkpoint",
+            values.size(), fixed, fixed + 2 * sums + modes);
+    w.begin = static_cast<std::int64_t>(values[0]);
+    w.length = static_cast<std::int64_t>(values[1]);
+    w.spent = values[2];
+    w.completed = static_cast<std::int64_t>(values[3]);
+    w.completed_length = static_cast<std::int64_t>(values[4]);
+    if (values.size() == fixed) return;
+    const auto from = [&](std::size_t first) { return values.begin() + static_cast<std::ptrdiff_t>(first); };
+    std::copy(from(fixed), from(fixed + sums), w.early.begin());
+    std::copy(from(fixed + sums), from(fixed + 2 * sums), w.late.begin());
+    w.twin_state = numerics::Spectra(w.scene.grid, numerics::components(w.run.system().layout));
+    const std::size_t first = fixed + 2 * sums;
+    for (std::size_t m = 0; m < w.twin_state.values.size(); ++m)
+        w.twin_state.values[m] = {values[first + 2 * m], values[first + 2 * m + 1]};
+    w.make_twin();
+    w.twin->restore(values.subspan(first + modes));
+}
+
+std::string why_no_step_bias(const io::Scene& scene) {
+    if (scene.accuracy.effort == 0.0) return "not measured (accuracy.effort = 0)";
+    if (is_noisy(scene) && scene.time.tolerance > 0.0) return "not measured (noise and a tolerance)";
+    if (!is_noisy(scene) && scene.time.max_error == 0.0) return "not measured (time.max_error = 0)";
+    return "";
+}
+
+double step_bias_bytes(const io::Scene& scene) {
+    if (!why_no_step_bias(scene).empty() || !is_noisy(scene)) return 0.0;
+    const physics::Equations equations(scene.model);
+    numerics::System system =
+        physics::linear_system(equations, scene.grid, physics::reference(scene.model.uniform), scene.dealiasing);
+    if (!physics::is_nonlinear(equations)) return 0.0;
+    system.nonlinear = [](double, const auto&, auto&) {};
+    return numerics::noise_path_bytes(system, 0.5 * scene.time.dt, 0) +
+           numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper), 1) +
+           physics::right_hand_side_bytes(equations, scene.grid, system.degree) +
+           static_cast<double>(numerics::modes(scene.grid)) * numerics::components(system.layout) *
+               sizeof(numerics::Complex);
+}
+
+}  // namespace drover::run

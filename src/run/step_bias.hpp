@@ -1,0 +1,59 @@
+// run/step_bias.hpp: what the time step changes in each observable of a run.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drover/files/archive_reader.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/measure/fields.hpp"
+#include "drover/physics/field_evolution.hpp"
+#include "drover/run/simulation.hpp"
+#include "drover/run/step_bias_estimate.hpp"
+
+namespace drover::run {
+
+/// Measures the change of the observables of one run by its time step, within accuracy.effort of the steps.
+///
+/// With noise, pieces of the run are repeated by a twin: from the state at their start, with dt/2, on the same noise
+/// path.  The difference of an observable grows over its correlation time to that of the means.  A piece begins when
+/// the steps so far allow it, and is an eighth of what they allow: the pieces follow from the steps alone, not from the
+/// end of the run.  Without noise the observables of the fields less their estimated error (physics::StepError) are
+/// compared with those of the fields, at some of the samples.
+class StepBias {
+public:
+    StepBias(const io::Scene& scene, const physics::FieldEvolution& run, const measure::FieldSetting& setting,
+             Threads& threads);
+    ~StepBias();
+
+    /// Called with the state after each step; `step`: the number of steps so far.
+    void advance(std::int64_t step, const numerics::Spectra& state);
+
+    /// One row for each piece, or each comparison; `state` is that of the run.
+    static ScheduledRecording recording(const std::shared_ptr<StepBias>& bias, const numerics::Spectra& state);
+
+    std::vector<double> save() const;
+    void restore(std::span<const double> values);
+
+private:
+    struct Work;
+    std::unique_ptr<Work> work_;
+};
+
+/// Whether a scene can have one: else why not, for people.
+std::string why_no_step_bias(const io::Scene& scene);
+
+/// Of results that are wrong by more than a tenth, beyond their uncertainties: one warning at most.
+std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::Scene& scene,
+                                            const measure::Summary& summary);
+
+/// Memory [bytes].
+double step_bias_bytes(const io::Scene& scene);
+
+/// The group of an archive that holds its rows.
+inline constexpr const char* step_bias_group = "/step_bias";
+
+}  // namespace drover::run

@@ -1,0 +1,251 @@
+// run/text_resolution.cpp: the right-hand side at a smooth state, on twice the grid and between the steps.
+#include "run/text_resolution.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "drover/base/threads.hpp"
+#include "drover/numerics/time_method.hpp"
+#include "drover/numerics/shells.hpp"
+#include "drover/numerics/wavenumbers.hpp"
+#include "drover/physics/right_hand_side.hpp"
+
+namespace drover::run {
+
+namespace {
+using numerics::Complex;
+using numerics::Grid;
+using numerics::Spectra;
+
+/// The explicit right-hand side of a scene on a grid, at a smooth state with waves in every field.
+class Rates {
+public:
+    Rates(const io::Scene& scene, const Grid& grid)
+        : equations_(scene.model),
+          system_(physics::linear_system(equations_, grid, physics::reference(scene.model.uniform), scene.dealiasing)),
+          rate_(grid, numerics::components(system_.layout)),
+          state_(grid, numerics::components(system_.layout)),
+          remainder_(equations_, system_, physics::reference(scene.model.uniform), one_) {
+        const physics::Form& form = equations_.form;
+        const auto set = [&](int c, double mean, double wave) {
+            if (c < 0) return;
+            state_[c][0] = mean;
+            if (grid.nx > 2) state_[c][1] = wave;
+            const std::size_t row = numerics::columns(grid);
+            if (grid.ny > 2) state_[c][row] = state_[c][(static_cast<std::size_t>(grid.ny) - 1) * row] = wave;
+        };
+        constexpr double part = 0.02;
+        const physics::UniformState& uniform = scene.model.uniform;
+        set(form.bead_density, uniform.bead_density, part * uniform.bead_density);
+        set(form.rod_density, uniform.rod_density, part * uniform.rod_density);
+        for (const int first : {form.bead_velocity, form.polar_order}) {
+            if (first < 0) continue;
+            set(first, 0.3, part);
+            set(first + 1, 0.2, part);
+        }
+    }
+    Rates(const Rates&) = delete;
+    Rates& operator=(const Rates&) = delete;
+
+    const Spectra& at(double t) {
+        remainder_(t, state_, rate_);
+        return rate_;
+    }
+    const numerics::System& system() const { return system_; }
+
+private:
+    physics::Equations equations_;
+    numerics::System system_;
+    Threads one_{1};
+    Spectra rate_;
+    Spectra state_;
+    physics::RightHandSide remainder_;
+};
+
+bool any_text_mentions(const physics::Model& model, const std::vector<std::string>& names) {
+    for (const physics::TextTerm& term : model.text_terms) {
+        if (term.call) continue;
+        for (const auto* expressions : {&term.value, &term.flux})
+            for (const physics::WrittenExpression& one : *expressions)
+                if (mentions(one.text, names)) return true;
+    }
+    return false;
+}
+
+/// Squares of amplitudes of one component.
+struct SpaceError {
+    double aliased = 0.0, lost = 0.0, all = 0.0;
+};
+
+SpaceError space_error(const Grid& grid, int degree, std::span<const Complex> coarse, const Grid& finer,
+                       std::span<const Complex> fine) {
+    SpaceError error;
+    const std::size_t width = numerics::columns(finer), coarse_width = numerics::columns(grid);
+    for (std::size_t m = 0; m < fine.size(); ++m) {
+        const int kx = static_cast<int>(m % width), ky = numerics::mode_number_y(finer, m / width);
+        const double weight = numerics::mode_weight(finer, m % width), power = weight * std::norm(fine[m]);
+        if (m > 0) error.all += power;
+        const bool in_range =
+            2 * kx < grid.nx + (grid.nx == 1) && (grid.ny == 1 ? ky == 0 : 2 * std::abs(ky) < grid.ny);
+        const std::size_t row = static_cast<std::size_t>(ky < 0 ? grid.ny + ky : ky);
+        if (in_range && numerics::is_kept(grid, degree, static_cast<std::size_t>(kx), row))
+            error.aliased += weight * std::norm(coarse[row * coarse_width + static_cast<std::size_t>(kx)] - fine[m]);
+        else error.lost += power;
+    }
+    return error;
+}
+
+std::optional<std::string> space_warning(const io::Scene& scene) {
+    constexpr std::size_t max_points = std::size_t{512} * 512;
+    const Grid& grid = scene.grid;
+    if (!any_text_mentions(scene.model, {"x", "y"}) || numerics::points(grid) > max_points) return std::nullopt;
+    Grid finer = grid;
+    finer.nx = grid.nx == 1 ? 1 : 2 * grid.nx;
+    finer.ny = grid.ny == 1 ? 1 : 2 * grid.ny;
+    Rates here(scene, grid), there(scene, finer);
+    // A jump loses and folds a few per cent, and is right all the same.
+    constexpr double max_aliased = 0.01, max_lost = 0.1;
+    for (const double part : {0.0, 0.3819}) {  // of the run: some texts vanish at the start
+        const double t = part * scene.time.end;
+        const Spectra &coarse = here.at(t), &fine = there.at(t);
+        for (int c = 0; c < coarse.count(); ++c) {
+            const SpaceError error = space_error(grid, here.system().degree, coarse[c], finer, fine[c]);
+            if (error.aliased <= max_aliased * error.all && error.lost <= max_lost * error.all) continue;
+            const double wrong = std::sqrt((error.aliased + error.lost) / std::max(error.all, 1e-300));
+            return text(
+                "the grid does not resolve a term written as text: the rate of {} that it gives is wrong by {:.2g} of "
+                "its waves, beside twice the grid (terms of x and y): choose {}, or a smoother text",
+                physics::component_names(physics::form(scene.model))[static_cast<std::size_t>(c)].name, wrong,
+                grid.ny == 1 ? text("grid.nx = {}", finer.nx)
+                             : text("grid.nx = {} and grid.ny = {}", finer.nx, finer.ny));
+        }
+    }
+    return std::nullopt;
+}
+
+/// The integral over a step as the stages of a method see a rate: its values at the nodes, and those before and after.
+struct Nodes {
+    double before, begin, middle, end, after;
+};
+double as_seen(const numerics::TimeMethod& method, double dt, const Nodes& at) {
+    if (!method.start.empty()) return dt / 24.0 * (13.0 * (at.begin + at.end) - at.before - at.after);
+    if (method.order == 1) return dt * at.begin;
+    if (method.order == 2) return dt / 2.0 * (at.begin + at.end);
+    return dt / 6.0 * (at.begin + 4.0 * at.middle + at.end);
+}
+
+/// The largest error of the integral of a rate over a window, over its largest deviation from a constant rate.
+class TimeError {
+public:
+    TimeError(const numerics::TimeMethod& method, double dt) : method_(method), dt_(dt) {}
+
+    void add(const Nodes& at, double exact) {
+        integral_.push_back((integral_.empty() ? 0.0 : integral_.back()) + exact);
+        wrong_ += as_seen(method_, dt_, at) - exact;
+        largest_ = std::max(largest_, std::abs(wrong_));
+        size_ += std::abs(exact);
+    }
+    double relative() const {
+        const auto steps = static_cast<double>(integral_.size());
+        double deviation = 0.0;
+        for (std::size_t i = 0; i < integral_.size(); ++i)
+            deviation =
+                std::max(deviation, std::abs(integral_[i] - static_cast<double>(i + 1) / steps * integral_.back()));
+        constexpr double rounding = 1e-9;
+        const double scale = std::max(deviation, largest_);
+        return largest_ <= rounding * size_ || scale == 0.0 ? 0.0 : largest_ / std::max(deviation, rounding * size_);
+    }
+
+private:
+    const numerics::TimeMethod& method_;
+    double dt_, wrong_ = 0.0, largest_ = 0.0, size_ = 0.0;
+    std::vector<double> integral_;
+};
+
+std::optional<std::string> time_warning(const io::Scene& scene) {
+    if (scene.time.tolerance > 0.0 || scene.time.dt == 0.0 || !any_text_mentions(scene.model, {"t"}))
+        return std::nullopt;
+    const double dt = scene.time.dt;
+    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    Grid small = scene.grid;
+    small.nx = std::min(small.nx, 8);
+    small.ny = std::min(small.ny, 8);
+    Rates rates(scene, small);
+    const int count = rates.at(0.0).count();
+    const auto values_at = [&](double t) {  // the mean rate of each component, and its longest wave
+        std::vector<double> values;
+        const Spectra& rate = rates.at(t);
+        for (int c = 0; c < count; ++c) {
+            values.push_back(rate[c][0].real());
+            values.push_back(rate[c][1].real());
+            values.push_back(rate[c][1].imag());
+        }
+        return values;
+    };
+    constexpr std::int64_t in_window = 128, most_windows = 8;
+    constexpr int parts = 7;
+    const auto steps = static_cast<std::int64_t>(std::llround(scene.time.end / dt));
+    const std::int64_t windows = std::min(most_windows, std::max<std::int64_t>(1, steps / in_window));
+    const std::int64_t length = windows < most_windows ? steps / windows : in_window;
+    double worst = 0.0, worst_time = 0.0;
+    for (std::int64_t window = 0; window < windows; ++window) {
+        const std::int64_t first = windows == 1 ? 0 : (steps - length) * window / (windows - 1);
+        std::vector<TimeError> errors(3 * static_cast<std::size_t>(count), TimeError(method, dt));
+        std::vector<double> before = values_at((static_cast<double>(first) - 1.0) * dt),
+                            begin = values_at(static_cast<double>(first) * dt),
+                            end = values_at((static_cast<double>(first) + 1.0) * dt);
+        for (std::int64_t step = first; step < first + length; ++step) {
+            const double t = static_cast<double>(step) * dt;
+            std::vector<double> exact(errors.size(), 0.0), middle, after = values_at(t + 2.0 * dt);
+            for (int part = 0; part < parts; ++part) {
+                const std::vector<double> now = values_at(t + dt * (part + 0.5) / parts);
+                for (std::size_t k = 0; k < exact.size(); ++k) exact[k] += dt / parts * now[k];
+                if (2 * part + 1 == parts) middle = now;
+            }
+            for (std::size_t k = 0; k < errors.size(); ++k)
+                errors[k].add({before[k], begin[k], middle[k], end[k], after[k]}, exact[k]);
+            before = std::exchange(begin, std::exchange(end, std::move(after)));
+        }
+        for (const TimeError& error : errors)
+            if (const double relative = error.relative(); relative > worst) {
+                worst = relative;
+                worst_time = static_cast<double>(first) * dt;
+            }
+    }
+    constexpr double max_wrong = 0.03;
+    if (worst <= max_wrong) return std::nullopt;
+    return text(
+        "time.dt = {} does not resolve a term written as text of t: what its steps add up is wrong by {:.2g} of its "
+        "change, in the steps from t = {:.6g} s on: choose time.dt = {:.3g}, or a slower text",
+        dt, std::min(worst, 1.0), worst_time, dt / 4.0);
+}
+}  // namespace
+
+bool mentions(const std::string& formula, const std::vector<std::string>& names) {
+    const auto in_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+    for (std::size_t i = 0; i < formula.size();) {
+        const auto end = std::find_if_not(formula.begin() + static_cast<std::ptrdiff_t>(i), formula.end(), in_name);
+        const std::string name(formula.begin() + static_cast<std::ptrdiff_t>(i), end);
+        if (std::find(names.begin(), names.end(), name) != names.end()) return true;
+        i += std::max<std::size_t>(1, name.size());
+    }
+    return false;
+}
+
+std::vector<std::string> text_resolution_warnings(const io::Scene& scene) {
+    std::vector<std::string> warnings;
+    for (const auto& check : {space_warning, time_warning}) {
+        try {
+            if (const std::optional<std::string> warning = check(scene)) warnings.push_back(*warning);
+        } catch (const Error& error) {  // the smooth state lies outside the domain of a term: the run is another
+            if (error.fault() != Fault::run) throw;
+        }
+    }
+    return warnings;
+}
+
+}  // namespace drover::run

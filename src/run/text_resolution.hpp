@@ -1,0 +1,17 @@
+// run/text_resolution.hpp: whether the grid and the time step resolve texts of x, y and t.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/io/scene.hpp"
+
+namespace drover::run {
+
+/// Whether one of these names occurs in a formula.
+bool mentions(const std::string& formula, const std::vector<std::string>& names);
+
+/// Of the terms written as text.  Those of x and y are compared with their values on twice the grid, those of t with a
+/// finer sampling of the time between steps, both at a smooth state; of a long run in windows of time.
+std::vector<std::string> text_resolution_warnings(const io::Scene& scene);
+
+}  // namespace drover::run
