@@ -105,7 +105,8 @@ const char* words(SceneKind kind) {
 std::string kinds_text(SectionOf kinds) {
     std::string result;
     for (const SceneKind kind : {SceneKind::fields, SceneKind::particles, SceneKind::model})
-        if (is_of(kind, kinds)) result += (result.empty() ? "" : " or ") + std::string(words(kind));
+        if (is_of(kind, kinds) && !(kinds == grids && kind == SceneKind::model))
+            result += (result.empty() ? "" : " or ") + std::string(words(kind));
     return result;
 }
 
@@ -126,21 +127,26 @@ SceneKind kind_of(const LocatedTables& tables) {
     const auto first_of = [&](SectionOf kind) {
         for (const std::string& name : section_names(kind))
             if (const auto table = tables.find(name); table != tables.end()) return table;
-        return kind == particles ? tables.end() : tables.find(kind == fields ? "terms[1]" : "field[1]");
+        if (kind == fields) return tables.find("terms[1]");
+        return kind == declared ? tables.find("field[1]") : tables.end();
     };
     SceneKind kind = SceneKind::fields;
     auto decisive = tables.end();
+    const auto reject = [&](const auto& found, SectionOf belongs) {
+        fail_input(
+            found->second.where,
+            "[{}] belongs to a scene of {}, [{}] ({}) to one of {}; expected sections of one kind: remove one of "
+            "them",
+            found->first, kinds_text(belongs), decisive->first, location_text(decisive->second.where), words(kind));
+    };
     for (const SceneKind one : {SceneKind::model, SceneKind::particles, SceneKind::fields}) {
         const auto found = first_of(section_of(one));
         if (found == tables.end()) continue;
-        if (decisive != tables.end())
-            fail_input(found->second.where,
-                       "[{}] belongs to a scene of {}, [{}] ({}) to one of {}; expected sections of one kind: remove "
-                       "one of them",
-                       found->first, words(one), decisive->first, location_text(decisive->second.where), words(kind));
+        if (decisive != tables.end()) reject(found, section_of(one));
         kind = one;
         decisive = found;
     }
+    if (const auto found = first_of(grids); kind == SceneKind::particles && found != tables.end()) reject(found, grids);
     return kind;
 }
 
@@ -174,13 +180,10 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
         read_declared(tables, scene.declared, scene.places);
         read_initial(tables, scene);
     }
-    for_sections(scene, [&](SectionOf belongs, const std::string& name, const char*, auto& part) {
+    for_sections(scene, [&](SectionOf, const std::string& name, const char*, auto& part) {
         sections.push_back(name);
         const auto table = tables.find(name);
         if (table == tables.end()) return;
-        require(is_of(scene.kind, belongs), table->second.where,
-                "[{}] belongs to a scene of {}, and this is a scene of {}; remove it", name, kinds_text(belongs),
-                words(scene.kind));
         read_table(table->second, name, part);
         for (const auto& [key, value] : table->second.values) scene.places.emplace(name + "." + key, value.where);
     });

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 namespace drover::io {
 namespace {
 
@@ -65,19 +67,48 @@ TEST(Scene, errors_name_the_line_or_the_override) {
 }
 
 TEST(Scene, resolved_text_contains_every_key_of_its_kind) {
-    for (const auto& [kind, given] : {std::pair{"fields", ""}, {"particles", "[cell]\n"}}) {
+    constexpr const char* own =
+        "[[field]]\nsymbol = \"phi\"\n[equations]\nphi = \"-k phi + f\"\n[define]\nf = \"lap phi\"\n[coefficients]\nk "
+        "= "
+        "1\n[time]\ndt = 0.1\n";
+    for (const auto& [kind, given] :
+         {std::pair{SceneKind::fields, ""}, {SceneKind::particles, "[cell]\n"}, {SceneKind::model, own}}) {
         const std::string text = resolved_text(parse_scene(given, "scene.toml"));
-        for (const SectionDescription& section : scene_schema()) {
-            const bool belongs = section.kind.empty() || section.kind == kind;
-            EXPECT_EQ(text.find("[" + section.name + "]") != std::string::npos, belongs) << kind << " " << section.name;
+        EXPECT_EQ(resolved_text(parse_scene(text, "again.toml")), text);
+        std::set<std::string> belonging;
+        for (const SectionDescription& section : scene_schema(kind)) {
+            belonging.insert(section.name);
+            EXPECT_NE(text.find("[" + section.name + "]"), std::string::npos) << kind_name(kind) << section.name;
             for (const Description& row : section.rows) {
                 EXPECT_FALSE(row.doc.empty()) << section.name << "." << row.name;
-                if (belongs && !(kind == std::string("particles") && section.kind.empty())) {
+                if (row.name != "spin") {  // in place of rank
                     EXPECT_NE(text.find("\n" + row.name + " = "), std::string::npos) << section.name << "." << row.name;
                 }
             }
         }
+        for (const SectionDescription& section : scene_schema())
+            EXPECT_EQ(text.find("[" + section.name + "]") != std::string::npos, belonging.contains(section.name))
+                << kind_name(kind) << " " << section.name;
     }
+}
+
+TEST(Scene, declared_fields_make_a_scene_of_a_model_of_its_own) {
+    const Scene scene = parse_scene(
+        "[[field]]\nsymbol = \"rho\"\nreference = \"2 c\"\nnoise = \"c^2\"\n[equations]\nrho = \"D lap rho\"\n"
+        "[coefficients]\nc = 3\nD = 1\n[initial]\nkind = \"formula\"\nrho = \"6 + cos(2 pi x / 64)\"\n",
+        "scene.toml");
+    EXPECT_EQ(scene.kind, SceneKind::model);
+    const model::Model model = model_of(scene.declared);
+    EXPECT_EQ(model.fields[0].reference, 6.0);
+    EXPECT_EQ(model.fields[0].noise, 9.0);
+    EXPECT_EQ(start_of(scene).formulas.at("rho").text, "6 + cos(2 pi x / 64)");
+    EXPECT_EQ(scene.time.dt, 0.0);  // linear: exact at any step
+    EXPECT_NE(error_of("[[field]]\nsymbol = \"u\"\n[relaxation]\nrate = 1\n").find("expected sections of one kind"),
+              std::string::npos);
+    EXPECT_EQ(error_of("[[field]]\nsymbol = \"u\"\nrank = \"tensor\"\n"),
+              "scene.toml:3:1: field[1].rank = \"tensor\"; expected one of [\"scalar\", \"vector\", \"nematic\"]");
+    EXPECT_EQ(error_of("[[field]]\nsymbol = \"u\"\n[equations]\nvelocity = \"u\"\n"),
+              "scene.toml:4:13: equations.velocity is the equation of no field; expected one of u");
 }
 
 TEST(Scene, a_section_of_particles_makes_a_scene_of_particles) {
