@@ -254,7 +254,8 @@ ModelNumber model_number(const std::string& key, const SourceLocation& where, co
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command) {
     require(scene.kind == kind, {.file = scene.file},
             "this is a scene of {}; drover {} needs a scene of {}{}: see drover explain", words(scene.kind), command,
-            words(kind), scene.kind == SceneKind::model ? " with the equations of rods and beads" : "");
+            words(kind),
+            scene.kind == SceneKind::model && kind == SceneKind::fields ? " with the equations of rods and beads" : "");
 }
 
 void require_grid(const Scene& scene, const std::string& command) {
