@@ -66,16 +66,18 @@ UniformState random_state(const Equations& equations, Numbers& numbers) {
 /// The uniform equations with the conserved means given: rates and constraints of the components with a rate.
 class UniformEquations {
 public:
-    explicit UniformEquations(const Equations& equations)
+    UniformEquations(const Equations& equations, const UniformState& means)
         : equations_(equations),
+          means_(equations.completed(means)),
           places_(places_of(equations.model())),
           conserved_(conserved_means(equations)),
-          reference_(of_state(equations.reference())) {
+          reference_(of_state(means_)) {
         turns_freely_ = commutes_with_turns();
     }
     const Equations& equations() const { return equations_; }
     const Model& model() const { return equations_.model(); }
     const std::vector<Place>& places() const { return places_; }
+    const UniformState& means() const { return means_; }
     const Vector& reference() const { return reference_; }
     bool turns_freely() const { return turns_freely_; }
     Eigen::Index count() const { return reference_.size(); }
@@ -88,7 +90,7 @@ public:
         return z;
     }
     UniformState state_of(const Vector& z) const {
-        UniformState all = equations_.reference();
+        UniformState all = means_;
         for (Eigen::Index k = 0; k < z.size(); ++k)
             all[static_cast<std::size_t>(equations_.state_components()[static_cast<std::size_t>(k)])] = z(k);
         return all;
@@ -159,6 +161,7 @@ private:
     }
 
     const Equations& equations_;
+    UniformState means_;
     std::vector<Place> places_;
     Matrix conserved_;
     Vector reference_;
@@ -215,7 +218,8 @@ Attempt cleaned(const UniformEquations& equations, const Attempt& root) {
     const Vector sizes = field_sizes(equations, root.z);
     Attempt clean = root;
     for (Eigen::Index k = 0; k < clean.z.size(); ++k)
-        if (sizes(k) <= 1e-9 * std::max(sizes.maxCoeff(), 1e-3)) clean.z(k) = 0.0;
+        if (sizes(k) <= 1e-9 * std::max(sizes.maxCoeff(), 1e-3) || std::abs(clean.z(k)) <= 1e-15 * sizes(k))
+            clean.z(k) = 0.0;
     clean.residual = equations.relative(clean.z, equations.jacobian(clean.z)).maxCoeff(&clean.row);
     return clean.is_root() ? clean : root;
 }
@@ -262,29 +266,42 @@ Matrix neutral_changes(const UniformEquations& equations, const Vector& z) {
     return svd.matrixV().rightCols(j.cols() - rank);
 }
 
-/// The states of a family with one parameter, as points of a curve from z; one point if it ends at once.
-std::vector<Vector> family_of(const UniformEquations& equations, const Vector& z) {
-    constexpr double step = 0.05;
-    constexpr int max_points = 400;
-    std::vector<Vector> curve{z};
-    for (const double side : {1.0, -1.0}) {
-        Vector here = z, ahead = Vector::Zero(z.size());
-        for (int n = 0; n < max_points; ++n) {
-            const Matrix neutral = neutral_changes(equations, here);
-            if (neutral.cols() != 1) break;
-            Vector direction = neutral.col(0);
-            if (n == 0) direction *= side;
-            else if (direction.dot(ahead) < 0.0) direction = -direction;
-            const double length = step * z.norm();
-            const Attempt next = newton(equations, here + length * direction);
-            if (!next.is_root() || (next.z - here - length * direction).norm() > 0.5 * length) break;
-            ahead = next.z - here;
-            here = next.z;
-            curve.push_back(here);
-            if (n > 1 && (here - z).norm() < length) return curve;  // a closed curve
+/// The stationary state near a point beside another one, if it is a member of a family as well.
+std::optional<Vector> member_near(const UniformEquations& equations, const Vector& from, const Vector& step) {
+    const Attempt next = newton(equations, from + step);
+    if (!next.is_root() || (next.z - from - step).norm() > 0.5 * step.norm()) return {};
+    return next.z;
+}
+
+bool is_of_family(const UniformEquations& equations, const Vector& z) {
+    const Matrix neutral = neutral_changes(equations, z);
+    const double length = z.norm() > 0.0 ? 0.02 * z.norm() : 0.02;
+    for (Eigen::Index k = 0; k < neutral.cols(); ++k)
+        if (const std::optional<Vector> member = member_near(equations, z, length * neutral.col(k)))
+            if (neutral_changes(equations, *member).cols() > 0) return true;
+    return false;
+}
+
+/// Whether stationary states connect two of them: a walk towards the other one.
+bool are_connected(const UniformEquations& equations, const Vector& from, const Vector& to) {
+    const double longest = 0.2 * (to - from).norm();
+    Vector here = from;
+    for (int n = 0; n < 100; ++n) {
+        const Matrix neutral = neutral_changes(equations, here);
+        if (neutral.cols() == 0) return false;
+        const Vector way = to - here;
+        if (way.norm() <= 1e-6 * to.norm()) return true;
+        Vector step = neutral * (neutral.transpose() * way);
+        if (step.norm() < 0.05 * way.norm()) {  // opposite members of a ring: sideways
+            if (n > 0) return false;
+            step = neutral.col(0) * longest;
         }
+        if (step.norm() > longest) step *= longest / step.norm();
+        const std::optional<Vector> next = member_near(equations, here, step);
+        if (!next) return false;
+        here = equations.turns_freely() ? along_x(equations, *next) : *next;
     }
-    return curve;
+    return false;
 }
 
 /// Roots that are no copies of each other.
@@ -299,7 +316,6 @@ public:
     }
     struct Root {
         Attempt at;
-        std::vector<Vector> family;  ///< empty: isolated
         bool is_of_family = false;
     };
     const std::vector<Root>& found() const { return roots_; }
@@ -314,18 +330,9 @@ private:
         if (equations_.turns_freely()) root.z = along_x(equations_, root.z);
         for (const Root& other : roots_) {
             if (turned_copies(equations_, root.z, other.at.z)) return;
-            const double reach = 0.05 * other.at.z.norm();
-            for (const Vector& member : other.family)
-                if ((member - root.z).norm() <= reach) return;
+            if (other.is_of_family && are_connected(equations_, root.z, other.at.z)) return;
         }
-        Root fresh{.at = root};
-        const Matrix neutral = neutral_changes(equations_, root.z);
-        if (neutral.cols() > 0 && root.z.norm() > 0.0) {
-            fresh.family = family_of(equations_, root.z);
-            fresh.is_of_family = fresh.family.size() > 1;
-            if (!fresh.is_of_family) fresh.family.clear();
-        }
-        roots_.push_back(std::move(fresh));
+        roots_.push_back({.at = root, .is_of_family = is_of_family(equations_, root.z)});
     }
 
     /// Newton's method for the equations times prod (1 + 1/|z - root|^2), which has none of the roots.
@@ -360,7 +367,7 @@ private:
 
 /// Starting points: one field away from its reference, then mixtures of all fields.
 std::vector<Vector> starting_points(const UniformEquations& equations) {
-    const UniformState reference = equations.equations().reference();
+    const UniformState& reference = equations.means();
     std::vector<Vector> starts{equations.reference()};
     const auto add = [&](const UniformState& state) { starts.push_back(equations.of_state(state)); };
     const Vector rates = equations.values(equations.reference());
@@ -476,13 +483,17 @@ Eigen::MatrixXd conserved_means(const Equations& equations) {
 }
 
 StationaryStates stationary_states(const Equations& equations) {
+    return stationary_states(equations, equations.reference());
+}
+
+StationaryStates stationary_states(const Equations& equations, const UniformState& means) {
     StationaryStates result;
     if (const TermSummary* placed = equations.placed_term()) {
         result.why_none = text("the term \"{}\" of {} depends on position or time, so no uniform state satisfies it",
                                placed->text, equations.model().fields[placed->field].symbol);
         return result;
     }
-    const UniformEquations uniform(equations);
+    const UniformEquations uniform(equations, means);
     Roots roots(uniform);
     for (const Vector& start : starting_points(uniform)) roots.try_from(start);
     const Model& model = equations.model();

@@ -42,6 +42,9 @@ Eigen::MatrixXd conserved_means(const Equations& equations);
 /// one parameter.  A state is accepted where its residual is below 1e-12.
 /// Source of the deflation: Farrell, Birkisson & Funke, SIAM J. Sci. Comput. 37, A2026 (2015).
 StationaryStates stationary_states(const Equations& equations);
+/// The same with conserved means and references as in this state of all components.  Throws an input Error for a state
+/// of another size or with values that are not finite.
+StationaryStates stationary_states(const Equations& equations, const UniformState& means);
 
 // ---- Modes of one wave
 
@@ -114,6 +117,7 @@ struct Covariance {
     std::string why_none;  ///< a mode grows, or noise drives a mode that does not decay
 };
 /// From m S + S m^H + noise = 0.  Modes that neither grow nor decay, and that no noise drives, do not contribute.
+/// Throws an input Error for more than numerics::max_lyapunov components with a rate.
 Covariance covariance(const LinearisedAt& at, const numerics::Wavevector& q);
 
 /// S(q, omega) = (-i omega - m)^-1 noise (-i omega - m)^-H of all components; its integral over omega/(2 pi) is S(q).
@@ -147,8 +151,8 @@ struct SlowMode {
 };
 struct SlowModes {
     std::vector<SlowMode> modes;  ///< by speed, then by damping
-    double error = 0.0;           ///< largest difference to the eigenvalues at a small q, relative to the terms in q^2
-    std::string why_none;         ///< why s is no power series in q; empty if it is
+    double error = 0.0;  ///< largest error of a damping: from the eigenvalues at a small q; NaN with a defective speed
+    std::string why_none;  ///< why s is no power series in q; empty if it is
 };
 /// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators, II.2).
 SlowModes slow_modes(const LinearisedAt& at, double angle = 0.0);
