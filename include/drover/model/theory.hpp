@@ -36,8 +36,8 @@ struct StationaryStates {
 Eigen::MatrixXd conserved_means(const Equations& equations);
 
 /// The uniform stationary states with conserved means as in the state of the references.  All other components are
-/// unknowns: Newton's method, also with deflation of the states that are known, from a fixed set of starting points (for
-/// each field values of both signs from 1e-3 to 1e3 times its reference, or 1 where that is 0; mixtures of all fields).
+/// unknowns: Newton's method, also with deflation of the states that are known, from a fixed set of starting points
+/// (for each field values of both signs from 1e-3 to 1e3 times its reference, or 1 where that is 0; mixtures of all).
 /// It may miss a state.  Turned copies of a state are counted once, and so are the members of a continuous family with
 /// one parameter.  A state is accepted where its residual is below 1e-12.
 /// Source of the deflation: Farrell, Birkisson & Funke, SIAM J. Sci. Comput. 37, A2026 (2015).
@@ -50,8 +50,8 @@ StationaryStates stationary_states(const Equations& equations, const UniformStat
 
 /// Sorted by growth rate, fastest first.  `shapes` has one row for each component with a rate, in the order of
 /// Equations::state_components(), and one column of norm 1 for each mode; `duals` times `shapes` is the identity.  Near
-/// a defective matrix, columns of `shapes` are nearly equal and `duals` is large.  LinearisedAt::all_components(q) times
-/// `shapes` has all fields.
+/// a defective matrix, columns of `shapes` are nearly equal and `duals` is large.  LinearisedAt::all_components(q)
+/// times `shapes` has all fields.
 struct Modes {
     Eigen::VectorXcd rates;  ///< s
     Symbol shapes, duals;
@@ -154,7 +154,8 @@ struct SlowModes {
     double error = 0.0;  ///< largest error of a damping: from the eigenvalues at a small q; NaN with a defective speed
     std::string why_none;  ///< why s is no power series in q; empty if it is
 };
-/// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators, II.2).
+/// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators,
+/// II.2).
 SlowModes slow_modes(const LinearisedAt& at, double angle = 0.0);
 
 }  // namespace drover::model
