@@ -82,20 +82,18 @@ Slow slow_at_zero(const Expansion& e) {
     return result;
 }
 
-/// The largest difference between s and its expansion, relative to the terms in q^2, at the q where it is smallest:
-/// at large q the next term of the series limits it, at small q rounding.
+/// The largest difference between s and its expansion over q^2, at the q where it is smallest: at large q the next term
+/// of the series limits it, at small q rounding.
 double error_of(const LinearisedAt& at, double angle, const std::vector<SlowMode>& slow) {
     double smallest = std::numeric_limits<double>::infinity();
     for (double q = 1.0; q > 1e-6; q *= 0.2) {
         const Modes exact = modes(at, at.wavevector(q, angle));
-        double largest = 0.0, size = 0.0;
+        double largest = 0.0;
         for (const SlowMode& mode : slow) {
             const Complex series = Complex(0.0, -q) * mode.speed - q * q * mode.damping;
-            largest = std::max(largest, (exact.rates.array() - series).abs().minCoeff());
-            size = std::max({size, q * q * std::abs(mode.damping), 1e-9 * q * std::abs(mode.speed)});
+            largest = std::max(largest, (exact.rates.array() - series).abs().minCoeff() / (q * q));
         }
-        if (size > 0.0) smallest = std::min(smallest, largest / size);
-        else if (largest == 0.0) smallest = 0.0;
+        smallest = std::min(smallest, largest);
     }
     return smallest;
 }

@@ -6,164 +6,17 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <random>
 #include <tuple>
 
 #include "drover/model/theory.hpp"
+#include "uniform_equations.hpp"
 
 namespace drover::model {
 
 namespace {
-using Vector = Eigen::VectorXd;
-using Matrix = Eigen::MatrixXd;
+using Vector = UniformEquations::Vector;
+using Matrix = UniformEquations::Matrix;
 constexpr double accepted_residual = 1e-12;
-
-/// Numbers that are the same on every machine.
-class Numbers {
-public:
-    double unit() { return static_cast<double>(engine_()) * 0x1p-32; }
-    double between(double low, double high) { return low + (high - low) * unit(); }
-
-private:
-    std::mt19937 engine_{20150622};
-};
-
-/// The field and its first component of each component.
-struct Place {
-    std::size_t field = 0;
-    int first = 0;
-};
-std::vector<Place> places_of(const Model& model) {
-    std::vector<Place> places;
-    for (std::size_t i = 0; i < model.fields.size(); ++i) {
-        const int first = static_cast<int>(places.size());
-        for (int k = 0; k < components(model.fields[i]); ++k) places.push_back({i, first});
-    }
-    return places;
-}
-
-/// The state turned by an angle.
-UniformState turned(const Model& model, UniformState state, double angle) {
-    std::size_t place = 0;
-    for (const Field& field : model.fields) {
-        if (field.spin > 0) {
-            const std::complex<double> value =
-                std::complex<double>(state[place], state[place + 1]) * std::polar(1.0, field.spin * angle);
-            state[place] = value.real(), state[place + 1] = value.imag();
-        }
-        place += static_cast<std::size_t>(components(field));
-    }
-    return state;
-}
-
-/// A random state: true scalars about their references.
-UniformState random_state(const Equations& equations, Numbers& numbers) {
-    UniformState state = equations.reference();
-    for (double& value : state) value = value != 0.0 ? value * numbers.between(0.6, 1.4) : numbers.between(-1.0, 1.0);
-    return state;
-}
-
-/// The uniform equations with the conserved means given: rates and constraints of the components with a rate.
-class UniformEquations {
-public:
-    explicit UniformEquations(const Equations& equations)
-        : equations_(equations),
-          places_(places_of(equations.model())),
-          conserved_(conserved_means(equations)),
-          reference_(of_state(equations.reference())) {
-        turns_freely_ = commutes_with_turns();
-    }
-    const Equations& equations() const { return equations_; }
-    const Model& model() const { return equations_.model(); }
-    const std::vector<Place>& places() const { return places_; }
-    const Vector& reference() const { return reference_; }
-    bool turns_freely() const { return turns_freely_; }
-    Eigen::Index count() const { return reference_.size(); }
-    Eigen::Index unknowns() const { return count() - conserved_.rows(); }
-
-    Vector of_state(const UniformState& all) const {
-        Vector z(static_cast<Eigen::Index>(equations_.state_components().size()));
-        for (Eigen::Index k = 0; k < z.size(); ++k)
-            z(k) = all[static_cast<std::size_t>(equations_.state_components()[static_cast<std::size_t>(k)])];
-        return z;
-    }
-    UniformState state_of(const Vector& z) const {
-        UniformState all = equations_.reference();
-        for (Eigen::Index k = 0; k < z.size(); ++k)
-            all[static_cast<std::size_t>(equations_.state_components()[static_cast<std::size_t>(k)])] = z(k);
-        return all;
-    }
-    Vector turned(const Vector& z, double angle) const { return of_state(model::turned(model(), state_of(z), angle)); }
-    /// The change of a state when it is turned.
-    Vector turn_of(const Vector& z) const {
-        UniformState all = state_of(z), change(all.size(), 0.0);
-        for (std::size_t k = 0; k < all.size(); ++k) {
-            const int spin = model().fields[places_[k].field].spin;
-            const auto first = static_cast<std::size_t>(places_[k].first);
-            if (spin > 0) change[k] = k == first ? -spin * all[first + 1] : spin * all[first];
-        }
-        return of_state(change);
-    }
-
-    Vector values(const Vector& z) const {
-        Vector f(count() + conserved_.rows());
-        f << equations_.uniform_rates(state_of(z))(equations_.state_components()), conserved_ * (z - reference_);
-        return f;
-    }
-    Matrix jacobian(const Vector& z) const {
-        Matrix j(count() + conserved_.rows(), count());
-        try {
-            j << LinearisedAt(equations_, state_of(z)).symbol({}).real(), conserved_;
-        } catch (const Error&) {  // an iterate outside the domain of a function, such as a root of a density below 0
-            j.setConstant(std::numeric_limits<double>::quiet_NaN());
-        }
-        return j;
-    }
-    /// |rates| relative to the sizes of their parts.
-    Vector relative(const Vector& z, const Matrix& j) const {
-        const Vector f = values(z);
-        Vector sizes = j.cwiseAbs() * z.cwiseAbs();
-        sizes.head(count()) += equations_.uniform_rate_sizes(state_of(z))(equations_.state_components());
-        sizes.tail(conserved_.rows()) += conserved_.cwiseAbs() * reference_.cwiseAbs();
-        Vector ratios(f.size());
-        for (Eigen::Index k = 0; k < f.size(); ++k) ratios(k) = f(k) == 0.0 ? 0.0 : std::abs(f(k)) / sizes(k);
-        return ratios;
-    }
-
-private:
-    /// Whether turned copies of every state are equivalent, for uniform states and waves.
-    bool commutes_with_turns() const {
-        Numbers numbers;
-        for (int trial = 0; trial < 4; ++trial) {
-            const UniformState state = random_state(equations_, numbers);
-            const Vector z = of_state(state);
-            for (const double angle : {0.7, 2.1}) {
-                const Vector there = turned(z, angle), rates = values(z).head(count()),
-                             turned_rates = values(there).head(count());
-                const Vector sizes = equations_.uniform_rate_sizes(state)(equations_.state_components());
-                if (!rates.allFinite() || !turned_rates.allFinite()) continue;
-                if (!((turned(rates, angle) - turned_rates).norm() <= 1e-11 * sizes.norm())) return false;
-                if (!waves_turn(state, angle)) return false;
-            }
-        }
-        return true;
-    }
-    bool waves_turn(const UniformState& state, double angle) const {
-        const LinearisedAt here(equations_, state), there(equations_, model::turned(model(), state, angle));
-        const numerics::Wavevector q{0.9, 0.4};
-        const double c = std::cos(angle), s = std::sin(angle);
-        const Symbol expected = here.symbol(q), found = there.symbol({c * q.x - s * q.y, s * q.x + c * q.y});
-        Matrix turn(count(), count());
-        for (Eigen::Index k = 0; k < count(); ++k) turn.col(k) = turned(Vector::Unit(count(), k), angle);
-        return (found * turn - turn * expected).norm() <= 1e-11 * expected.norm();
-    }
-
-    const Equations& equations_;
-    std::vector<Place> places_;
-    Matrix conserved_;
-    Vector reference_;
-    bool turns_freely_ = false;
-};
 
 /// A root, or how far the iteration came.
 struct Attempt {
@@ -215,7 +68,8 @@ Attempt cleaned(const UniformEquations& equations, const Attempt& root) {
     const Vector sizes = field_sizes(equations, root.z);
     Attempt clean = root;
     for (Eigen::Index k = 0; k < clean.z.size(); ++k)
-        if (sizes(k) <= 1e-9 * std::max(sizes.maxCoeff(), 1e-3)) clean.z(k) = 0.0;
+        if (sizes(k) <= 1e-9 * std::max(sizes.maxCoeff(), 1e-3) || std::abs(clean.z(k)) <= 1e-15 * sizes(k))
+            clean.z(k) = 0.0;
     clean.residual = equations.relative(clean.z, equations.jacobian(clean.z)).maxCoeff(&clean.row);
     return clean.is_root() ? clean : root;
 }
@@ -262,29 +116,42 @@ Matrix neutral_changes(const UniformEquations& equations, const Vector& z) {
     return svd.matrixV().rightCols(j.cols() - rank);
 }
 
-/// The states of a family with one parameter, as points of a curve from z; one point if it ends at once.
-std::vector<Vector> family_of(const UniformEquations& equations, const Vector& z) {
-    constexpr double step = 0.05;
-    constexpr int max_points = 400;
-    std::vector<Vector> curve{z};
-    for (const double side : {1.0, -1.0}) {
-        Vector here = z, ahead = Vector::Zero(z.size());
-        for (int n = 0; n < max_points; ++n) {
-            const Matrix neutral = neutral_changes(equations, here);
-            if (neutral.cols() != 1) break;
-            Vector direction = neutral.col(0);
-            if (n == 0) direction *= side;
-            else if (direction.dot(ahead) < 0.0) direction = -direction;
-            const double length = step * z.norm();
-            const Attempt next = newton(equations, here + length * direction);
-            if (!next.is_root() || (next.z - here - length * direction).norm() > 0.5 * length) break;
-            ahead = next.z - here;
-            here = next.z;
-            curve.push_back(here);
-            if (n > 1 && (here - z).norm() < length) return curve;  // a closed curve
+/// The stationary state near a point beside another one, if it is a member of a family as well.
+std::optional<Vector> member_near(const UniformEquations& equations, const Vector& from, const Vector& step) {
+    const Attempt next = newton(equations, from + step);
+    if (!next.is_root() || (next.z - from - step).norm() > 0.5 * step.norm()) return {};
+    return next.z;
+}
+
+bool is_of_family(const UniformEquations& equations, const Vector& z) {
+    const Matrix neutral = neutral_changes(equations, z);
+    const double length = z.norm() > 0.0 ? 0.02 * z.norm() : 0.02;
+    for (Eigen::Index k = 0; k < neutral.cols(); ++k)
+        if (const std::optional<Vector> member = member_near(equations, z, length * neutral.col(k)))
+            if (neutral_changes(equations, *member).cols() > 0) return true;
+    return false;
+}
+
+/// Whether stationary states connect two of them: a walk towards the other one.
+bool are_connected(const UniformEquations& equations, const Vector& from, const Vector& to) {
+    const double longest = 0.2 * (to - from).norm();
+    Vector here = from;
+    for (int n = 0; n < 100; ++n) {
+        const Matrix neutral = neutral_changes(equations, here);
+        if (neutral.cols() == 0) return false;
+        const Vector way = to - here;
+        if (way.norm() <= 1e-6 * to.norm()) return true;
+        Vector step = neutral * (neutral.transpose() * way);
+        if (step.norm() < 0.05 * way.norm()) {  // opposite members of a ring: sideways
+            if (n > 0) return false;
+            step = neutral.col(0) * longest;
         }
+        if (step.norm() > longest) step *= longest / step.norm();
+        const std::optional<Vector> next = member_near(equations, here, step);
+        if (!next) return false;
+        here = equations.turns_freely() ? along_x(equations, *next) : *next;
     }
-    return curve;
+    return false;
 }
 
 /// Roots that are no copies of each other.
@@ -299,7 +166,6 @@ public:
     }
     struct Root {
         Attempt at;
-        std::vector<Vector> family;  ///< empty: isolated
         bool is_of_family = false;
     };
     const std::vector<Root>& found() const { return roots_; }
@@ -314,18 +180,9 @@ private:
         if (equations_.turns_freely()) root.z = along_x(equations_, root.z);
         for (const Root& other : roots_) {
             if (turned_copies(equations_, root.z, other.at.z)) return;
-            const double reach = 0.05 * other.at.z.norm();
-            for (const Vector& member : other.family)
-                if ((member - root.z).norm() <= reach) return;
+            if (other.is_of_family && are_connected(equations_, root.z, other.at.z)) return;
         }
-        Root fresh{.at = root};
-        const Matrix neutral = neutral_changes(equations_, root.z);
-        if (neutral.cols() > 0 && root.z.norm() > 0.0) {
-            fresh.family = family_of(equations_, root.z);
-            fresh.is_of_family = fresh.family.size() > 1;
-            if (!fresh.is_of_family) fresh.family.clear();
-        }
-        roots_.push_back(std::move(fresh));
+        roots_.push_back({.at = root, .is_of_family = is_of_family(equations_, root.z)});
     }
 
     /// Newton's method for the equations times prod (1 + 1/|z - root|^2), which has none of the roots.
@@ -360,7 +217,7 @@ private:
 
 /// Starting points: one field away from its reference, then mixtures of all fields.
 std::vector<Vector> starting_points(const UniformEquations& equations) {
-    const UniformState reference = equations.equations().reference();
+    const UniformState& reference = equations.means();
     std::vector<Vector> starts{equations.reference()};
     const auto add = [&](const UniformState& state) { starts.push_back(equations.of_state(state)); };
     const Vector rates = equations.values(equations.reference());
@@ -440,49 +297,18 @@ double order_of(const Model& model, const UniformState& state) {
 }
 }  // namespace
 
-Eigen::MatrixXd conserved_means(const Equations& equations) {
-    const std::vector<int>& state = equations.state_components();
-    const auto n = static_cast<Eigen::Index>(state.size());
-    Numbers numbers;
-    Matrix rates(n, 0);
-    for (int trial = 0; trial < 64 * n && rates.cols() < 4 * n + 8; ++trial) {
-        const Vector found = equations.uniform_rates(random_state(equations, numbers))(state);
-        if (!found.allFinite()) continue;  // such as the square root of a density below 0
-        rates.conservativeResize(Eigen::NoChange, rates.cols() + 1);
-        rates.rightCols(1) = found;
-    }
-    require(
-        rates.cols() > 0, {},
-        "the rates of the model are not finite in any of {} uniform states; expected functions that are finite about "
-        "the references",
-        64 * n);
-    Vector scale = Vector::Ones(n);
-    for (Eigen::Index k = 0; k < n; ++k)
-        if (const double size = rates.row(k).cwiseAbs().maxCoeff(); size > 0.0) scale(k) = 1.0 / size;
-    Matrix combinations = Matrix::Zero(0, n);
-    const auto add = [&](const Vector& row) {
-        combinations.conservativeResize(combinations.rows() + 1, Eigen::NoChange);
-        combinations.bottomRows(1) = row.transpose();
-    };
-    const Eigen::JacobiSVD<Matrix> svd(scale.asDiagonal() * rates, Eigen::ComputeFullU);
-    for (Eigen::Index k = 0; k < n; ++k) {
-        const bool vanishes = k >= svd.singularValues().size() || svd.singularValues()(0) == 0.0 ||
-                              svd.singularValues()(k) <= 1e-12 * svd.singularValues()(0);
-        if (vanishes) add(scale.asDiagonal() * svd.matrixU().col(k));
-    }
-    if (combinations.rows() == 0) return combinations;
-    const Eigen::HouseholderQR<Matrix> qr(combinations.transpose());
-    return (qr.householderQ() * Matrix::Identity(n, combinations.rows())).transpose();
+StationaryStates stationary_states(const Equations& equations) {
+    return stationary_states(equations, equations.reference());
 }
 
-StationaryStates stationary_states(const Equations& equations) {
+StationaryStates stationary_states(const Equations& equations, const UniformState& means) {
     StationaryStates result;
     if (const TermSummary* placed = equations.placed_term()) {
         result.why_none = text("the term \"{}\" of {} depends on position or time, so no uniform state satisfies it",
                                placed->text, equations.model().fields[placed->field].symbol);
         return result;
     }
-    const UniformEquations uniform(equations);
+    const UniformEquations uniform(equations, means);
     Roots roots(uniform);
     for (const Vector& start : starting_points(uniform)) roots.try_from(start);
     const Model& model = equations.model();

@@ -36,19 +36,22 @@ struct StationaryStates {
 Eigen::MatrixXd conserved_means(const Equations& equations);
 
 /// The uniform stationary states with conserved means as in the state of the references.  All other components are
-/// unknowns: Newton's method, also with deflation of the states that are known, from a fixed set of starting points (for
-/// each field values of both signs from 1e-3 to 1e3 times its reference, or 1 where that is 0; mixtures of all fields).
+/// unknowns: Newton's method, also with deflation of the states that are known, from a fixed set of starting points
+/// (for each field values of both signs from 1e-3 to 1e3 times its reference, or 1 where that is 0; mixtures of all).
 /// It may miss a state.  Turned copies of a state are counted once, and so are the members of a continuous family with
 /// one parameter.  A state is accepted where its residual is below 1e-12.
 /// Source of the deflation: Farrell, Birkisson & Funke, SIAM J. Sci. Comput. 37, A2026 (2015).
 StationaryStates stationary_states(const Equations& equations);
+/// The same with conserved means and references as in this state of all components.  Throws an input Error for a state
+/// of another size or with values that are not finite.
+StationaryStates stationary_states(const Equations& equations, const UniformState& means);
 
 // ---- Modes of one wave
 
 /// Sorted by growth rate, fastest first.  `shapes` has one row for each component with a rate, in the order of
 /// Equations::state_components(), and one column of norm 1 for each mode; `duals` times `shapes` is the identity.  Near
-/// a defective matrix, columns of `shapes` are nearly equal and `duals` is large.  LinearisedAt::all_components(q) times
-/// `shapes` has all fields.
+/// a defective matrix, columns of `shapes` are nearly equal and `duals` is large.  LinearisedAt::all_components(q)
+/// times `shapes` has all fields.
 struct Modes {
     Eigen::VectorXcd rates;  ///< s
     Symbol shapes, duals;
@@ -114,6 +117,7 @@ struct Covariance {
     std::string why_none;  ///< a mode grows, or noise drives a mode that does not decay
 };
 /// From m S + S m^H + noise = 0.  Modes that neither grow nor decay, and that no noise drives, do not contribute.
+/// Throws an input Error for more than numerics::max_lyapunov components with a rate.
 Covariance covariance(const LinearisedAt& at, const numerics::Wavevector& q);
 
 /// S(q, omega) = (-i omega - m)^-1 noise (-i omega - m)^-H of all components; its integral over omega/(2 pi) is S(q).
@@ -147,10 +151,11 @@ struct SlowMode {
 };
 struct SlowModes {
     std::vector<SlowMode> modes;  ///< by speed, then by damping
-    double error = 0.0;           ///< largest difference to the eigenvalues at a small q, relative to the terms in q^2
-    std::string why_none;         ///< why s is no power series in q; empty if it is
+    double error = 0.0;  ///< largest error of a damping: from the eigenvalues at a small q; NaN with a defective speed
+    std::string why_none;  ///< why s is no power series in q; empty if it is
 };
-/// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators, II.2).
+/// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators,
+/// II.2).
 SlowModes slow_modes(const LinearisedAt& at, double angle = 0.0);
 
 }  // namespace drover::model

@@ -1,0 +1,170 @@
+// model/uniform_equations.cpp: rates of uniform states, what they conserve, and whether they turn with space.
+#include "uniform_equations.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+namespace drover::model {
+
+std::vector<Place> places_of(const Model& model) {
+    std::vector<Place> places;
+    for (std::size_t i = 0; i < model.fields.size(); ++i) {
+        const int first = static_cast<int>(places.size());
+        for (int k = 0; k < components(model.fields[i]); ++k) places.push_back({i, first});
+    }
+    return places;
+}
+
+namespace {
+/// The state turned by an angle.
+UniformState turned_state(const Model& model, UniformState state, double angle) {
+    std::size_t place = 0;
+    for (const Field& field : model.fields) {
+        if (field.spin > 0) {
+            const std::complex<double> value =
+                std::complex<double>(state[place], state[place + 1]) * std::polar(1.0, field.spin * angle);
+            state[place] = value.real(), state[place + 1] = value.imag();
+        }
+        place += static_cast<std::size_t>(components(field));
+    }
+    return state;
+}
+
+/// A random state: true scalars about their references.
+UniformState random_state(const Equations& equations, Numbers& numbers) {
+    UniformState state = equations.reference();
+    for (double& value : state) value = value != 0.0 ? value * numbers.between(0.6, 1.4) : numbers.between(-1.0, 1.0);
+    return state;
+}
+
+}  // namespace
+
+UniformEquations::UniformEquations(const Equations& equations, const UniformState& means)
+    : equations_(equations),
+      means_(equations.completed(means)),
+      places_(places_of(equations.model())),
+      conserved_(conserved_means(equations)),
+      reference_(of_state(means_)) {
+    turns_freely_ = commutes_with_turns();
+}
+
+UniformEquations::Vector UniformEquations::of_state(const UniformState& all) const {
+    Vector z(static_cast<Eigen::Index>(equations_.state_components().size()));
+    for (Eigen::Index k = 0; k < z.size(); ++k)
+        z(k) = all[static_cast<std::size_t>(equations_.state_components()[static_cast<std::size_t>(k)])];
+    return z;
+}
+
+UniformState UniformEquations::state_of(const Vector& z) const {
+    UniformState all = means_;
+    for (Eigen::Index k = 0; k < z.size(); ++k)
+        all[static_cast<std::size_t>(equations_.state_components()[static_cast<std::size_t>(k)])] = z(k);
+    return all;
+}
+
+UniformEquations::Vector UniformEquations::turned(const Vector& z, double angle) const {
+    return of_state(turned_state(model(), state_of(z), angle));
+}
+
+UniformEquations::Vector UniformEquations::turn_of(const Vector& z) const {
+    UniformState all = state_of(z), change(all.size(), 0.0);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        const int spin = model().fields[places_[k].field].spin;
+        const auto first = static_cast<std::size_t>(places_[k].first);
+        if (spin > 0) change[k] = k == first ? -spin * all[first + 1] : spin * all[first];
+    }
+    return of_state(change);
+}
+
+UniformEquations::Vector UniformEquations::values(const Vector& z) const {
+    Vector f(count() + conserved_.rows());
+    f << equations_.uniform_rates(state_of(z))(equations_.state_components()), conserved_ * (z - reference_);
+    return f;
+}
+
+UniformEquations::Matrix UniformEquations::jacobian(const Vector& z) const {
+    Matrix j(count() + conserved_.rows(), count());
+    try {
+        j << LinearisedAt(equations_, state_of(z)).symbol({}).real(), conserved_;
+    } catch (const Error&) {  // an iterate outside the domain of a function, such as a root of a density below 0
+        j.setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+    return j;
+}
+
+UniformEquations::Vector UniformEquations::relative(const Vector& z, const Matrix& j) const {
+    const Vector f = values(z);
+    Vector sizes = j.cwiseAbs() * z.cwiseAbs();
+    sizes.head(count()) += equations_.uniform_rate_sizes(state_of(z))(equations_.state_components());
+    sizes.tail(conserved_.rows()) += conserved_.cwiseAbs() * reference_.cwiseAbs();
+    Vector ratios(f.size());
+    for (Eigen::Index k = 0; k < f.size(); ++k) ratios(k) = f(k) == 0.0 ? 0.0 : std::abs(f(k)) / sizes(k);
+    return ratios;
+}
+
+bool UniformEquations::commutes_with_turns() const {
+    Numbers numbers;
+    for (int trial = 0; trial < 4; ++trial) {
+        const UniformState state = random_state(equations_, numbers);
+        const Vector z = of_state(state);
+        for (const double angle : {0.7, 2.1}) {
+            const Vector there = turned(z, angle), rates = values(z).head(count()),
+                         turned_rates = values(there).head(count());
+            const Vector sizes = equations_.uniform_rate_sizes(state)(equations_.state_components());
+            if (!rates.allFinite() || !turned_rates.allFinite()) continue;
+            if (!((turned(rates, angle) - turned_rates).norm() <= 1e-11 * sizes.norm())) return false;
+            if (!waves_turn(state, angle)) return false;
+        }
+    }
+    return true;
+}
+
+bool UniformEquations::waves_turn(const UniformState& state, double angle) const {
+    const LinearisedAt here(equations_, state), there(equations_, turned_state(model(), state, angle));
+    const numerics::Wavevector q{0.9, 0.4};
+    const double c = std::cos(angle), s = std::sin(angle);
+    const Symbol expected = here.symbol(q), found = there.symbol({c * q.x - s * q.y, s * q.x + c * q.y});
+    Matrix turn(count(), count());
+    for (Eigen::Index k = 0; k < count(); ++k) turn.col(k) = turned(Vector::Unit(count(), k), angle);
+    return (found * turn - turn * expected).norm() <= 1e-11 * expected.norm();
+}
+
+Eigen::MatrixXd conserved_means(const Equations& equations) {
+    const std::vector<int>& state = equations.state_components();
+    const auto n = static_cast<Eigen::Index>(state.size());
+    Numbers numbers;
+    Eigen::MatrixXd rates(n, 0);
+    for (int trial = 0; trial < 64 * n && rates.cols() < 4 * n + 8; ++trial) {
+        const Eigen::VectorXd found = equations.uniform_rates(random_state(equations, numbers))(state);
+        if (!found.allFinite()) continue;  // such as the square root of a density below 0
+        rates.conservativeResize(Eigen::NoChange, rates.cols() + 1);
+        rates.rightCols(1) = found;
+    }
+    require(
+        rates.cols() > 0, {},
+        "the rates of the model are not finite in any of {} uniform states; expected functions that are finite about "
+        "the references",
+        64 * n);
+    Eigen::VectorXd scale = Eigen::VectorXd::Ones(n);
+    for (Eigen::Index k = 0; k < n; ++k)
+        if (const double size = rates.row(k).cwiseAbs().maxCoeff(); size > 0.0) scale(k) = 1.0 / size;
+    Eigen::MatrixXd combinations = Eigen::MatrixXd::Zero(0, n);
+    const auto add = [&](const Eigen::VectorXd& row) {
+        combinations.conservativeResize(combinations.rows() + 1, Eigen::NoChange);
+        combinations.bottomRows(1) = row.transpose();
+    };
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scale.asDiagonal() * rates, Eigen::ComputeFullU);
+    for (Eigen::Index k = 0; k < n; ++k) {
+        const bool vanishes = k >= svd.singularValues().size() || svd.singularValues()(0) == 0.0 ||
+                              svd.singularValues()(k) <= 1e-12 * svd.singularValues()(0);
+        if (vanishes) add(scale.asDiagonal() * svd.matrixU().col(k));
+    }
+    if (combinations.rows() == 0) return combinations;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(combinations.transpose());
+    return (qr.householderQ() * Eigen::MatrixXd::Identity(n, combinations.rows())).transpose();
+}
+
+}  // namespace drover::model

@@ -1,0 +1,67 @@
+// model/uniform_equations.hpp: the equations of uniform states, with the conserved means given.
+#pragma once
+#include <random>
+
+#include "drover/model/theory.hpp"
+
+namespace drover::model {
+
+/// Numbers that are the same on every machine.
+class Numbers {
+public:
+    double unit() { return static_cast<double>(engine_()) * 0x1p-32; }
+    double between(double low, double high) { return low + (high - low) * unit(); }
+
+private:
+    std::mt19937 engine_{20150622};
+};
+
+/// The field and its first component of each component.
+struct Place {
+    std::size_t field = 0;
+    int first = 0;
+};
+std::vector<Place> places_of(const Model& model);
+
+/// Rates and constraints of the components with a rate.
+class UniformEquations {
+public:
+    using Vector = Eigen::VectorXd;
+    using Matrix = Eigen::MatrixXd;
+
+    UniformEquations(const Equations& equations, const UniformState& means);
+    const Equations& equations() const { return equations_; }
+    const Model& model() const { return equations_.model(); }
+    const std::vector<Place>& places() const { return places_; }
+    const UniformState& means() const { return means_; }
+    const Vector& reference() const { return reference_; }
+    /// Whether turned copies of every state are equivalent, for uniform states and waves.
+    bool turns_freely() const { return turns_freely_; }
+    Eigen::Index count() const { return reference_.size(); }
+
+    Vector of_state(const UniformState& all) const;
+    UniformState state_of(const Vector& z) const;
+    Vector turned(const Vector& z, double angle) const;
+    /// The change of a state when it is turned.
+    Vector turn_of(const Vector& z) const;
+
+    /// Rates, then how far the conserved means are from those given.
+    Vector values(const Vector& z) const;
+    /// Not finite where the rates have no finite derivative.
+    Matrix jacobian(const Vector& z) const;
+    /// |values| relative to the sizes of their parts.
+    Vector relative(const Vector& z, const Matrix& j) const;
+
+private:
+    bool commutes_with_turns() const;
+    bool waves_turn(const UniformState& state, double angle) const;
+
+    Equations equations_;
+    UniformState means_;
+    std::vector<Place> places_;
+    Matrix conserved_;
+    Vector reference_;
+    bool turns_freely_ = false;
+};
+
+}  // namespace drover::model
