@@ -162,7 +162,14 @@ void read_initial(LocatedTables& tables, Scene& scene) {
     const auto table = tables.find("initial");
     if (table == tables.end()) return;
     for (const auto& [key, value] : table->second.values) scene.places.emplace("initial." + key, value.where);
-    read_start(table->second, scene.declared);
+    const std::vector<std::string> components = read_start(table->second, scene.declared);
+    std::vector<Description> rows = descriptions<physics::InitialState>();
+    std::erase_if(rows, [](const Description& row) { return !is_of(SceneKind::model, "initial." + row.name); });
+    for (const std::string& name : components) {
+        rows.push_back(rows.front());
+        rows.back().name = name;
+    }
+    reject_unknown_keys(table->second, "initial", rows);
 }
 
 }  // namespace
@@ -185,6 +192,7 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
         const auto table = tables.find(name);
         if (table == tables.end()) return;
         read_table(table->second, name, part);
+        scene.places.emplace(name, table->second.where);
         for (const auto& [key, value] : table->second.values) scene.places.emplace(name + "." + key, value.where);
     });
     reject_keys_of_others(scene);
@@ -217,8 +225,9 @@ SceneKind kind_of_name(const std::string& name) {
 }
 
 SourceLocation location_of(const Scene& scene, const std::string& key) {
-    const auto found = scene.places.find(key);
-    return found != scene.places.end() ? found->second : SourceLocation{.file = scene.file};
+    for (const std::string& name : {key, key.substr(0, key.rfind('.'))})  // a key that is left out: its section
+        if (const auto found = scene.places.find(name); found != scene.places.end()) return found->second;
+    return {.file = scene.file};
 }
 
 ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model) {

@@ -78,6 +78,36 @@ int spin_of(const DeclaredModel& declared, std::size_t n) {
             field.rank, field.spin);
     return field.spin >= 0 ? field.spin : rank->spin;
 }
+
+/// Each field has an equation, and each equation a field.
+void check_equations(const DeclaredModel& declared) {
+    std::vector<std::string> symbols;
+    for (const DeclaredField& field : declared.fields) symbols.push_back(field.symbol);
+    for (const auto& [symbol, equation] : declared.equations) {
+        if (std::find(symbols.begin(), symbols.end(), symbol) != symbols.end()) continue;
+        const std::string near = nearest_name(symbol, symbols);
+        fail_input(equation.where, "equations.{} is the equation of no field; {}", symbol,
+                   symbols.empty() ? text("expected [[field]] with symbol = \"{}\"", symbol)
+                   : near.empty()  ? text("expected one of {}", joined(symbols))
+                                   : text("did you mean {}?", near));
+    }
+    for (std::size_t n = 0; n < symbols.size(); ++n)
+        require(declared.equations.contains(symbols[n]), place_of(declared, n, "symbol"),
+                "{} has no equation; expected {} = \"...\" in [equations], or \"\" for a field that does not change",
+                symbols[n], symbols[n]);
+}
+
+/// Components are datasets of an archive, beside its own.
+void check_dataset_names(const model::Model& model, const DeclaredModel& declared) {
+    std::vector<std::string> taken{"time", "x", "y", "observables", "summary"};
+    for (std::size_t n = 0; n < model.fields.size(); ++n)
+        for (const std::string& name : model::dataset_names(model.fields[n])) {
+            require(std::find(taken.begin(), taken.end(), name) == taken.end(), place_of(declared, n, "name"),
+                    "{} would be {} in archives, which is the name of something else there; expected another name",
+                    model.fields[n].symbol, name);
+            taken.push_back(name);
+        }
+}
 }  // namespace
 
 bool is_declared_table(const std::string& name) {
@@ -113,17 +143,20 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
         }
 }
 
-void read_start(LocatedTable& table, DeclaredModel& model) {
+std::vector<std::string> read_start(LocatedTable& table, DeclaredModel& model) {
+    std::vector<std::string> components;
     for (std::size_t n = 0; n < model.fields.size(); ++n) {
         model::Field field{.symbol = model.fields[n].symbol, .spin = spin_of(model, n)};
         field.name = model.fields[n].name.empty() ? field.symbol : model.fields[n].name;
         for (const std::string& name : model::dataset_names(field)) {
+            components.push_back(name);
             const auto found = table.values.find(name);
             if (found == table.values.end()) continue;
             model.start.emplace(name, texts_of({{"initial", {.where = {}, .values = {*found}}}}, "initial").at(name));
             table.values.erase(found);
         }
     }
+    return components;
 }
 
 model::Model model_of(const DeclaredModel& declared) {
@@ -150,14 +183,8 @@ model::Model model_of(const DeclaredModel& declared) {
             field.equation = equation->second;
         result.fields.push_back(std::move(field));
     }
-    for (const auto& [symbol, equation] : declared.equations) {
-        std::vector<std::string> symbols;
-        for (const DeclaredField& field : declared.fields) symbols.push_back(field.symbol);
-        if (std::find(symbols.begin(), symbols.end(), symbol) != symbols.end()) continue;
-        const std::string near = nearest_name(symbol, symbols);
-        fail_input(equation.where, "equations.{} is the equation of no field; {}", symbol,
-                   near.empty() ? text("expected one of {}", joined(symbols)) : text("did you mean {}?", near));
-    }
+    check_equations(declared);
+    check_dataset_names(result, declared);
     for (const auto& [name, value] : declared.definitions) result.definitions.push_back({name, value});
     return result;
 }

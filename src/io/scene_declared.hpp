@@ -15,8 +15,8 @@ bool is_declared_table(const std::string& name);
 /// Fills the model of a scene and notes where each number is.
 void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<std::string, SourceLocation>& places);
 
-/// Takes the formulas of components out of the table [initial].
-void read_start(LocatedTable& table, DeclaredModel& model);
+/// Takes the formulas of components out of the table [initial], and gives the names of all components.
+std::vector<std::string> read_start(LocatedTable& table, DeclaredModel& model);
 
 /// The model, without the formulas of its start, as TOML.
 std::string declared_text(const DeclaredModel& model);

@@ -190,6 +190,20 @@ Setting read_setting(const std::string& setting) {
             .written = trimmed(setting.substr(equals + 1))};
 }
 
+/// A misspelt coefficient or field of a declared model would be one more, which no equation names.
+void require_declared(const Setting& setting, const LocatedTables& tables) {
+    if (setting.section != "coefficients" && !setting.section.starts_with("field[")) return;
+    const auto table = tables.find(setting.section);
+    require(table != tables.end(), setting.where, "the scene has no [{}]; expected one of its own sections",
+            setting.section);
+    if (setting.section != "coefficients" || table->second.values.contains(setting.key)) return;
+    std::vector<std::string> names;
+    for (const auto& [name, value] : table->second.values) names.push_back(name);
+    const std::string near = nearest_name(setting.key, names);
+    fail_input(setting.where, "the scene has no coefficient {}; {}", setting.key,
+               near.empty() ? text("expected one of {}", joined(names)) : text("did you mean {}?", near));
+}
+
 /// Sets the value, read as TOML if it is valid TOML, else as a text.
 void apply_setting(const Setting& setting, LocatedTables& tables) {
     const auto& [where, section, key, written] = setting;
@@ -202,6 +216,7 @@ void apply_setting(const Setting& setting, LocatedTables& tables) {
     } catch (const toml::parse_error&) {
         // A bare word: a text.
     }
+    require_declared(setting, tables);
     LocatedTable& table = tables.try_emplace(section, LocatedTable{.where = where, .values = {}}).first->second;
     table.values.insert_or_assign(key, LocatedValue{std::move(value), where});
 }

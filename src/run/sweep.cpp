@@ -226,6 +226,10 @@ std::string table_text(const SweepTable& table) {
     for (const char* name : {"polar_order", "polar_order_susceptibility", "polar_order_binder"})
         for (std::size_t i = 0; i < table.names.size(); ++i)
             if (table.names[i] == name) chosen.push_back(i);
+    if (chosen.empty())  // a model of its own: the order and the pattern of each field
+        for (std::size_t i = 0; i < table.names.size(); ++i)
+            if (table.names[i].starts_with("size_mean_") || table.names[i].starts_with("variance_"))
+                chosen.push_back(i);
     std::string out;
     for (const std::string& warning : table.warnings) out += "warning: " + warning + "\n";
     for (const std::string& key : table.keys) out += text("{:>20} ", key);

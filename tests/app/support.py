@@ -44,11 +44,12 @@ not_sanitized = pytest.mark.skipif(bool(os.environ.get("DROVER_SANITIZE")), reas
 def scenes(kind):
     """The names of the scenes of models/ of one kind.
 
-    A scene with a section [calibrate] is of kind "calibrate"; of the others, a scene with a section [cell] is of kind
-    "particles", and one without is of kind "fields".
+    A scene with a section [calibrate] is of kind "calibrate", one with a section [cell] of kind "particles", one with
+    its own fields, [[field]], of kind "model", and any other of kind "fields".
     """
     def kind_of(scene):
-        return "calibrate" if "calibrate" in scene else "particles" if "cell" in scene else "fields"
+        kinds = {"calibrate": "calibrate", "cell": "particles", "field": "model"}
+        return next((kind for section, kind in kinds.items() if section in scene), "fields")
     return sorted(path.stem for path in MODELS.glob("*.toml") if kind_of(tomllib.loads(path.read_text())) == kind)
 
 

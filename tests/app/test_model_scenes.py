@@ -1,0 +1,223 @@
+"""tests/app/test_model_scenes.py: a scene with its own fields in every command of the program, and its errors."""
+import csv
+import re
+import signal
+
+import h5py
+import numpy as np
+import pytest
+from rejection import rejected
+from support import checkpoints, contents, drover, drover_json, settings, start, wait_until
+
+# A scalar, a pseudoscalar, a vector and a nematic.
+FOUR = """[model]
+name = "four ranks"
+
+[[field]]
+name = "density"
+symbol = "rho"
+unit = "1/mm^2"
+meaning = "number density"
+conserved = true
+reference = "rho0"
+noise = "2 D rho0"
+conserved_noise = true
+
+[[field]]
+name = "vorticity"
+symbol = "w"
+parity = "odd"
+unit = "1/s"
+
+[[field]]
+name = "polarity"
+symbol = "p"
+rank = "vector"
+noise = 0.01
+
+[[field]]
+name = "nematic_order"
+symbol = "Q"
+rank = "nematic"
+
+[equations]
+rho = "-div J + D lap rho"
+w = "-w + nu lap w + curl p"
+p = "(a rho - b p.p) p + lap p - grad rho - lambda Q.p + 0.1 w perp p"
+Q = "-Q + lap Q + sym(outer(p, p)) - 0.5 (Q:Q) Q"
+
+[define]
+J = "u rho p"
+
+[coefficients]
+rho0 = 0.8
+D = 0.5
+nu = 0.7
+a = 0.6
+b = 1.0
+lambda = 0.2
+u = 0.3
+
+[grid]
+nx = 32
+ny = 32
+lx = 32.0
+ly = 32.0
+
+[time]
+dt = 0.05
+end = 10.0
+stepper = "etdrk4-krogstad"
+
+[initial]
+kind = "formula"
+amplitude = 0.01
+polarity_x = "0.5"
+density = "0.8 + 0.1 cos(2 pi x / 32)"
+
+[output]
+frame_every = 2.0
+sample_every = 0.25
+"""
+COMPONENTS = ["density", "vorticity", "polarity_x", "polarity_y", "nematic_order_xx", "nematic_order_xy"]
+
+
+def write(folder, *changes, name="four.toml"):
+    """The scene with texts replaced, each of which must be there."""
+    text = FOUR
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    (folder / name).write_text(text)
+    return name
+
+
+def run(folder, output, *keys, threads=1):
+    drover(folder, "run", write(folder), "--quiet", "--overwrite", "--threads", threads, "-o", output, *settings(keys))
+    return folder / output
+
+
+def same(one, other):
+    a, b = contents(one), contents(other)
+    assert {*COMPONENTS, "observables/mean_density", "summary/mean_density"} <= set(a) == set(b)
+    return [name for name in a if a[name] != b[name]] == []
+
+
+def test_check_and_explain_describe_the_fields_and_terms(tmp_path):
+    assert drover(tmp_path, "check", write(tmp_path)).stdout == "four.toml: valid\n"
+    told = drover_json(tmp_path, "explain", "four.toml")
+    assert [(field["symbol"], field["rank"]) for field in told["fields"]] == [
+        ("rho", "scalar"), ("w", "odd scalar"), ("p", "vector"), ("Q", "nematic")]
+    numbers = {row["name"]: row["value"] for row in told["coefficients"]}
+    assert numbers["conserved noise of rho"] == 2.0 * 0.5 * 0.8 and numbers["nu"] == 0.7
+    assert told["degree"] == 3
+    lines = drover(tmp_path, "explain", "four.toml").stdout
+    for term in ("-div J", "+ D lap rho", "+ curl p", "- lambda Q.p", "+ sym(outer(p, p))", "- 0.5 (Q:Q) Q"):
+        assert f"  {term}\n" in lines, term
+
+
+def test_a_run_on_other_threads_and_one_killed_and_resumed_give_the_same_bytes(tmp_path):
+    keys = ["grid.nx=64", "grid.ny=64", "time.end=50"]
+    whole = run(tmp_path, "whole.h5", *keys)
+    assert same(whole, run(tmp_path, "two.h5", *keys, threads=2))
+    assert not same(whole, run(tmp_path, "seed.h5", *keys, "run.seed=2"))
+    for threads in (1, 2):
+        killed = tmp_path / f"killed-{threads}.h5"
+        process = start(tmp_path, "run", "four.toml", "--quiet", "--threads", str(threads), "-o", killed.name,
+                        *settings([*keys, "output.checkpoint_minutes=0.0003"]))
+        wait_until(lambda: any(path.exists() for path in checkpoints(killed)), "a checkpoint", process=process)
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        drover(tmp_path, "restart", killed, "--quiet", "--threads", 3 - threads)
+        assert same(whole, killed), threads
+    stopped = tmp_path / "stopped.h5"
+    drover(tmp_path, "run", "four.toml", "--quiet", "--max-time", "0.01", "-o", stopped, *settings(keys), status=3)
+    drover(tmp_path, "restart", stopped, "--quiet")
+    assert same(whole, stopped)
+
+
+def test_info_and_exports_contain_every_component(tmp_path):
+    archive = run(tmp_path, "four.h5")
+    told = drover_json(tmp_path, "info", archive)
+    assert told["results"]["mean_density"]["mean"] == pytest.approx(0.8, rel=1e-14)  # conserved
+    drover(tmp_path, "export", archive, "-o", "four.csv", "--frame", 3)
+    drover(tmp_path, "export", archive, "-o", "four.vtk", "--frame", 3)
+    with h5py.File(archive) as file:
+        frames = {name: file[name][3] for name in COMPONENTS}
+        assert file["density"].attrs["units"] in ("1/mm^2", b"1/mm^2", "mm-2", b"mm-2")
+    with (tmp_path / "four.csv").open() as file:
+        rows = list(csv.reader(line for line in file if not line.startswith("#")))
+    titles = [re.sub(r" .*", "", title) for title in rows[0]]
+    numbers = np.array(rows[1:], dtype=float)
+    vtk = (tmp_path / "four.vtk").read_bytes()
+    arrays = re.findall(rb"^(\w+) (\d) 1024 double$", vtk, re.M)
+    assert arrays == [(b"density", b"1"), (b"vorticity", b"1"), (b"polarity", b"3"), (b"nematic_order_xx", b"1"),
+                      (b"nematic_order_xy", b"1")]
+    for name in COMPONENTS:
+        column = numbers[:, titles.index(name)]
+        assert np.sort(column) == pytest.approx(np.sort(frames[name].ravel()), rel=1e-6, abs=1e-12), name
+
+
+def test_a_sweep_over_a_coefficient_runs_each_value(tmp_path):
+    table = drover(tmp_path, "sweep", write(tmp_path), "--vary", "coefficients.a = 0.2, 0.6", "--quiet").stdout
+    assert "variance_density" in table and "size_mean_polarity" in table
+    with (tmp_path / "four.sweep" / "table.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    name = next(title for title in rows[0] if title.startswith("coefficients.a"))
+    assert [float(row[name]) for row in rows] == [0.2, 0.6]
+    order = next(title for title in rows[0] if re.fullmatch(r"size_mean_polarity( \[1\])?", title))
+    assert float(rows[0][order]) < float(rows[1][order])  # a feeds the order
+
+
+def test_a_run_starts_from_a_frame_of_another(tmp_path):
+    first = run(tmp_path, "first.h5")
+    formulas = 'kind = "formula"\namplitude = 0.01\npolarity_x = "0.5"\ndensity = "0.8 + 0.1 cos(2 pi x / 32)"\n'
+    scene = write(tmp_path, (formulas, 'kind = "file"\nfile = "first.h5"\n'), name="second.toml")
+    drover(tmp_path, "run", scene, "--quiet")
+    with h5py.File(first) as one, h5py.File(tmp_path / "second.h5") as other:
+        for name in COMPONENTS:
+            assert other[name][0] == pytest.approx(one[name][-1], abs=1e-12), name
+
+
+@pytest.mark.parametrize("old, new, says", [
+    ('unit = "1/s"', 'unti = "1/s"', ["four.toml:18:1", "field[2].unti", "did you mean field[2].unit"]),
+    ('w = "-w', 'omega = "-w', ["four.toml:33:10", "equations.omega", "expected one of rho, w, p, Q"]),
+    ('w = "-w + nu lap w + curl p"\n', "", ["four.toml:16:11", "w has no equation", 'expected w = "..."']),
+    ("- grad rho", "- rho", ["four.toml:34:34", "this is a scalar; expected a vector"]),
+    ("+ curl p", "+ div p", ["four.toml:33:22", "this is a scalar; expected a pseudoscalar", "chiral = true"]),
+    ("nu lap w", "mu lap w", ["four.toml:33:11", '"mu" at character 6', "expected one of", "nu"]),
+    ("2 D rho0", "2 D rho1", ["four.toml:11:14", '"rho1" at character 5', "rho0 (did you mean that?)"]),
+    ("[grid]", "[relaxation]\nrate = 1.0\n\n[grid]",
+     ["four.toml:49:2", "[relaxation] belongs to a scene of fields", "[model] (four.toml:1:2)", "remove one"]),
+    ("dt = 0.05\n", "", ["four.toml:55:2", "time.dt is left out", "expected a number > 0"]),
+    ('rank = "vector"', 'rank = "vector"\nreference = 0.5', ["four.toml:20:1", "polarity", "is 0.5; expected 0"]),
+    ("J + D lap rho", "J + D rho", ["four.toml:32:15", '"+ D rho" is no divergence', "conserved = false"]),
+    ("polarity_x =", "polarity_z =", ["four.toml:63:1", "initial.polarity_z", "did you mean initial.polarity_"]),
+    ("polarity_x =", "polar_order_x =", ["four.toml:63:1", "initial.polar_order_x", "expected one of", "polarity_x"]),
+    ("nu = 0.7", 'nu = "b"', ["four.toml:43:1", 'coefficients.nu = "b"', "expected a number"]),
+    ('name = "vorticity"', 'name = "time"', ["four.toml:15:9", "w would be time in archives", "another name"]),
+    ('name = "vorticity"', 'name = "polarity_x"', ["four.toml:", "polarity_x", "another name"]),
+    ('rank = "vector"', 'rank = "tensor"', ["four.toml:23:1", 'field[3].rank = "tensor"', "vector"]),
+    ('J = "u rho p"', 'J = "J p"', ["four.toml:38:6", "J is defined by itself"]),
+])
+def test_a_mistake_in_a_model_is_reported_at_its_place(tmp_path, old, new, says):
+    rejected(tmp_path, ["check", write(tmp_path, (old, new))], says)
+
+
+def test_a_key_of_a_model_that_the_scene_does_not_have_cannot_be_set_or_swept(tmp_path):
+    scene = write(tmp_path)
+    for setting, says in [("coefficients.nuu=1", ["coefficients.nuu", "no coefficient nuu", "did you mean nu?"]),
+                          ("field[9].noise=1", ["no [field[9]]", "expected one of"]),
+                          ("field[1].nose=1", ["field[1].nose", "did you mean field[1].noise"]),
+                          ("equations.z=1", ["equations.z is the equation of no field"])]:
+        rejected(tmp_path, ["run", scene, "--set", setting], says)
+    rejected(tmp_path, ["sweep", scene, "--vary", "coefficients.nuu = 1, 2"], ["no coefficient nuu"])
+    (tmp_path / "none.toml").write_text('[equations]\nphi = "-phi"\n\n[time]\ndt = 0.1\n')
+    rejected(tmp_path, ["check", "none.toml"], ["none.toml:2:8", "equation of no field", "expected [[field]]"])
+
+
+def test_commands_that_need_rods_and_beads_reject_a_model(tmp_path):
+    scene = write(tmp_path)
+    for words in (["boundary", scene], ["calibrate", scene], ["tradeoff", scene, "--want", "mean_density=1%"],
+                  ["run", scene, "--accuracy", "mean_density=1%"]):
+        rejected(tmp_path, words, ["four.toml", "this is a scene of a model of its own"])
