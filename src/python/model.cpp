@@ -8,40 +8,56 @@
 #include <atomic>
 
 #include "bindings.hpp"
+#include "drover/base/formula.hpp"
+#include "drover/io/declared_model.hpp"
 #include "drover/model/evolution.hpp"
+#include "model/lowering.hpp"
 
 namespace drover::python {
 
 namespace py = pybind11;
 
 namespace {
-model::Field field_of(const py::dict& given) {
-    const auto text = [&](const char* key) {
-        return model::Text{given[key].cast<std::string>(),
-                           {.file = given["symbol"].cast<std::string>() + "." + key, .line = 1, .column = 1}};
-    };
-    return {.name = given["name"].cast<std::string>(),
-            .symbol = given["symbol"].cast<std::string>(),
-            .spin = given["spin"].cast<int>(),
-            .odd = given["odd"].cast<bool>(),
-            .unit = given["unit"].cast<std::string>(),
-            .left = given["balance"].cast<bool>() ? model::LeftSide::balance : model::LeftSide::rate,
-            .mass = text("mass"),
-            .equation = text("equation"),
-            .conserved = given["conserved"].cast<bool>(),
-            .reference = given["reference"].cast<double>(),
-            .noise = given["noise"].cast<double>(),
-            .noise_conserves = given["conserved_noise"].cast<bool>(),
-            .where = {.file = given["symbol"].cast<std::string>()}};
+/// A text of the field of a symbol; errors call its place "symbol.key".
+model::Text text_of(const std::string& symbol, const std::string& key, const std::string& text) {
+    return {text, {.file = symbol + "." + key, .line = 1, .column = 1}};
+}
+
+/// A number, or a formula of the coefficients.
+std::string formula_of(const py::handle& given) {
+    return py::isinstance<py::str>(given) ? given.cast<std::string>() : toml_text(given.cast<double>());
+}
+
+void add_field(const py::dict& given, io::DeclaredModel& model) {
+    const auto symbol = given["symbol"].cast<std::string>();
+    std::map<std::string, SourceLocation> places{{"", {.file = symbol}}};
+    for (const char* key : {"mass", "reference", "noise"}) places.emplace(key, text_of(symbol, key, "").where);
+    model.fields.push_back({.name = given["name"].cast<std::string>(),
+                            .symbol = symbol,
+                            .spin = given["spin"].cast<int>(),
+                            .parity = given["odd"].cast<bool>() ? "odd" : "even",
+                            .unit = given["unit"].cast<std::string>(),
+                            .meaning = given["meaning"].cast<std::string>(),
+                            .mass = given["mass"].cast<std::string>(),
+                            .balance = given["balance"].cast<bool>(),
+                            .conserved = given["conserved"].cast<bool>(),
+                            .reference = formula_of(given["reference"]),
+                            .noise = formula_of(given["noise"]),
+                            .conserved_noise = given["conserved_noise"].cast<bool>()});
+    model.places.push_back(std::move(places));
+    if (const auto equation = given["equation"].cast<std::string>(); !equation.empty())
+        model.equations.emplace(symbol, text_of(symbol, "equation", equation));
 }
 
 model::Equations equations_of(const py::list& fields, const std::map<std::string, std::string>& definitions,
                               const std::map<std::string, double>& coefficients, bool chiral) {
-    model::Model result{.fields = {}, .definitions = {}, .coefficients = coefficients, .chiral = chiral};
-    for (const py::handle& field : fields) result.fields.push_back(field_of(field.cast<py::dict>()));
+    io::DeclaredModel model;
+    model.chiral = chiral;
+    model.coefficients = coefficients;
+    for (const py::handle& field : fields) add_field(field.cast<py::dict>(), model);
     for (const auto& [name, text] : definitions)
-        result.definitions.push_back({name, {text, {.file = name, .line = 1, .column = 1}}});
-    return model::Equations(result);
+        model.definitions.emplace(name, model::Text{text, {.file = name, .line = 1, .column = 1}});
+    return model::Equations(io::model_of(model));
 }
 
 py::list terms_of(const model::Equations& equations) {
@@ -114,7 +130,19 @@ void bind_model(py::module_& module) {
                  return e.term_symbol(term, about, {qx, qy});
              })
         .def("noise", &model::Equations::noise)
-        .def("latex", &model::Equations::latex);
+        .def("latex", &model::Equations::latex)
+        .def("noise_strengths", [](const model::Equations& e) {
+            std::vector<double> strengths;
+            for (const model::Field& field : e.model().fields) strengths.push_back(field.noise);
+            return strengths;
+        });
+    module.def("latex_of_name", &latex_of_name);
+    module.def("latex_of", [](const std::string& formula, const std::map<std::string, std::string>& names) {
+        return latex_of(parse_formula(FormulaText(formula, {}), model::equation_notation()), [&](const std::string& n) {
+            const auto found = names.find(n);
+            return found == names.end() ? latex_of_name(n) : found->second;
+        });
+    });
     py::class_<GuardedEvolution>(module, "Evolution")
         .def(py::init([](const model::Equations& equations, int nx, int ny, double lx, double ly, double dt,
                          const std::string& method, std::uint64_t seed, int threads) {

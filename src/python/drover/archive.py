@@ -15,7 +15,10 @@ from drover.stored import (BROKEN, COMMIT_SECONDS, Store, StoreOwner, attributes
 
 
 def fields_of(scene):
-    """Names of the fields in the form of a scene."""
+    """Names of the fields of a scene, by components."""
+    if "field" in scene:
+        from drover.model import model_of
+        return [name for field in model_of(scene).fields if not field.balance for name in field.components]
     chosen = scene.get("fields", {})
     names = [name for name in ("bead_density", "rod_density") if chosen.get(name, name == "rod_density")]
     vectors = ["bead_velocity"] if chosen.get("bead_velocity", "absent") != "absent" else []

@@ -58,8 +58,8 @@ def schema(kind=""):
     >>> [row["unit"] for part in schema("fields") if part["name"] == "grid" for row in part["rows"] if "unit" in row]
     ['mm', 'mm']
     """
-    if kind not in ("", "fields", "particles"):
-        raise Error(f'kind = "{kind}"; expected "fields", "particles" or "" for both')
+    if kind not in ("", "fields", "particles", "model"):
+        raise Error(f'kind = "{kind}"; expected "fields", "particles", "model", or "" for all')
     return json.loads(_drover.schema(kind))
 
 

@@ -12,12 +12,13 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import (boundary_figure, live, new_file, onset_figure, panels, particle_figure, smooth_panels,
+from drover import (boundary_figure, live, model_figure, new_file, onset_figure, panels, particle_figure, smooth_panels,
                     stability_figure, trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
 from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
 from drover.particles import ParticleRun
+from drover.roles import has_own_fields
 from drover.stored import state_of
 from drover.text import drawable, printable, scene_name
 from drover.theory import open_any
@@ -45,6 +46,8 @@ SMOOTH_TITLES = {"map": "(a) {}", "profiles": "(b) along $x$ through the middle"
 
 def draw(run, frame=-1):
     """Draws a run as a matplotlib Figure.  Raises DroverError if there is no such frame."""
+    if has_own_fields(run):
+        return model_figure.draw(run, frame)
     frames = run.frames.sizes["time"]
     if not -frames <= frame < frames:
         raise DroverError(f"{run.path}: has no frame {frame}; expected 0 to {frames - 1}, or a negative number counted "

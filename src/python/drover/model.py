@@ -17,8 +17,9 @@ class Field:
     mass              m of m d_t F = equation: "m rho"
     balance           0 = equation: the field follows the others at every instant
     conserved         the mean does not change; an equation that is no divergence is an error
-    reference         of a scalar: the uniform value about which the linear part is exact, and at which a run starts
-    noise             D: each component of d_t F has white noise, <f f> = D delta(r - r') delta(t - t')
+    reference         of a scalar: the uniform value about which the linear part is exact, and at which a run starts;
+                      a number, or a formula of the coefficients: "rho0"
+    noise             D: each component of d_t F has white noise, <f f> = D delta(r - r') delta(t - t'); as reference
     conserved_noise   the noise is the divergence of a random flux: D q^2
 
     >>> Field("phi", "lap mu", conserved=True).spin
@@ -31,11 +32,12 @@ class Field:
     name: str = ""
     odd: bool = False
     unit: str = "1"
+    meaning: str = ""
     mass: str = ""
     balance: bool = False
     conserved: bool = False
-    reference: float = 0.0
-    noise: float = 0.0
+    reference: float | str = 0.0
+    noise: float | str = 0.0
     conserved_noise: bool = False
 
     @property
@@ -45,8 +47,33 @@ class Field:
         return tuple((self.name or self.symbol) + end for end in ends)
 
 
-KINDS = {"symbol": str, "equation": str, "spin": int, "name": str, "odd": bool, "unit": str, "mass": str,
-         "balance": bool, "conserved": bool, "reference": (int, float), "noise": (int, float), "conserved_noise": bool}
+KINDS = {"symbol": str, "equation": str, "spin": int, "name": str, "odd": bool, "unit": str, "meaning": str,
+         "mass": str, "balance": bool, "conserved": bool, "reference": (int, float, str), "noise": (int, float, str),
+         "conserved_noise": bool}
+RANKS = ("scalar", "vector", "nematic")  # of spin 0, 1, 2
+
+
+def model_of(values, of="this scene"):
+    """The Model of a scene, {section: {key: value}} with every key, as Scene.values or in an archive."""
+    if not values.get("field"):
+        raise Error(f"{of} has no fields and equations of its own; expected a scene with [[field]]")
+    equations, chiral = values.get("equations", {}), values.get("model", {}).get("chiral", False)
+    fields = [Field(symbol=table["symbol"], equation=str(equations.get(table["symbol"], "")),
+                    spin=table["spin"] if table.get("spin", -1) >= 0 else RANKS.index(table.get("rank", "scalar")),
+                    odd=table.get("parity", "even") == "odd",
+                    **{key: table[key] for key in SCENE_KEYS if key in table}) for table in values["field"]]
+    return Model(fields, define={name: str(text) for name, text in values.get("define", {}).items()}, chiral=chiral,
+                 coefficients=values.get("coefficients", {}))
+
+
+SCENE_KEYS = ("name", "unit", "meaning", "mass", "balance", "conserved", "reference", "noise", "conserved_noise")
+
+
+def field_table(field):
+    """A field as a table of a scene, without what is as by default."""
+    rank = {"rank": RANKS[field.spin]} if 0 < field.spin < len(RANKS) else {"spin": field.spin} if field.spin else {}
+    table = {"symbol": field.symbol, **rank, **({"parity": "odd"} if field.odd else {})}
+    return table | {key: getattr(field, key) for key in SCENE_KEYS if getattr(field, key) != getattr(Field, key)}
 
 
 def check(fields, define, chiral, coefficients):
@@ -94,10 +121,10 @@ class Model:
 
         self.fields = tuple(fields)
         self.coefficients = {**(coefficients or {}), **more}
-        check(self.fields, define or {}, chiral, self.coefficients)
+        self.define, self.chiral = dict(define or {}), chiral
+        check(self.fields, self.define, chiral, self.coefficients)
         self._equations = Equations([{**vars(field), "name": field.name or field.symbol} for field in self.fields],
-                                    dict(define or {}),
-                                    {key: float(value) for key, value in self.coefficients.items()}, chiral)
+                                    self.define, {key: float(value) for key, value in self.coefficients.items()}, chiral)
 
     @property
     def terms(self):
@@ -116,6 +143,11 @@ class Model:
     def __repr__(self):
         return "\n".join(f"{'0' if f.balance else f'({f.mass}) d_t {f.symbol}' if f.mass else f'd_t {f.symbol}'}"
                          f" = {f.equation or '0'}" for f in self.fields)
+
+    @property
+    def noise_strengths(self):
+        """D of the noise of each field, as a number."""
+        return self._equations.noise_strengths()
 
     @property
     def components(self):
@@ -198,6 +230,32 @@ class Model:
         their difference measures the error of the step.
         """
         return ModelRun(self, np.broadcast_to(points, 2), np.broadcast_to(side, 2), float(dt), method, seed, threads)
+
+    def scene(self, points, side, dt, end, *, initial=None, method="etdrk4-krogstad", seed=1, name="model"):
+        """The Scene of a run of this model to the time `end`, which writes an archive: scene.run("model.h5").
+
+        points, side, dt, method, seed: as of start().  initial: {component: formula in x and y, or number}, or the
+        keys of [initial], such as {"kind": "random", "amplitude": 0.01}; default: the reference.  name: of the file.
+
+        >>> model = Model([Field("phi", "lap(phi^3 - phi - lap phi)", conserved=True)])
+        >>> scene = model.scene(points=32, side=32.0, dt=0.1, end=1.0, initial={"phi": "0.1 cos(2 pi x / 32)"})
+        >>> scene.model.latex == model.latex, scene["initial.kind"]
+        (True, 'formula')
+        """
+        from drover.scene import Scene
+
+        (nx, ny), (lx, ly) = np.broadcast_to(points, 2).tolist(), np.broadcast_to(side, 2).tolist()
+        start = dict(initial or {})
+        if not start.keys().isdisjoint(self.components):
+            start = {"kind": "formula", **start}
+        return Scene.from_dict({
+            "model": {"name": name, **({"chiral": True} if self.chiral else {})},
+            "field": [field_table(field) for field in self.fields],
+            "equations": {field.symbol: field.equation for field in self.fields if field.equation},
+            "define": self.define, "coefficients": {key: float(value) for key, value in self.coefficients.items()},
+            "grid": {"nx": nx, "ny": ny, "lx": float(lx), "ly": float(ly)},
+            "time": {"dt": float(dt), "end": float(end), "stepper": method}, "initial": start,
+            "run": {"seed": seed}}, f"{name}.toml")
 
     def _of(self, state):
         if isinstance(state, dict):

@@ -31,7 +31,7 @@ def present(simulation):
     scene = simulation.scene
     attributes = {"scene_file": Path(scene.name).name, "seed": scene["run.seed"]}
     parts = (Path(scene.name), frames)
-    if scene.kind == "fields":
+    if scene.kind != "particles":
         return Run(*parts, simulation.observables, None, scene.values, attributes, None)
     attributes["sides"] = numpy.diag(frame.box)[:2]
     return ParticleRun(*parts, None, simulation.observables, None, scene.values, attributes, None)

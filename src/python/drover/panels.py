@@ -1,6 +1,4 @@
 """drover/panels.py: panels of the figure of a run, drawn on given axes."""
-import re
-
 import numpy
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
@@ -8,7 +6,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
 from drover import results
 from drover.archive import loaded
-from drover.text import drawable
+from drover.typeset import unit_text
 
 # Colours of Okabe and Ito, distinguishable by colour-blind readers and, with the markers, in greyscale.
 BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#606060"
@@ -34,18 +32,6 @@ COLOUR_PART = 0.99                 # fraction of pixels inside the colour range
 FROM_ZERO = 0.6                    # colours start at 0 where the least density is below this part of the largest
 LEGEND_COLUMN = 2.2                # inches
 LEAST_PIXELS = 12                  # along the longer side, of averages that make a noisy density positive
-
-
-def unit_text(unit):
-    """A unit in UDUNITS ("mm-2") or scene ("mm^-2") notation as mathtext."""
-    unit = drawable(unit)
-    if "^" in unit:
-        return re.sub(r"\^(-?\d+)", r"$^{\1}$", unit)
-    words = []
-    for word in unit.split():
-        base = word.rstrip("-+0123456789")
-        words.append(f"{base}$^{{{word[len(base):]}}}$" if base and base != word else word)
-    return " ".join(words)
 
 
 def with_unit(label, array):
@@ -161,14 +147,15 @@ def draw_arrows(axes, run, frame):
     return block
 
 
-def shown_means(array):
+def shown_means(array, is_density=True):
     """What a map shows: block averages of a noisy field, every point of a smooth one; and the size of a pixel.
 
-    The noise of few rods in a cell of the grid makes their density negative there: blocks grow until none is.
+    The noise of few bodies in a cell of the grid makes their density negative there: blocks grow until none is.
     """
     shown, pixel = array, tuple(float(array[axis][1] - array[axis][0]) for axis in "xy")
     pixels = MAX_PIXELS
-    while pixels == MAX_PIXELS or (float(shown.min()) < 0.0 < float(shown.mean()) and pixels >= LEAST_PIXELS):
+    while pixels == MAX_PIXELS or (
+            is_density and float(shown.min()) < 0.0 < float(shown.mean()) and pixels >= LEAST_PIXELS):
         means, block = block_means(array, pixels)
         pixels /= 2
         if float(means.var()) < (1.0 - MAX_LOST) * float(shown.var()):

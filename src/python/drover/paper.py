@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fontsize": 8.5, "legend.framealpha": 0.85,
          "axes.spines.top": False, "axes.spines.right": False, "figure.dpi": 200, "text.usetex": False}
 SIZE = (11.6, 7.7)  # inches
+PAGE_FROM = 6.0     # inches: narrower figures are of one column
 
 
 class Shown(Figure):
@@ -15,12 +16,12 @@ class Shown(Figure):
 
     def _repr_png_(self):
         picture = io.BytesIO()
-        self.savefig(picture, format="png", dpi=100)
+        self.savefig(picture, format="png", dpi=100 if self.get_figwidth() > PAGE_FROM else 200)
         return picture.getvalue()
 
 
-def new_figure():
-    figure = Shown(figsize=SIZE)
+def new_figure(size=SIZE):
+    figure = Shown(figsize=size)
     FigureCanvasAgg(figure)
     return figure
 
@@ -28,7 +29,8 @@ def new_figure():
 def add_axes(figure, box):
     """Adds axes in a box: left, bottom, width, height in inches."""
     left, bottom, width, height = box
-    return figure.add_axes((left / SIZE[0], bottom / SIZE[1], width / SIZE[0], height / SIZE[1]))
+    page = figure.get_size_inches()
+    return figure.add_axes((left / page[0], bottom / page[1], width / page[0], height / page[1]))
 
 
 def bar_box(box):

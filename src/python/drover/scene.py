@@ -1,6 +1,7 @@
 """drover/scene.py: a scene (input file) as an immutable object; what the commands of drover do with one."""
 import json
 import os
+import re
 import tomllib
 from pathlib import Path
 
@@ -108,7 +109,7 @@ class Scene:
 
     @property
     def kind(self):
-        """"fields" or "particles"."""
+        """"fields", "particles", or "model": fields and equations of the scene's own."""
         return self._native.kind
 
     @property
@@ -122,8 +123,10 @@ class Scene:
         section, _, name = key.rpartition(".")
         tables = [self.values]
         for part in section.split("."):
+            part, number = LISTED.fullmatch(part).groups() if LISTED.fullmatch(part) else (part, None)
             tables = [table[part] for table in tables if part in table]
             tables = tables[0] if tables and isinstance(tables[0], list) else tables  # [[terms]]
+            tables = tables if number is None else tables[int(number) - 1:int(number)]
         for table in tables:
             for values in (table, table.get("parameters", {})):
                 if name in values:
@@ -131,8 +134,14 @@ class Scene:
         raise KeyError(f"{key}; expected one of the keys of scene.keys()")
 
     def keys(self):
-        """The keys of this kind of scene, "section.key"."""
-        return list(described(self.kind))
+        """The keys of this kind of scene, "section.key"; of its own fields also "field[1].noise", "coefficients.a"."""
+        rows = described(self.kind)
+        if self.kind != "model":
+            return list(rows)
+        own = [(f"field[{number}]", table) for number, table in enumerate(self.values["field"], 1)]
+        own += [(name, table) for name, table in self.values.items() if isinstance(table, dict)]
+        return list(dict.fromkeys([*(f"{section}.{key}" for section, table in own for key in table),
+                                   *(key for key in rows if not key.startswith("["))]))
 
     def describe(self, key):
         """Type, unit, range, default and meaning of a key, as a dict.
@@ -140,10 +149,14 @@ class Scene:
         >>> Scene.from_dict({}).describe("grid.lx")["unit"]
         'mm'
         """
-        rows = described(self.kind)
-        if key not in rows:
+        rows, (section, _, name) = described(self.kind), key.partition(".")
+        row = rows.get(LISTED.sub(r"[\1]", section) + "." + name)
+        if row is None and key in self.keys():  # a name of the scene's own
+            row = {"name": name, "doc": next(part["doc"] for part in json.loads(_drover.schema(self.kind))
+                                             if part["name"] == section)}
+        if row is None:
             raise Error(f"{key} is not a key of a scene of {self.kind}; expected one of the keys of scene.keys()")
-        return dict(rows[key])
+        return dict(row)
 
     _ipython_key_completions_ = keys
 
@@ -163,6 +176,18 @@ class Scene:
     def to_toml(self):
         """Every key with its value, as TOML that reads back as the same scene."""
         return self._native.text
+
+    @property
+    def model(self):
+        """The fields and equations of its own as a Model: scene.model.growth_rates(...), .latex."""
+        from drover.model import model_of
+        return model_of(self.values, self._name)
+
+    def _repr_html_(self):
+        if self.kind != "model":
+            return None
+        from drover.typeset import scene_html
+        return scene_html(self)
 
     def check(self):
         """Whether the scene fits on this machine: raises Error, or returns what to be careful about."""
@@ -282,6 +307,7 @@ def range_text(axis):
     return f"{key} = {value_text(first)}:{value_text(last)}"
 
 
+LISTED = re.compile(r"(\w+)\[([1-9]\d*)\]")  # field[1]: the first table [[field]]
 KNOWN = {}  # of each kind; read once, since the keys of a build do not change
 
 

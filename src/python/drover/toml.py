@@ -26,8 +26,11 @@ def value_text(value):
     raise Error(f"{value!r} is of type {type(value).__name__}; expected a number, a text, True or False, or a list")
 
 
+LISTS = ("terms", "field")  # sections of several tables, [[terms]]
+
+
 def scene_text(sections):
-    """The TOML text of {"section": {"key": value}} or {"section.key": value}; "terms" is a list of dicts.
+    """The TOML text of {"section": {"key": value}} or {"section.key": value}; "terms" and "field" are lists of dicts.
 
     >>> print(scene_text({"grid": {"nx": 64}, "time.end": 5.0}), end="")
     [grid]
@@ -37,7 +40,7 @@ def scene_text(sections):
     """
     tables = {}
     for name, value in sections.items():
-        if name == "terms" and isinstance(value, (list, tuple)):
+        if name in LISTS and isinstance(value, (list, tuple)):
             tables[name] = value
         elif isinstance(value, dict):
             add_table(tables, name, value)
@@ -48,8 +51,8 @@ def scene_text(sections):
             tables.setdefault(section, {})[key] = value
     text = ""
     for name, table in tables.items():
-        blocks = table if name == "terms" else [table]
-        head = f"[[{name}]]" if name == "terms" else f"[{name}]"
+        blocks = table if isinstance(table, (list, tuple)) else [table]
+        head = f"[{name}]" if isinstance(table, dict) else f"[[{name}]]"
         for block in blocks:
             text += head + "\n" + "".join(f"{key} = {value_text(value)}\n" for key, value in block.items())
     return text

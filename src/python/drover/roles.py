@@ -1,0 +1,71 @@
+"""drover/roles.py: the fields of a run by what they are: scalar, density, vector, nematic, with symbol and reference."""
+from dataclasses import dataclass
+
+import numpy
+
+from drover.archive import loaded
+from drover.text import drawable
+from drover.typeset import simple_unit, symbol_text
+
+SIGNED_FROM = 0.05  # of its range, on either side of its centre: a field with two signs
+
+
+@dataclass(frozen=True)
+class Role:
+    """One field of a run."""
+
+    name: str
+    symbol: str           # as mathtext, without dollars
+    spin: int             # 0: scalar, 1: vector, 2: nematic
+    components: tuple     # names of its arrays
+    unit: str = "1"
+    is_density: bool = False
+    reference: float = 0.0
+
+    @property
+    def words(self):
+        return drawable(self.name.replace("_", " "))
+
+    @property
+    def size_symbol(self):
+        """The symbol of what a map shows by colour."""
+        return f"|{self.symbol}|" if self.spin else self.symbol
+
+    def size(self, arrays):
+        """The field itself, of a scalar, or its magnitude, of arrays by name."""
+        first = arrays[self.components[0]]
+        return numpy.hypot(first, arrays[self.components[1]]) if self.spin else first
+
+    def centre(self, values):
+        """0 or the reference, about which a scalar has both signs; None of a size, or of a density above 0."""
+        if self.spin or values.size == 0:
+            return None
+        low, high = float(values.min()), float(values.max())
+        for centre in (0.0,) if self.is_density else (0.0, self.reference):
+            if min(centre - low, high - centre) > SIGNED_FROM * (high - low):
+                return centre
+        return None
+
+
+def has_own_fields(run):
+    """Whether a run is of a scene with fields and equations of its own."""
+    return "field" in run.scene
+
+
+def roles_of(run):
+    """The fields of a run of a scene with fields of its own, in their order there."""
+    from drover.model import model_of
+    model = model_of(run.scene, str(run.path))
+    reference = dict(zip(model.components, model.state()))
+    return [Role(field.name or field.symbol, symbol_text(field.symbol, field.spin), field.spin, field.components,
+                 simple_unit(field.unit), field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
+                 reference_of(field, reference)) for field in model.fields if not field.balance]
+
+
+def reference_of(field, values):
+    return 0.0 if field.spin else float(values[field.components[0]])
+
+
+def arrays_at(run, role, frame):
+    """The components of a field at a frame, by name."""
+    return {name: loaded(run.frames[name].isel(time=frame), run.path) for name in role.components}

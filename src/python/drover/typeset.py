@@ -1,0 +1,104 @@
+"""drover/typeset.py: symbols and units in figures, and a scene with equations of its own as a page of a notebook."""
+import re
+from html import escape
+
+from drover import _drover
+from drover.text import drawable, printable
+
+UNIT = re.compile(r"\s*(?:(?P<open>\()|(?P<close>\))|(?P<over>/)|(?P<times>[*.])|(?P<word>[^\W\d_]+|%|1))"
+                  r"(?:\^?(?P<power>[-+]?\d+))?")
+
+
+def simple_unit(unit):
+    """A product of units with each base once; as it is where it is no such product.
+
+    >>> simple_unit("(1/mm^2)^2 mm2"), simple_unit("mg mm/s2"), simple_unit("(s)(1/s)"), simple_unit("[p] mm")
+    ('mm-2', 'mg mm s-2', '1', '[p] mm')
+    """
+    stack, sign, at = [{}], [1], 0
+    while at < len(unit):
+        part = UNIT.match(unit, at)
+        if part is None:
+            return unit
+        at, power = part.end(), int(part["power"] or 1)
+        if part["over"]:
+            sign[-1] = -1
+            continue
+        if part["open"]:
+            stack.append({})
+            sign.append(1)
+        elif part["close"] or part["word"]:
+            if part["close"] and len(stack) == 1:
+                return unit
+            group = stack.pop() if part["close"] else {part["word"]: 1}
+            if part["close"]:
+                sign.pop()
+            for base, count in group.items():
+                stack[-1][base] = stack[-1].get(base, 0) + sign[-1] * power * count
+            sign[-1] = 1
+    if len(stack) > 1:
+        return unit
+    words = [base + (str(count) if count != 1 else "") for base, count in stack[0].items() if count and base != "1"]
+    return " ".join(words) or "1"
+
+
+def unit_text(unit):
+    """A unit in UDUNITS ("mm-2") or scene ("mm^-2") notation as mathtext."""
+    unit = drawable(simple_unit(unit) if "(" in unit else unit)
+    if "^" in unit:
+        return re.sub(r"\^(-?\d+)", r"$^{\1}$", unit)
+    words = []
+    for word in unit.split():
+        base = word.rstrip("-+0123456789")
+        words.append(f"{base}$^{{{word[len(base):]}}}$" if base and base != word else word)
+    return " ".join(words)
+
+
+def symbol_text(symbol, spin):
+    r"""A symbol as mathtext, without dollars; bold if it has a direction.
+
+    >>> symbol_text("rho_0", 0), symbol_text("p", 1)
+    ('\\rho_{0}', '\\mathbf{p}')
+    """
+    text = _drover.latex_of_name(symbol)
+    return rf"\mathbf{{{text}}}" if spin and len(text) == 1 else text
+
+
+def scene_html(scene):
+    """Equations, fields and coefficients of a scene with a model of its own."""
+    model = scene.model
+    names = {field.symbol: rf"\boldsymbol{{{_drover.latex_of_name(field.symbol)}}}" if field.spin == 1
+             else rf"\mathsf{{{_drover.latex_of_name(field.symbol)}}}" if field.spin
+             else _drover.latex_of_name(field.symbol) for field in model.fields}
+
+    def typeset(formula):
+        return f"${_drover.latex_of(str(formula), names)}$"
+
+    noises = dict(zip((field.symbol for field in model.fields), model.noise_strengths))
+    fields = [(typeset(field.symbol), field.name or field.symbol, rank_of(field), simple_unit(field.unit),
+               "" if field.spin else typeset(field.reference),
+               (typeset(field.noise) + (", conserved" if field.conserved_noise else "")) if noises[field.symbol] else "",
+               field.meaning) for field in model.fields]
+    parts = [f"<b>{escape(printable(scene.values['model'].get('name') or scene.name))}</b>",
+             f"$$\\displaystyle {escape(model.latex)}$$"]
+    if model.define:
+        rows = [(typeset(name), "$=$", typeset(text)) for name, text in model.define.items()]
+        parts.append(table(("definition", "", ""), rows))
+    parts.append(table(("field", "name", "rank", "unit", "reference", "noise", "meaning"), fields))
+    if model.coefficients:
+        parts.append(table(("coefficient", "value"),
+                           [(typeset(name), f"{value:g}") for name, value in model.coefficients.items()]))
+    return "".join(parts)
+
+
+def rank_of(field):
+    words = {0: "scalar", 1: "vector", 2: "nematic"}.get(field.spin, f"spin {field.spin}")
+    return f"odd {words}" if field.odd else words
+
+
+def table(heads, rows):
+    def cell(tag, text):
+        return f'<{tag} style="text-align:left">{escape(printable(text))}</{tag}>'
+
+    lines = [[cell("th", head) for head in heads], *([cell("td", text) for text in row] for row in rows)]
+    return "<table>" + "".join(f"<tr>{''.join(line)}</tr>" for line in lines) + "</table>"
