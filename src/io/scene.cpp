@@ -151,10 +151,13 @@ SceneKind kind_of(const LocatedTables& tables) {
 }
 
 void reject_keys_of_others(const Scene& scene) {
-    for (const KeyOf& one : keys_of_kinds)
-        if (const auto place = scene.places.find(one.key); place != scene.places.end() && !is_of(scene.kind, one.kinds))
+    for (const KeyOf& one : keys_of_kinds) {
+        const bool is_component = scene.kind == SceneKind::model && std::string_view(one.key).starts_with("initial.");
+        if (is_component || is_of(scene.kind, one.kinds)) continue;
+        if (const auto place = scene.places.find(one.key); place != scene.places.end())
             fail_input(place->second, "{} is for scenes of {}, and this is a scene of {}; remove it", one.key,
                        kinds_text(one.kinds), words(scene.kind));
+    }
 }
 
 /// [initial] of a declared model: keys, and a formula for each component.

@@ -174,9 +174,10 @@ public:
 
 private:
     void add(const Attempt& attempt) {
-        if (attempt.residual < nearest_.residual) nearest_ = attempt;
-        if (!attempt.is_root()) return;
-        Attempt root = cleaned(equations_, attempt);
+        if (!std::isfinite(attempt.residual)) return;
+        Attempt root = cleaned(equations_, attempt);  // a field that decays is 0 but for rounding: relative to itself 1
+        if (root.residual < nearest_.residual) nearest_ = root;
+        if (!root.is_root()) return;
         if (equations_.turns_freely()) root.z = along_x(equations_, root.z);
         for (const Root& other : roots_) {
             if (turned_copies(equations_, root.z, other.at.z)) return;

@@ -46,6 +46,23 @@ TEST(ModelStates, of_a_flock_are_one_isotropic_and_one_ordered_along_x_whose_cop
     EXPECT_EQ(found.states[1].values[2], 0.0);
 }
 
+TEST(ModelStates, with_a_field_that_only_decays_are_those_without_it) {
+    // p^2 = a - l Q_xx with Q_xx (1 + Q_xx^2) = p^2/2; w decays to rounding errors, which are no reason against a root.
+    Model model{.fields = {scalar("rho", "lap rho"), scalar("w", "curl p - w"),
+                           spin(1, "p", "a p - p.p p - l Q.p + w perp p"),
+                           spin(2, "Q", "sym(outer(p, p)) - Q - (Q:Q) Q / 2")},
+                .coefficients = {{"a", 0.48}, {"l", 0.2}}};
+    model.fields[0].conserved = true;
+    model.fields[0].reference = 0.8;
+    model.fields[1].odd = true;
+    const StationaryStates found = stationary_states(Equations(model));
+    ASSERT_EQ(found.states.size(), 2u);
+    const UniformState& flock = found.states[1].values;
+    EXPECT_EQ(flock[1], 0.0);
+    EXPECT_NEAR(flock[2] * flock[2], 0.48 - 0.2 * flock[4], 1e-13);
+    EXPECT_NEAR(flock[4] * (1.0 + flock[4] * flock[4]), 0.5 * flock[2] * flock[2], 1e-13);
+}
+
 TEST(ModelStates, of_a_flock_with_a_named_direction_are_those_along_it) {
     // (1 - p^2) p = -h: three roots along h, of both signs, and none across.
     for (const double angle : {0.0, 1.234}) {

@@ -1,0 +1,54 @@
+"""tests/app/test_flock_as_equations.py: the equations of rods and beads written in a scene, beside the built-in ones."""
+import h5py
+import numpy as np
+from support import MODELS, drover, drover_json, settings
+
+FIELDS = ("bead_density", "rod_density", "bead_velocity_x", "bead_velocity_y", "polar_order_x", "polar_order_y")
+# The built-in mass of thin beads has a lower bound of Gamma dt/m = .08, a tenth of the density: its 16th power is
+# below rounding.
+SHORT = settings(["grid.nx=32", "grid.ny=32", "time.dt=0.005", "time.end=1.0", "output.frame_every=1.0",
+                  "output.sample_every=0.1", "analysis.warm_up=0", "initial.amplitude=0.05", "run.threads=1"])
+
+
+def run(name, folder, *noise):
+    drover(folder, "run", MODELS / f"{name}.toml", "--quiet", "--overwrite", "--output", folder / f"{name}.h5", *SHORT,
+           *settings(noise))
+    return h5py.File(folder / f"{name}.h5")
+
+
+def assert_equal(built_in, written, tolerance):
+    for name in FIELDS:
+        expected, found = built_in[name][:], written[name][:]
+        assert np.abs(found - expected).max() <= tolerance * np.abs(expected).max(), name
+        assert expected[-1].std() > 1e-4 * np.abs(expected).max(), name  # the fields are not uniform
+
+
+def test_the_flock_as_equations_is_the_flock(tmp_path):
+    # Rounding errors of 200 steps, each some 1e-16 of the values and of the stiff forces.
+    assert_equal(run("flock", tmp_path, "noise.order=0"), run("flock-as-equations", tmp_path, "field[4].noise=0"), 1e-12)
+
+
+def test_the_flock_as_equations_has_the_noise_of_the_flock(tmp_path):
+    built_in, written = run("flock", tmp_path), run("flock-as-equations", tmp_path)
+    # Noise of the order reaches the velocity as the cube of a step: the covariance of a step is nearly singular, and
+    # its square root has half of the digits.
+    assert_equal(built_in, written, 1e-8)
+    # An observable by two names.
+    expected = built_in["observables/structure_factor_order_across"][:]
+    found = written["observables/structure_factor_polar_order_across"][:]
+    assert np.abs(found - expected).max() <= 1e-8 * expected.max()
+
+
+def test_both_have_the_same_uniform_states_and_waves(tmp_path):
+    built_in, written = (drover_json(tmp_path, "stability", MODELS / f"{name}.toml")
+                         for name in ("flock", "flock-as-equations"))
+    assert [state["name"] for state in written["states"]] == ["isotropic", "ordered"]
+    flock = written["states"][1]["values"]
+    assert abs(flock[4] - built_in["states"][1]["order"][0]) <= 1e-12
+    assert abs(flock[2] - built_in["states"][1]["velocity"][0]) <= 1e-12
+
+    def waves(result):  # of the flock; rates to ten digits, since damping comes from differences of large terms
+        modes = [(mode["angle"], mode["speed"], mode["damping"]) for mode in result["states"][1]["slow_modes"]]
+        return np.array(sorted(modes))
+
+    assert np.allclose(waves(written), waves(built_in), rtol=1e-9, atol=1e-9)
