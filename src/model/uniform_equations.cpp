@@ -107,6 +107,7 @@ UniformEquations::Vector UniformEquations::relative(const Vector& z, const Matri
 
 bool UniformEquations::commutes_with_turns() const {
     Numbers numbers;
+    bool is_tested = false;
     for (int trial = 0; trial < 4; ++trial) {
         const UniformState state = random_state(equations_, numbers);
         const Vector z = of_state(state);
@@ -115,11 +116,13 @@ bool UniformEquations::commutes_with_turns() const {
                          turned_rates = values(there).head(count());
             const Vector sizes = equations_.uniform_rate_sizes(state)(equations_.state_components());
             if (!rates.allFinite() || !turned_rates.allFinite()) continue;
+            if (!jacobian(z).allFinite() || !jacobian(there).allFinite()) continue;
             if (!((turned(rates, angle) - turned_rates).norm() <= 1e-11 * sizes.norm())) return false;
             if (!waves_turn(state, angle)) return false;
+            is_tested = true;
         }
     }
-    return true;
+    return is_tested;
 }
 
 bool UniformEquations::waves_turn(const UniformState& state, double angle) const {

@@ -166,21 +166,22 @@ TEST(ModelGrowth, is_the_sum_of_the_shares_of_terms_also_through_fields_in_balan
         const std::vector<Complex> shares = term_shares(flock, q, mode);
         const Complex sum = std::accumulate(shares.begin(), shares.end(), Complex());
         EXPECT_LT(std::abs(sum - all.rates(static_cast<Eigen::Index>(mode))), 1e-13);
-        // The share of "+ lambda v" is the derivative of the rate by ln lambda, at the same state.
-        const std::size_t term = 4;
-        ASSERT_EQ(equations.terms()[term].text, "+ lambda v");
-        constexpr double step = 1e-5;
-        std::array<Complex, 2> rates;
-        for (const int side : {0, 1}) {
-            Model changed = model;
-            changed.coefficients["lambda"] *= 1.0 + (side == 0 ? -step : step);
-            const Eigen::VectorXcd near = modes(LinearisedAt(Equations(changed), flock.about()), q).rates;
-            Eigen::Index at = 0;
-            (near.array() - all.rates(static_cast<Eigen::Index>(mode))).abs().minCoeff(&at);
-            rates[static_cast<std::size_t>(side)] = near(at);
+        // The share of a term is the derivative of the rate by the logarithm of its factor, at the same state.
+        for (const auto& [name, term] : {std::pair{"lambda", 4u}, {"alpha", 8u}}) {  // with a rate, and in balance
+            ASSERT_EQ(equations.terms()[term].text, name == std::string("lambda") ? "+ lambda v" : "+ alpha p");
+            constexpr double step = 1e-5;
+            std::array<Complex, 2> rates;
+            for (const int side : {0, 1}) {
+                Model changed = model;
+                changed.coefficients[name] *= 1.0 + (side == 0 ? -step : step);
+                const Eigen::VectorXcd near = modes(LinearisedAt(Equations(changed), flock.about()), q).rates;
+                Eigen::Index at = 0;
+                (near.array() - all.rates(static_cast<Eigen::Index>(mode))).abs().minCoeff(&at);
+                rates[static_cast<std::size_t>(side)] = near(at);
+            }
+            // The difference quotient has an error of step^2 and rounding over the step.
+            EXPECT_LT(std::abs((rates[1] - rates[0]) / (2.0 * step) - shares[term]), 1e-9) << name;
         }
-        // The difference quotient has an error of step^2 and rounding over the step.
-        EXPECT_LT(std::abs((rates[1] - rates[0]) / (2.0 * step) - shares[term]), 1e-9);
     }
 }
 
