@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "drover/numerics/kept_modes.hpp"
 #include "drover/physics/coefficient_registry.hpp"
 #include "io/scene_declared.hpp"
 #include "io/scene_model.hpp"
@@ -275,6 +276,21 @@ void require_grid(const Scene& scene, const std::string& command) {
             "this is a scene of {}; drover {} needs a scene of fields: see drover explain", words(scene.kind), command);
 }
 
+model::Start start_of(const Scene& scene) {
+    const physics::InitialState& initial = scene.initial;
+    return {.kind = initial.kind,
+            .amplitude = initial.amplitude,
+            .component = initial.field,
+            .mode_x = initial.mode_x,
+            .mode_y = initial.mode_y,
+            .phase = initial.phase,
+            .formulas = scene.declared.start};
+}
+
+int kept_degree(const Scene& scene, const model::Equations& equations) {
+    return numerics::kept_degree(equations.degree(), scene.dealiasing.rule);
+}
+
 std::string resolved_text(const Scene& scene) {
     std::string result;
     if (scene.kind == SceneKind::fields) result = model_text(scene.model);
@@ -298,7 +314,11 @@ std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry&
         sections.push_back({section.name, section.doc, {}, "fields"});
         for (const physics::ModelKey& key : section.keys) sections.back().rows.push_back(key.description);
     }
-    for (SectionDescription& section : declared_sections()) sections.push_back(std::move(section));
+    sections.push_back({"model", "A model of one's own: its fields and equations.", model_rows(), "model"});
+    sections.push_back({"[field]", "One field; [[field]] for each.", descriptions<DeclaredField>(), "model"});
+    sections.push_back({"equations", "symbol = \"right-hand side of its equation\", for each field.", {}, "model"});
+    sections.push_back({"define", "name = \"part of equations\".", {}, "model"});
+    sections.push_back({"coefficients", "name = number.", {}, "model"});
     const Scene defaults;
     for_sections(defaults, [&](SectionOf belongs, const std::string& name, const char* doc, const auto& part) {
         std::string kinds;

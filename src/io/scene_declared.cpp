@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "drover/base/expression.hpp"
-#include "drover/numerics/kept_modes.hpp"
 
 namespace drover::io {
 
@@ -117,7 +116,7 @@ bool is_declared_table(const std::string& name) {
 
 void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<std::string, SourceLocation>& places) {
     if (const auto table = tables.find("model"); table != tables.end()) {
-        const std::vector<Description> rows = declared_sections().front().rows;
+        const std::vector<Description> rows = model_rows();
         reject_unknown_keys(table->second, "model", rows);
         for (const Description& row : rows)
             if (const auto found = table->second.values.find(row.name); found != table->second.values.end()) {
@@ -189,21 +188,6 @@ model::Model model_of(const DeclaredModel& declared) {
     return result;
 }
 
-model::Start start_of(const Scene& scene) {
-    const physics::InitialState& initial = scene.initial;
-    return {.kind = initial.kind,
-            .amplitude = initial.amplitude,
-            .component = initial.field,
-            .mode_x = initial.mode_x,
-            .mode_y = initial.mode_y,
-            .phase = initial.phase,
-            .formulas = scene.declared.start};
-}
-
-int kept_degree(const Scene& scene, const model::Equations& equations) {
-    return numerics::kept_degree(equations.degree(), scene.dealiasing.rule);
-}
-
 std::string declared_text(const DeclaredModel& model) {
     std::string result = text("[model]\nname = {}\nchiral = {}\n", toml_text(model.name), model.chiral);
     for (const DeclaredField& field : model.fields) {
@@ -223,24 +207,19 @@ std::string declared_text(const DeclaredModel& model) {
     return result;
 }
 
-std::vector<SectionDescription> declared_sections() {
-    const Value none = std::string{}, off = false;
-    std::vector<SectionDescription> sections{
-        {"model",
-         "A model of one's own: its fields and equations.",
-         {{.name = "name", .default_value = none, .unit = {}, .range = any_number, .choices = {}, .doc = "its name"},
-          {.name = "chiral",
-           .default_value = off,
-           .unit = {},
-           .range = any_number,
-           .choices = {},
-           .doc = "the equations may distinguish left and right: terms whose parity differs from that of the field"}},
-         "model"},
-        {"[field]", "One field; [[field]] for each.", descriptions<DeclaredField>(), "model"},
-        {"equations", "symbol = \"right-hand side of its equation\", for each field.", {}, "model"},
-        {"define", "name = \"part of equations\".", {}, "model"},
-        {"coefficients", "name = number.", {}, "model"}};
-    return sections;
+std::vector<Description> model_rows() {
+    return {{.name = "name",
+             .default_value = std::string{},
+             .unit = {},
+             .range = any_number,
+             .choices = {},
+             .doc = "its name"},
+            {.name = "chiral",
+             .default_value = false,
+             .unit = {},
+             .range = any_number,
+             .choices = {},
+             .doc = "the equations may distinguish left and right: terms whose parity differs from that of the field"}};
 }
 
 }  // namespace drover::io

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
+#include "drover/io/declared_model.hpp"
 
 namespace drover::io {
 
@@ -21,7 +21,7 @@ std::vector<std::string> read_start(LocatedTable& table, DeclaredModel& model);
 /// The model, without the formulas of its start, as TOML.
 std::string declared_text(const DeclaredModel& model);
 
-/// The sections for `drover schema`.
-std::vector<SectionDescription> declared_sections();
+/// The keys of [model].
+std::vector<Description> model_rows();
 
 }  // namespace drover::io

@@ -117,7 +117,7 @@ def test_check_and_explain_describe_the_fields_and_terms(tmp_path):
 
 
 def test_a_run_on_other_threads_and_one_killed_and_resumed_give_the_same_bytes(tmp_path):
-    keys = ["grid.nx=64", "grid.ny=64", "time.end=50"]
+    keys = ["grid.nx=64", "grid.ny=64", "time.end=20"]
     whole = run(tmp_path, "whole.h5", *keys)
     assert same(whole, run(tmp_path, "two.h5", *keys, threads=2))
     assert not same(whole, run(tmp_path, "seed.h5", *keys, "run.seed=2"))

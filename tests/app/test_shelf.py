@@ -63,12 +63,14 @@ def run_of_a_scene(tmp_path):
 
 def line(nx, lx, end, *more):
     """Keys of a run on a line of points along x, which keeps no more than its first and last frame."""
-    return ["grid.ny=1", "grid.ly=1", f"grid.nx={nx}", f"grid.lx={lx!r}", f"time.end={end}", "output.frame_every=0", *more]
+    return ["grid.ny=1", "grid.ly=1", f"grid.nx={nx}", f"grid.lx={lx!r}", f"time.end={end}", "output.frame_every=0",
+            *more]
 
 
 def start(**formulas):
     """Keys of a start from formulas."""
-    return ["initial.kind=formula", "initial.amplitude=0", *(f"initial.{name}={text}" for name, text in formulas.items())]
+    return ["initial.kind=formula", "initial.amplitude=0",
+            *(f"initial.{name}={text}" for name, text in formulas.items())]
 
 
 def largest_rate(matrix):
@@ -178,7 +180,8 @@ def test_sound_in_a_bidisperse_bed_has_the_speed_of_both_species(run):
     free = [f"coefficients.{name}=0" for name in ("Gamma1", "Gamma2", "G", "eta", "alpha1", "alpha2")]
     made = run("bidisperse-bed", "field[6].noise=0", *free, *line(16, 32.0, 20.0),
                *start(small_beads="1 + 1e-7 cos(2 pi x/32)"))
-    small, large = (np.fft.rfft(made.fields[f"{name}_beads"][-1, 0])[1].real / 8.0 / 1e-7 for name in ("small", "large"))
+    small, large = (np.fft.rfft(made.fields[f"{size}_beads"][-1, 0])[1].real / 8.0 / 1e-7
+                    for size in ("small", "large"))
     # n = rho1 + rho2 oscillates; rho_i takes part in it with the weight E_i/m_i.
     weights = np.array([2.0 / 0.5, 3.0 / 1.5])
     change = np.cos(np.sqrt(weights.sum()) * 2.0 * PI / 32.0 * 20.0) - 1.0
@@ -186,10 +189,12 @@ def test_sound_in_a_bidisperse_bed_has_the_speed_of_both_species(run):
     assert [small - 1.0, large] == pytest.approx(change * weights / weights.sum(), abs=1e-6)
 
 
-@pytest.mark.parametrize("alpha1, alpha2, flocks", [(1.0, 1.5, 1), (1.0, 0.0, -1), (0.0, 1.5, -1), (2.0 / 3.0, 1.0, 0)])
+@pytest.mark.parametrize("alpha1, alpha2, flocks",
+                         [(1.0, 1.5, 1), (1.0, 0.0, -1), (0.0, 1.5, -1), (2.0 / 3.0, 1.0, 0)])
 def test_two_species_of_rods_flock_where_the_sum_of_their_couplings_exceeds_one(run, alpha1, alpha2, flocks):
     made = run("two-rod-species", "coefficients.Delta=0", f"coefficients.alpha1={alpha1!r}",
-               f"coefficients.alpha2={alpha2}", *line(4, 8.0, 100.0), *start(fast_order_x="1e-20", slow_order_x="1e-20"))
+               f"coefficients.alpha2={alpha2}", *line(4, 8.0, 100.0),
+               *start(fast_order_x="1e-20", slow_order_x="1e-20"))
     matrix = 0.6 / 2.0 * np.outer([1.0, 1.0], [alpha1, alpha2]) - np.diag([0.4, 0.6])
     size, half = made.observables["mean_fast_order_x"] + made.observables["mean_slow_order_x"], 50
     rate = np.log(size[-1] / size[half]) / (made.times[-1] - made.times[half])
@@ -286,7 +291,7 @@ def test_uniform_oscillations_are_unstable_beyond_the_line_of_benjamin_feir_and_
     made = run("ginzburg-landau", f"coefficients.c={c}", *line(32, 20.0, 20.0), "time.stepper=etdrk4",
                *start(real_part="1 + 1e-7 cos(pi x/10)", imaginary_part="0"))
     # The oscillation turns the wave from one part to the other; the sum of the variances grows.
-    made.observables["variance_A"] = made.observables["variance_real_part"] + made.observables["variance_imaginary_part"]
+    made.observables["variance_A"] = sum(made.observables[f"variance_{part}_part"] for part in ("real", "imaginary"))
     rate = np.sqrt(1.0 - 2.0 * b * c * k**2 - b**2 * k**4) - 1.0 - k**2
     assert made.growth_rate("A") == pytest.approx(rate, rel=1e-3)
     assert (rate > 0.0) == (1.0 + b * c < 0.0) == unstable
