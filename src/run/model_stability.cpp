@@ -165,19 +165,22 @@ Record state_record(const io::Scene& scene, const Searched& at, std::size_t numb
         group.begin() + 1, group.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
     Record record{.heading = text("state: {}, {}", at.state.name, state_text(model, at.state.values)),
                   .group = text("{}_{}", group, number_of_state)};
-    record.entries = {
-        only_data({.name = "name", .unit = "", .meaning = "name of the state", .value = at.state.name}),
-        only_data({.name = "values", .unit = "1", .meaning = "values of all components", .value = at.state.values}),
-        only_data({.name = "free_direction",
-                   .unit = "1",
-                   .meaning = "1: turned copies of the state are states too",
-                   .value = at.state.has_free_direction}),
-        only_data({.name = "stable",
-                   .unit = "1",
-                   .meaning = "1: no wave of the search grows",
-                   .value = !fastest.growth.grows()}),
-        only_data(number("fastest_rate", "s-1", "the largest growth rate", fastest.growth.rate)),
-        only_data(number("fastest_wavenumber", "mm-1", "its |q|", fastest.q))};
+    record.entries = {only_data({.name = "name", .unit = "", .meaning = "name of the state", .value = at.state.name}),
+                      only_data({.name = "free_direction",
+                                 .unit = "1",
+                                 .meaning = "1: turned copies of the state are states too",
+                                 .value = at.state.has_free_direction}),
+                      only_data({.name = "stable",
+                                 .unit = "1",
+                                 .meaning = "1: no wave of the search grows",
+                                 .value = !fastest.growth.grows()}),
+                      only_data(number("fastest_rate", "s-1", "the largest growth rate", fastest.growth.rate)),
+                      only_data(number("fastest_wavenumber", "mm-1", "its |q|", fastest.q))};
+    std::size_t component = 0;
+    for (const model::Field& field : model.fields)
+        for (const std::string& name : model::dataset_names(field))
+            record.entries.push_back(
+                only_data(number(name, field.unit, name + " of the state", at.state.values[component++])));
     record.lists = {instability_list(at), share_list(at, fastest), slow_mode_list(at, undefined)};
     if (fastest.growth.grows() && fastest.q == 0.0)
         record.footer.push_back(text("the uniform state itself changes at {:.6g} /s", fastest.growth.rate));

@@ -43,9 +43,9 @@ def test_both_have_the_same_uniform_states_and_waves(tmp_path):
     built_in, written = (drover_json(tmp_path, "stability", MODELS / f"{name}.toml")
                          for name in ("flock", "flock-as-equations"))
     assert [state["name"] for state in written["states"]] == ["isotropic", "ordered"]
-    flock = written["states"][1]["values"]
-    assert abs(flock[4] - built_in["states"][1]["order"][0]) <= 1e-12
-    assert abs(flock[2] - built_in["states"][1]["velocity"][0]) <= 1e-12
+    flock = written["states"][1]
+    assert abs(flock["polar_order_x"] - built_in["states"][1]["order"][0]) <= 1e-12
+    assert abs(flock["bead_velocity_x"] - built_in["states"][1]["velocity"][0]) <= 1e-12
 
     def waves(result):  # of the flock; rates to ten digits, since damping comes from differences of large terms
         modes = [(mode["angle"], mode["speed"], mode["damping"]) for mode in result["states"][1]["slow_modes"]]
