@@ -57,6 +57,13 @@ std::vector<std::string> model_warnings(const io::Scene& scene) {
         warnings.emplace_back(
             "some functions of the equations are no polynomials: their aliases are not removed exactly; compare with a "
             "run on twice the points");
+    if (const double rate = equations.explicit_rate(scene.grid), part = rate * scene.time.dt;
+        part > 1.0 && scene.time.tolerance == 0.0)
+        warnings.push_back(text(
+            "the terms that name an axis, or depend on position or time, change the waves of the grid at up to {:.3g} "
+            "/s: {:.3g} in a step of time.dt = {}; expected less than 1, or the run may diverge: choose time.dt = "
+            "{:.2g}, or a coarser grid",
+            rate, part, scene.time.dt, scene.time.dt / (2.0 * part)));
     if (scene.initial.kind != "uniform" || equations.has_noise()) return warnings;
     if (equations.uniform_rates(equations.reference()).cwiseAbs().maxCoeff() == 0.0)
         warnings.emplace_back(
