@@ -122,7 +122,7 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
             if (const auto found = table->second.values.find(row.name); found != table->second.values.end()) {
                 const Value value = checked_value(row, "model", found->second);
                 if (row.name == "name") model.name = std::get<std::string>(value);
-                else model.chiral = std::get<bool>(value);
+                if (row.name == "chiral") model.chiral = std::get<bool>(value);
             }
     }
     for (std::size_t n = 1; tables.contains(field_table(n)); ++n)
@@ -189,7 +189,7 @@ model::Model model_of(const DeclaredModel& declared) {
 }
 
 std::string declared_text(const DeclaredModel& model) {
-    std::string result = text("[model]\nname = {}\nchiral = {}\n", toml_text(model.name), model.chiral);
+    std::string result = text("[model]\nname = {}\nfile = \"\"\nchiral = {}\n", toml_text(model.name), model.chiral);
     for (const DeclaredField& field : model.fields) {
         result += "\n[[field]]\n";
         for (const auto& [key, value] : values_of(field))
@@ -214,6 +214,14 @@ std::vector<Description> model_rows() {
              .range = any_number,
              .choices = {},
              .doc = "its name"},
+            {.name = "file",
+             .default_value = std::string{},
+             .unit = {},
+             .range = any_number,
+             .choices = {},
+             .doc =
+                 "a file in the folder of the scene with [[field]], [equations], [define] and [coefficients], to "
+                 "which the scene adds its own; of a number or an equation that both have, that of the scene counts"},
             {.name = "chiral",
              .default_value = false,
              .unit = {},

@@ -9,6 +9,7 @@
 #include "drover/files/input_file.hpp"
 #include "drover/physics/function_terms.hpp"
 #include "io/scene_calibrated.hpp"
+#include "io/scene_declared.hpp"
 
 namespace drover::io {
 
@@ -259,9 +260,62 @@ void mark_as_set(const Setting& setting, LocatedTables& tables) {
 }  // namespace
 
 namespace {
+constexpr std::uint64_t max_scene_bytes = 1 << 20;
+
+/// The model that a scene names.
+LocatedTables model_file(const LocatedValue& named, const std::string& scene) {
+    const auto* file = std::get_if<std::string>(&named.value);
+    require(file != nullptr, named.where, "model.file = {}; expected the name of a file in quotes",
+            toml_text(named.value));
+    const std::filesystem::path path = std::filesystem::path(scene).parent_path() / *file;
+    LocatedTables tables;
+    try {
+        tables = tables_of(parsed(files::read_text(path, max_scene_bytes,
+                                                   "a model: [[field]], [equations], [define], [coefficients]"),
+                                  path.string()),
+                           path.string());
+    } catch (const Error& error) {
+        if (!error.where().file.empty()) throw;
+        throw Error(error.fault(), named.where, text("model.file: {}", error.what()));
+    }
+    for (const auto& [name, table] : tables) {
+        require(is_declared_table(name), table.where,
+                "[{}] in a model that a scene names; expected [model], [[field]], [equations], [define] and "
+                "[coefficients] alone",
+                name);
+        require(name != "model" || !table.values.contains("file"), table.where,
+                "model.file in a model that a scene names; expected the model itself");
+    }
+    return tables;
+}
+
+/// Takes the fields and equations of the file that model.file names, in the folder of the scene.  The fields of the
+/// scene follow those of the file; of all else what the scene has counts.  The resolved scene has all of it.
+void include_model(LocatedTables& tables, const std::string& scene) {
+    const auto model = tables.find("model");
+    if (model == tables.end()) return;
+    const auto named = model->second.values.find("file");
+    if (named == model->second.values.end()) return;
+    const LocatedValue found = named->second;
+    model->second.values.erase(named);
+    if (found.value == Value{std::string{}}) return;
+    LocatedTables whole = model_file(found, scene);
+    std::size_t fields = 0;
+    while (whole.contains(text("field[{}]", fields + 1))) ++fields;
+    for (auto& [name, table] : tables) {
+        if (name.starts_with("field[")) continue;
+        for (auto& [key, value] : table.values) whole[name].values.insert_or_assign(key, std::move(value));
+        whole[name].where = table.where;
+    }
+    for (std::size_t n = 1; tables.contains(text("field[{}]", n)); ++n)
+        whole.emplace(text("field[{}]", fields + n), std::move(tables.at(text("field[{}]", n))));
+    tables = std::move(whole);
+}
+
 Scene unchecked_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides,
                       const physics::TermFunctions& functions) {
     LocatedTables tables = tables_of(parsed(toml, name), name);
+    include_model(tables, name);
     std::vector<Setting> settings;
     for (const std::string& written : overrides) settings.push_back(read_setting(written));
     if (std::any_of(settings.begin(), settings.end(), invalidates_filled)) remove_filled(tables);
@@ -295,9 +349,8 @@ Scene archived_scene(const std::string& toml, const std::string& name) {
 }
 
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
-    constexpr std::uint64_t max_bytes = 1 << 20;
     const std::string content =
-        files::read_text(file, max_bytes, "a scene (input file in TOML), such as models/isotropic.toml");
+        files::read_text(file, max_scene_bytes, "a scene (input file in TOML), such as models/isotropic.toml");
     return parse_scene(content, file.string(), overrides);
 }
 

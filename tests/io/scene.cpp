@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 namespace drover::io {
@@ -109,6 +113,39 @@ TEST(Scene, declared_fields_make_a_scene_of_a_model_of_its_own) {
               "scene.toml:3:1: field[1].rank = \"tensor\"; expected one of [\"scalar\", \"vector\", \"nematic\"]");
     EXPECT_EQ(error_of("[[field]]\nsymbol = \"u\"\n[equations]\nvelocity = \"u\"\n"),
               "scene.toml:4:13: equations.velocity is the equation of no field; expected one of u");
+}
+
+TEST(Scene, adds_its_fields_to_the_model_of_the_file_that_it_names) {
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() / text("drover-model-{}", getpid());
+    std::filesystem::create_directory(folder);
+    std::ofstream(folder / "flow.toml") << "[[field]]\nsymbol = \"v\"\nrank = \"vector\"\n[equations]\nv = \"-k v + nu "
+                                           "lap v\"\n[coefficients]\nk = 1\nnu = 2\n";
+    std::ofstream(folder / "grid.toml") << "[grid]\nnx = 8\n";
+    const std::string scene =
+        "[model]\nfile = \"flow.toml\"\n[[field]]\nsymbol = \"c\"\n[equations]\nc = \"-v.grad c + "
+        "lap c\"\n[coefficients]\nk = 3\n[time]\ndt = 0.1\n";
+    const std::string name = (folder / "scene.toml").string();
+    const Scene found = parse_scene(scene, name, std::vector<std::string>{"coefficients.nu=5"});
+    ASSERT_EQ(found.declared.fields.size(), 2u);
+    EXPECT_EQ(found.declared.fields[0].symbol, "v");
+    EXPECT_EQ(found.declared.fields[1].symbol, "c");
+    EXPECT_EQ(found.declared.coefficients.at("k"), 3.0);   // of the scene
+    EXPECT_EQ(found.declared.coefficients.at("nu"), 5.0);  // set
+    const std::string resolved = resolved_text(found);
+    EXPECT_EQ(resolved_text(parse_scene(resolved, "elsewhere.toml")), resolved);
+    const auto error = [&](std::string file) {
+        try {
+            parse_scene("[model]\nfile = \"" + file + "\"\n", name);
+        } catch (const Error& problem) {
+            return std::string(problem.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(error("grid.toml").find("grid.toml:1:2: [grid] in a model that a scene names; expected"),
+              std::string::npos)
+        << error("grid.toml");
+    EXPECT_NE(error("none.toml").find("model.file"), std::string::npos) << error("none.toml");
+    std::filesystem::remove_all(folder);
 }
 
 TEST(Scene, a_section_of_particles_makes_a_scene_of_particles) {
