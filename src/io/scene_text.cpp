@@ -268,16 +268,13 @@ LocatedTables model_file(const LocatedValue& named, const std::string& scene) {
     require(file != nullptr, named.where, "model.file = {}; expected the name of a file in quotes",
             toml_text(named.value));
     const std::filesystem::path path = std::filesystem::path(scene).parent_path() / *file;
-    LocatedTables tables;
+    std::string content;
     try {
-        tables = tables_of(parsed(files::read_text(path, max_scene_bytes,
-                                                   "a model: [[field]], [equations], [define], [coefficients]"),
-                                  path.string()),
-                           path.string());
+        content = files::read_text(path, max_scene_bytes, "a model: [[field]], [equations], [define], [coefficients]");
     } catch (const Error& error) {
-        if (!error.where().file.empty()) throw;
         throw Error(error.fault(), named.where, text("model.file: {}", error.what()));
     }
+    LocatedTables tables = tables_of(parsed(content, path.string()), path.string());
     for (const auto& [name, table] : tables) {
         require(is_declared_table(name), table.where,
                 "[{}] in a model that a scene names; expected [model], [[field]], [equations], [define] and "

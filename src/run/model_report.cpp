@@ -9,7 +9,6 @@
 #include "drover/run/model_simulation.hpp"
 #include "drover/run/warnings.hpp"
 #include "run/model_stability.hpp"
-#include "run/predicted_boxes.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {

@@ -10,7 +10,6 @@
 #include "drover/physics/predictions.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/warnings.hpp"
-#include "run/predicted_boxes.hpp"
 #include "run/sample_recording.hpp"
 #include "run/step_bias.hpp"
 

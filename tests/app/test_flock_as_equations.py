@@ -1,4 +1,4 @@
-"""tests/app/test_flock_as_equations.py: the equations of rods and beads written in a scene, beside the built-in ones."""
+"""tests/app/test_flock_as_equations.py: the equations of rods and beads written in a scene, beside those built in."""
 import h5py
 import numpy as np
 from support import MODELS, drover, drover_json, settings
@@ -25,7 +25,9 @@ def assert_equal(built_in, written, tolerance):
 
 def test_the_flock_as_equations_is_the_flock(tmp_path):
     # Rounding errors of 200 steps, each some 1e-16 of the values and of the stiff forces.
-    assert_equal(run("flock", tmp_path, "noise.order=0"), run("flock-as-equations", tmp_path, "field[4].noise=0"), 1e-12)
+    built_in, written = (run(name, tmp_path, noise) for name, noise in
+                         (("flock", "noise.order=0"), ("flock-as-equations", "field[4].noise=0")))
+    assert_equal(built_in, written, 1e-12)
 
 
 def test_the_flock_as_equations_has_the_noise_of_the_flock(tmp_path):

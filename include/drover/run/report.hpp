@@ -48,6 +48,9 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
 /// A report with the summary of what was recorded, whose sampling it sets.
 Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded);
 
+/// Adds the predictions of <what>_number_* from the structure factor of each stored mode.
+void predict_boxes(const std::string& what, const std::vector<double>& structure_factor, Report& report);
+
 /// The prediction of a name; nullptr when there is none.
 const Prediction* find_prediction(const Report& report, const std::string& name);
 
