@@ -1,7 +1,6 @@
 // physics/long_waves.cpp: elimination of the fast modes about q = 0.
 #include "drover/physics/long_waves.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -167,8 +166,6 @@ AtAngle at_angle(const LongWaves& w, double angle) {
 ComplexColumn speeds_of(const Small& u) {
     ComplexColumn speeds;
     if (u.rows() == 1) speeds = ComplexColumn::Constant(1, u(0, 0));
-    else if (u.rows() == 2) speeds = Eigen::EigenSolver<Eigen::Matrix2d>(u, false).eigenvalues();
-    else if (u.rows() == 3) speeds = Eigen::EigenSolver<Eigen::Matrix3d>(u, false).eigenvalues();
     else speeds = numerics::eigenvalues(u);
     // A size that no choice of units changes: of the speeds, and of the loops that could make one.
     double size = speeds.cwiseAbs().maxCoeff();

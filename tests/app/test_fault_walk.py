@@ -15,11 +15,11 @@ SHIM = os.environ.get("DROVER_SHIM")
 @pytest.mark.skipif(not SHIM, reason="DROVER_SHIM is not set; ctest sets it")
 @pytest.mark.parametrize("only, most", [("run:pwrite", 5), ("run:pread", 4), ("run:fsync", 2), ("run:rename", 2),
                                         ("run:open", 3), ("restart:pread", 3), ("sweep:pwrite", 2),
-                                        ("calibrate:pread", 2), ("calibrate:write", 1),
-                                        ("run:malloc", 16), ("film:write", 4), ("check:read", 4), ("check:pread", 6),
-                                        ("fit:pread", 3), ("info:pread", 3), ("film:read", 3),
+                                        ("calibrate:pread", 1), ("calibrate:write", 1),
+                                        ("run:malloc", 16), ("film:write", 1), ("check:read", 4), ("check:pread", 6),
+                                        ("fit:pread", 2), ("info:pread", 3), ("film:read", 2),
                                         ("stability:pwrite", 4), ("stability:rename", 2), ("states:pwrite", 3),
-                                        ("boundary:fsync", 2)])
+                                        ("boundary:fsync", 1)])
 def test_a_command_survives_a_failing_call_and_the_next_one_ends_with_the_same_bytes(only, most):
     lines = []
     faults, failures = walk(SHIM, 0, only, lines.append, most)

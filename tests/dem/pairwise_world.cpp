@@ -221,7 +221,7 @@ void expect_same_mean(const std::vector<double>& some, const std::vector<double>
     EXPECT_NEAR(mean, expected, 4.0 * std::hypot(error, expected_error));
 }
 
-TEST(PairwiseWorld, a_rod_goes_as_fast_as_in_a_plain_program_of_its_own) {
+TEST(PairwiseWorldLong, a_rod_goes_as_fast_as_in_a_plain_program_of_its_own) {
     dem::Setup setup = printed(1000.0);
     for (const double step : {1e-5, 5e-6, 2e-6})
         expect_same_mean(speeds_of_world(setup, step), speeds_of_plain({.step = step}));
@@ -234,7 +234,7 @@ TEST(PairwiseWorld, a_rod_goes_as_fast_as_in_a_plain_program_of_its_own) {
     expect_same_mean(speeds_of_world(setup, 5e-6), speeds_of_plain({.step = 5e-6, .decoupled = true}));
 }
 
-TEST(PairwiseWorld, a_rod_that_bears_on_all_spheres_has_one_gait_and_one_that_bears_on_its_hull_has_others) {
+TEST(PairwiseWorldLong, a_rod_that_bears_on_all_spheres_has_one_gait_and_one_that_bears_on_its_hull_has_others) {
     dem::Setup setup = printed(1000.0);
     for (const double speed : speeds_of_world(setup, 2e-6)) EXPECT_NEAR(speed, 6.0, 1.0);  // starts included
     // Its gaits differ from each other by 6 mm/s, and within each by less than 0.1; some rods change over on the way.

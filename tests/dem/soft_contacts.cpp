@@ -259,7 +259,7 @@ TEST(SpringDashpot, is_bitwise_equal_for_any_number_of_threads_and_after_a_resta
     }
 }
 
-TEST(SpringDashpot, mean_work_of_the_kicks_is_that_of_the_impulse_law) {
+TEST(SpringDashpotLong, mean_work_of_the_kicks_is_that_of_the_impulse_law) {
     // Kicks are per impact: epsilon v at the start of a contact.  Sixteen rods, 0.3 s; mean squares of some 16 x 60
     // kicks.
     Threads threads(2);

@@ -111,7 +111,7 @@ TEST(World, two_colliding_beads_follow_the_impact_law_and_conserve_momentum) {
     }
 }
 
-TEST(World, a_frictionless_elastic_gas_conserves_energy_over_a_million_impacts) {
+TEST(WorldLong, a_frictionless_elastic_gas_conserves_energy_over_a_million_impacts) {
     Threads threads(2);
     Drawn drawn(1);
     dem::Setup setup = elastic(32.0);
@@ -466,7 +466,7 @@ TEST(World, a_step_too_long_fails_with_the_names_of_the_pair) {
     }
 }
 
-TEST(World, work_of_kicks_does_not_depend_on_the_step) {
+TEST(WorldLong, work_of_kicks_does_not_depend_on_the_step) {
     // <omega_z^2> gains eps^2 v^2 at each hit: the variance is a property of the impacts, not of the steps.  Sixteen
     // rods, 1 s; the turn of omega by friction is common to all.  Mean squares of 16 x 16 kicks spread by sqrt(2/16) =
     // 0.35 each.

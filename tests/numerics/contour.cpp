@@ -223,7 +223,7 @@ std::vector<double> uniform_numbers(std::size_t size, std::uint64_t seed) {
     return numbers;
 }
 
-TEST(Contour, every_island_just_wider_than_a_cell_is_found_and_not_every_one_of_half_the_width) {
+TEST(ContourLong, every_island_just_wider_than_a_cell_is_found_and_not_every_one_of_half_the_width) {
     const int cells = 10;
     const double wide = 0.5 * 1.0001 / cells;  // the radius
     const std::vector<double> random = uniform_numbers(800, 5);
@@ -247,7 +247,7 @@ TEST(Contour, every_island_just_wider_than_a_cell_is_found_and_not_every_one_of_
     EXPECT_GT(missed, 0u);
 }
 
-TEST(Contour, a_strip_thinner_than_a_cell_is_followed_from_any_sample_in_it) {
+TEST(ContourLong, a_strip_thinner_than_a_cell_is_followed_from_any_sample_in_it) {
     // A strip of width 1e-3 at a slope: the lattice of spacing 1/8 has few points in it.
     const Frame frame{.x = 0.5, .y = 0.5, .angle = 0.37};
     const Contour contour =

@@ -63,7 +63,7 @@ Outcome spread(int n, double dt) {
     return {.error = wrong / all, .undershoot = -least / most, .mass_change = state[0][0].real() - mass};
 }
 
-TEST(Barenblatt, edge_is_followed_without_a_clamp_at_the_order_of_its_kink) {
+TEST(BarenblattLong, edge_is_followed_without_a_clamp_at_the_order_of_its_kink) {
     // The edge is a kink: its Fourier series is right to h^2 in the mean, and to h at the edge itself.  dt falls with
     // h, so that the error of time, dt^2 away from the edge, falls with it.
     const Outcome coarse = spread(64, 0.02), middle = spread(128, 0.01), fine = spread(256, 0.005);

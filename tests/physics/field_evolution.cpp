@@ -78,7 +78,7 @@ double distance(const numerics::Spectra& a, const numerics::Spectra& b) {
     return std::sqrt(wrong / size);
 }
 
-TEST(AdaptiveStep, its_error_decreases_with_the_tolerance_at_the_order_of_the_method) {
+TEST(AdaptiveStepLong, its_error_decreases_with_the_tolerance_at_the_order_of_the_method) {
     for (const auto& [method, order] : {std::pair{"etdrk2", 2}, {"etdrk4", 4}}) {
         Case scene = flock();
         scene.control.method = method;
@@ -200,7 +200,7 @@ TEST(ReferenceDensity, it_falls_with_a_bead_density_below_half_of_it) {
     EXPECT_LT(distance(run.state, fine.state), 5e-3);  // a few times dt^2 for rates up to one
 }
 
-TEST(ReferenceDensity, it_rises_with_a_peak_of_slaved_beads) {
+TEST(ReferenceDensityLong, it_rises_with_a_peak_of_slaved_beads) {
     Case scene = flock();
     scene.model = {.fields = {.bead_density = true, .rod_density = false, .bead_velocity = "slaved"},
                    .uniform = {.bead_density = 0.1},

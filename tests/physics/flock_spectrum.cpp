@@ -219,7 +219,8 @@ TEST_F(FlockDirection, of_linear_theory_diffuses_at_late_times_by_delta_over_p0_
     EXPECT_NEAR(stretched(covariance(40.0)) / theory.modulus(model.noise, volume), 1.0, 1e-12);
 }
 
-TEST_F(FlockDirection, of_runs_of_the_full_model_diffuses_as_that_of_linear_theory) {
+using FlockDirectionStatistics = FlockDirection;
+TEST_F(FlockDirectionStatistics, of_runs_of_the_full_model_diffuses_as_that_of_linear_theory) {
     constexpr int realisations = 1500, steps = 250, early = 20;
     constexpr double dt = 0.1;  // etdrk2: (1.5 /s dt)^2/6 of the variance, 4e-3, beside sqrt(2/6000) = 1.8 %
     const numerics::Spectra rest = uniform_state(run.form, tiny, about);

@@ -55,7 +55,7 @@ void wait_at(double threshold, Threads& threads, numerics::Spectra& state) {
     for (std::int64_t step = 0; step < 1200; ++step) evolution.advance(step, state);
 }
 
-TEST(Hysteresis, ramp_loses_bands_at_their_fold_below_the_binodal_and_regains_order_at_the_spinodal) {
+TEST(HysteresisLong, ramp_loses_bands_at_their_fold_below_the_binodal_and_regains_order_at_the_spinodal) {
     Threads threads(1);
     TravellingSolver solver({.model = model_at, .parameter = 1.0, .grid = grid, .dealiasing = {}}, threads);
     const TravellingState band = solver.find(band_guess(threads));

@@ -234,7 +234,7 @@ TEST(Instabilities, of_a_flock_that_order_feeds_are_banding) {
               found.end());
 }
 
-TEST(Instabilities, of_a_flock_with_attracting_beads_are_oblique_and_the_fastest_is_found) {
+TEST(InstabilitiesLong, of_a_flock_with_attracting_beads_are_oblique_and_the_fastest_is_found) {
     const Letters l{.e = 0.2, .w = 0.6, .pressure_a = -0.9};
     ASSERT_LT(l.abar_beads(), 0.0);
     const Equations e(flock_model(l));
