@@ -18,9 +18,9 @@ STYLE = {"font.size": 7, "axes.titlesize": 7.5, "axes.labelsize": 7, "axes.label
          "axes.linewidth": 0.6, "lines.markersize": 3, "axes.spines.top": False, "axes.spines.right": False,
          "figure.dpi": 300, "text.usetex": False}
 # Inches.
-WIDTH, LEFT, BAR_GAP, BAR, BAR_LABELS, MAP_GAP = 3.5, 0.5, 0.05, 0.07, 0.36, 0.04
-GAP, COLUMNS, LABELS_AT = 0.06, 4, 0.34  # between panels of means; of legends; labels left of the axes
-RIGHT, LINE, LEGEND_LINE, CAPTION_LINE = 0.12, 0.15, 0.145, 0.112
+WIDTH, LEFT, BAR_GAP, BAR, BAR_LABELS, MAP_GAP = 3.5, 0.53, 0.05, 0.07, 0.4, 0.03
+GAP, COLUMNS, LABELS_AT = 0.06, 4, 0.37  # between panels of means; of legends; labels left of the axes
+RIGHT, LINE, LEGEND_LINE, CAPTION_LINE = 0.12, 0.165, 0.15, 0.112
 TICKS, LABELLED = 0.2, 0.36        # below axes: with ticks, with a label too
 MEAN, VARIANCE, STRUCTURE, PROFILE = 0.46, 0.7, 1.4, 0.75  # heights of panels
 TALLEST, LOWEST = 2.2, 0.5          # of a map
@@ -46,7 +46,7 @@ class Page:
         axes.yaxis.set_label_coords(-LABELS_AT / width, 0.5)
         if title:
             page = self.figure.get_size_inches()
-            self.figure.text((left - 0.02) / page[0], (self.top - 0.03) / page[1], title, va="top",
+            self.figure.text((left - 0.02) / page[0], (self.top - 0.01) / page[1], title, va="top",
                              fontsize=STYLE["axes.titlesize"], linespacing=1.15)
         return axes
 
@@ -113,7 +113,7 @@ def map_title(letter, role, columns):
     words = role.words if len(role.words) <= most else role.words[:most - 3] + "..."
     value = f"${role.size_symbol}$" + panels.bracket(role.unit)
     letters = len(re.sub(r"\\[a-z]+|[{}$^]", "", value)) + len(words)
-    return f"{letter} {words}{chr(10) if letters > most else ' '}{value}"
+    return f"{letter} {words}{chr(10) if letters > most else ' '}{value}".lstrip()
 
 
 def title_height(roles, columns):
@@ -218,6 +218,6 @@ def caption(run, roles, structure, letters):
         words.append(f"{letters[2]} Points: time means with standard errors"
                      + ("" if is_sure else " (open: the run is too short for an error estimate)")
                      + (", lines: linear theory." if has_linear else "."))
-    words.append(f"{grid['nx']} × {grid['ny']} points, {grid['lx']:g} × {grid['ly']:g} mm, seed "
-                 f"{drawable(run.attributes.get('seed', '?'))}.")
+    sides = (f"{grid[one]:g}\xa0×\xa0{grid[other]:g}" for one, other in (("nx", "ny"), ("lx", "ly")))
+    words.append("{} points, {} mm, seed {}.".format(*sides, drawable(run.attributes.get("seed", "?"))))
     return " ".join(words)
