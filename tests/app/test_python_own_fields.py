@@ -120,7 +120,7 @@ def test_the_figure_of_any_cell_has_a_panel_for_each_field_and_no_texts_overlap(
     assert overlaps(figure) == [] and covered(figure) == [] and figure.get_figwidth() == 3.5
     texts = [text.get_text() for text in figure.texts]
     words = " ".join(texts).replace("\n", " ")
-    for name in ("density", "vorticity", "polarity", "nematic order", "H", "means", "variances", "structure factors"):
+    for name in ("density", "vorticity", "polarity", "nematic order", "$", "means", "variances", "structure factors"):
         assert f") {name}" in words
     assert "[1]" not in words and "[]" not in words and "$t$ = 2 s" in texts[0]
 

@@ -45,7 +45,7 @@ def shown(figure, run, frames, roles, name):
             bar = figure.add_axes(((left + width + 0.08) / page[0], bottom / page[1], 0.12 / page[0],
                                    height / page[1]))
             updates.append(map_shown(axes, bar, run, role, sampled))
-        axes.set_title(role.words if is_line else map_title("", role, columns), loc="left", fontsize=10)
+        axes.set_title(role.title_words if is_line else map_title("", role, columns), loc="left", fontsize=10)
     title = figure.text(0.1 / page[0], 1.0 - 0.08 / page[1], "", va="top", fontsize=11)
 
     def show(frame):

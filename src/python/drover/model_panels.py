@@ -174,19 +174,27 @@ def keep_off_rounding(axes, scale=0.0):
         axes.set_ylim(low - reach, high + reach)
 
 
+def variance_labels(run, roles):
+    """Symbols, with the units of variances unless all share one."""
+    shared = len({role.unit for role in roles}) == 1
+    return [f"${role.symbol}$" + ("" if shared else
+                                  bracket(run.observables[f"variance_{role.name}"].attrs.get("units", "1")))
+            for role in roles]
+
+
 def draw_variances(axes, run, roles):
     """Draws variances over time; returns whether there are any."""
     series = [loaded(run.observables[f"variance_{role.name}"], run.path) for role in roles]
     most = [float(array.max()) for array in series]
     shared = len({role.unit for role in roles}) == 1
     least = numpy.inf
-    for number, (role, array, high) in enumerate(zip(roles, series, most)):
+    for number, (label, array, high) in enumerate(zip(variance_labels(run, roles), series, most)):
         shown = numpy.where(array.values > DECADES * high, array.values, numpy.nan) if high > 0.0 else None
         if shown is None:
             continue
         least = min(least, float(numpy.nanmin(shown)))
         axes.plot(array["time"], shown, color=colour_of(number), linestyle=line_of(number), linewidth=1.1,
-                  label=f"${role.symbol}$" + ("" if shared else bracket(array.attrs.get("units", "1"))))
+                  label=label)
     axes.set_ylabel("variance" + (bracket(series[0].attrs.get("units", "1")) if shared else ""))
     if not max(most) > 0.0:
         panels.write_instead(axes, "uniform fields")

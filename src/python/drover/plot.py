@@ -66,7 +66,7 @@ def own_map(run, axes, frame, field):
         model_panels.draw_profile(axes, run, role, frame)
     else:
         model_panels.draw_map(axes, None, run, role, frame)
-    axes.set_title(f"{role.words} ${role.size_symbol}$" + model_panels.bracket(role.unit), loc="left")
+    axes.set_title(f"{role.title_words} ${role.size_symbol}$".strip() + model_panels.bracket(role.unit), loc="left")
 
 
 def means(run, axes=None, field=None):

@@ -28,6 +28,11 @@ class Role:
         return drawable(self.name.replace("_", " "))
 
     @property
+    def title_words(self):
+        """The name beside its symbol; nothing where it is the symbol."""
+        return "" if symbol_text(self.name, self.spin) == self.symbol else self.words
+
+    @property
     def size_symbol(self):
         """The symbol of what a map shows by colour."""
         return f"|{self.symbol}|" if self.spin else self.symbol
