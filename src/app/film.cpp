@@ -61,7 +61,8 @@ int make_film(const std::vector<std::string>& arguments) {
 }  // namespace
 
 void add_film(CLI::App& program, Action& action) {
-    const auto archive = std::make_shared<std::string>(), output = std::make_shared<std::string>();
+    const auto archive = std::make_shared<std::string>(), output = std::make_shared<std::string>(),
+               field = std::make_shared<std::string>();
     const auto every = std::make_shared<int>(1), rate = std::make_shared<int>(25);
     CLI::App* command =
         program.add_subcommand("film", "Make a film (.mp4) of a run of fields or particles; needs python3 and ffmpeg");
@@ -70,11 +71,13 @@ void add_film(CLI::App& program, Action& action) {
                         "Film to write, such as flock.mp4, which is replaced; default: the name of the archive");
     command->add_option("--every", *every, "Show every k-th frame, starting with the first")
         ->check(CLI::Range(1, 1000000000));
+    command->add_option("--field", *field, "Of a scene with fields of its own: the field to show; default: all");
     command->add_option("--rate", *rate, "Pictures per second")->check(CLI::Range(1, 1000));
-    command->callback([archive, output, every, rate, &action] {
-        action = [archive, output, every, rate] {
+    command->callback([archive, output, field, every, rate, &action] {
+        action = [archive, output, field, every, rate] {
             std::vector<std::string> words{"--every", std::to_string(*every), "--rate", std::to_string(*rate)};
             if (!output->empty()) words.insert(words.end(), {"--output", *output});
+            if (!field->empty()) words.push_back("--field=" + *field);
             words.insert(words.end(), {"--", *archive});
             return make_film(words);
         };

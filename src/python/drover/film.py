@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy
@@ -17,6 +18,7 @@ from drover.error import Error, status_of
 from drover.moments import run_of
 from drover.new_file import part_of
 from drover.progress import Progress
+from drover.roles import chosen, has_own_fields
 from drover.text import printable, scene_name
 
 DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the picture
@@ -25,20 +27,20 @@ ARROWS, SAMPLED = 24, 24     # along the longer side of the cell; frames that se
 PART = 0.995                 # of the points inside the colour range
 
 
-def film(run, output, *, every=None, rate=25, progress=None):
+def film(run, output, *, every=None, rate=25, field=None, progress=None):
     """Writes a film (.mp4) of a run of fields or particles; returns its path.
 
     `run` is the path of an archive, an open run, or a run in memory, which then advances to time.end: with a picture
     `every` so many seconds of the run (of an archive: every so many frames).  `rate` is the number of pictures per
-    second.  Raises Error where ffmpeg is missing.
+    second.  Of a scene with fields of its own all are shown, or one `field`.  Raises Error where ffmpeg is missing.
     """
     output = Path(output)
     check_output(output)
-    frames, moving, where = frames_of(run, every)
+    frames, moving, where, size = frames_of(run, every, field)
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    figure = Figure(figsize=size_of(where), dpi=DOTS)
+    figure = Figure(figsize=[2 * round(side * DOTS / 2) / DOTS for side in size], dpi=DOTS)  # even, as the codec requires
     canvas = FigureCanvasAgg(figure)
     with rc_context({"text.usetex": False}):  # a matplotlibrc in the current folder could run LaTeX on names
         show = moving(figure, where, frames)
@@ -113,21 +115,33 @@ class Encoder:
             self.process.wait()
 
 
-def frames_of(run, every):
-    """The states to draw, a function that draws them, and the run with the cell."""
+def frames_of(run, every, field):
+    """The states to draw, a function that draws them, the run with the cell, and the inches of a picture."""
     if hasattr(run, "every") and hasattr(run, "frame"):
         first = run_of(run)
-        frames = []
+        how, frames = drawing_of(first, field), []
         for frame in run.every(every):
             frames.append({name: numpy.array(array) for name, array in frame.arrays.items()} | {"time": frame.time})
-        return frames, particles_shown if "cell" in first.scene else fields_shown, first
+        return frames, how[0], first, how[1]
     opened = run_of(run)
+    how = drawing_of(opened, field)
     stride = 1 if every is None else int(every)
     if stride < 1:
         raise Error(f"every = {every}; expected at least 1, a number of frames of the archive")
     numbers = range(0, opened.frames.sizes["time"], stride)
     fixed = {name: array.values for name, array in opened.frames.items() if "time" not in array.dims}
-    return (Stored(opened, numbers, fixed), particles_shown if "cell" in opened.scene else fields_shown, opened)
+    return Stored(opened, numbers, fixed), how[0], opened, how[1]
+
+
+def drawing_of(run, field):
+    """A function that draws frames of a run, and the inches of a picture."""
+    if has_own_fields(run):
+        from drover import model_film
+        roles = chosen(run, field)
+        return partial(model_film.shown, roles=roles, name=title_of(run)), model_film.size_of(run, roles)
+    if field is not None:
+        raise Error(f'field = "{field}" chooses a field of a scene with fields of its own; expected none')
+    return particles_shown if "cell" in run.scene else fields_shown, size_of(run)
 
 
 class Stored:
@@ -157,13 +171,13 @@ def cell_of(run):
 
 
 def size_of(run):
-    """Inches of the picture; both are even numbers of pixels, as the codec requires."""
+    """Inches of the picture."""
     left, right, bottom, top = cell_of(run)
     ratio = numpy.clip((right - left) / (top - bottom), 0.5, 2.5)
     if "grid" in run.scene and run.scene["grid"]["ny"] == 1:
         ratio = 2.0
     sides = SIDE * min(1.0, ratio), SIDE * min(1.0, 1.0 / ratio)
-    return tuple(2 * round((side + 0.9) * DOTS / 2) / DOTS for side in sides)
+    return tuple(side + 0.9 for side in sides)
 
 
 def title_of(run):
@@ -288,6 +302,7 @@ def main(arguments=None):
     parser.add_argument("-o", "--output", type=Path, help="film (.mp4); default: the name of the archive with .mp4")
     parser.add_argument("--every", type=int, default=1, help="show every so many frames")
     parser.add_argument("--rate", type=int, default=25, help="pictures per second")
+    parser.add_argument("--field", help="of a scene with fields of its own: the field to show; default: all")
     options = parser.parse_args(arguments)
     output = options.output or options.archive.with_suffix(".mp4")
     for number in STOPPING:
@@ -295,7 +310,7 @@ def main(arguments=None):
             signal.signal(number, stop)
     try:
         return status_of(lambda: print(printable(film(options.archive, output, every=options.every,
-                                                      rate=options.rate))))
+                                                      rate=options.rate, field=options.field))))
     except Stopped as stopped:  # the unfinished film has been removed
         signal.signal(stopped.args[0], signal.SIG_DFL)
         os.kill(os.getpid(), stopped.args[0])

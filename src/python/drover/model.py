@@ -61,9 +61,18 @@ def model_of(values, of="this scene"):
     fields = [Field(symbol=table["symbol"], equation=str(equations.get(table["symbol"], "")),
                     spin=table["spin"] if table.get("spin", -1) >= 0 else RANKS.index(table.get("rank", "scalar")),
                     odd=table.get("parity", "even") == "odd",
-                    **{key: table[key] for key in SCENE_KEYS if key in table}) for table in values["field"]]
+                    **{key: number_or_text(table[key]) if key in ("reference", "noise") else table[key]
+                       for key in SCENE_KEYS if key in table}) for table in values["field"]]
     return Model(fields, define={name: str(text) for name, text in values.get("define", {}).items()}, chiral=chiral,
                  coefficients=values.get("coefficients", {}))
+
+
+def number_or_text(value):
+    """A number that a scene has as a text, or a formula."""
+    try:
+        return float(value)
+    except ValueError:
+        return value
 
 
 SCENE_KEYS = ("name", "unit", "meaning", "mass", "balance", "conserved", "reference", "noise", "conserved_noise")

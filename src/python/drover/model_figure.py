@@ -18,9 +18,9 @@ STYLE = {"font.size": 7, "axes.titlesize": 7.5, "axes.labelsize": 7, "axes.label
          "axes.linewidth": 0.6, "lines.markersize": 3, "axes.spines.top": False, "axes.spines.right": False,
          "figure.dpi": 300, "text.usetex": False}
 # Inches.
-WIDTH, LEFT, BAR_GAP, BAR, BAR_LABELS, MAP_GAP = 3.5, 0.5, 0.05, 0.07, 0.36, 0.04
-GAP, COLUMNS, LABELS_AT = 0.06, 4, 0.34  # between panels of means; of legends; labels left of the axes
-RIGHT, LINE, LEGEND_LINE, CAPTION_LINE = 0.12, 0.15, 0.145, 0.112
+WIDTH, LEFT, BAR_GAP, BAR, BAR_LABELS, MAP_GAP = 3.5, 0.57, 0.05, 0.07, 0.4, 0.03
+GAP, LABELS_AT = 0.06, 0.41  # between panels of means; labels left of the axes
+RIGHT, LINE, LEGEND_LINE, CAPTION_LINE = 0.12, 0.165, 0.15, 0.112
 TICKS, LABELLED = 0.2, 0.36        # below axes: with ticks, with a label too
 MEAN, VARIANCE, STRUCTURE, PROFILE = 0.46, 0.7, 1.4, 0.75  # heights of panels
 TALLEST, LOWEST = 2.2, 0.5          # of a map
@@ -46,7 +46,7 @@ class Page:
         axes.yaxis.set_label_coords(-LABELS_AT / width, 0.5)
         if title:
             page = self.figure.get_size_inches()
-            self.figure.text((left - 0.02) / page[0], (self.top - 0.03) / page[1], title, va="top",
+            self.figure.text((left - 0.02) / page[0], (self.top - 0.01) / page[1], title, va="top",
                              fontsize=STYLE["axes.titlesize"], linespacing=1.15)
         return axes
 
@@ -64,25 +64,32 @@ def draw(run, frame=-1):
     lines = textwrap.wrap(title(run, frame), TITLE_LETTERS)
     words = textwrap.wrap(caption(run, roles, structure, letters_of(len(roles))), CAPTION_LETTERS)
     boxes = map_boxes(run, roles)
-    above = LINE + LEGEND_LINE * rows_of(len(roles))
-    above_structure = LINE + LEGEND_LINE * rows_of(len(panels.structure_keys(structure)))
-    height = (0.08 + LINE * len(lines) + sum(box[-1] for box in boxes) + 2 * above + len(groups) * (MEAN + GAP)
-              + VARIANCE + above_structure + STRUCTURE + 3 * LABELLED + CAPTION_LINE * len(words) + 0.14)
+    above = [LINE + LEGEND_LINE * rows_of(labels) for labels in
+             ([role.symbol for role in roles], panels.variance_labels(run, roles),
+              [key.get_label() for key in panels.structure_keys(structure)])]
+    height = (0.08 + LINE * len(lines) + sum(box[-1] for box in boxes) + sum(above) + len(groups) * (MEAN + GAP)
+              + VARIANCE + STRUCTURE + 3 * LABELLED + CAPTION_LINE * len(words) + 0.14)
     page = Page(new_figure((WIDTH, height)), height - 0.05)
     page.figure.text(0.06 / WIDTH, page.top / height, "\n".join(lines), va="top", fontsize=7.5)
     page.top -= LINE * len(lines) + 0.03
     draw_fields(page, run, roles, boxes, frame)
-    draw_series(page, run, roles, groups, above, frame)
-    axes = page.axes(LEFT, WIDTH - LEFT - RIGHT, STRUCTURE, f"{page.next_letter()} structure factors", above_structure)
+    draw_means(page, run, roles, groups, above[0], frame)
+    draw_variances(page, run, roles, above[1], frame)
+    axes = page.axes(LEFT, WIDTH - LEFT - RIGHT, STRUCTURE, f"{page.next_letter()} structure factors", above[2])
     add_legend(axes, panels.structure_keys(panels.draw_structure(axes, run, roles)))
     page.figure.text(0.06 / WIDTH, (CAPTION_LINE * len(words) + 0.06) / height, "\n".join(words), va="top",
                      fontsize=6.3, linespacing=1.25)
     return page.figure
 
 
-def rows_of(keys):
+def columns_in(labels):
+    """Columns of a legend: three where labels have units."""
+    return 3 if any("[" in label for label in labels) else 4
+
+
+def rows_of(labels):
     """Rows of a legend."""
-    return -(-keys // COLUMNS)
+    return -(-len(labels) // columns_in(labels))
 
 
 def letters_of(fields):
@@ -109,11 +116,12 @@ def columns_of(run, roles):
 
 def map_title(letter, role, columns):
     """Name, symbol and unit of a field, in two lines where one is too short."""
-    most = MAP_LETTERS[columns]
-    words = role.words if len(role.words) <= most else role.words[:most - 3] + "..."
+    most, words = MAP_LETTERS[columns], role.title_words
+    words = words if len(words) <= most else words[:most - 3] + "..."
     value = f"${role.size_symbol}$" + panels.bracket(role.unit)
     letters = len(re.sub(r"\\[a-z]+|[{}$^]", "", value)) + len(words)
-    return f"{letter} {words}{chr(10) if letters > most else ' '}{value}"
+    first = f"{letter} {words}".strip()
+    return f"{first}{chr(10) if letters > most else ' '}{value}".lstrip()
 
 
 def title_height(roles, columns):
@@ -163,9 +171,8 @@ def draw_fields(page, run, roles, boxes, frame):
     page.top -= row
 
 
-def draw_series(page, run, roles, groups, above, frame):
-    now = float(run.frames["time"][frame])
-    width = WIDTH - LEFT - RIGHT
+def draw_means(page, run, roles, groups, above, frame):
+    now, width = float(run.frames["time"][frame]), WIDTH - LEFT - RIGHT
     first, drawn = f"{page.next_letter()} means over the cell", []
     for number, group in enumerate(groups):
         axes = page.axes(LEFT, width, MEAN, first if number == 0 else "", above if number == 0 else 0.0)
@@ -178,9 +185,12 @@ def draw_series(page, run, roles, groups, above, frame):
             axes.tick_params(labelbottom=False)
     add_legend(drawn[0], [line for axes in drawn for line in axes.get_legend_handles_labels()[0]])
     page.top -= LABELLED
-    axes = page.axes(LEFT, width, VARIANCE, f"{page.next_letter()} variances", above)
+
+
+def draw_variances(page, run, roles, above, frame):
+    axes = page.axes(LEFT, WIDTH - LEFT - RIGHT, VARIANCE, f"{page.next_letter()} variances", above)
     if panels.draw_variances(axes, run, roles):
-        axes.axvline(now, color="#909090", linewidth=0.5, zorder=0)
+        axes.axvline(float(run.frames["time"][frame]), color="#909090", linewidth=0.5, zorder=0)
         add_legend(axes, axes.get_legend_handles_labels()[0])
     page.top -= above + VARIANCE + LABELLED
 
@@ -188,7 +198,8 @@ def draw_series(page, run, roles, groups, above, frame):
 def add_legend(axes, handles):
     """A legend above axes, below their title."""
     if handles:
-        axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=COLUMNS, frameon=False,
+        columns = columns_in([handle.get_label() for handle in handles])
+        axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False,
                     borderaxespad=0.0, borderpad=0.2, handlelength=1.6, columnspacing=1.2, labelspacing=0.25)
 
 
@@ -218,6 +229,6 @@ def caption(run, roles, structure, letters):
         words.append(f"{letters[2]} Points: time means with standard errors"
                      + ("" if is_sure else " (open: the run is too short for an error estimate)")
                      + (", lines: linear theory." if has_linear else "."))
-    words.append(f"{grid['nx']} × {grid['ny']} points, {grid['lx']:g} × {grid['ly']:g} mm, seed "
-                 f"{drawable(run.attributes.get('seed', '?'))}.")
+    sides = (f"{grid[one]:g}\xa0×\xa0{grid[other]:g}" for one, other in (("nx", "ny"), ("lx", "ly")))
+    words.append("{} points, {} mm, seed {}.".format(*sides, drawable(run.attributes.get("seed", "?"))))
     return " ".join(words)

@@ -16,6 +16,7 @@ ARROW_SPACE, ARROWS = 0.11, (6, 16)   # inches of a map for an arrow; their numb
 UNIFORM = 1e-9                        # relative to the size of a field: smaller means are rounding errors
 LOG_FROM = 10.0                       # ratio of values from which an axis is logarithmic
 DECADES = 1e-20                       # of variances, relative to the largest: smaller ones are rounding errors
+LONGEST_TICK = 6                      # letters; longer ones are written as 5e-4 where that is shorter
 WARM_UP = "#e0e0e0"
 MARKERS = {"": "o", "_along": "s", "_across": "^"}
 MARKED = (("_along", r"along $\mathbf{q}$"), ("_across", r"across $\mathbf{q}$"))
@@ -42,15 +43,19 @@ def plain_ticks(axis, count):
 
 def plain(value, _):
     """A tick without the offset of matplotlib, which other texts would cover."""
-    return f"{round(value, 15):.10g}".replace("-", "\N{MINUS SIGN}", 1)
+    text = f"{round(value, 15):.10g}"
+    if len(text) > LONGEST_TICK:
+        mantissa, _, power = f"{value:.3e}".partition("e")
+        short = f"{float(mantissa):g}e{int(power)}"
+        text = short if len(short) < len(text) else text
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def averages_of(role, arrays):
     """What a map shows, block averages of a noisy field and every point of a smooth one, and the size of a pixel."""
     if not role.spin:
-        means = shown_means(arrays[role.components[0]], role.is_density)
-        is_signed = role.is_density and role.centre(means[0].values) is not None  # also in large blocks: no density
-        return shown_means(arrays[role.components[0]], is_density=False) if is_signed else means
+        array = arrays[role.components[0]]
+        return shown_means(array, role.is_density and role.centre(array.values) is None)
     means = {name: block_means(array, panels.MAX_PIXELS) for name, array in arrays.items()}
     lost = sum(float(array.var()) for array, _ in means.values()) < (1.0 - panels.MAX_LOST) * sum(
         float(array.var()) for array in arrays.values())
@@ -99,14 +104,14 @@ def directions_of(role, first, second):
     return size * numpy.cos(angle), size * numpy.sin(angle)
 
 
-def quiver_of(axes, role, x, y, first, second, length):
+def quiver_of(axes, role, x, y, first, second, length, width=0.011):
     """Arrows, or lines without heads, whose longest has this length [mm]."""
     longest = float(numpy.hypot(first, second).max())
     head = {"headwidth": 4, "headlength": 4, "headaxislength": 3.5} if role.spin == 1 else {
         "headwidth": 0, "headlength": 0, "headaxislength": 0}
     return axes.quiver(x, y, first, second, color="white", edgecolor="black", linewidth=0.3, pivot="mid", angles="xy",
                        scale_units="xy", scale=(longest or 1.0) / length, units="inches",
-                       width=0.011 if role.spin == 1 else 0.016, **head)
+                       width=width if role.spin == 1 else 1.5 * width, **head)
 
 
 def draw_directions(axes, role, arrays, count):
@@ -169,19 +174,27 @@ def keep_off_rounding(axes, scale=0.0):
         axes.set_ylim(low - reach, high + reach)
 
 
+def variance_labels(run, roles):
+    """Symbols, with the units of variances unless all share one."""
+    shared = len({role.unit for role in roles}) == 1
+    return [f"${role.symbol}$" + ("" if shared else
+                                  bracket(run.observables[f"variance_{role.name}"].attrs.get("units", "1")))
+            for role in roles]
+
+
 def draw_variances(axes, run, roles):
     """Draws variances over time; returns whether there are any."""
     series = [loaded(run.observables[f"variance_{role.name}"], run.path) for role in roles]
     most = [float(array.max()) for array in series]
     shared = len({role.unit for role in roles}) == 1
     least = numpy.inf
-    for number, (role, array, high) in enumerate(zip(roles, series, most)):
+    for number, (label, array, high) in enumerate(zip(variance_labels(run, roles), series, most)):
         shown = numpy.where(array.values > DECADES * high, array.values, numpy.nan) if high > 0.0 else None
         if shown is None:
             continue
         least = min(least, float(numpy.nanmin(shown)))
         axes.plot(array["time"], shown, color=colour_of(number), linestyle=line_of(number), linewidth=1.1,
-                  label=f"${role.symbol}$" + ("" if shared else bracket(array.attrs.get("units", "1"))))
+                  label=label)
     axes.set_ylabel("variance" + (bracket(series[0].attrs.get("units", "1")) if shared else ""))
     if not max(most) > 0.0:
         panels.write_instead(axes, "uniform fields")

@@ -19,6 +19,8 @@ def draw(first, second, labels=None, frame=-1):
     """Draws two runs as a matplotlib Figure."""
     from drover import plot
     runs = [run_of(first), run_of(second)]
+    for run in runs:
+        plot.rods_only(run, "drover.plot.map of each")
     labels = labels or names_of(runs)
     figure = new_figure()
     for letter, run, label, box in zip("ab", runs, labels, MAPS):

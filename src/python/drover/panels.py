@@ -292,14 +292,15 @@ def draw_numbers(upper, lower, run):
     numbers = results.number_fluctuations(run)
     if not is_drawable(numbers) or not (numbers.mean > ROUNDING * numbers.x).any():
         for axes in (upper, lower):
-            write_instead(axes, f"no fluctuations\nof the number of {results.counted(run) or 'rod'}s")
+            write_instead(axes, "no fluctuations\nof a number" if "field" in run.scene else
+                          f"no fluctuations\nof the number of {results.counted(run) or 'rod'}s")
         return []
     draw_result(upper, numbers, BLUE, "o")
     upper.plot(numbers.x, numpy.sqrt(numbers.x), color=GREY, linestyle=":")
     log_axes(upper)
     upper.set_ylabel(r"deviation $\Delta N$")
     upper.tick_params(which="both", labelbottom=False)
-    keys = number_keys(numbers, results.counted(run))
+    keys = number_keys(numbers, "particle" if "field" in run.scene else results.counted(run))
     make_room_below(upper, len(keys) - 1)  # the points ascend, which leaves some space
     upper.legend(handles=keys, loc="lower right")
     exponents = results.number_exponents(run, numbers)
@@ -307,7 +308,7 @@ def draw_numbers(upper, lower, run):
     lower.axhline(0.5, color=GREY, linestyle=":")
     log_axes(lower, x_only=True)
     lower.set_xlim(upper.get_xlim())
-    lower.set_xlabel(f"mean number $N$ of {results.counted(run)}s in a box")
+    lower.set_xlabel(f"mean {results.counted_words(run)} in a box")
     lower.set_ylabel(r"d ln $\Delta N$ / d ln $N$")
     return [numbers, exponents]
 

@@ -30,17 +30,25 @@ def figure(thing, frame=None, state=None):
 
 
 def compare(first, second, labels=None, frame=-1):
-    """Two runs of any kind side by side, fields or particles: their maps, and their polar order with means."""
+    """Two runs of rods and beads side by side, fields or particles: their maps, and their polar order with means."""
     from drover.pair_figure import draw
     return draw(first, second, labels, frame)
 
 
-def map(run, axes=None, frame=-1):
-    """Fields: a density with arrows of the order or the flow; profiles of one row.  Particles: the cell from above."""
+def map(run, axes=None, frame=-1, field=None):
+    """Fields: a density with arrows of the order or the flow; profiles of one row.  Particles: the cell from above.
+
+    Of a scene with fields of its own: `field`, by name or symbol; default: the first.
+    """
     run, axes = run_of(run), axes_of(axes)
     from drover import panels, particle_figure
     from drover.particles import ParticleRun
-    if isinstance(run, ParticleRun):
+    from drover.roles import has_own_fields
+    if has_own_fields(run):
+        own_map(run, axes, frame, field)
+    elif field is not None:
+        raise Error(f'field = "{field}" chooses a field of a scene with fields of its own; expected none')
+    elif isinstance(run, ParticleRun):
         particle_figure.draw_map(axes, run, frame)
     elif run.frames.sizes["y"] == 1:
         panels.draw_profile(axes, run, frame)
@@ -49,10 +57,45 @@ def map(run, axes=None, frame=-1):
     return axes
 
 
+def own_map(run, axes, frame, field):
+    """One field of a scene with fields of its own."""
+    from drover import model_panels
+    from drover.roles import chosen
+    role = chosen(run, field)[0]
+    if run.frames.sizes["y"] == 1:
+        model_panels.draw_profile(axes, run, role, frame)
+    else:
+        model_panels.draw_map(axes, None, run, role, frame)
+    axes.set_title(f"{role.title_words} ${role.size_symbol}$".strip() + model_panels.bracket(role.unit), loc="left")
+
+
+def means(run, axes=None, field=None):
+    """Means over the cell of fields of the scene's own: of one `field`, or of all that have the unit of the first.
+
+    Of vectors and nematics the size of the mean; of scalars with a band of one standard deviation.
+    """
+    from drover import model_panels
+    from drover.roles import chosen
+    run, axes = fields_of(run), axes_of(axes)
+    roles = chosen(run, field)
+    alike = [role for role in roles if role.unit == roles[0].unit]
+    model_panels.draw_means(axes, run, alike, range(len(alike)))
+    axes.legend()
+    return axes
+
+
 def structure(run, axes=None):
     """Structure factors S(q) with errors and linear theory."""
-    from drover import panels
-    return panel(panels.draw_structure, fields_of(run), axes)
+    from drover import model_panels, panels
+    from drover.roles import has_own_fields, roles_of
+    run = fields_of(run)
+    if has_own_fields(run):
+        axes = axes_of(axes)
+        keys = model_panels.structure_keys(model_panels.draw_structure(axes, run, roles_of(run)))
+        panels.make_room_below(axes, -(-len(keys) // 2))
+        axes.legend(handles=keys, loc="lower left", ncols=2)
+        return axes
+    return panel(panels.draw_structure, run, axes)
 
 
 def numbers(run, axes=None, exponents=None):
@@ -71,7 +114,8 @@ def numbers(run, axes=None, exponents=None):
 def order(run, axes=None):
     """The polar order over time, with its mean."""
     from drover import panels
-    return panel(panels.draw_order, fields_of(run), axes)
+    rods_only(run := fields_of(run), "drover.plot.means")
+    return panel(panels.draw_order, run, axes)
 
 
 def profiles(run, axes=None, exact=None):
@@ -83,9 +127,15 @@ def profiles(run, axes=None, exact=None):
 
 
 def growth(run, axes=None):
-    """Standard deviations of the fields over time; those of densities are relative to their means."""
-    from drover import smooth_panels
-    return panel(smooth_panels.draw_growth, fields_of(run), axes)
+    """Standard deviations over time, of densities relative to their means; variances of fields of the scene's own."""
+    from drover import model_panels, smooth_panels
+    from drover.roles import has_own_fields, roles_of
+    run, axes = fields_of(run), axes_of(axes)
+    if has_own_fields(run) and model_panels.draw_variances(axes, run, roles_of(run)):
+        axes.legend()
+    elif not has_own_fields(run):
+        smooth_panels.draw_growth(axes, run)
+    return axes
 
 
 def length(run, axes=None):
@@ -158,6 +208,13 @@ def fields_of(run):
     if "grid" not in run.scene:
         raise Error("this is a run of particles; expected one of fields: see drover.plot.map and drover.plot.series")
     return run
+
+
+def rods_only(run, instead):
+    """Raises Error for a run of a scene with fields of its own."""
+    from drover.roles import has_own_fields
+    if has_own_fields(run):
+        raise Error(f"this run is of a scene with fields of its own; expected one of rods and beads: see {instead}")
 
 
 def axes_of(axes):

@@ -32,8 +32,15 @@ def structure_factor(run, part):
 
 
 def counted(run):
-    """Particles counted in number fluctuations: "rod", "bead" in a model without rods, or None."""
-    return next((what for what in ("rod", "bead") if f"{what}_number_variance" in run.observables), None)
+    """What number fluctuations count: "rod", "bead" in a model without rods, a density of the scene's own, or None."""
+    ending = "_number_variance"
+    names = [name.removesuffix(ending) for name in map(str, run.observables) if name.endswith(ending)]
+    return "rod" if "rod" in names else next(iter(names), None)
+
+
+def counted_words(run):
+    what = counted(run)
+    return f"amount $N$ of {what.replace('_', ' ')}" if "field" in run.scene else f"number $N$ of {what}s"
 
 
 def number_fluctuations(run):
@@ -46,7 +53,10 @@ def number_fluctuations(run):
     variance = loaded(run.observables[f"{what}_number_variance"], run.path).mean("time").values
     side = run.observables["box_side"].values  # of a square with the area of the box
     area = run.scene["grid"]["lx"] * run.scene["grid"]["ly"]
-    total = loaded(run.observables[f"{what}s_total"], run.path).mean().item()
+    if "field" in run.scene:
+        total = area * loaded(run.observables[f"mean_{what}"], run.path).mean().item()
+    else:
+        total = loaded(run.observables[f"{what}s_total"], run.path).mean().item()
     return bare(total * side**2 / area, numpy.sqrt(variance))
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 import numpy
 
 from drover.archive import loaded
+from drover.error import Error
 from drover.text import drawable
 from drover.typeset import simple_unit, symbol_text
 
@@ -27,6 +28,11 @@ class Role:
         return drawable(self.name.replace("_", " "))
 
     @property
+    def title_words(self):
+        """The name beside its symbol; nothing where it is the symbol."""
+        return "" if symbol_text(self.name, self.spin) == self.symbol else self.words
+
+    @property
     def size_symbol(self):
         """The symbol of what a map shows by colour."""
         return f"|{self.symbol}|" if self.spin else self.symbol
@@ -37,14 +43,25 @@ class Role:
         return numpy.hypot(first, arrays[self.components[1]]) if self.spin else first
 
     def centre(self, values):
-        """0 or the reference, about which a scalar has both signs; None of a size, or of a density above 0."""
+        """0 or the reference, about which a scalar has both signs; None of a size, or of a density above 0.
+
+        `values`: over (..., y, x).
+        """
         if self.spin or values.size == 0:
             return None
+        values = coarse(values) if self.is_density else values
         low, high = float(values.min()), float(values.max())
         for centre in (0.0,) if self.is_density else (0.0, self.reference):
             if min(centre - low, high - centre) > SIGNED_FROM * (high - low):
                 return centre
         return None
+
+
+def coarse(values, blocks=12):
+    """Averages over blocks, about 12 along y and x: what is left of the noise of few bodies in a cell of the grid."""
+    counts = [max(n for n in range(1, min(size, blocks) + 1) if size % n == 0) for size in values.shape[-2:]]
+    rows, columns = (size // count for size, count in zip(values.shape[-2:], counts))
+    return values.reshape(*values.shape[:-2], counts[0], rows, counts[1], columns).mean(axis=(-3, -1))
 
 
 def has_own_fields(run):
@@ -60,6 +77,20 @@ def roles_of(run):
     return [Role(field.name or field.symbol, symbol_text(field.symbol, field.spin), field.spin, field.components,
                  simple_unit(field.unit), field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
                  reference_of(field, reference)) for field in model.fields if not field.balance]
+
+
+def chosen(run, field):
+    """The fields of a run: one by its name or symbol in the scene, or all."""
+    roles = roles_of(run) if has_own_fields(run) else []
+    if not roles:
+        raise Error("this run is not of a scene with fields of its own")
+    if field is None:
+        return roles
+    symbols = {table["symbol"]: table.get("name") or table["symbol"] for table in run.scene["field"]}
+    found = [role for role in roles if role.name == symbols.get(field, field)]
+    if not found:
+        raise Error(f'field = "{field}"; expected one of {", ".join(role.name for role in roles)}')
+    return found
 
 
 def reference_of(field, values):

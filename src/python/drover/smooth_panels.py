@@ -6,7 +6,9 @@ from matplotlib.ticker import MaxNLocator
 from drover import panels
 from drover.archive import loaded
 from drover.exact import exact_of
+from drover.model_panels import parts_of
 from drover.panels import BLUE, GREEN, PURPLE, STEPS, VERMILLION
+from drover.roles import has_own_fields, roles_of
 
 PROFILES, WIDEST = 4, 3.0  # frames drawn, and the width of the first: all show where they coincide
 LEGEND_COLUMN = 1.6  # inches
@@ -22,7 +24,12 @@ def is_smooth(run):
 
 
 def varying_field(run):
-    """The field that profiles show: the first density that is not uniform, or else a component of the order."""
+    """The field that profiles show: the first density that is not uniform, or else a component of the order.
+
+    Of fields of the scene's own the first scalar that is not uniform, or else the component that varies most.
+    """
+    if has_own_fields(run):
+        return varying_of(run, roles_of(run))
     for name, _, symbol in panels.COLOURS:
         if name in run.frames:
             field = loaded(run.frames[name], run.path)
@@ -31,6 +38,16 @@ def varying_field(run):
     parts = {axis: loaded(run.frames[f"polar_order_{axis}"], run.path) for axis in "xy"}
     axis = max(parts, key=lambda name: float(parts[name].std()))
     return parts[axis], rf"p_{axis}"
+
+
+def varying_of(run, roles):
+    parts = [(role, loaded(run.frames[name], run.path), end) for role in roles
+             for name, end in zip(role.components, parts_of(role))]
+    for role, field, _ in parts:
+        if not role.spin and float(field.std()) > LEAST_SPREAD * abs(float(field.mean())):
+            return field, role.symbol
+    role, field, end = max(parts, key=lambda part: float(part[1].std()))
+    return field, role.symbol + end
 
 
 def draw_profiles(axes, run, exact=None):
@@ -101,14 +118,22 @@ def unit_of(run, name):
     return "" if unit == "1" else f" [{panels.unit_text(unit)}]"
 
 
+def spectra_of(run):
+    """Structure factors of the first field that is not uniform: of the order before densities, or in their order."""
+    fields = ([("order_along", "order_across"), ("rods",), ("beads",)] if not has_own_fields(run) else
+              [(f"{role.name}_along", f"{role.name}_across") if role.spin else (role.name,) for role in roles_of(run)])
+    for parts in fields:
+        names = [f"structure_factor_{part}" for part in parts if f"structure_factor_{part}" in run.observables]
+        powers = [loaded(run.observables[name], run.path) for name in names]
+        if powers and max(float(power.max()) for power in powers) > 0.0:
+            return powers
+    return []
+
+
 def draw_length(axes, run):
     """Draws the length of the pattern over time, 2 pi over the mean wavenumber of the spectrum of a field."""
-    names = ("structure_factor_order_along", "structure_factor_order_across")
-    powers = [loaded(run.observables[name], run.path) for name in names if name in run.observables]
-    if not powers or not max(float(power.max()) for power in powers) > 0.0:
-        names = ("structure_factor_rods", "structure_factor_beads")
-        powers = [loaded(run.observables[name], run.path) for name in names if name in run.observables][:1]
-    if not powers or not max(float(power.max()) for power in powers) > 0.0:
+    powers = spectra_of(run)
+    if not powers:
         panels.write_instead(axes, "uniform fields")
         return
     q, total = powers[0]["wavenumber"].values, sum(power.values for power in powers)
