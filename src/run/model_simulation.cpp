@@ -196,7 +196,9 @@ double model_simulation_bytes(const io::Scene& scene) {
     Threads one(1);
     const int degree = io::kept_degree(scene, equations);
     // Only sizes are read: the system of a small grid has the same layout.
-    numerics::System system = equations.system({.nx = 4, .ny = scene.grid.ny == 1 ? 1 : 4}, one, degree);
+    numerics::System system =
+        equations.system({.nx = 4, .ny = scene.grid.ny == 1 ? 1 : 4, .lx = scene.grid.lx, .ly = scene.grid.ly}, one,
+                         degree);
     system.grid = scene.grid;
     const double spectra = static_cast<double>(numerics::modes(scene.grid)) * sizeof(Complex);
     const double reals = static_cast<double>(numerics::points(scene.grid)) * sizeof(double);
