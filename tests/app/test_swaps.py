@@ -14,7 +14,8 @@ from swaps import complaints  # noqa: E402
 @pytest.mark.parametrize("kind, difference", [
     ("archive", "relaxation.rate"), ("archive", "run.seed"), ("archive", "version"), ("archive", "grid.nx"),
     ("checkpoint", "output.frame_every"), ("checkpoint", "nothing"), ("journal", "noise.rods"),
-    ("sweep", "noise.order"), ("sweep", "version"), ("records", "run.seed"), ("trial", "nothing"), ("calibration", "run.seed")])
+    ("sweep", "noise.order"), ("sweep", "version"), ("records", "run.seed"), ("trial", "nothing"),
+    ("calibration", "run.seed")])
 def test_files_of_two_runs_are_not_joined_and_their_difference_is_named(kind, difference, tmp_path):
     if kind == "journal" and not os.environ.get("DROVER_SHIM"):
         pytest.skip("DROVER_SHIM is not set; ctest sets it")

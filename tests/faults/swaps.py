@@ -8,8 +8,8 @@ status 2 and a sentence that names the difference: the key, the version, or the 
 
 Kinds: archive, checkpoint (the newest or both), journal, sweep (an archive of its folder, with its checkpoints), trial
 (the same of the folder of `tradeoff`), records (the records of that folder), calibration (the trials of a
-measurement).  Another version of drover may resume a sweep or a calibration: an archive of another version in a sweep is
-taken, with a warning that names both versions, and there are no such pairs of records and calibrations.
+measurement).  Another version of drover may resume a sweep or a calibration: an archive of another version in a sweep
+is used, with a warning that names both versions; records and calibrations have no pairs of versions.
 `--other`: a drover of another version; without it, a pair of two versions has the version changed in the provenance of
 one archive, which then cannot be that of a checkpoint.
 """
