@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 from rejection import rejected
-from support import checkpoints, contents, drover, drover_json, settings, start, wait_until
+from support import MODELS, checkpoints, contents, drover, drover_json, settings, start, wait_until
 
 # A scalar, a pseudoscalar, a vector and a nematic.
 FOUR = """[model]
@@ -117,14 +117,14 @@ def test_check_and_explain_describe_the_fields_and_terms(tmp_path):
 
 
 def test_a_run_on_other_threads_and_one_killed_and_resumed_give_the_same_bytes(tmp_path):
-    keys = ["grid.nx=64", "grid.ny=64", "time.end=20"]
+    keys = ["grid.nx=64", "grid.ny=64"]
     whole = run(tmp_path, "whole.h5", *keys)
     assert same(whole, run(tmp_path, "two.h5", *keys, threads=2))
     assert not same(whole, run(tmp_path, "seed.h5", *keys, "run.seed=2"))
     for threads in (1, 2):
         killed = tmp_path / f"killed-{threads}.h5"
         process = start(tmp_path, "run", "four.toml", "--quiet", "--threads", str(threads), "-o", killed.name,
-                        *settings([*keys, "output.checkpoint_minutes=0.0003"]))
+                        *settings([*keys, "output.checkpoint_minutes=0.001"]))
         wait_until(lambda: any(path.exists() for path in checkpoints(killed)), "a checkpoint", process=process)
         process.send_signal(signal.SIGKILL)
         process.communicate()
@@ -134,6 +134,17 @@ def test_a_run_on_other_threads_and_one_killed_and_resumed_give_the_same_bytes(t
     drover(tmp_path, "run", "four.toml", "--quiet", "--max-time", "0.01", "-o", stopped, *settings(keys), status=3)
     drover(tmp_path, "restart", stopped, "--quiet")
     assert same(whole, stopped)
+
+
+@pytest.mark.parametrize("scene, end", [("active-nematic", 4.0), ("bidisperse-bed", 4.0), ("kpz", 20.0)])
+def test_fields_in_balance_with_mass_and_on_a_line_restart_to_the_same_bytes(tmp_path, scene, end):
+    keys = ["grid.nx=16", "grid.lx=16"] + (["grid.ny=16", "grid.ly=16"] if scene != "kpz" else [])
+    for output, time in (("whole.h5", 2.0 * end), ("parts.h5", end)):
+        drover(tmp_path, "run", MODELS / f"{scene}.toml", "--quiet", "-o", output,
+               *settings([*keys, "output.frame_every=1", "output.sample_every=0.5", f"time.end={time}"]))
+    drover(tmp_path, "restart", "parts.h5", "--quiet", "--set", f"time.end={2.0 * end}")
+    whole, parts = contents(tmp_path / "whole.h5"), contents(tmp_path / "parts.h5")
+    assert set(whole) == set(parts) and [name for name in whole if whole[name] != parts[name]] == []
 
 
 def test_info_and_exports_contain_every_component(tmp_path):
