@@ -47,7 +47,8 @@ COMMANDS = {
                                "--bodies": "bodies", "--overwrite": "overwrite"}),
     "fit": (drover.fit, {"archive": "archive", "keys": "keys", "--scene": "scene", "--max-wavenumber": "max_wavenumber",
                          "--from": "begin", "--to": "end", "--every": "every"}),
-    "film": (drover.film, {"archive": "run", "--output": "output", "--every": "every", "--rate": "rate"}),
+    "film": (drover.film, {"archive": "run", "--output": "output", "--every": "every", "--rate": "rate",
+                           "--field": "field"}),
     "schema": (drover.schema, {"--kind": "kind", "--coefficients": "Drover.coefficients"}),
 }
 WITHOUT_COUNTERPART = set()  # commands that are newer than the module
@@ -131,7 +132,7 @@ def test_every_public_name_has_a_docstring(name):
 
 
 @pytest.mark.parametrize("module", ["calibration", "commands", "error", "model", "plot", "scene", "simulation",
-                                    "sweeping", "toml", "trading"])
+                                    "sweeping", "toml", "trading", "typeset"])
 def test_the_examples_of_the_docstrings_run(module, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = doctest.testmod(importlib.import_module(f"drover.{module}"), optionflags=doctest.ELLIPSIS)

@@ -2,10 +2,15 @@
 import contextlib
 import io
 import re
+import shlex
+import shutil
+import subprocess
+import sys
 
+import matplotlib
 import numpy as np
 import pytest
-from support import MODELS
+from support import MODELS, drover as drover_program
 
 import drover
 from drover import Field, Model
@@ -13,14 +18,23 @@ from drover import Field, Model
 PAGE = (MODELS.parent / "src" / "docs" / "model.md").read_text(encoding="utf-8")
 
 
-def test_every_block_of_the_page_runs():
+def test_every_block_of_the_page_runs(tmp_path, monkeypatch):
+    matplotlib.use("Agg")
+    monkeypatch.chdir(tmp_path)
     names = {}
     printed = []
-    for block in re.findall(r"^```python\n(.*?)^```", PAGE, re.M | re.S):
+    for language, block in re.findall(r"^```(toml|sh|python)\n(.*?)^```", PAGE, re.M | re.S):
+        if language == "toml":
+            (tmp_path / "demix.toml").write_text(block, encoding="utf-8")
+            continue
+        if language == "sh":
+            for line in block.splitlines():
+                run_line(tmp_path, line)
+            continue
         with contextlib.redirect_stdout(io.StringIO()) as out:
             exec(block, names)  # pylint: disable=exec-used
         printed.append([line for line in out.getvalue().splitlines() if line])
-    assert len(printed) == 6
+    assert len(printed) == 8
     assert float(printed[1][1]) < 3e-4, "walls 16 apart, of width sqrt(2), attract each other by exp(-16 sqrt(2))"
     assert printed[2][0] == "True" and float(printed[2][1]) > 0.0
     assert 0.0 < float(printed[3][0]) < 0.05
@@ -28,6 +42,21 @@ def test_every_block_of_the_page_runs():
     growth, end = float(printed[5][0]), float(printed[5][1])
     flow = 0.5**2 / (1 + 0.5**2)  # zeta q^2/(Gamma + eta q^2): the vorticity of a bend, half the shear that aligns
     assert growth == pytest.approx(flow * (1 + 0.7 / 2) - 0.05 * 0.5**2, rel=1e-12) and end > 0.01
+    assert float(printed[6][0].strip("[]")) == pytest.approx(0.1875, rel=1e-12)
+    assert printed[6][1].startswith("('time', 'y', 'x')") and printed[7] == ["True 21"]
+    made = {path.name for path in tmp_path.iterdir()}
+    assert {"demix.h5", "demix.png", "demix.mp4", "demix.sweep", "cold.h5", "cold.png"} <= made
+
+
+def run_line(folder, line):
+    """A command of the page; without ffmpeg a film is left out, as on the machine of a reader without it."""
+    program, *words = shlex.split(line)
+    if program == "python3":
+        subprocess.run([sys.executable, *words], cwd=folder, capture_output=True, check=True)
+    elif words[0] != "film" or shutil.which("ffmpeg"):
+        drover_program(folder, *words)
+    else:
+        (folder / "demix.mp4").touch()
 
 
 def test_burgers_follows_the_solution_of_cole_and_hopf():
@@ -97,7 +126,7 @@ def test_what_cannot_be_run_is_rejected_with_a_remedy():
         Model([Field("s", "lap s"), Field("v", "-|v| v + grad s", spin=1, balance=True)])
     for fields, said in [([Field("s", conserved_noise=0.5)], "conserved_noise of the field s = 0.5; expected bool"),
                          ([Field("p", spin=1, name="a"), Field("a_x")], "a_x is a component of p and of a_x"),
-                         ([Field("s", noise="D")], "expected int or float"), (["s"], "is not a field")]:
+                         ([Field("s", noise=[1.0])], "expected int or float or str"), (["s"], "is not a field")]:
         with pytest.raises(drover.Error, match=said):
             Model(fields)
     with pytest.raises(drover.Error, match="no finite derivative"):

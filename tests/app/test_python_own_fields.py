@@ -111,7 +111,8 @@ def test_units_are_products_with_each_base_once():
 
 # --- pictures
 
-@pytest.mark.parametrize("points, side", [(16, 16.0), ((16, 1), 16.0), ((64, 16), (64.0, 16.0)), ((8, 32), (8.0, 32.0))])
+@pytest.mark.parametrize("points, side", [(16, 16.0), ((16, 1), 16.0), ((64, 16), (64.0, 16.0)),
+                                          ((8, 32), (8.0, 32.0))])
 def test_the_figure_of_any_cell_has_a_panel_for_each_field_and_no_texts_overlap(points, side):
     run = scene_of_ranks(points, side).start()
     run.advance()
@@ -139,10 +140,12 @@ def test_the_figure_of_an_archive_shows_linear_theory_where_the_summary_has_it(a
 
 
 def test_colours_diverge_about_zero_or_the_reference_of_a_field_with_two_signs_and_not_of_a_density():
-    scalar, density = Role("s", "s", 0, ("s",), reference=20.0), Role("d", "d", 0, ("d",), is_density=True, reference=0.5)
+    scalar = Role("s", "s", 0, ("s",), reference=20.0)
+    density = Role("d", "d", 0, ("d",), is_density=True, reference=0.5)
     wave = np.sin(np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)) * np.ones((48, 1))
     noise = np.where(np.add.outer(np.arange(48), np.arange(48)) % 2 == 0, 1.0, -1.0)  # of every cell of the grid
-    assert scalar.centre(wave) == 0.0 and scalar.centre(20.0 + 0.1 * wave) == 20.0 and scalar.centre(22.0 + wave) is None
+    assert scalar.centre(wave) == 0.0 and scalar.centre(20.0 + 0.1 * wave) == 20.0
+    assert scalar.centre(22.0 + wave) is None
     assert density.centre(0.5 + 0.1 * wave) is None and density.centre(0.5 + noise) is None
     assert density.centre(0.1 + wave) == 0.0  # it is negative in large regions: no density
     for values, colours in ((0.1 * wave, model_panels.DIVERGING), (22.0 + wave, model_panels.SEQUENTIAL)):
@@ -186,7 +189,8 @@ def test_a_film_shows_all_fields_or_one(archive, tmp_path):
     assert size[None] > size["Q"] > 1000  # five maps, and one
     made = program(tmp_path, "film", archive, "--every", "4", "--field", "vorticity", "--output", "w.mp4")
     assert made.stdout.strip() == "w.mp4"
-    assert "expected one of density" in program(tmp_path, "film", archive, "--field", "X", "--output", "x.mp4", status=2).stderr
+    failed = program(tmp_path, "film", archive, "--field", "X", "--output", "x.mp4", status=2)
+    assert "expected one of density" in failed.stderr
 
 
 def test_a_uniform_field_and_one_of_rounding_errors_are_drawn_as_such():

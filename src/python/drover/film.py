@@ -40,7 +40,8 @@ def film(run, output, *, every=None, rate=25, field=None, progress=None):
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    figure = Figure(figsize=[2 * round(side * DOTS / 2) / DOTS for side in size], dpi=DOTS)  # even, as the codec requires
+    even = [2 * round(side * DOTS / 2) / DOTS for side in size]  # numbers of pixels, as the codec requires
+    figure = Figure(figsize=even, dpi=DOTS)
     canvas = FigureCanvasAgg(figure)
     with rc_context({"text.usetex": False}):  # a matplotlibrc in the current folder could run LaTeX on names
         show = moving(figure, where, frames)

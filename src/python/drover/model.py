@@ -133,7 +133,8 @@ class Model:
         self.define, self.chiral = dict(define or {}), chiral
         check(self.fields, self.define, chiral, self.coefficients)
         self._equations = Equations([{**vars(field), "name": field.name or field.symbol} for field in self.fields],
-                                    self.define, {key: float(value) for key, value in self.coefficients.items()}, chiral)
+                                    self.define, {key: float(value) for key, value in self.coefficients.items()},
+                                    chiral)
 
     @property
     def terms(self):

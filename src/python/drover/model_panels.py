@@ -219,7 +219,7 @@ def of_time(axes, run):
 
 
 def structure_parts(run, roles):
-    """(number of the field, its label with unit, marker, result) of the structure factors of a run that are not zero."""
+    """(number of the field, its label, unit, marker, result) of the structure factors that are not zero."""
     found = []
     for number, role in enumerate(roles):
         for end in ("_along", "_across") if role.spin else ("",):

@@ -1,4 +1,4 @@
-"""drover/roles.py: the fields of a run by what they are: scalar, density, vector, nematic, with symbol and reference."""
+"""drover/roles.py: the fields of a run by what they are: scalars, densities, vectors, nematics."""
 from dataclasses import dataclass
 
 import numpy

@@ -77,7 +77,7 @@ def scene_html(scene):
     noises = dict(zip((field.symbol for field in model.fields), model.noise_strengths))
     fields = [(typeset(field.symbol), field.name or field.symbol, rank_of(field), simple_unit(field.unit),
                "" if field.spin else typeset(field.reference),
-               (typeset(field.noise) + (", conserved" if field.conserved_noise else "")) if noises[field.symbol] else "",
+               typeset(field.noise) + ", conserved" * field.conserved_noise if noises[field.symbol] else "",
                field.meaning) for field in model.fields]
     parts = [f"<b>{escape(printable(scene.values['model'].get('name') or scene.name))}</b>",
              f"$$\\displaystyle {escape(model.latex)}$$"]
