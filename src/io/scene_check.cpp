@@ -185,7 +185,8 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              .range = {.min = 0.0, .max = 1.0},
              .doc =
                  "a run warns when the estimated error of its time steps (observable step_error) exceeds this part of "
-                 "the fluctuation of a field, its deviation from its mean over the cell and time; fields only; 0: the error is not estimated"},
+                 "the fluctuation of a field, its deviation from its mean over the cell and time; "
+                 "fields only; 0: the error is not estimated"},
             {.name = "chosen",
              .member = &TimeControl::chosen,
              .choices = {"", "fields", "means", "linear"},
