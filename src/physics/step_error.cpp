@@ -14,6 +14,7 @@
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/right_hand_side.hpp"
 #include "drover/physics/stability_rows.hpp"
+#include "physics/coarse_error.hpp"
 
 namespace drover::physics {
 
@@ -21,13 +22,6 @@ namespace {
 using numerics::Complex;
 using numerics::Grid;
 using numerics::Spectra;
-
-/// Points along an axis on which the error evolves.
-int coarse_points(int points) {
-    if (points >= 256) return points / 16 * 2;
-    if (points >= 64) return points / 8 * 2;
-    return std::min(points, 16);
-}
 
 /// At most this many steps of the run in one of the error, which costs four right-hand sides on the coarse grid.  Fewer
 /// where the explicit terms change the error by more than 0.3: the error of advected waves would grow by itself.
@@ -40,107 +34,6 @@ constexpr int max_parts = 64;
 /// Random errors of noisy steps are measured too large: on 60 random scenes with noise the estimate without this factor
 /// was 1.5 times the error in the median (tests/bench/step_error).
 constexpr double random_errors = 0.7;
-
-struct ModePair {
-    std::size_t coarse, fine;
-    bool conjugate = false;
-};
-
-std::size_t place(const Grid& grid, int kx, int ky) {
-    return static_cast<std::size_t>(ky < 0 ? grid.ny + ky : ky) * numerics::columns(grid) +
-           static_cast<std::size_t>(kx);
-}
-
-/// The modes of the coarse grid, but those that the fine grid does not keep.
-std::vector<ModePair> shared_modes(const Grid& coarse, int coarse_degree, const Grid& fine, int fine_degree) {
-    std::vector<ModePair> result;
-    for (std::size_t j = 0; j < static_cast<std::size_t>(coarse.ny); ++j)
-        for (std::size_t i = 0; i < numerics::columns(coarse); ++i) {
-            if (!numerics::is_kept(coarse, coarse_degree, i, j)) continue;
-            const std::size_t at = place(fine, static_cast<int>(i), numerics::mode_number_y(coarse, j));
-            if (numerics::is_kept(fine, fine_degree, i, at / numerics::columns(fine)))
-                result.push_back({j * numerics::columns(coarse) + i, at});
-        }
-    return result;
-}
-
-/// The sum of all modes of the fine grid that look like one of the coarse grid at its points: the values of the fields
-/// there.  Without the fluctuations that noise gives to short waves the error would relax otherwise: b |p|^2 would be
-/// too small.
-std::vector<ModePair> sampled_modes(const Grid& coarse, const Grid& fine, int fine_degree) {
-    std::vector<ModePair> result;
-    const auto folded = [](int k, int points) {
-        const int rest = ((k % points) + points) % points;
-        return 2 * rest > points ? rest - points : rest;
-    };
-    for (std::size_t j = 0; j < static_cast<std::size_t>(fine.ny); ++j)
-        for (std::size_t i = 0; i < numerics::columns(fine); ++i) {
-            if (!numerics::is_kept(fine, fine_degree, i, j)) continue;
-            const int kx = static_cast<int>(i), ky = numerics::mode_number_y(fine, j);
-            for (const int sign : {1, -1}) {
-                if (sign < 0 && kx == 0) continue;  // its conjugate is stored
-                const int to_x = folded(sign * kx, coarse.nx), to_y = folded(sign * ky, coarse.ny);
-                const bool is_nyquist =
-                    (coarse.nx > 1 && 2 * to_x == coarse.nx) || (coarse.ny > 1 && 2 * to_y == coarse.ny);
-                if (to_x >= 0 && !is_nyquist)
-                    result.push_back({place(coarse, to_x, to_y), j * numerics::columns(fine) + i, sign < 0});
-            }
-        }
-    return result;
-}
-
-/// A mode of the coarse grid whose phase turns within a step: errors of a constant drive would cancel, while those of
-/// its own steps turn with it and add up.
-struct FastWave {
-    std::size_t mode;
-    double kept;         ///< of its amplitude after a step, at most 1
-    bool is_unresolved;  ///< its phase turns by more than a radian even in half a step
-};
-
-/// The fast waves of a linear system on a grid.
-std::vector<FastWave> fast_waves(const numerics::System& system, const Grid& grid, int degree, double dt) {
-    constexpr double turn = 0.5;  // radians a step
-    const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(grid, degree);
-    std::vector<double> rate(wavenumbers.q.size(), -INFINITY), frequency(wavenumbers.q.size());
-    for (std::size_t n = 0; n < wavenumbers.q.size(); ++n)
-        for (const std::complex<double> s : numerics::eigenvalues(system.linear(wavenumbers.q[n]).even)) {
-            rate[n] = std::max(rate[n], s.real());
-            frequency[n] = std::max(frequency[n], std::abs(s.imag()));
-        }
-    std::vector<FastWave> result;
-    for (std::size_t mode = 0; mode < wavenumbers.of_mode.size(); ++mode) {
-        if (wavenumbers.of_mode[mode] < 0) continue;
-        const auto n = static_cast<std::size_t>(wavenumbers.of_mode[mode]);
-        if (frequency[n] * dt > turn)
-            result.push_back({mode, std::min(1.0, std::exp(rate[n] * dt)), frequency[n] * dt > 2.0});
-    }
-    return result;
-}
-
-/// One field: a scalar, or both components of a vector.
-struct FieldSize {
-    int first, count;
-    std::string name;
-    double size = 0.0;     ///< root mean square now
-    double largest = 0.0;  ///< the largest so far: a field that has all but vanished has no size of its own
-    double local = 0.0, local_low = 0.0;
-    double memory = INFINITY;  ///< steps for which an error beyond the coarse grid persists
-    // Of the moments so far: their number, the sums of the mean squares and of the means over the cell.
-    double moments = 0.0, squares = 0.0;
-    std::array<double, 2> means{};
-    double variance = 0.0;  ///< over the cell, now
-
-    double scale() const { return std::max(size, 1e-3 * largest); }
-    /// Deviation from the mean over the cell and over time.  An error of the mean is compared with it, too.
-    double fluctuation() const {
-        const double mean = std::hypot(means[0], means[1]) / moments;
-        const double square = moments > 0.0 ? squares / moments - mean * mean : 0.0;
-        constexpr double negligible = 1e-5;  // of the largest: the rest of what has relaxed
-        return std::max(std::sqrt(std::max(square, variance)), negligible * largest);
-    }
-    double local_high() const { return std::sqrt(std::max(0.0, local * local - local_low * local_low)); }
-};
-double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }
 }  // namespace
 
 struct StepError::Work {

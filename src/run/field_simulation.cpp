@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "drover/measure/fields.hpp"
+#include "drover/numerics/time_method.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/energy.hpp"
 #include "drover/physics/field_evolution.hpp"
@@ -212,10 +213,14 @@ void check_chosen_step(const World& world, std::int64_t step) {
     const io::TimeControl& time = world.scene.time;
     const physics::StepError::Relative error = world.evolution.step_error();
     if (time.chosen != "fields" || error.error <= choice_margin * time.max_error) return;
+    // Errors grow at least in proportion to time: more than half of the step where much of the run is to come.
+    const double t = static_cast<double>(step) * time.dt, order = numerics::time_method(time.stepper).order;
+    const int halvings = std::clamp(static_cast<int>(std::ceil(std::log2(2.0 * time.end / t) / order)), 1, 4);
     throw StepTooLong(
-        text("the chosen time.dt = {} makes an error of {:.2g} of the {} by t = {:.6g} s; expected at most "
-             "half of time.max_error = {}: run the scene again from its start, with time.dt = {}",
-             time.dt, error.error, error.field, static_cast<double>(step) * time.dt, time.max_error, 0.5 * time.dt));
+        text("the chosen time.dt = {} makes an error of {:.2g} of the fluctuation of the {} by t = {:.6g} s; expected "
+             "at most half of time.max_error = {}: run the scene again from its start, with time.dt = {}",
+             time.dt, error.error, error.field, t, time.max_error, std::ldexp(time.dt, -halvings)),
+        halvings);
 }
 }  // namespace
 

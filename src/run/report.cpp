@@ -11,7 +11,6 @@
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/warnings.hpp"
 #include "run/sample_recording.hpp"
-#include "run/step_bias.hpp"
 
 namespace drover::run {
 

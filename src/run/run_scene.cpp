@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cfenv>
+#include <cmath>
 #include <optional>
 
 #include "drover/base/log.hpp"
@@ -184,19 +185,20 @@ RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
         return with_chosen_step(given, options.quiet);
     }();
     RunOptions attempt = options;
-    for (int halvings = 0;; ++halvings, attempt.overwrite = true) {
+    for (int halvings = 0;; attempt.overwrite = true) {
         try {
             return run_from_start(scene, attempt);
         } catch (const StepTooLong& error) {
             // The error of a chaotic run exceeds any limit, however short the step.
             constexpr int max_halvings = 6;
-            if (halvings == max_halvings)
+            if (halvings >= max_halvings)
                 fail_run(
                     "{}; {} halvings of the step did not suffice: the fields may be chaotic: give time.dt, and "
                     "compare means with those of half of it",
                     error.what(), halvings);
             if (!options.quiet) log_information("{}; doing so now", error.what());
-            scene.time.dt *= 0.5;
+            halvings += error.halvings;
+            scene.time.dt = std::ldexp(scene.time.dt, -error.halvings);
         }
     }
 }

@@ -1,18 +1,15 @@
 // run/step_bias.hpp: what the time step changes in each observable of a run.
 #pragma once
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "drover/files/archive_reader.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/measure/fields.hpp"
 #include "drover/physics/field_evolution.hpp"
 #include "drover/run/simulation.hpp"
-#include "drover/run/step_bias_estimate.hpp"
 
 namespace drover::run {
 
@@ -45,10 +42,6 @@ private:
 
 /// Whether a scene can have one: else why not, for people.
 std::string why_no_step_bias(const io::Scene& scene);
-
-/// Of results that are wrong by more than a tenth, beyond their uncertainties: one warning at most.
-std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::Scene& scene,
-                                            const measure::Summary& summary);
 
 /// Memory [bytes].
 double step_bias_bytes(const io::Scene& scene);

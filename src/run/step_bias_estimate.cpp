@@ -6,7 +6,6 @@
 
 #include "drover/base/text.hpp"
 #include "drover/physics/equations.hpp"
-#include "drover/run/field_simulation.hpp"
 #include "run/step_bias.hpp"
 
 namespace drover::run {

@@ -130,6 +130,39 @@ void invert_diffusion(const std::vector<std::string>& names, std::vector<measure
     estimates[to] = measure::relaxation_time_of(estimates[from]);
 }
 
+/// Whether the scatter of seeds contradicts their errors: chi square far beyond its mean.  The limit is that of one in
+/// two thousand for two seeds.
+bool contradicts_errors(const std::vector<measure::Estimate>& runs) {
+    double weights = 0.0, mean = 0.0, square = 0.0;
+    for (const measure::Estimate& run : runs) {
+        if (!run.error || !(*run.error > 0.0)) return false;
+        const double weight = 1.0 / (*run.error * *run.error);
+        weights += weight;
+        mean += weight * run.mean;
+    }
+    mean /= weights;
+    for (const measure::Estimate& run : runs) square += std::pow((run.mean - mean) / *run.error, 2);
+    const double freedom = static_cast<double>(runs.size()) - 1.0;
+    constexpr double limit = 8.0;  // deviations of chi square
+    return freedom > 0.0 && square > freedom + limit * std::sqrt(2.0 * freedom);
+}
+
+void add_contradictions(const std::vector<std::vector<measure::Estimate>>& found, const SweepPoint& point,
+                        SweepTable& table) {
+    std::vector<std::string> names;
+    for (std::size_t column = 0; column < found.size(); ++column)
+        if (contradicts_errors(found[column])) names.push_back(table.names[column]);
+    if (names.empty()) return;
+    std::string at;
+    for (std::size_t k = 0; k < point.values.size(); ++k)
+        at += text("{}{} = {:.6g}", k == 0 ? "" : ", ", table.keys[k], point.values[k]);
+    table.warnings.push_back(
+        text("at {}: the seeds differ by far more than their errors in {}; the runs are shorter than their slowest "
+             "change, or end in different states: give longer runs, or 8 seeds or more, whose scatter is then the "
+             "error",
+             at, joined(names)));
+}
+
 SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
     SweepTable table{.keys = layout.keys, .names = {}, .units = {}, .rows = {}};
     std::vector<std::vector<std::vector<measure::Estimate>>> found(layout.points.size());  // [point][observable][seed]
@@ -157,6 +190,7 @@ SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
         SweepRow row{.point = layout.points[point], .seeds = seeds[point], .estimates = {}};
         if (row.seeds > 0) found[point].resize(table.names.size());
         for (const auto& runs : found[point]) row.estimates.push_back(over_seeds(runs));
+        add_contradictions(found[point], row.point, table);
         invert_diffusion(table.names, row.estimates);
         table.rows.push_back(std::move(row));
     }

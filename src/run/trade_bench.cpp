@@ -23,6 +23,21 @@ std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
     return biases;
 }
 
+void reject_wrong_steps(std::vector<std::vector<Measured>>& runs) {
+    constexpr double too_wrong = 0.5;
+    double least = INFINITY;
+    for (const std::vector<Measured>& ladder : runs)
+        for (const Measured& run : ladder)
+            if (run.failure.empty()) least = std::min(least, run.step_error);
+    if (least > 0.5 * too_wrong) return;
+    for (std::vector<Measured>& ladder : runs)
+        for (Measured& run : ladder)
+            if (run.failure.empty() && run.step_error > too_wrong)
+                run.failure = text(
+                    "its steps are wrong by {:.2g} of a field's fluctuation: on another path of the noise it may stop",
+                    run.step_error);
+}
+
 namespace {
 /// Root mean square deviation of the samples from `from` on, of a series or of its difference from another.
 double deviation(const std::vector<double>& values, std::size_t from, const std::vector<double>* less = nullptr) {
@@ -151,6 +166,22 @@ Bias TradeBench::drift_of(const WantedNumber& number) const {
     if (half < measure::min_blocks) return {};
     const Bias first = measure::rough_mean(used.first(half), 0), second = measure::rough_mean(used.last(half), 0);
     return {second.value - first.value, std::hypot(first.error, second.error)};
+}
+
+std::vector<std::string> TradeBench::drift_notes(const Measured& run) const {
+    constexpr double clear = 3.0;  // standard errors
+    std::vector<std::string> notes;
+    for (std::size_t w = 0; statistical && w < wishes_.size(); ++w) {
+        const Bias drift = drift_of(run.numbers[w]);
+        if (std::abs(drift.value) <= std::max(clear * drift.error, allowed[w])) continue;
+        notes.push_back(
+            text("{} drifts: its mean over the second half of the trials of {:.6g} s is {:.3g} +- {:.1g} {} than over "
+                 "the first, more than the {:.2g} allowed: errors and durations given here hold only once it has "
+                 "settled; give a larger --budget or analysis.warm_up",
+                 wishes_[w].text, duration, std::abs(drift.value), drift.error,
+                 drift.value > 0.0 ? "larger" : "smaller", allowed[w]));
+    }
+    return notes;
 }
 
 double TradeBench::sparse_sampling(const Measured& base) const {

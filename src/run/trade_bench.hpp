@@ -32,6 +32,10 @@ struct Correlation {
 /// Points of a grid; of particles the area of the cell.
 double size_of(const io::Scene& scene);
 
+/// Steps that are wrong by half a field may stop a run on another path of the noise: such runs count as failed.  Where
+/// the error of all runs is as large, the fields are chaotic: it says nothing of the step.
+void reject_wrong_steps(std::vector<std::vector<Measured>>& runs);
+
 std::vector<Bias> scaled(std::vector<Bias> biases, double factor);
 
 class TradeBench {
@@ -64,8 +68,9 @@ public:
 
     Correlation correlation_of(const WantedNumber& number) const;
 
-    /// Mean of the second half of the samples after the warm-up less that of the first half.
-    Bias drift_of(const WantedNumber& number) const;
+    /// Of each wanted number whose halves disagree by more than is allowed: the means of a run that has not settled are
+    /// not those of a longer one.  None where the duration is that of the run.
+    std::vector<std::string> drift_notes(const Measured& run) const;
 
     /// An interval between samples from which the means of a run are as exact as from those that it has: half of the
     /// shortest autocorrelation time, but a multiple of the scene's, with 64 samples of the trial [s].
@@ -87,6 +92,7 @@ public:
 private:
     double expected_seconds(const Trial& trial) const;
     void count(const Trial& trial);
+    Bias drift_of(const WantedNumber& number) const;  ///< mean of the second half of the samples less that of the first
     std::size_t skip(const WantedNumber& number) const;  ///< samples of the warm-up
 
     std::vector<Wish> wishes_;

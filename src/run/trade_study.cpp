@@ -2,7 +2,7 @@
 #include "run/trade_study.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include "drover/base/error.hpp"
 #include "drover/physics/stability_rows.hpp"
@@ -89,21 +89,9 @@ private:
             require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
                     "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",
                     wish.text);
-            check_unit(wish, base.numbers[w].unit, found_.references[w].value);
+            require_unit(wish, base.numbers[w].unit, found_.references[w].value);
             bench_.allowed.push_back(wish.error * (wish.is_relative ? std::abs(found_.references[w].value) : 1.0));
         }
-    }
-
-    /// "polar_order=1" may mean 1 %: a number without a unit is taken as it is only where it makes sense.
-    static void check_unit(const Wish& wish, const std::string& unit, double value) {
-        if (wish.is_relative) return;
-        const SourceLocation where{.file = "--want " + wish.text};
-        require(wish.unit.empty() || wish.unit == unit, where, "the error is in {}; expected {}, the unit of {}",
-                wish.unit, unit, wish.text);
-        require(!wish.unit.empty() || wish.error < 0.5 * std::abs(value), where,
-                "the error {:.6g} has no unit, and the value is {:.4g} {}; expected {}={:.6g}% (of the mean), or with "
-                "the unit {}=\"{:.6g} {}\"",
-                wish.error, value, unit, wish.text, wish.error, wish.text, wish.error, unit);
     }
 
     bool measure_grids(const Measured& base) {
@@ -142,8 +130,8 @@ private:
                 grid.is_compared = false;
             }
             found_.notes.push_back(
-                "the wanted numbers are not seen to converge with the grid, since noise acts on its shortest waves: "
-                "the given grid is taken as part of the model, and its bias is not measured");
+                "the wanted numbers are not seen to converge with the grid, on whose shortest waves noise acts: the "
+                "given grid is taken as part of the model, and its bias is not measured");
         }
         // The coarsest grid that is right serves for the other axes.
         std::size_t given = 0;
@@ -197,10 +185,8 @@ private:
             if (found.is_measured()) {
                 if (k != *last) found.biases = bench_.differences(runs[k], runs[*last]);
                 else if (before) found.biases = scaled(bench_.differences(runs[*before], runs[*last]), 1.0 / 3.0);
-                else {
-                    found.biases.assign(found_.wishes.size(), {});
-                    found.is_compared = false;
-                }
+                else found.biases.assign(found_.wishes.size(), {});
+                found.is_compared = k != *last || before;
                 found.start_seconds = given ? runs[k].start_seconds / std::max(runs[*given].start_seconds, 1e-3) : 1.0;
                 found.step_seconds = given ? runs[k].step_seconds / std::max(runs[*given].step_seconds, 1e-9) : 1.0;
             }
@@ -313,24 +299,6 @@ private:
         }
     }
 
-    /// Steps that are wrong by half a field may stop a run on another path of the noise.  Where the error of all steps
-    /// is as large, the fields are chaotic: it says nothing of the step.
-    void reject_wrong_steps(std::vector<std::vector<Measured>>& runs) const {
-        constexpr double too_wrong = 0.5;
-        double least = INFINITY;
-        for (const std::vector<Measured>& ladder : runs)
-            for (const Measured& run : ladder)
-                if (run.failure.empty()) least = std::min(least, run.step_error);
-        if (least > 0.5 * too_wrong) return;
-        for (std::vector<Measured>& ladder : runs)
-            for (Measured& run : ladder)
-                if (run.failure.empty() && run.step_error > too_wrong)
-                    run.failure = text(
-                        "its steps are wrong by {:.2g} of a field's fluctuation: on another path of the "
-                        "noise it may stop",
-                        run.step_error);
-    }
-
     void collect_steps() {
         found_.ladders.clear();
         std::vector<std::vector<Measured>> runs;
@@ -371,24 +339,8 @@ private:
                         [](const Bias& bias) { return !std::isfinite(bias.value); }))
             found_.notes.push_back(
                 "the bias of the step was not measured: no other step and no other method ran; give a larger --budget");
-        note_drift(reference);
+        for (std::string& note : bench_.drift_notes(reference)) found_.notes.push_back(std::move(note));
         find_pairing();
-    }
-
-    /// The means of a run that has not settled are not those of a longer one.
-    void note_drift(const Measured& reference) {
-        constexpr double clear = 3.0;  // standard errors
-        if (!bench_.statistical) return;
-        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
-            const Bias drift = bench_.drift_of(reference.numbers[w]);
-            if (std::abs(drift.value) <= std::max(clear * drift.error, bench_.allowed[w])) continue;
-            found_.notes.push_back(
-                text("{} drifts: its mean over the second half of the trials of {:.6g} s is {:.3g} +- {:.1g} {} than "
-                     "over the first, more than the {:.2g} allowed: errors and durations given here hold only once it "
-                     "has settled; give a larger --budget or analysis.warm_up",
-                     found_.wishes[w].text, bench_.duration, std::abs(drift.value), drift.error,
-                     drift.value > 0.0 ? "larger" : "smaller", bench_.allowed[w]));
-        }
     }
 
     /// Whether fine runs without noise have all become independent of each other, although each fluctuates.  Where two
@@ -424,7 +376,7 @@ private:
 
     bool measure_models() {
         const io::Scene on_pilot = pilot();
-        std::vector<Level> levels = model_levels(on_pilot);
+        const std::vector<Level> levels = model_levels(on_pilot);
         std::vector<Trial> trials;
         for (const Level& level : levels)
             if (level.reason.empty()) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));

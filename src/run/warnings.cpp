@@ -12,6 +12,7 @@
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/function_terms.hpp"
+#include "drover/physics/predictions.hpp"
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "run/field_health.hpp"
@@ -76,16 +77,44 @@ std::vector<JudgedField> judged_fields(const physics::Equations& equations, cons
     return fields;
 }
 
-/// The shortest waves of the grid by linear theory about the isotropic state; modes that grow have no powers.
+/// The shortest waves of the grid by linear theory about the state of the run, or about the isotropic state where there
+/// is no such theory; modes that grow have no powers.
 struct TailTheory {
     std::vector<double> weights;          ///< numbers of modes
     std::vector<StructureFactor> powers;  ///< of each of them
     double area = 1.0;
 };
 
-TailTheory tail_theory(const numerics::System& system, const physics::Form& form) {
+/// The mean order of some samples of the second half of a run.
+std::vector<Eigen::Vector2d> late_orders(const files::ArchiveReader& archive) {
+    const std::vector<double> x = series_of(archive, "polar_order_mean_x"),
+                              y = series_of(archive, "polar_order_mean_y");
+    constexpr std::size_t most = 64;
+    const std::size_t count = std::min(x.size(), y.size()), stride = std::max<std::size_t>(1, count / 2 / most);
+    std::vector<Eigen::Vector2d> orders;
+    for (std::size_t i = count / 2; i < count; i += stride) orders.emplace_back(x[i], y[i]);
+    return orders;
+}
+
+TailTheory tail_theory(const numerics::System& system, const physics::Equations& equations, const io::Scene& scene,
+                       const std::vector<Eigen::Vector2d>& orders) {
     TailTheory theory{.weights = {}, .powers = {}, .area = numerics::area(system.grid)};
     if (!system.noise) return theory;
+    constexpr std::size_t max_points = std::size_t{256} * 256;  // beyond, it takes longer than all else
+    if (numerics::points(system.grid) <= max_points) {
+        Threads one(1);
+        const std::vector<StructureFactor> modes =
+            physics::predicted_structure(equations, system.grid, scene.dealiasing, orders, one).modes;
+        const std::size_t width = numerics::columns(system.grid);
+        for (std::size_t m = 0; m < modes.size(); ++m)
+            if (numerics::is_kept(system.grid, system.degree, m % width, m / width) &&
+                measure::is_in_tail(system.grid, system.degree, m % width, m / width)) {
+                theory.weights.push_back(numerics::mode_weight(system.grid, m % width));
+                theory.powers.push_back(modes[m]);
+            }
+        if (!modes.empty()) return theory;
+    }
+    const physics::Form& form = equations.form;
     const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(system.grid, system.degree);
     std::vector<double> weight(wavenumbers.q.size());
     const std::size_t width = numerics::columns(system.grid);
@@ -153,11 +182,13 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
                                   variances = series_of(archive, "variance_" + field.name);
         if (tails.size() < 2 || variances.size() != tails.size() || times.size() != tails.size()) continue;
         const double own = *std::max_element(variances.begin(), variances.end());
+        constexpr double rounding = 1e-20;  // mm-4, of a density whose mean is 0: nothing is there
+        if (field.scale == 0.0 && own < rounding) continue;
         const double size = field.scale > 0.0 ? field.scale * field.scale : own;
         const double least = max_spectral_tail * std::max(max_spectral_tail * size, own);
         Tail worst = worst_tail(times, tails, variances, least);
         if (worst.fraction <= max_spectral_tail) continue;
-        if (!theory) theory = tail_theory(system, equations.form);
+        if (!theory) theory = tail_theory(system, equations, scene, late_orders(archive));
         const double linear = predicted_tail(*theory, field);
         worst = worst_tail(times, tails, variances, std::max(least, max_tail_over_linear * linear));
         if (worst.fraction <= max_spectral_tail) continue;
@@ -216,6 +247,41 @@ void add_growth(const io::Scene& scene, std::vector<std::string>& warnings) {
         text("a mode grows at {:.4g} /s at |q| = {:.3g} /mm, by a factor e^{:.3g} in this run, and no term stops it "
              "(relaxation.saturation = 0): give relaxation.saturation > 0, or choose time.end = {:.2g} or less",
              growth.rate, growth.q, growth.rate * scene.time.end, most / growth.rate));
+}
+
+/// Without noise order grows from what another run has left, as on a ramp, or not at all: such a run ends before its
+/// state.
+void add_unsaturated(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
+    const physics::Equations equations(scene.model);
+    if (scene.initial.kind != "file" && scene.initial.kind != "uniform") return;
+    if (physics::has_noise(scene.model.noise) || !equations.saturation.is_active() || !scene.model.text_terms.empty())
+        return;
+    const std::vector<double> x = series_of(archive, "polar_order_mean_x"),
+                              y = series_of(archive, "polar_order_mean_y"),
+                              variances = series_of(archive, "variance_polar_order");
+    if (x.empty() || y.size() != x.size() || variances.size() != x.size()) return;
+    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
+    double rate = 0.0;
+    for (const double q : numerics::distinct_wavenumbers(scene.grid, system.degree).q) {
+        const auto blocks = system.linear(q);
+        for (const numerics::Block& block : {blocks.even, blocks.odd})
+            for (const numerics::Complex one : numerics::eigenvalues(block)) rate = std::max(rate, one.real());
+    }
+    const double order = std::sqrt(x.back() * x.back() + y.back() * y.back() + variances.back()),
+                 size = order_scale(equations, scene.grid, system.degree);
+    constexpr double far = 0.1;
+    if (!(rate * scene.time.end > 1.0) || !(order < far * size)) return;
+    if (order == 0.0)
+        warnings.push_back(
+            text("the isotropic state is unstable (a mode grows at {:.3g} /s), and without noise nothing perturbs it: "
+                 "the run stays there; give initial.kind = \"random\", or noise",
+                 rate));
+    else
+        warnings.push_back(text(
+            "the order is {:.2g} at the end, far below the {:.2g} at which it saturates, and it grows at {:.3g} /s "
+            "from what the start contains: without noise the run shows its state late; choose time.end = {:.3g}, "
+            "a larger initial.amplitude, or noise",
+            order, size, rate, scene.time.end + 1.5 * std::log(size / order) / rate));
 }
 
 /// Samples below a limit (or above it, with the sign -1), and the worst of them.
@@ -339,6 +405,7 @@ std::vector<std::string> field_warnings(const files::ArchiveReader& archive, con
     add_negative_densities(archive, scene, warnings);
     add_table_left(archive, scene, warnings);
     add_step_error(archive, scene, warnings);
+    add_unsaturated(archive, scene, warnings);
     return warnings;
 }
 

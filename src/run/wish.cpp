@@ -123,6 +123,17 @@ Wish parse_wish(const std::string& given) {
     return wish;
 }
 
+void require_unit(const Wish& wish, const std::string& unit, double value) {
+    if (wish.is_relative) return;
+    const SourceLocation where{.file = "--want " + wish.text};
+    require(wish.unit.empty() || wish.unit == unit, where, "the error is in {}; expected {}, the unit of {}", wish.unit,
+            unit, wish.text);
+    require(!wish.unit.empty() || wish.error < 0.5 * std::abs(value), where,
+            "the error {:.6g} has no unit, and the value is {:.4g} {}; expected {}={:.6g}% (of the mean), or with the "
+            "unit {}=\"{:.6g} {}\"",
+            wish.error, value, unit, wish.text, wish.error, wish.text, wish.error, unit);
+}
+
 WantedNumber wanted_number(const Wish& wish, const Report& report, const files::ArchiveReader& archive) {
     const measure::SummaryRow* row = measure::find_row(report.summary, wish.observable);
     if (row == nullptr) {

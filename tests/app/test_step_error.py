@@ -96,7 +96,7 @@ def biases(results, exact):
     """Of each resolved number of a run: its name, size, stated bias and uncertainty, and true bias with its error."""
     for name, row in results.items():
         for one, other in zip(row.get("values", [row]), exact[name].get("values", [exact[name]])):
-            if one.get("step_bias") is not None and one.get("step_bias_error") is not None and other["mean"] is not None:
+            if None not in (one.get("step_bias"), one.get("step_bias_error"), other["mean"]):
                 yield (name, abs(one["mean"]), one["step_bias"], one["step_bias_error"], one["mean"] - other["mean"],
                        one["error"] or 0.0)
 
@@ -110,7 +110,8 @@ def coverage(found, scatter):
 
 def test_the_bias_of_each_number_of_a_noisy_run_by_its_step_is_within_its_uncertainty(tmp_path):
     long = drover(tmp_path, "run", write_scene(tmp_path, name="long.toml", base=NOISY), "--json").stdout
-    fine = drover(tmp_path, "run", write_scene(tmp_path, {"time.dt": 0.125}, name="fine.toml", base=NOISY), "--json").stdout
+    short = write_scene(tmp_path, {"time.dt": 0.125}, name="fine.toml", base=NOISY)
+    fine = drover(tmp_path, "run", short, "--json").stdout
     long = json.loads(long)
     found = list(biases(long["results"], json.loads(fine)["results"]))
     # Both runs follow one noise path, so that their difference scatters by less than the standard error of each.
@@ -135,7 +136,8 @@ def test_the_bias_of_each_number_of_a_run_without_noise_is_within_its_uncertaint
 def test_a_bias_that_was_not_measured_is_not_given_as_zero(tmp_path):
     short = drover(tmp_path, "run", write_scene(tmp_path, name="short.toml", base=QUENCH)).stdout
     assert re.search(r"polar_order +1 .*not resolved \(effort 5 %\)", short)
-    none = drover(tmp_path, "run", write_scene(tmp_path, {"accuracy.effort": 0.0}, name="none.toml", base=QUENCH)).stdout
+    without = write_scene(tmp_path, {"accuracy.effort": 0.0}, name="none.toml", base=QUENCH)
+    none = drover(tmp_path, "run", without).stdout
     assert re.search(r"polar_order +1 .*not measured", none)
     with h5py.File(tmp_path / "none.h5") as file:
         assert "step_bias" not in file
@@ -161,7 +163,7 @@ WAVES = {"uniform.rod_density": 1.0, "relaxation.rate": -1.0, "relaxation.satura
 @pytest.mark.parametrize("force, of", [
     ("0.3*cos(2*pi*48*x/24)", "grid"),              # a constant on these points
     ("exp(-(x-12)^2/(2*0.1^2))", "grid"),           # a peak between two points
-    ("0.3*cos(2*pi*3*x/24)", None), ("exp(-(x-12)^2/2)", None), ("0.3*step(x-12)", None),
+    ("0.3*cos(2*pi*3*x/24)", None), ("exp(-(x-12)^2/2)", None), ("0.3*cos(2*pi*30*x/24)", "grid"),
     ("0.3*sin(pi*t/0.1)^2", "step"),                # 0 at every step
     ("2*exp(-(t-5.05)^2/(2*0.02^2))", "step"),      # a pulse between two steps
     ("0.3*sin(0.5*t)", None), ("2*exp(-(t-5.05)^2/(2*0.5^2))", None), ("0.3*step(t-5)", None)])
@@ -174,3 +176,21 @@ def test_texts_of_x_and_t_that_are_not_resolved_are_reported(tmp_path, force, of
     assert len(told) == (of is not None), warnings
     if of is not None:
         assert told[0].startswith("the grid does not resolve" if of == "grid" else "time.dt = 0.1 does not resolve")
+
+
+def test_order_that_has_not_grown_is_reported_and_an_ordered_run_is_not(tmp_path):
+    told = {}
+    base = {key: value for key, value in WAVES.items() if not key.startswith("initial")}
+    # As on a ramp through onset: order that has decayed to 1e-6 is what the next run starts with.
+    decayed = {**WAVES, "relaxation.rate": 1.3}
+    drover(tmp_path, "run", write_scene(tmp_path, name="decayed.toml", base=decayed), "--quiet")
+    for name, changes in {"uniform": {"initial.kind": "uniform"},
+                          "late": {"initial.kind": "file", "initial.file": "decayed.h5"},
+                          "random": {"initial.kind": "random", "initial.amplitude": 1e-5},
+                          "ordered": {"initial.kind": "formula", "initial.polar_order_x": "0.5"}}.items():
+        scene = write_scene(tmp_path, changes, name=name + ".toml", base=base)
+        warnings = json.loads(drover(tmp_path, "run", scene, "--json").stdout)["warnings"]
+        told[name] = [warning for warning in warnings if "without noise" in warning]
+    assert "nothing perturbs it" in told["uniform"][0] and 'initial.kind = "random"' in told["uniform"][0]
+    end = float(re.search(r"choose time.end = ([0-9.]+)", told["late"][0])[1])
+    assert 10.0 < end < 60.0 and told["ordered"] == told["random"] == []

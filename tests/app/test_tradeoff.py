@@ -216,7 +216,8 @@ def test_a_step_that_was_compared_with_no_other_is_not_taken_as_exact(tmp_path):
 
 def test_trials_that_have_not_settled_are_said_to_drift(tmp_path):
     # Order from a small start, within trials that end while it grows.
-    slow = NOISY.replace("rate = -0.5", "rate = -0.01").replace('"0.7"', '"0.001"').replace("order = 0.05", "order = 1e-8")
+    slow = NOISY.replace("rate = -0.5", "rate = -0.01").replace('"0.7"', '"0.001"')
+    slow = slow.replace("order = 0.05", "order = 1e-8")
     done = drover(tmp_path, "tradeoff", scene(tmp_path, slow), "--want", "polar_order=20%", "--budget", "3s",
                   "--set", "time.end=256.0", "--set", "analysis.warm_up=0.0", "--quiet", status=None)
     assert "polar_order drifts" in done.stdout

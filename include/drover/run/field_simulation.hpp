@@ -29,10 +29,9 @@ inline constexpr double choice_margin = 0.5;
 /// The error of a step that drover chose is above its limit: the run must be made again with a shorter one.
 class StepTooLong : public Error {
 public:
-    explicit StepTooLong(const std::string& message) : Error(Fault::run, {}, message) {}
+    StepTooLong(const std::string& message, int needed_halvings)
+        : Error(Fault::run, {}, message), halvings(needed_halvings) {}
+    int halvings;  ///< that are expected to suffice to the end of the run
 };
-
-/// The group of an archive that holds the observables of fields.
-inline constexpr const char* field_samples_group = "/observables";
 
 }  // namespace drover::run

@@ -11,6 +11,9 @@
 
 namespace drover::run {
 
+/// The group of an archive that holds the observables of fields.
+inline constexpr const char* field_samples_group = "/observables";
+
 /// A recording and its schedule.
 struct ScheduledRecording {
     files::Recording recording;

@@ -27,7 +27,12 @@ struct StepBiases {
 StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene,
                        const measure::FieldSetting& setting, const measure::Summary& summary);
 
-/// "-0.3(1) %", relative to the value where that is known to 50 %, else in its unit; "not resolved (effort 5 %)", "not measured", "exact".
+/// Of results that are wrong by more than a tenth, beyond their uncertainties: one warning at most.
+std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::Scene& scene,
+                                            const measure::Summary& summary);
+
+/// "-0.3 +- 0.1 %" of the value, or in its unit where the value may be zero; "not resolved (effort 5 %)",
+/// "not measured", "exact".
 std::string step_bias_text(const StepBiases& biases, const io::Scene& scene, const std::string& row,
                            std::size_t component, const measure::Estimate& estimate);
 

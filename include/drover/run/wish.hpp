@@ -28,9 +28,14 @@ struct Wish {
     std::string unit = {};    ///< of an absolute error, where it was given
 };
 
-/// Reads "polar_order=1%", "polar_order=0.01" (an absolute error, also "0.01 mm-2") and "structure_factor_rods(q<1)=3%"; (q>1),
-/// (0.5<q<1) and (q<1, w>2) too.  Throws an input Error for another text, and for an error that is not positive.
+/// Reads "polar_order=1%", "polar_order=0.01" (an absolute error, also with its unit: "=0.01 mm-2") and
+/// "structure_factor_rods(q<1)=3%"; (q>1), (0.5<q<1) and (q<1, w>2) too.  Throws an input Error for another text, and
+/// for an error that is not positive.
 Wish parse_wish(const std::string& given);
+
+/// "polar_order=1" may mean 1 %: throws an input Error that asks for the unit where an absolute error without one is
+/// half of the value or more, and where its unit is not that of the number.
+void require_unit(const Wish& wish, const std::string& unit, double value);
 
 /// The wanted number of one run.
 struct WantedNumber {

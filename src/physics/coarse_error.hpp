@@ -1,0 +1,66 @@
+// physics/coarse_error.hpp: the coarse grid on which the error of the time steps evolves, and the sizes of fields.
+#pragma once
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "drover/numerics/grid.hpp"
+#include "drover/numerics/system.hpp"
+
+namespace drover::physics {
+
+/// Points along an axis on which the error evolves.
+int coarse_points(int points);
+
+struct ModePair {
+    std::size_t coarse, fine;
+    bool conjugate = false;
+};
+
+/// The modes of the coarse grid, but those that the fine grid does not keep.
+std::vector<ModePair> shared_modes(const numerics::Grid& coarse, int coarse_degree, const numerics::Grid& fine,
+                                   int fine_degree);
+
+/// The sum of all modes of the fine grid that look like one of the coarse grid at its points: the values of the fields
+/// there.  Without the fluctuations that noise gives to short waves the error would relax otherwise: b |p|^2 would be
+/// too small.
+std::vector<ModePair> sampled_modes(const numerics::Grid& coarse, const numerics::Grid& fine, int fine_degree);
+
+/// A mode of the coarse grid whose phase turns within a step: errors of a constant drive would cancel, while those of
+/// its own steps turn with it and add up.
+struct FastWave {
+    std::size_t mode;
+    double kept;         ///< of its amplitude after a step, at most 1
+    bool is_unresolved;  ///< its phase turns by more than a radian even in half a step
+};
+
+/// The fast waves of a linear system on a grid.
+std::vector<FastWave> fast_waves(const numerics::System& system, const numerics::Grid& grid, int degree, double dt);
+
+/// One field: a scalar, or both components of a vector.
+struct FieldSize {
+    int first, count;
+    std::string name;
+    double size = 0.0;     ///< root mean square now
+    double largest = 0.0;  ///< the largest so far: a field that has all but vanished has no size of its own
+    double local = 0.0, local_low = 0.0;
+    double memory = INFINITY;  ///< steps for which an error beyond the coarse grid persists
+    // Of the moments so far: their number, the sums of the mean squares and of the means over the cell.
+    double moments = 0.0, squares = 0.0;
+    std::array<double, 2> means{};
+    double variance = 0.0;  ///< over the cell, now
+
+    double scale() const { return std::max(size, 1e-3 * largest); }
+    /// Deviation from the mean over the cell and over time.  An error of the mean is compared with it, too.
+    double fluctuation() const {
+        const double mean = std::hypot(means[0], means[1]) / moments;
+        const double square = moments > 0.0 ? squares / moments - mean * mean : 0.0;
+        constexpr double negligible = 1e-5;  // of the largest: the rest of what has relaxed
+        return std::max(std::sqrt(std::max(square, variance)), negligible * largest);
+    }
+    double local_high() const { return std::sqrt(std::max(0.0, local * local - local_low * local_low)); }
+};
+inline double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }
+
+}  // namespace drover::physics
