@@ -3,7 +3,7 @@
 Draws scenes of fields that are hard for the time step or the grid (one step, dt at the interval of outputs, all
 methods, forces of x and t between the points and steps, weak waves on a flock, starts in an unstable state), runs each,
 and compares its fields at every step with those of steps of etdrk4-krogstad 64 times shorter, on twice the points where
-a text of x acts.  An error is relative to the deviation of the fields from their mean over cell and time, as step_error.
+a text of x acts.  An error is relative to the deviation of the fields from their mean over cell and time.
 
     DROVER=build/release/drover /usr/bin/python3 tests/extremes/silent_errors.py --scenes 200 --seed 1 --output FILE.csv
 """
