@@ -25,7 +25,7 @@ struct Start {
     double amplitude = 0.0;        ///< of random or mode, in the unit of the field; formula: of added random noise
     std::string component;         ///< of mode; "": the first
     int mode_x = 1, mode_y = 0;
-    double phase = 0.0;  ///< of mode [rad]
+    double phase = 0.0;                         ///< of mode [rad]
     std::map<std::string, Text> formulas = {};  ///< of formula: in x and y, by component; none: the reference
 };
 
