@@ -1,12 +1,10 @@
 // model/theory_growth.cpp: bands of growing waves, and the fastest wave.
-#include <gsl/gsl_multimin.h>
-
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
 
 #include "drover/model/theory.hpp"
+#include "numerics/extremum.hpp"
 
 namespace drover::model {
 
@@ -18,75 +16,20 @@ void check(const GrowthSearch& search) {
             "a search of {} wavenumbers at {} angles; expected at least 3 and 1", search.wavenumbers, search.angles);
 }
 
-std::vector<double> even_logarithms(const GrowthSearch& search) {
-    std::vector<double> result;
-    const double first = std::log(search.min), last = std::log(search.max);
-    for (int k = 0; k < search.wavenumbers; ++k)
-        result.push_back(first + (last - first) * k / (search.wavenumbers - 1));
-    return result;
+std::vector<double> log_wavenumbers(const GrowthSearch& search) {
+    return numerics::even_logarithms(search.min, search.max, search.wavenumbers);
 }
 
-/// The largest value of a function of one variable between two places, by golden sections.
-template <class Function>
-double golden_maximum(double low, double high, Function function) {
-    constexpr double part = 0.38196601125010515;
-    double left = low + part * (high - low), right = high - part * (high - low);
-    double at_left = function(left), at_right = function(right);
-    while (high - low > 1e-9 * (1.0 + std::abs(low))) {
-        if (at_left > at_right) {
-            high = right, right = left, at_right = at_left;
-            at_left = function(left = low + part * (high - low));
-        } else {
-            low = left, left = right, at_left = at_right;
-            at_right = function(right = high - part * (high - low));
-        }
-    }
-    return 0.5 * (low + high);
-}
-
-/// Where a sign changes between two places, by bisection.
-template <class Holds>
-double boundary_between(double low, double high, Holds holds) {
-    const bool at_low = holds(low);
-    for (int i = 0; i < 60 && high - low > 1e-15 * (1.0 + std::abs(low)); ++i) {
-        const double middle = 0.5 * (low + high);
-        (holds(middle) == at_low ? low : high) = middle;
-    }
-    return 0.5 * (low + high);
-}
-
-/// Climbs from a place to the nearest maximum.
-std::pair<double, double> climbed(const LinearisedAt& at, std::pair<double, double> from, double step_q,
-                                  double step_angle, const GrowthSearch& search) {
-    struct Landscape {
-        const LinearisedAt& at;
-        double low, high;
-        double rate(double log_q, double angle) const {
-            return growth(at, std::exp(std::clamp(log_q, low, high)), angle).rate;
-        }
-    } land{at, std::log(search.min), std::log(search.max)};
-    gsl_multimin_function downhill{.f =
-                                       [](const gsl_vector* v, void* p) {
-                                           const auto* l = static_cast<const Landscape*>(p);
-                                           return -l->rate(gsl_vector_get(v, 0), gsl_vector_get(v, 1));
-                                       },
-                                   .n = 2,
-                                   .params = &land};
-    const std::unique_ptr<gsl_vector, void (*)(gsl_vector*)> start(gsl_vector_alloc(2), gsl_vector_free),
-        steps(gsl_vector_alloc(2), gsl_vector_free);
-    gsl_vector_set(start.get(), 0, from.first);
-    gsl_vector_set(start.get(), 1, from.second);
-    gsl_vector_set(steps.get(), 0, step_q);
-    gsl_vector_set(steps.get(), 1, step_angle);
-    const std::unique_ptr<gsl_multimin_fminimizer, void (*)(gsl_multimin_fminimizer*)> simplex(
-        gsl_multimin_fminimizer_alloc(gsl_multimin_fminimizer_nmsimplex2, 2), gsl_multimin_fminimizer_free);
-    gsl_multimin_fminimizer_set(simplex.get(), &downhill, start.get(), steps.get());
-    for (int i = 0; i < 400; ++i)
-        if (gsl_multimin_fminimizer_iterate(simplex.get()) != 0 || gsl_multimin_fminimizer_size(simplex.get()) < 1e-8)
-            break;
-    const double log_q = std::clamp(gsl_vector_get(simplex->x, 0), land.low, land.high);
-    const std::pair<double, double> found{log_q, gsl_vector_get(simplex->x, 1)};
-    return land.rate(found.first, found.second) >= land.rate(from.first, from.second) ? found : from;
+/// Climbs from a place, as log |q| and angle, to the nearest maximum within the search.
+std::pair<double, double> climbed(const LinearisedAt& at, std::pair<double, double> from,
+                                  std::pair<double, double> steps, const GrowthSearch& search) {
+    const double low = std::log(search.min), high = std::log(search.max);
+    const auto rate = [&](double log_q, double angle) {
+        return growth(at, std::exp(std::clamp(log_q, low, high)), angle).rate;
+    };
+    std::pair<double, double> found = numerics::climbed(rate, from, steps);
+    found.first = std::clamp(found.first, low, high);
+    return rate(found.first, found.second) >= rate(from.first, from.second) ? found : from;
 }
 
 /// The grid of a search with its maxima refined: log |q| ascending.
@@ -99,7 +42,7 @@ std::vector<double> with_maxima(const LinearisedAt& at, double angle, const std:
         const double left = k > 0 ? rates[k - 1] : rates[k], right = k + 1 < rates.size() ? rates[k + 1] : rates[k];
         if (rates[k] < left || rates[k] < right) continue;
         const double low = log_q[k > 0 ? k - 1 : k], high = log_q[k + 1 < log_q.size() ? k + 1 : k];
-        const double fine = golden_maximum(low, high, rate);
+        const double fine = numerics::golden_maximum(low, high, rate);
         if (rate(fine) > rates[k]) places.push_back(fine);
     }
     std::sort(places.begin(), places.end());
@@ -109,7 +52,7 @@ std::vector<double> with_maxima(const LinearisedAt& at, double angle, const std:
 
 std::vector<Band> growth_bands(const LinearisedAt& at, double angle, const GrowthSearch& search) {
     check(search);
-    const std::vector<double> places = with_maxima(at, angle, even_logarithms(search));
+    const std::vector<double> places = with_maxima(at, angle, log_wavenumbers(search));
     const auto grows = [&](double x) { return growth(at, std::exp(x), angle).grows(); };
     std::vector<Band> bands;
     bool inside = false;
@@ -118,13 +61,13 @@ std::vector<Band> growth_bands(const LinearisedAt& at, double angle, const Growt
         if (here.grows() && !inside) {
             Band band{.min = search.min, .max = search.max, .q = std::exp(places[k]), .growth = here};
             band.reaches_min = k == 0;
-            if (k > 0) band.min = std::exp(boundary_between(places[k - 1], places[k], grows));
+            if (k > 0) band.min = std::exp(numerics::boundary_between(places[k - 1], places[k], 1e-15, grows));
             bands.push_back(band);
         } else if (here.grows() && here.rate > bands.back().growth.rate) {
             bands.back().q = std::exp(places[k]);
             bands.back().growth = here;
         } else if (!here.grows() && inside) {
-            bands.back().max = std::exp(boundary_between(places[k - 1], places[k], grows));
+            bands.back().max = std::exp(numerics::boundary_between(places[k - 1], places[k], 1e-15, grows));
         }
         inside = here.grows();
     }
@@ -134,7 +77,7 @@ std::vector<Band> growth_bands(const LinearisedAt& at, double angle, const Growt
 
 FastestWave fastest_wave(const LinearisedAt& at, const GrowthSearch& search, Threads& threads) {
     check(search);
-    const std::vector<double> log_q = even_logarithms(search);
+    const std::vector<double> log_q = log_wavenumbers(search);
     const int angles = at.is_isotropic() ? 1 : search.angles;
     const double step_angle = std::numbers::pi / angles;
     struct Best {
@@ -152,10 +95,10 @@ FastestWave fastest_wave(const LinearisedAt& at, const GrowthSearch& search, Thr
         std::max_element(best.begin(), best.end(), [](const Best& a, const Best& b) { return a.rate < b.rate; });
     std::pair<double, double> place{top->log_q, static_cast<double>(top - best.begin()) * step_angle};
     const double step = log_q[1] - log_q[0];
-    if (angles > 1) place = climbed(at, place, step, step_angle, search);
-    const double fine =
-        golden_maximum(std::max(place.first - step, log_q.front()), std::min(place.first + step, log_q.back()),
-                       [&](double x) { return growth(at, std::exp(x), place.second).rate; });
+    if (angles > 1) place = climbed(at, place, {step, step_angle}, search);
+    const double fine = numerics::golden_maximum(std::max(place.first - step, log_q.front()),
+                                                 std::min(place.first + step, log_q.back()),
+                                                 [&](double x) { return growth(at, std::exp(x), place.second).rate; });
     if (growth(at, std::exp(fine), place.second).rate >= growth(at, std::exp(place.first), place.second).rate)
         place.first = fine;
     FastestWave wave{.q = std::exp(place.first), .angle = place.second};

@@ -2,6 +2,8 @@
 #include "numerics/perturbation.hpp"
 
 #include <complex>
+#include <cstdlib>
+#include <tuple>
 
 #include "drover/base/random.hpp"
 #include "drover/numerics/transform.hpp"
@@ -23,6 +25,16 @@ void add_random(const System& system, double amplitude, std::uint64_t seed, Thre
     Transform(system.grid, system.degree, threads).forward(cells, noise);
     for (const int c : scalar_components(system.layout)) noise[c][0] = 0.0;
     for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] += noise.values[m];
+}
+
+void check(const CosineMode& mode, const Grid& grid, int degree, const LocationOf& place) {
+    const int parts = degree + 1;
+    for (const auto& [name, number, size] :
+         {std::tuple{"mode_x", mode.x, grid.nx}, std::tuple{"mode_y", mode.y, grid.ny}})
+        require(std::abs(std::int64_t{number}) * parts < size, place(text("initial.{}", name)),
+                "initial.{} = {}; expected a magnitude less than {:.4g}: the grid keeps modes below 1/{} of the points "
+                "of that axis",
+                name, number, static_cast<double>(size) / parts, parts);
 }
 
 void add_mode(const Grid& grid, const CosineMode& mode, int component, Spectra& state) {

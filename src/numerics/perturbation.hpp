@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 
+#include "drover/base/error.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/numerics/system.hpp"
 
@@ -16,6 +17,8 @@ struct CosineMode {
     int x = 1, y = 0;
     double amplitude = 0.0, phase = 0.0;
 };
+/// Throws an input Error at initial.mode_x or initial.mode_y for a mode that a grid does not keep.
+void check(const CosineMode& mode, const Grid& grid, int degree, const LocationOf& place);
 /// Adds it to a component.  The mode must be one of the grid.
 void add_mode(const Grid& grid, const CosineMode& mode, int component, Spectra& state);
 

@@ -4,16 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <cstdlib>
-#include <map>
-#include <mutex>
 #include <tuple>
 
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "numerics/formula_on_grid.hpp"
 #include "numerics/perturbation.hpp"
+#include "numerics/start_formula.hpp"
 
 namespace drover::physics {
 
@@ -23,6 +20,10 @@ int component_of(const std::string& name, const Form& form) {
     for (std::size_t c = 0; c < components.size(); ++c)
         if (components[c].name == name) return static_cast<int>(c);
     return -1;
+}
+
+numerics::CosineMode mode_of(const InitialState& initial) {
+    return {.x = initial.mode_x, .y = initial.mode_y, .amplitude = initial.amplitude, .phase = initial.phase};
 }
 
 constexpr std::array component_keys{"bead_density",    "rod_density",   "bead_velocity_x",
@@ -42,36 +43,9 @@ std::pair<const char*, const std::string*> formula_of(const InitialState& initia
     return {"", &none};
 }
 
-/// Parses an initial formula in x (slot 0) and y (slot 1).
-Expression expression_in_x_y(const std::string& written, SourceLocation where) {
+numerics::StartFormula formula_at(const char* key, const std::string& written, SourceLocation where = {}) {
     where.column = 0;  // the column is that of the key
-    return parse_expression(written, {.variables = {{"x", 0}, {"y", 1}}}, where);
-}
-
-/// fraction_cut, kept for the formulas of one scene: a run asks for it in its checks and again in its warnings.
-double remembered_cut(const std::string& written, const Expression& formula, const numerics::Grid& grid, int degree) {
-    constexpr std::size_t max_kept = 8;
-    static std::mutex& mutex = new_mutex_over_forks();
-    static std::map<std::tuple<std::string, int, int, double, double, int>, double> kept;
-    const std::tuple key{written, grid.nx, grid.ny, grid.lx, grid.ly, degree};
-    {
-        const std::lock_guard lock(mutex);
-        if (const auto found = kept.find(key); found != kept.end()) return found->second;
-    }
-    const double cut = numerics::fraction_cut(formula, grid, degree);
-    const std::lock_guard lock(mutex);
-    if (kept.size() >= max_kept) kept.clear();
-    return kept[key] = cut;
-}
-
-/// The values of a formula in the cells; throws an input Error where one is not finite.
-void fill_cells(const Expression& formula, const char* key, const std::string& written, const SourceLocation& where,
-                const numerics::Grid& grid, Threads& threads, std::span<double> values) {
-    const auto nx = static_cast<std::size_t>(grid.nx);
-    const std::size_t cell = numerics::fill_cells(formula, grid, threads, values);
-    if (cell < values.size())
-        fail_input(where, "{} = \"{}\" is {} in cell ({}, {}); expected a finite number in every cell", key, written,
-                   values[cell], cell % nx, cell / nx);
+    return numerics::read_start_formula(key, written, where);
 }
 
 void set_formulas(const InitialState& initial, const Form& form, const numerics::System& system, Threads& threads,
@@ -83,7 +57,7 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
     for (int c = 0; c < state.count(); ++c) {
         const auto [key, written] = formula_of(initial, components[static_cast<std::size_t>(c)].name);
         if (written->empty()) continue;
-        fill_cells(expression_in_x_y(*written, {}), key, *written, {}, grid, threads, cells[c]);
+        numerics::fill(formula_at(key, *written), grid, threads, cells[c]);
     }
     numerics::Transform(grid, system.degree, threads).forward(cells, made);
     for (int c = 0; c < state.count(); ++c)
@@ -93,15 +67,6 @@ void set_formulas(const InitialState& initial, const Form& form, const numerics:
 }  // namespace
 
 namespace {
-/// The grid that keeps a formula, for messages.
-std::string finer_grid(const Expression& formula, const numerics::Grid& grid, int degree) {
-    const numerics::Grid finer = numerics::grid_that_resolves(formula, grid, degree, max_variance_cut);
-    std::string words;
-    if (finer.nx != grid.nx) words = text("grid.nx = {}", finer.nx);
-    if (finer.ny != grid.ny) words += text("{}grid.ny = {}", words.empty() ? "" : " and ", finer.ny);
-    return words.empty() ? "make it smoother" : "choose " + words + " or make it smoother";
-}
-
 void check_stationary(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing,
                       const LocationOf& place) {
     require(
@@ -156,28 +121,12 @@ void check(const InitialState& initial, const Model& model, const numerics::Grid
         if (written->empty()) continue;
         require(std::find(names.begin(), names.end(), component) != names.end(), place(key),
                 "{} is given, but the model has no such field; expected one of {}", key, joined(names));
-        const Expression formula = expression_in_x_y(*written, place(key));
-        const int degree = kept_degree(Equations(model), dealiasing);
-        const double cut = remembered_cut(*written, formula, grid, degree);
-        if (!std::isfinite(cut)) {
-            Threads one(1);
-            numerics::Fields cells(grid, 1);
-            fill_cells(formula, key, *written, place(key), grid, one, cells[0]);
-        }
-        if (cut > 0.5)
-            fail_input(place(key), "{} = \"{}\": the grid cuts {:.3g} of its variance; expected less than half: {}",
-                       key, *written, cut, finer_grid(formula, grid, degree));
+        numerics::check(formula_at(key, *written, place(key)), grid, kept_degree(Equations(model), dealiasing));
     }
     if (initial.kind != "mode") return;
     require(component_of(initial.field, form(model)) >= 0, place("initial.field"),
             "initial.field = \"{}\"; expected one of {}", initial.field, joined(names));
-    const int parts = kept_degree(Equations(model), dealiasing) + 1;
-    for (const auto& [name, number, size] :
-         {std::tuple{"mode_x", initial.mode_x, grid.nx}, std::tuple{"mode_y", initial.mode_y, grid.ny}})
-        require(std::abs(std::int64_t{number}) * parts < size, place(text("initial.{}", name)),
-                "initial.{} = {}; expected a magnitude less than {:.4g}: the grid keeps modes below 1/{} of the points "
-                "of that axis",
-                name, number, static_cast<double>(size) / parts, parts);
+    numerics::check(mode_of(initial), grid, kept_degree(Equations(model), dealiasing), place);
 }
 
 std::vector<std::string> initial_warnings(const InitialState& initial, const Model& model, const numerics::Grid& grid,
@@ -188,19 +137,8 @@ std::vector<std::string> initial_warnings(const InitialState& initial, const Mod
     for (const Component& component : component_names(form(model))) {
         const auto [key, written] = formula_of(initial, component.name);
         if (written->empty()) continue;
-        const Expression formula = expression_in_x_y(*written, {});
-        if (const numerics::EdgeJump jump = numerics::edge_jump(formula, grid);
-            jump.size > max_edge_jump * jump.range && jump.range > 0.0) {
-            warnings.push_back(text(
-                "{} = \"{}\" jumps by {:.3g} {} at the periodic edge {} = 0, at {} = {:.4g} mm: the waves of the grid "
-                "overshoot there; write a formula with the periods of the cell, {} = {} and {} = {} mm",
-                key, *written, jump.size, component.unit, jump.axis, jump.axis == 'x' ? 'y' : 'x', jump.at, "grid.lx",
-                grid.lx, "grid.ly", grid.ly));
-            continue;
-        }
-        if (const double cut = remembered_cut(*written, formula, grid, degree); cut > max_variance_cut)
-            warnings.push_back(text("{} = \"{}\": the grid cuts {:.2g} of its variance; expected less than {}: {}", key,
-                                    *written, cut, max_variance_cut, finer_grid(formula, grid, degree)));
+        const std::string warning = numerics::warning_of(formula_at(key, *written), component.unit, grid, degree);
+        if (!warning.empty()) warnings.push_back(warning);
     }
     return warnings;
 }
@@ -217,10 +155,7 @@ numerics::Spectra initial_spectra(const InitialState& initial, const Model& mode
     if (initial.kind == "random" || (initial.kind == "formula" && initial.amplitude > 0.0))
         numerics::add_random(system, initial.amplitude, seed, threads, state);
     if (initial.kind == "mode")
-        numerics::add_mode(
-            system.grid,
-            {.x = initial.mode_x, .y = initial.mode_y, .amplitude = initial.amplitude, .phase = initial.phase},
-            component_of(initial.field, fields), state);
+        numerics::add_mode(system.grid, mode_of(initial), component_of(initial.field, fields), state);
     return state;
 }
 

@@ -1,16 +1,14 @@
 // physics/stability.cpp: eigenvalues of the linear symbol, branches followed, maxima of growth.
 #include "drover/physics/stability.hpp"
 
-#include <gsl/gsl_multimin.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <numbers>
 #include <numeric>
 
 #include "drover/physics/long_waves.hpp"
+#include "numerics/extremum.hpp"
 #include "numerics/precise_eigenvalues.hpp"
 #include "numerics/small_matrices.hpp"
 
@@ -141,69 +139,8 @@ struct Landscape {
     }
 };
 
-/// The largest value of a function between two places, by golden sections.
-template <class Function>
-double golden_maximum(double low, double high, Function function) {
-    constexpr double part = 0.38196601125010515;
-    double left = low + part * (high - low), right = high - part * (high - low);
-    double at_left = function(left), at_right = function(right);
-    while (high - low > 1e-9 * (1.0 + std::abs(low))) {
-        if (at_left > at_right) {
-            high = right;
-            right = left;
-            at_right = at_left;
-            at_left = function(left = low + part * (high - low));
-        } else {
-            low = left;
-            left = right;
-            at_left = at_right;
-            at_right = function(right = high - part * (high - low));
-        }
-    }
-    return 0.5 * (low + high);
-}
-
-/// Where a sign changes between two places, by bisection.
-template <class Holds>
-double boundary_between(double low, double high, Holds holds) {
-    const bool at_low = holds(low);
-    for (int i = 0; i < 60 && high - low > 1e-14 * (1.0 + std::abs(low)); ++i) {
-        const double middle = 0.5 * (low + high);
-        (holds(middle) == at_low ? low : high) = middle;
-    }
-    return 0.5 * (low + high);
-}
-
-std::vector<double> even_logarithms(const Search& search) {
-    std::vector<double> result;
-    const double first = std::log(search.min), last = std::log(search.max);
-    for (int k = 0; k < search.wavenumbers; ++k)
-        result.push_back(first + (last - first) * k / (search.wavenumbers - 1));
-    return result;
-}
-
-/// Climbs from a place to the maximum nearest to it, angles beyond the ends counting as their mirror images.
-std::pair<double, double> climbed(const Landscape& land, double log_q, double angle, double step_q, double step_angle) {
-    gsl_multimin_function downhill{.f =
-                                       [](const gsl_vector* v, void* p) {
-                                           const auto* l = static_cast<const Landscape*>(p);
-                                           return -l->at(gsl_vector_get(v, 0), gsl_vector_get(v, 1));
-                                       },
-                                   .n = 2,
-                                   .params = const_cast<Landscape*>(&land)};
-    std::unique_ptr<gsl_vector, void (*)(gsl_vector*)> start(gsl_vector_alloc(2), gsl_vector_free),
-        steps(gsl_vector_alloc(2), gsl_vector_free);
-    gsl_vector_set(start.get(), 0, log_q);
-    gsl_vector_set(start.get(), 1, angle);
-    gsl_vector_set(steps.get(), 0, step_q);
-    gsl_vector_set(steps.get(), 1, step_angle);
-    const std::unique_ptr<gsl_multimin_fminimizer, void (*)(gsl_multimin_fminimizer*)> search(
-        gsl_multimin_fminimizer_alloc(gsl_multimin_fminimizer_nmsimplex2, 2), gsl_multimin_fminimizer_free);
-    gsl_multimin_fminimizer_set(search.get(), &downhill, start.get(), steps.get());
-    for (int i = 0; i < 400; ++i)
-        if (gsl_multimin_fminimizer_iterate(search.get()) != 0 || gsl_multimin_fminimizer_size(search.get()) < 1e-8)
-            break;
-    return {gsl_vector_get(search->x, 0), gsl_vector_get(search->x, 1)};
+std::vector<double> log_wavenumbers(const Search& search) {
+    return numerics::even_logarithms(search.min, search.max, search.wavenumbers);
 }
 
 /// Of a wave on a flock.
@@ -226,13 +163,13 @@ void set_range(const Landscape& land, const std::vector<double>& log_q, Instabil
     double inside = std::log(found.q);
     for (auto x = log_q.rbegin(); x != log_q.rend(); ++x)
         if (*x < inside && !grows(*x)) {
-            found.min = std::exp(boundary_between(*x, *(x - 1) < inside ? *(x - 1) : inside, grows));
+            found.min = std::exp(numerics::boundary_between(*x, *(x - 1) < inside ? *(x - 1) : inside, 1e-14, grows));
             break;
         }
     for (const double& x : log_q)
         if (x > inside && !grows(x)) {
             const double before = &x == log_q.data() ? inside : std::max(inside, *(&x - 1));
-            found.max = std::exp(boundary_between(before, x, grows));
+            found.max = std::exp(numerics::boundary_between(before, x, 1e-14, grows));
             break;
         }
 }
@@ -260,8 +197,8 @@ Instability found_at(const Landscape& land, const std::vector<double>& log_q, co
 
 double refined(const Landscape& land, const std::vector<double>& log_q, double x, double angle) {
     const double step = log_q[1] - log_q[0];
-    const double fine = golden_maximum(std::max(x - step, log_q.front()), std::min(x + step, log_q.back()),
-                                       [&](double y) { return land.at(y, angle); });
+    const double fine = numerics::golden_maximum(std::max(x - step, log_q.front()), std::min(x + step, log_q.back()),
+                                                 [&](double y) { return land.at(y, angle); });
     return land.at(fine, angle) > land.at(x, angle) ? fine : x;
 }
 
@@ -295,7 +232,7 @@ std::vector<Instability> isotropic_instabilities(const Landscape& land, const st
 
 std::vector<Instability> instabilities(const Equations& equations, const StationaryState& about, const Search& search) {
     const Landscape land{equations, about.point};
-    const std::vector<double> log_q = even_logarithms(search);
+    const std::vector<double> log_q = log_wavenumbers(search);
     if (is_isotropic(about.point)) return isotropic_instabilities(land, log_q);
     // Rates at q and -q are conjugate: half a turn holds all, a quarter where the state is its own mirror image.
     const bool quarter = is_mirrored(about.point);
@@ -318,7 +255,8 @@ std::vector<Instability> instabilities(const Equations& equations, const Station
         if (quarter && (a == 0 || a == steps)) {
             add(refined(land, log_q, x, angle), angle);  // symmetry keeps a wave at its angle
         } else if (rate(a) > rate(a - 1) && rate(a) >= (quarter && a + 1 == steps ? best.back().first : rate(a + 1))) {
-            auto [fine, turned] = climbed(land, x, angle, 0.3 * (log_q[1] - log_q[0]), 0.3 * step_angle);
+            auto [fine, turned] = numerics::climbed([&](double one, double other) { return land.at(one, other); },
+                                                    {x, angle}, {0.3 * (log_q[1] - log_q[0]), 0.3 * step_angle});
             fine = std::clamp(fine, log_q.front(), log_q.back());
             if (land.at(fine, turned) <= best[static_cast<std::size_t>(a)].first) fine = x, turned = angle;
             // A maximum that moves to an end is already listed as that of the end.
@@ -333,12 +271,12 @@ std::vector<Instability> instabilities(const Equations& equations, const Station
 std::vector<double> neutral_wavenumbers(const Equations& equations, const StationaryState& about, double angle,
                                         const Search& search) {
     const Landscape land{equations, about.point};
-    const std::vector<double> log_q = even_logarithms(search);
+    const std::vector<double> log_q = log_wavenumbers(search);
     const auto grows = [&](double x) { return land.grows(x, angle); };
     std::vector<double> result;
     for (std::size_t k = 1; k < log_q.size(); ++k)
         if (grows(log_q[k - 1]) != grows(log_q[k]))
-            result.push_back(std::exp(boundary_between(log_q[k - 1], log_q[k], grows)));
+            result.push_back(std::exp(numerics::boundary_between(log_q[k - 1], log_q[k], 1e-14, grows)));
     return result;
 }
 

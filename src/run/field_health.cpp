@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "drover/measure/fields.hpp"
+#include "run/grid_run.hpp"
 
 namespace drover::run {
 
@@ -23,12 +24,6 @@ double root_mean_square(const numerics::Grid& grid, std::span<const Complex> val
         sum += numerics::mode_weight(grid, m % width) * std::norm(value);
     }
     return std::sqrt(sum);
-}
-
-/// Finite, and small enough that a sum over all modes is finite too.  False for NaN.
-bool is_finite(Complex value, std::size_t modes) {
-    const double max = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
-    return std::abs(value.real()) < max && std::abs(value.imag()) < max;
 }
 
 /// Polar order of full alignment, or at which the saturation balances the growth, whichever is larger.

@@ -13,6 +13,7 @@
 #include "drover/physics/field_evolution.hpp"
 #include "run/field_health.hpp"
 #include "run/field_moment.hpp"
+#include "run/grid_run.hpp"
 #include "run/sample_recording.hpp"
 #include "run/start_file.hpp"
 #include "run/step_bias.hpp"
@@ -79,13 +80,8 @@ World::World(const io::Scene& the_scene, Threads& threads)
 }  // namespace
 
 files::Recording frame_recording(const io::Scene& scene) {
-    const numerics::Grid& grid = scene.grid;
     const physics::Form form = physics::form(scene.model);
-    files::Recording recording{.group = "/",
-                               .axes = {{"y", "mm", "position along y", cell_corners(grid.ny, grid.ly)},
-                                        {"x", "mm", "position along x", cell_corners(grid.nx, grid.lx)}},
-                               .quantities = {},
-                               .rows_per_chunk = 1};
+    files::Recording recording = frames_on(scene.grid);
     for (const physics::Component& component : physics::component_names(form))
         recording.quantities.push_back({component.name, component.unit, component.meaning, {"y", "x"}});
     if (form.velocity == physics::Velocity::slaved)
@@ -151,13 +147,8 @@ double field_simulation_bytes(const io::Scene& scene) {
     const int count = numerics::components(system.layout);
     // The state, the last two healthy ones, a copy for the checkpoint and its file; fields, and a frame of them with
     // its compressed bytes; scratch; shells, sectors and powers.
-    const numerics::SundialsMethod* sundials = numerics::find_sundials_method(scene.time.stepper);
-    const int count_of_steppers = scene.time.tolerance > 0.0 && !sundials ? 4 : 2;
-    const double steppers =
-        sundials ? count_of_steppers * numerics::sundials_stepper_bytes(system, *sundials)
-                 : numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper), count_of_steppers);
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
-    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers +
+    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers_bytes(system, scene.time, 2) +
            2.0 * physics::right_hand_side_bytes(equations, scene.grid, system.degree) + step_bias_bytes(scene) +
            (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
 }
@@ -193,13 +184,7 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
 namespace {
 /// The choices of the adaptive stepper.
 std::string describe(const physics::FieldEvolution& evolution, const io::Scene& scene) {
-    std::string words;
-    if (const numerics::StepCount& count = evolution.count(); count.right_hand_sides > 0)
-        words = text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s", count.accepted,
-                     count.rejected, count.right_hand_sides, evolution.last_step());
-    else if (scene.time.tolerance > 0.0)
-        words = text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", evolution.count().accepted,
-                     evolution.count().rejected, scene.time.dt / evolution.division(), evolution.division());
+    std::string words = steps_text(evolution.count(), evolution.division(), evolution.last_step(), scene);
     if (const auto changes = evolution.reference_changes(); changes > 0)
         words += text("{}the reference density changed {} time{}", words.empty() ? "" : "; ", changes,
                       changes == 1 ? "" : "s");
@@ -227,16 +212,9 @@ void check_chosen_step(const World& world, std::int64_t step) {
 namespace {
 /// Other fields start another run: without the history of the stepper and the error so far.
 void accept(World& world, std::int64_t step) {
-    const std::vector<physics::Component> names = physics::component_names(world.form);
-    for (int c = 0; c < world.on_grid.fields.count(); ++c) {
-        const std::span<const double> values = std::as_const(world.on_grid.fields)[c];
-        const auto found =
-            std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
-        require(found == values.end(), {},
-                "{} is {} in cell ({}, {}); expected finite values: the fields were not changed",
-                names[static_cast<std::size_t>(c)].name, found == values.end() ? 0.0 : *found,
-                (found - values.begin()) % world.scene.grid.nx, (found - values.begin()) / world.scene.grid.nx);
-    }
+    std::vector<std::string> names;
+    for (const physics::Component& one : physics::component_names(world.form)) names.push_back(one.name);
+    require_finite(world.on_grid.fields, names, world.scene.grid);
     world.transform.forward(world.on_grid.fields, world.state);
     world.evolution.restore(world.fresh);
     world.evolution.start(world.state);

@@ -33,17 +33,15 @@ const Kind& kind_of(const io::Scene& scene) {
                                 .timed = timed_particles,
                                 .warnings = particle_warnings,
                                 .report = make_particle_report};
-    static const Kind declared{.make = make_model_simulation,
-                               .threads = choose_threads,
-                               .memory_bytes = model_simulation_bytes,
-                               .disk_bytes = model_disk_bytes,
-                               .size = field_size,
-                               .body = "a grid of",
-                               .size_key = "grid.nx",
-                               .start = "initial",
-                               .timed = timed_fields,
-                               .warnings = model_warnings,
-                               .report = make_model_report};
+    static const Kind declared = [] {
+        Kind kind = fields;  // of the same grid, with other equations
+        kind.make = make_model_simulation;
+        kind.memory_bytes = model_simulation_bytes;
+        kind.disk_bytes = model_disk_bytes;
+        kind.warnings = model_warnings;
+        kind.report = make_model_report;
+        return kind;
+    }();
     switch (scene.kind) {
         case io::SceneKind::fields: return fields;
         case io::SceneKind::particles: return particles;

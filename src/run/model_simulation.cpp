@@ -9,6 +9,7 @@
 #include "drover/numerics/adaptive_stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "run/grid_run.hpp"
 #include "run/sample_recording.hpp"
 #include "run/start_file.hpp"
 
@@ -58,12 +59,7 @@ struct ModelWorld {
 };
 
 files::Recording frames_of_model(const io::Scene& scene, const std::vector<model::StateComponent>& components) {
-    const numerics::Grid& grid = scene.grid;
-    files::Recording recording{.group = "/",
-                               .axes = {{"y", "mm", "position along y", cell_corners(grid.ny, grid.ly)},
-                                        {"x", "mm", "position along x", cell_corners(grid.nx, grid.lx)}},
-                               .quantities = {},
-                               .rows_per_chunk = 1};
+    files::Recording recording = frames_on(scene.grid);
     for (const model::StateComponent& one : components)
         recording.quantities.push_back({one.name, one.unit, one.meaning, {"y", "x"}});
     return recording;
@@ -87,12 +83,6 @@ ScheduledRecording samples_of(const std::shared_ptr<ModelWorld>& world) {
     });
 }
 
-/// Finite, and small enough that a sum over all modes is finite too.  False for NaN.
-bool is_finite(Complex value, std::size_t modes) {
-    const double max = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
-    return std::abs(value.real()) < max && std::abs(value.imag()) < max;
-}
-
 void check_finite(const ModelWorld& world, std::int64_t step) {
     for (int c = 0; c < world.state.count(); ++c)
         for (const Complex value : world.state[c])
@@ -106,15 +96,9 @@ void check_finite(const ModelWorld& world, std::int64_t step) {
 
 /// Other fields start another run: without the history of the stepper.
 void accept(ModelWorld& world) {
-    for (int c = 0; c < world.fields.count(); ++c) {
-        const std::span<const double> values = std::as_const(world.fields)[c];
-        const auto found =
-            std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
-        require(found == values.end(), {},
-                "{} is {} in cell ({}, {}); expected finite values: the fields were not changed", world.name(c),
-                found == values.end() ? 0.0 : *found, (found - values.begin()) % world.scene.grid.nx,
-                (found - values.begin()) / world.scene.grid.nx);
-    }
+    std::vector<std::string> names;
+    for (const model::StateComponent& one : world.setting.components) names.push_back(one.name);
+    require_finite(world.fields, names, world.scene.grid);
     world.transform.forward(world.fields, world.state);
     world.stepper.restore_history({});
 }
@@ -149,16 +133,6 @@ void restore(ModelWorld& world, std::span<const double> values) {
         world.state.values[m] = {fields[2 * m], fields[2 * m + 1]};
 }
 
-std::string describe(const numerics::AdaptiveStepper& stepper, const io::Scene& scene) {
-    const numerics::StepCount& count = stepper.count();
-    if (count.right_hand_sides > 0)
-        return text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s", count.accepted,
-                    count.rejected, count.right_hand_sides, stepper.last_step());
-    if (scene.time.tolerance > 0.0)
-        return text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", count.accepted, count.rejected,
-                    scene.time.dt / stepper.division(), stepper.division());
-    return "";
-}
 }  // namespace
 
 Simulation make_model_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
@@ -177,7 +151,12 @@ Simulation make_model_simulation(const io::Scene& scene, Threads& threads, std::
                           .accept = [world](std::int64_t) { accept(*world); },
                           .count = [world] { return world->stepper.count(); },
                           .step_error = {},
-                          .describe = [world] { return describe(world->stepper, world->scene); }};
+                          .describe =
+                              [world] {
+                                  const numerics::AdaptiveStepper& stepper = world->stepper;
+                                  return steps_text(stepper.count(), stepper.division(), stepper.last_step(),
+                                                    world->scene);
+                              }};
     simulation.threads = threads.count();
     if (!saved.empty()) simulation.restore(saved);
     return simulation;
@@ -203,16 +182,11 @@ double model_simulation_bytes(const io::Scene& scene) {
     const double spectra = static_cast<double>(numerics::modes(scene.grid)) * sizeof(Complex);
     const double reals = static_cast<double>(numerics::points(scene.grid)) * sizeof(double);
     const int count = numerics::components(system.layout);
-    const numerics::SundialsMethod* sundials = numerics::find_sundials_method(scene.time.stepper);
-    const int steppers = scene.time.tolerance > 0.0 && !sundials ? 2 : 1;
-    const double stepping =
-        sundials ? steppers * numerics::sundials_stepper_bytes(system, *sundials)
-                 : numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper), steppers);
     const model::TransformCount transforms = equations.transforms();
     const double explicit_part = spectra * (2.0 * transforms.inverse + 2.0 * transforms.forward);
     constexpr int halvings = 1;
-    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + stepping + explicit_part +
-           4.0 * count * spectra + 3.0 * count * reals;
+    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers_bytes(system, scene.time, 1) +
+           explicit_part + 4.0 * count * spectra + 3.0 * count * reals;
 }
 
 }  // namespace drover::run

@@ -22,11 +22,6 @@ struct InitialState {
     int frame = -1;         ///< of file: -1 is the last
 };
 
-/// A formula is resolved if the grid cuts less than this fraction of its variance: 3 % of its root mean square.
-inline constexpr double max_variance_cut = 1e-3;
-/// Largest jump at a periodic edge, as a fraction of the range of the formula in the cell.
-inline constexpr double max_edge_jump = 0.01;
-
 /// Throws an input Error, with its location, for a field, mode or kind that the model or grid does not have, and for a
 /// formula of whose variance the grid cuts more than half.
 void check(const InitialState& initial, const Model& model, const numerics::Grid& grid,

@@ -16,7 +16,7 @@ from drover import (boundary_figure, live, model_figure, new_file, onset_figure,
                     stability_figure, trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
-from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
+from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
 from drover.particles import ParticleRun
 from drover.roles import has_own_fields
 from drover.stored import state_of
@@ -48,10 +48,7 @@ def draw(run, frame=-1):
     """Draws a run as a matplotlib Figure.  Raises DroverError if there is no such frame."""
     if has_own_fields(run):
         return model_figure.draw(run, frame)
-    frames = run.frames.sizes["time"]
-    if not -frames <= frame < frames:
-        raise DroverError(f"{run.path}: has no frame {frame}; expected 0 to {frames - 1}, or a negative number counted "
-                          "from the end")
+    require_frame(run, frame)
     ratio = run.scene["grid"]["lx"] / run.scene["grid"]["ly"]
     one_row = run.scene["grid"]["ny"] == 1
     is_wide = one_row or ratio > WIDE_FROM

@@ -261,7 +261,7 @@ class Model:
         return Scene.from_dict({
             "model": {"name": name, **({"chiral": True} if self.chiral else {})},
             "field": [field_table(field) for field in self.fields],
-            "equations": {field.symbol: field.equation for field in self.fields if field.equation},
+            "equations": {field.symbol: field.equation for field in self.fields},
             "define": self.define, "coefficients": {key: float(value) for key, value in self.coefficients.items()},
             "grid": {"nx": nx, "ny": ny, "lx": float(lx), "ly": float(ly)},
             "time": {"dt": float(dt), "end": float(end), "stepper": method}, "initial": start,

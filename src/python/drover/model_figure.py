@@ -7,8 +7,7 @@ import matplotlib
 import numpy
 
 from drover import model_panels as panels
-from drover.error import DroverError
-from drover.paper import add_axes, new_figure
+from drover.paper import add_axes, new_figure, require_frame
 from drover.roles import roles_of
 from drover.text import drawable, scene_name
 
@@ -54,10 +53,7 @@ class Page:
 @matplotlib.rc_context(STYLE)
 def draw(run, frame=-1):
     """Draws a run as a matplotlib Figure.  Raises DroverError if there is no such frame."""
-    frames = run.frames.sizes["time"]
-    if not -frames <= frame < frames:
-        raise DroverError(f"{run.path}: has no frame {frame}; expected 0 to {frames - 1}, or a negative number counted "
-                          "from the end")
+    require_frame(run, frame)
     roles = roles_of(run)
     groups = groups_of(roles)
     structure = panels.structure_parts(run, roles)

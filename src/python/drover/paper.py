@@ -5,6 +5,8 @@ import textwrap
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from drover.error import DroverError
+
 STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fontsize": 8.5, "legend.framealpha": 0.85,
          "axes.spines.top": False, "axes.spines.right": False, "figure.dpi": 200, "text.usetex": False}
 SIZE = (11.6, 7.7)  # inches
@@ -18,6 +20,14 @@ class Shown(Figure):
         picture = io.BytesIO()
         self.savefig(picture, format="png", dpi=100 if self.get_figwidth() > PAGE_FROM else 200)
         return picture.getvalue()
+
+
+def require_frame(run, frame):
+    """Raises DroverError if a run has no such frame."""
+    frames = run.frames.sizes["time"]
+    if not -frames <= frame < frames:
+        raise DroverError(f"{run.path}: has no frame {frame}; expected 0 to {frames - 1}, or a negative number counted "
+                          "from the end")
 
 
 def new_figure(size=SIZE):

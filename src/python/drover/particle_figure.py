@@ -4,8 +4,7 @@ from functools import partial
 import matplotlib
 
 from drover import particle_motion as motion, particle_panels as panels
-from drover.error import DroverError
-from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
+from drover.paper import STYLE, add_axes, new_figure, require_frame, write_title_and_caption
 from drover.particles import sides_of
 from drover.text import drawable, scene_name
 
@@ -18,10 +17,7 @@ FLOW = ("bead_velocity_order", "bead_velocity_size", "energy_kinetic")  # the fi
 @matplotlib.rc_context(STYLE)
 def draw(run, frame=-1):
     """Draws a frame as a matplotlib Figure.  Raises DroverError if there is no such frame."""
-    frames = run.frames.sizes["time"]
-    if not -frames <= frame < frames:
-        raise DroverError(f"{run.path}: has no frame {frame}; expected 0 to {frames - 1}, or a negative number counted "
-                          "from the end")
+    require_frame(run, frame)
     figure = new_figure()
     axes = add_axes(figure, MAP)
     about = draw_map(axes, run, frame)

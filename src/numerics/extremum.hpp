@@ -1,0 +1,47 @@
+// numerics/extremum.hpp: searches for maxima of functions, and for edges of sets.
+#pragma once
+#include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
+
+namespace drover::numerics {
+
+/// The logarithms of `count` values from `min` to `max`, evenly spaced.
+std::vector<double> even_logarithms(double min, double max, int count);
+
+/// The largest value of a function between two places, by golden sections.
+template <class Function>
+double golden_maximum(double low, double high, Function function) {
+    constexpr double part = 0.38196601125010515;
+    double left = low + part * (high - low), right = high - part * (high - low);
+    double at_left = function(left), at_right = function(right);
+    while (high - low > 1e-9 * (1.0 + std::abs(low))) {
+        if (at_left > at_right) {
+            high = right, right = left, at_right = at_left;
+            at_left = function(left = low + part * (high - low));
+        } else {
+            low = left, left = right, at_left = at_right;
+            at_right = function(right = high - part * (high - low));
+        }
+    }
+    return 0.5 * (low + high);
+}
+
+/// Where a sign changes between two places, by bisection to a part `precision` of them.
+template <class Holds>
+double boundary_between(double low, double high, double precision, Holds holds) {
+    const bool at_low = holds(low);
+    for (int i = 0; i < 60 && high - low > precision * (1.0 + std::abs(low)); ++i) {
+        const double middle = 0.5 * (low + high);
+        (holds(middle) == at_low ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/// Climbs from a place to the nearest maximum of a function of two variables, by the simplex of Nelder and Mead with
+/// these first steps.
+std::pair<double, double> climbed(const std::function<double(double, double)>& function,
+                                  std::pair<double, double> from, std::pair<double, double> steps);
+
+}  // namespace drover::numerics

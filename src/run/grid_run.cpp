@@ -1,0 +1,54 @@
+// run/grid_run.cpp: recordings, checks and sizes of fields on a grid.
+#include "run/grid_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "run/start_file.hpp"
+
+namespace drover::run {
+
+files::Recording frames_on(const numerics::Grid& grid) {
+    return {.group = "/",
+            .axes = {{"y", "mm", "position along y", cell_corners(grid.ny, grid.ly)},
+                     {"x", "mm", "position along x", cell_corners(grid.nx, grid.lx)}},
+            .quantities = {},
+            .rows_per_chunk = 1};
+}
+
+bool is_finite(numerics::Complex value, std::size_t modes) {
+    const double max = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
+    return std::abs(value.real()) < max && std::abs(value.imag()) < max;
+}
+
+void require_finite(const numerics::Fields& fields, const std::vector<std::string>& names, const numerics::Grid& grid) {
+    for (int c = 0; c < fields.count(); ++c) {
+        const std::span<const double> values = fields[c];
+        const auto found =
+            std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+        require(found == values.end(), {},
+                "{} is {} in cell ({}, {}); expected finite values: the fields were not changed",
+                names[static_cast<std::size_t>(c)], found == values.end() ? 0.0 : *found,
+                (found - values.begin()) % grid.nx, (found - values.begin()) / grid.nx);
+    }
+}
+
+std::string steps_text(const numerics::StepCount& count, int division, double last_step, const io::Scene& scene) {
+    if (count.right_hand_sides > 0)
+        return text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s", count.accepted,
+                    count.rejected, count.right_hand_sides, last_step);
+    if (scene.time.tolerance > 0.0)
+        return text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", count.accepted, count.rejected,
+                    scene.time.dt / division, division);
+    return "";
+}
+
+double steppers_bytes(const numerics::System& system, const io::TimeControl& time, int count) {
+    if (const numerics::SundialsMethod* sundials = numerics::find_sundials_method(time.stepper))
+        return count * numerics::sundials_stepper_bytes(system, *sundials);
+    return numerics::stepper_bytes(system, numerics::stepper_table(time.stepper),
+                                   time.tolerance > 0.0 ? 2 * count : count);
+}
+
+}  // namespace drover::run

@@ -1,0 +1,28 @@
+// run/grid_run.hpp: what the simulations of fields on a grid share, whatever their equations.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/files/archive.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/numerics/adaptive_stepper.hpp"
+#include "drover/numerics/field.hpp"
+
+namespace drover::run {
+
+/// The recording of frames on a grid, without its quantities, each of which has the axes y and x.
+files::Recording frames_on(const numerics::Grid& grid);
+
+/// Finite, and small enough that a sum over so many modes is finite too.  False for NaN.
+bool is_finite(numerics::Complex value, std::size_t modes);
+
+/// Throws an input Error, for fields that were not taken as the state, at the first value that is not finite.
+void require_finite(const numerics::Fields& fields, const std::vector<std::string>& names, const numerics::Grid& grid);
+
+/// The choices of an adaptive stepper, for people; "" where its steps are fixed.
+std::string steps_text(const numerics::StepCount& count, int division, double last_step, const io::Scene& scene);
+
+/// Memory of the steppers of a method: so many, or of our own methods twice as many with a tolerance [bytes].
+double steppers_bytes(const numerics::System& system, const io::TimeControl& time, int count);
+
+}  // namespace drover::run
