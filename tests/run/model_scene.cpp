@@ -7,8 +7,10 @@
 namespace drover::run {
 namespace {
 
-std::vector<std::string> warnings_of(const std::string& equation, const std::string& more = "") {
-    return model_warnings(io::parse_scene("[[field]]\nsymbol = \"u\"\n[equations]\nu = \"" + equation +
+std::vector<std::string> warnings_of(const std::string& equation, const std::string& more = "",
+                                     const std::string& noise = "0") {
+    return model_warnings(io::parse_scene("[[field]]\nsymbol = \"u\"\nnoise = " + noise + "\n[equations]\nu = \"" +
+                                              equation +
                                               "\"\n[time]\ndt = 0.1\nend = 1.0\n[grid]\nnx = 32\nny = 32\nlx = "
                                               "6.283185307179586\nly = 6.283185307179586\n" +
                                               more,
@@ -37,6 +39,22 @@ TEST(ModelScene, with_functions_that_are_no_polynomials_is_warned_of) {
     const std::vector<std::string> found = warnings_of("lap u - sin(u)", random_start);
     ASSERT_EQ(found.size(), 1u);
     EXPECT_NE(found[0].find("no polynomials"), std::string::npos);
+}
+
+TEST(ModelScene, has_a_stationary_start_only_where_isotropic_theory_is_that_of_its_waves) {
+    const auto error_of = [](const std::string& equation, const std::string& noise) {
+        try {
+            warnings_of(equation, "[initial]\nkind = \"stationary\"\n", noise);
+        } catch (const Error& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_EQ(error_of("lap u - u - u^3", "0.1"), "");
+    EXPECT_NE(error_of("lap u - u", "0").find("without noise"), std::string::npos);
+    EXPECT_NE(error_of("lap u - u + 1", "0.1").find("references, which the equations change"), std::string::npos);
+    EXPECT_NE(error_of("lap u - u + 3 d_x d_x u", "0.1").find("terms name directions"), std::string::npos);
+    EXPECT_NE(error_of("lap u - u + cos(x) u", "0.1").find("depends on position or time"), std::string::npos);
 }
 
 }  // namespace
