@@ -14,7 +14,10 @@ namespace {
 void print(const std::vector<io::SectionDescription>& sections) {
     std::printf("# Units are mm, s and mg.\n");
     for (const io::SectionDescription& section : sections) {
-        const std::string scenes = section.kind.empty() ? "" : text("scenes of {}: ", section.kind);
+        std::string scenes;
+        for (const io::SceneKind kind : section.kinds)
+            scenes += (scenes.empty() ? "" : " and ") + std::string(io::kind_name(kind));
+        if (!scenes.empty()) scenes = text("scenes of {}: ", scenes);
         std::printf("\n[%s]  # %s%s\n", section.name.c_str(), scenes.c_str(), section.doc.c_str());
         for (const Description& row : section.rows) {
             std::string allowed = type_text(row.default_value);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "drover/numerics/kept_modes.hpp"
 #include "drover/physics/coefficient_registry.hpp"
@@ -31,13 +32,18 @@ void for_particle_sections(AnySetup& setup, Visit visit) {
 /// The kinds of scenes that have a section.
 enum SectionOf : unsigned { fields = 1, particles = 2, declared = 4, grids = fields | declared, all = 7 };
 
-SectionOf section_of(SceneKind kind) {
-    switch (kind) {
-        case SceneKind::fields: return fields;
-        case SceneKind::particles: return particles;
-        case SceneKind::model: return declared;
-    }
-    return all;
+/// A kind of scene by the names that it has.
+struct KindRow {
+    SceneKind kind;
+    SectionOf section;
+    const char *name, *words;
+};
+constexpr std::array scene_kinds{KindRow{SceneKind::fields, fields, "fields", "fields"},
+                                 KindRow{SceneKind::particles, particles, "particles", "particles"},
+                                 KindRow{SceneKind::model, declared, "model", "a model of its own"}};
+
+const KindRow& row_of(SceneKind kind) {
+    return *std::find_if(scene_kinds.begin(), scene_kinds.end(), [&](const KindRow& row) { return row.kind == kind; });
 }
 
 /// All sections of all scenes but those of the model, which come first in a scene of fields.
@@ -86,7 +92,7 @@ constexpr std::array keys_of_kinds{KeyOf{"time.stepper", grids},
                                    KeyOf{"initial.polar_order_x", fields},
                                    KeyOf{"initial.polar_order_y", fields}};
 
-bool is_of(SceneKind kind, SectionOf section) { return (section & section_of(kind)) != 0; }
+bool is_of(SceneKind kind, SectionOf section) { return (section & row_of(kind).section) != 0; }
 
 bool is_of(SceneKind kind, const std::string& key) {
     const auto found =
@@ -94,20 +100,13 @@ bool is_of(SceneKind kind, const std::string& key) {
     return found == keys_of_kinds.end() || is_of(kind, found->kinds);
 }
 
-const char* words(SceneKind kind) {
-    switch (kind) {
-        case SceneKind::fields: return "fields";
-        case SceneKind::particles: return "particles";
-        case SceneKind::model: return "a model of its own";
-    }
-    return "";
-}
+const char* words(SceneKind kind) { return row_of(kind).words; }
 
 std::string kinds_text(SectionOf kinds) {
     std::string result;
-    for (const SceneKind kind : {SceneKind::fields, SceneKind::particles, SceneKind::model})
-        if (is_of(kind, kinds) && !(kinds == grids && kind == SceneKind::model))
-            result += (result.empty() ? "" : " or ") + std::string(words(kind));
+    for (const KindRow& row : scene_kinds)
+        if (is_of(row.kind, kinds) && !(kinds == grids && row.kind == SceneKind::model))
+            result += (result.empty() ? "" : " or ") + std::string(row.words);
     return result;
 }
 
@@ -141,9 +140,9 @@ SceneKind kind_of(const LocatedTables& tables) {
             found->first, kinds_text(belongs), decisive->first, location_text(decisive->second.where), words(kind));
     };
     for (const SceneKind one : {SceneKind::model, SceneKind::particles, SceneKind::fields}) {
-        const auto found = first_of(section_of(one));
+        const auto found = first_of(row_of(one).section);
         if (found == tables.end()) continue;
-        if (decisive != tables.end()) reject(found, section_of(one));
+        if (decisive != tables.end()) reject(found, row_of(one).section);
         kind = one;
         decisive = found;
     }
@@ -213,25 +212,17 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
     return scene;
 }
 
-const char* kind_name(SceneKind kind) {
-    switch (kind) {
-        case SceneKind::fields: return "fields";
-        case SceneKind::particles: return "particles";
-        case SceneKind::model: return "model";
-    }
-    return "";
-}
+const char* kind_name(SceneKind kind) { return row_of(kind).name; }
 
 SceneKind kind_of_name(const std::string& name) {
-    for (const SceneKind kind : {SceneKind::fields, SceneKind::particles, SceneKind::model})
-        if (name == kind_name(kind)) return kind;
+    for (const KindRow& row : scene_kinds)
+        if (name == row.name) return row.kind;
     fail_input({}, "the kind \"{}\" of a scene; expected fields, particles or model", name);
 }
 
 SourceLocation location_of(const Scene& scene, const std::string& key) {
-    for (const std::string& name : {key, key.substr(0, key.rfind('.'))})  // a key that is left out: its section
-        if (const auto found = scene.places.find(name); found != scene.places.end()) return found->second;
-    return {.file = scene.file};
+    const auto found = scene.places.find(key);
+    return found != scene.places.end() ? found->second : SourceLocation{.file = scene.file};
 }
 
 ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model) {
@@ -311,20 +302,21 @@ std::string resolved_text(const Scene& scene) {
 std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry& registry) {
     std::vector<SectionDescription> sections;
     for (const physics::ModelSection& section : physics::model_sections(registry)) {
-        sections.push_back({section.name, section.doc, {}, "fields"});
+        sections.push_back({section.name, section.doc, {}, {SceneKind::fields}});
         for (const physics::ModelKey& key : section.keys) sections.back().rows.push_back(key.description);
     }
-    sections.push_back({"model", "A model of one's own: its fields and equations.", model_rows(), "model"});
-    sections.push_back({"[field]", "One field; [[field]] for each.", descriptions<DeclaredField>(), "model"});
-    sections.push_back({"equations", "symbol = \"right-hand side of its equation\", for each field.", {}, "model"});
-    sections.push_back({"define", "name = \"part of equations\".", {}, "model"});
-    sections.push_back({"coefficients", "name = number.", {}, "model"});
+    for (auto& [name, doc, rows] : std::vector<std::tuple<const char*, const char*, std::vector<Description>>>{
+             {"model", "A model of one's own: its fields and equations.", model_rows()},
+             {"[field]", "One field; [[field]] for each.", descriptions<DeclaredField>()},
+             {"equations", "symbol = \"right-hand side of its equation\", for each field.", {}},
+             {"define", "name = \"part of equations\".", {}},
+             {"coefficients", "name = number.", {}}})
+        sections.push_back({name, doc, std::move(rows), {SceneKind::model}});
     const Scene defaults;
     for_sections(defaults, [&](SectionOf belongs, const std::string& name, const char* doc, const auto& part) {
-        std::string kinds;
-        for (const SceneKind kind : {SceneKind::fields, SceneKind::particles, SceneKind::model})
-            if (is_of(kind, belongs)) kinds += (kinds.empty() ? "" : " ") + std::string(kind_name(kind));
-        if (belongs == all) kinds.clear();
+        std::vector<SceneKind> kinds;
+        for (const KindRow& row : scene_kinds)
+            if (belongs != all && is_of(row.kind, belongs)) kinds.push_back(row.kind);
         sections.push_back({name, doc, descriptions<std::remove_cvref_t<decltype(part)>>(), kinds});
     });
     return sections;
@@ -333,7 +325,9 @@ std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry&
 std::vector<SectionDescription> scene_schema(SceneKind kind) {
     std::vector<SectionDescription> sections;
     for (SectionDescription& section : scene_schema()) {
-        if (!section.kind.empty() && section.kind.find(kind_name(kind)) == std::string::npos) continue;
+        if (!section.kinds.empty() &&
+            std::find(section.kinds.begin(), section.kinds.end(), kind) == section.kinds.end())
+            continue;
         std::erase_if(section.rows,
                       [&](const Description& row) { return !is_of(kind, section.name + "." + row.name); });
         for (Description& row : section.rows)

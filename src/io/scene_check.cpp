@@ -138,10 +138,13 @@ void check_particles(const Scene& scene, const LocationOf& at) {
 
 void check(const Scene& scene) {
     const LocationOf at = [&](const std::string& key) { return location_of(scene, key); };
+    const LocationOf at_or_in = [&](const std::string& key) {  // of a key that is left out: its section
+        return scene.places.contains(key) ? at(key) : at(key.substr(0, key.rfind('.')));
+    };
     switch (scene.kind) {
         case SceneKind::fields: check_fields(scene, at); break;
         case SceneKind::particles: check_particles(scene, at); break;
-        case SceneKind::model: check_declared(scene, at); break;
+        case SceneKind::model: check_declared(scene, at_or_in); break;
     }
     if (scene.time.dt == 0.0) {
         Scene with_step = scene;

@@ -45,8 +45,7 @@ void add_field(const py::dict& given, io::DeclaredModel& model) {
                             .noise = formula_of(given["noise"]),
                             .conserved_noise = given["conserved_noise"].cast<bool>()});
     model.places.push_back(std::move(places));
-    if (const auto equation = given["equation"].cast<std::string>(); !equation.empty())
-        model.equations.emplace(symbol, text_of(symbol, "equation", equation));
+    model.equations.emplace(symbol, text_of(symbol, "equation", given["equation"].cast<std::string>()));
 }
 
 model::Equations equations_of(const py::list& fields, const std::map<std::string, std::string>& definitions,

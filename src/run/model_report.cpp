@@ -162,6 +162,8 @@ Report make_model_report(const files::ArchiveReader& archive, const io::Scene& s
                                                       sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
     report.setting = setting.grid;
+    report.step_bias.is_exact = !equations.has_explicit_part();
+    report.step_bias.missing = report.step_bias.is_exact ? "exact" : "not measured (a model of its own)";
     if (theory == Theory::included) {
         Threads threads(choose_threads(scene));
         predict(equations, setting, threads, report);

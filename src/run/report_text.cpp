@@ -196,6 +196,10 @@ std::string report_text(const Report& report) {
     add_scalars(report, out);
     if (report.scene.kind == io::SceneKind::fields) add_field_arrays(report, out);
     else add_arrays(report, out);
+    if (report.scene.kind == io::SceneKind::model && !report.step_bias.is_exact)
+        out +=
+            "\nnote: what the time step changes is not measured for a model of its own: compare with a run of half of "
+            "time.dt and the same seed\n";
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
     std::string reason;
     for (const measure::SummaryRow& row : summary.rows)

@@ -134,6 +134,7 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
                        const measure::FieldSetting& setting, const measure::Summary& summary) {
     StepBiases biases;
     if (!physics::is_nonlinear(physics::Equations(scene.model))) {
+        biases.is_exact = true;
         biases.missing = "exact";
         return biases;
     }
@@ -219,7 +220,7 @@ std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::
 
 std::string step_bias_text(const StepBiases& biases, const io::Scene& scene, const std::string& row,
                            std::size_t component, const measure::Estimate& estimate) {
-    if (biases.missing == "exact" || is_exact(row)) return "exact";
+    if (biases.is_exact || is_exact(row)) return "exact";
     if (!biases.missing.empty()) return "not measured";
     const StepBiasEstimate* found = biases.find(row, component);
     if (found == nullptr) return "not measured";

@@ -22,6 +22,7 @@ SHORT = {
     "brusselator": ["grid.nx=32", "grid.ny=32", "grid.lx=32", "grid.ly=32", "time.end=10"],
     "burgers": ["grid.nx=128"],
     "cahn-hilliard": ["grid.nx=32", "grid.ny=32", "grid.lx=32", "grid.ly=32", "time.end=20"],
+    "flock-as-equations": ["grid.nx=32", "grid.ny=32", "time.end=10", "analysis.warm_up=0"],
     "foraging-flock": ["grid.nx=64", "grid.ny=64", "time.end=5"],
     "ginzburg-landau": ["grid.nx=32", "grid.ny=32", "grid.lx=32", "grid.ly=32", "time.end=20"],
     "keller-segel": ["grid.nx=32", "grid.ny=32", "grid.lx=16", "grid.ly=16", "time.end=10"],

@@ -190,7 +190,7 @@ struct SectionDescription {
     std::string name;
     std::string doc;
     std::vector<Description> rows;
-    std::string kind;  ///< of scene: "fields", "particles", "model", "" for all, or two of them with a blank
+    std::vector<SceneKind> kinds;  ///< of the scenes that have it; empty: all
 };
 std::vector<SectionDescription> scene_schema(
     const physics::CoefficientRegistry& registry = physics::coefficient_registry());

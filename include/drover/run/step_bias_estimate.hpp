@@ -18,6 +18,7 @@ struct StepBiasEstimate {
 };
 
 struct StepBiases {
+    bool is_exact = false;                                    ///< every term is linear: no step makes an error
     std::string missing;                                      ///< why there are none; else ""
     std::map<std::string, std::vector<StepBiasEstimate>> of;  ///< by row of the summary, for each of its estimates
     const StepBiasEstimate* find(const std::string& row, std::size_t component) const;
