@@ -261,12 +261,7 @@ void add_unsaturated(const files::ArchiveReader& archive, const io::Scene& scene
                               variances = series_of(archive, "variance_polar_order");
     if (x.empty() || y.size() != x.size() || variances.size() != x.size()) return;
     const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
-    double rate = 0.0;
-    for (const double q : numerics::distinct_wavenumbers(scene.grid, system.degree).q) {
-        const auto blocks = system.linear(q);
-        for (const numerics::Block& block : {blocks.even, blocks.odd})
-            for (const numerics::Complex one : numerics::eigenvalues(block)) rate = std::max(rate, one.real());
-    }
+    const double rate = physics::fastest_growth(system).rate;
     const double order = std::sqrt(x.back() * x.back() + y.back() * y.back() + variances.back()),
                  size = order_scale(equations, scene.grid, system.degree);
     constexpr double far = 0.1;
