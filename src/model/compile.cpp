@@ -383,6 +383,17 @@ private:
             for (std::size_t k = 0; k < slopes.size() && !is_explicit; ++k)
                 add(slopes[k], term.summary.where, c_.linear[k]);
         }
+        collect_outputs(remainders, graph);
+        for (LinearForm& row : c_.linear) std::erase_if(row, [](const auto& entry) { return entry.second == 0.0; });
+        c_.is_isotropic = c_.commutes_with_turns(c_.linear);
+        check_substitutes();
+        check_balances();
+        find_degree();
+        for (const Term& term : c_.terms) c_.summaries.push_back(term.summary);
+    }
+
+    /// Functions that are equal, but for their sign, are one output; constants are sources.
+    void collect_outputs(const std::map<std::pair<int, Order>, int>& remainders, const GraphBuilder& graph) {
         std::map<int, std::size_t> output_of;  // node -> output
         for (const auto& [target, node] : remainders) {
             const auto& [component, order] = target;
@@ -396,8 +407,6 @@ private:
             if (is_new) c_.outputs.push_back({graph.expression(bare), {}});
             c_.outputs[place->second].uses.push_back({component, order, is_negative ? -1.0 : 1.0});
         }
-        for (LinearForm& row : c_.linear) std::erase_if(row, [](const auto& entry) { return entry.second == 0.0; });
-        c_.is_isotropic = c_.commutes_with_turns(c_.linear);
         for (const Output& output : c_.outputs)
             for (const Output::Use& use : output.uses)
                 require(!c_.in_balance(use.component), c_.model.fields[c_.field(use.component)].equation.where,
@@ -408,10 +417,6 @@ private:
                 output.value = Expression(0.0) - output.value;
                 output.uses[0].factor = 1.0;
             }
-        check_substitutes();
-        check_balances();
-        find_degree();
-        for (const Term& term : c_.terms) c_.summaries.push_back(term.summary);
     }
 
     /// The balances must determine their fields at every q.

@@ -223,6 +223,38 @@ void accept(World& world, std::int64_t step) {
 }
 }  // namespace
 
+namespace {
+std::vector<double> save(const World& world) {
+    std::vector<double> values = world.evolution.save();
+    values.push_back(world.time);
+    append_numbers(world.state, values);
+    const std::vector<double> bias = world.bias ? world.bias->save() : std::vector<double>{};
+    values.insert(values.end(), bias.begin(), bias.end());
+    values.push_back(static_cast<double>(bias.size()));
+    return values;
+}
+
+void restore(World& world, std::span<const double> all) {
+    const std::size_t numbers = 2 * world.state.values.size();
+    const double last = all.empty() ? 0.0 : all.back();
+    require(last >= 0.0 && last < static_cast<double>(all.size()) && last == std::round(last), {},
+            "the checkpoint holds {} numbers of the step bias; expected fewer than the {} of all; use the other "
+            "checkpoint",
+            last, all.size());
+    const auto of_bias = static_cast<std::size_t>(last);
+    const std::span<const double> values = all.first(all.empty() ? 0 : all.size() - 1 - of_bias);
+    require(values.size() > numbers, {}, "the checkpoint holds {} numbers; this scene's state has more than {}",
+            values.size(), numbers);
+    const std::size_t before = values.size() - numbers;
+    world.evolution.restore(values.first(before - 1));
+    world.time = values[before - 1];
+    take_numbers(values.last(numbers), world.state);
+    restore_field_health(world.evolution.system(), world.state, std::llround(world.time / world.scene.time.dt),
+                         world.health);
+    if (world.bias) world.bias->restore(all.subspan(values.size(), of_bias));
+}
+}  // namespace
+
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
     const auto world = std::make_shared<World>(scene, threads);
     Simulation simulation{.dt = scene.time.dt,
@@ -255,39 +287,8 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
     };
     simulation.accept = [world](std::int64_t step) { accept(*world, step); };
     simulation.describe = [world] { return describe(world->evolution, world->scene); };
-    simulation.save = [world] {
-        std::vector<double> values = world->evolution.save();
-        values.push_back(world->time);
-        values.reserve(values.size() + 2 * world->state.values.size());
-        for (const Complex value : world->state.values) {
-            values.push_back(value.real());
-            values.push_back(value.imag());
-        }
-        const std::vector<double> bias = world->bias ? world->bias->save() : std::vector<double>{};
-        values.insert(values.end(), bias.begin(), bias.end());
-        values.push_back(static_cast<double>(bias.size()));
-        return values;
-    };
-    simulation.restore = [world](std::span<const double> all) {
-        const std::size_t numbers = 2 * world->state.values.size();
-        const double last = all.empty() ? 0.0 : all.back();
-        require(last >= 0.0 && last < static_cast<double>(all.size()) && last == std::round(last), {},
-                "the checkpoint holds {} numbers of the step bias; expected fewer than the {} of all; use the other "
-                "checkpoint",
-                last, all.size());
-        const auto of_bias = static_cast<std::size_t>(last);
-        const std::span<const double> values = all.first(all.empty() ? 0 : all.size() - 1 - of_bias);
-        require(values.size() > numbers, {}, "the checkpoint holds {} numbers; this scene's state has more than {}",
-                values.size(), numbers);
-        const std::size_t before = values.size() - numbers;
-        world->evolution.restore(values.first(before - 1));
-        world->time = values[before - 1];
-        for (std::size_t m = 0; m < world->state.values.size(); ++m)
-            world->state.values[m] = {values[before + 2 * m], values[before + 2 * m + 1]};
-        restore_field_health(world->evolution.system(), world->state, std::llround(world->time / world->scene.time.dt),
-                             world->health);
-        if (world->bias) world->bias->restore(all.subspan(values.size(), of_bias));
-    };
+    simulation.save = [world] { return save(*world); };
+    simulation.restore = [world](std::span<const double> values) { restore(*world, values); };
     if (!saved.empty()) simulation.restore(saved);
     return simulation;
 }

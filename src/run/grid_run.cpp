@@ -34,6 +34,18 @@ void require_finite(const numerics::Fields& fields, const std::vector<std::strin
     }
 }
 
+void append_numbers(const numerics::Spectra& state, std::vector<double>& to) {
+    to.reserve(to.size() + 2 * state.values.size());
+    for (const numerics::Complex value : state.values) {
+        to.push_back(value.real());
+        to.push_back(value.imag());
+    }
+}
+
+void take_numbers(std::span<const double> numbers, numerics::Spectra& state) {
+    for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] = {numbers[2 * m], numbers[2 * m + 1]};
+}
+
 std::string steps_text(const numerics::StepCount& count, int division, double last_step, const io::Scene& scene) {
     if (count.right_hand_sides > 0)
         return text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s", count.accepted,

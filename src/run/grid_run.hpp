@@ -1,5 +1,6 @@
 // run/grid_run.hpp: what the simulations of fields on a grid share, whatever their equations.
 #pragma once
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,10 @@ bool is_finite(numerics::Complex value, std::size_t modes);
 
 /// Throws an input Error, for fields that were not taken as the state, at the first value that is not finite.
 void require_finite(const numerics::Fields& fields, const std::vector<std::string>& names, const numerics::Grid& grid);
+
+/// The coefficients of a state as numbers of a checkpoint: two for each mode; and back, for as many numbers.
+void append_numbers(const numerics::Spectra& state, std::vector<double>& to);
+void take_numbers(std::span<const double> numbers, numerics::Spectra& state);
 
 /// The choices of an adaptive stepper, for people; "" where its steps are fixed.
 std::string steps_text(const numerics::StepCount& count, int division, double last_step, const io::Scene& scene);

@@ -107,11 +107,7 @@ std::vector<double> save(const ModelWorld& world) {
     std::vector<double> values{static_cast<double>(world.stepper.division()), world.time};
     const std::vector<double> history = world.stepper.save_history();
     values.insert(values.end(), history.begin(), history.end());
-    values.reserve(values.size() + 2 * world.state.values.size());
-    for (const Complex value : world.state.values) {
-        values.push_back(value.real());
-        values.push_back(value.imag());
-    }
+    append_numbers(world.state, values);
     return values;
 }
 
@@ -128,9 +124,7 @@ void restore(ModelWorld& world, std::span<const double> values) {
     world.time = values[1];
     const std::span<const double> rest = values.subspan(2);
     world.stepper.restore_history(rest.first(rest.size() - numbers));
-    const std::span<const double> fields = rest.last(numbers);
-    for (std::size_t m = 0; m < world.state.values.size(); ++m)
-        world.state.values[m] = {fields[2 * m], fields[2 * m + 1]};
+    take_numbers(rest.last(numbers), world.state);
 }
 
 }  // namespace

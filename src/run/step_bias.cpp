@@ -8,6 +8,7 @@
 
 #include "drover/base/error.hpp"
 #include "run/field_moment.hpp"
+#include "run/grid_run.hpp"
 
 namespace drover::run {
 
@@ -195,10 +196,7 @@ std::vector<double> StepBias::save() const {
                                static_cast<double>(w.completed), static_cast<double>(w.completed_length)};
     if (w.length == 0) return values;
     for (const auto* sums : {&w.early, &w.late}) values.insert(values.end(), sums->begin(), sums->end());
-    for (const numerics::Complex value : w.twin_state.values) {
-        values.push_back(value.real());
-        values.push_back(value.imag());
-    }
+    append_numbers(w.twin_state, values);
     const std::vector<double> evolution = w.twin->save();
     values.insert(values.end(), evolution.begin(), evolution.end());
     return values;
@@ -226,8 +224,7 @@ void StepBias::restore(std::span<const double> values) {
     std::copy(from(fixed + sums), from(fixed + 2 * sums), w.late.begin());
     w.twin_state = numerics::Spectra(w.scene.grid, numerics::components(w.run.system().layout));
     const std::size_t first = fixed + 2 * sums;
-    for (std::size_t m = 0; m < w.twin_state.values.size(); ++m)
-        w.twin_state.values[m] = {values[first + 2 * m], values[first + 2 * m + 1]};
+    take_numbers(values.subspan(first), w.twin_state);
     w.make_twin();
     w.twin->restore(values.subspan(first + modes));
 }
