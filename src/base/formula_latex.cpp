@@ -114,6 +114,9 @@ std::string latex_of_name(const std::string& name) {
                                "kappa", "lambda", "mu",    "nu",    "xi",      "rho",   "sigma", "tau",
                                "phi",   "chi",    "psi",   "omega", "Gamma",   "Delta", "Theta", "Lambda",
                                "Xi",    "Sigma",  "Phi",   "Psi",   "Omega"};
+    const std::size_t letters = name.find_last_not_of("0123456789") + 1;
+    if (letters > 0 && letters < name.size() && name.find('_') == std::string::npos)  // rho1
+        return latex_of_name(name.substr(0, letters) + "_" + name.substr(letters));
     const std::size_t underscore = name.find('_');
     const std::string stem = name.substr(0, underscore);
     std::string written = stem.size() == 1 ? stem : "\\mathrm{" + stem + "}";

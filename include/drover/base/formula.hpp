@@ -76,7 +76,8 @@ Formula parse_formula(const FormulaText& text, const Notation& notation);
 /// A formula as LaTeX.  `name`: how a variable is written.
 std::string latex_of(const Formula& formula, const std::function<std::string(const std::string&)>& name);
 
-/// A name as LaTeX: Greek letters by their names, what follows "_" as an index: "rho_0" is \rho_{0}, "Gamma" \Gamma.
+/// A name as LaTeX: Greek letters by their names; what follows "_", and digits at its end, as an index: "rho_0" and
+/// "rho0" are \rho_{0}, "Gamma" \Gamma.
 std::string latex_of_name(const std::string& name);
 
 }  // namespace drover

@@ -115,13 +115,13 @@ def map_title(letter, role, columns):
     most, words = MAP_LETTERS[columns], role.title_words
     words = words if len(words) <= most else words[:most - 3] + "..."
     value = f"${role.size_symbol}$" + panels.bracket(role.unit)
-    letters = len(re.sub(r"\\[a-z]+|[{}$^]", "", value)) + len(words)
     first = f"{letter} {words}".strip()
+    letters = len(first) + len(re.sub(r"\\[A-Za-z]+", "x", re.sub(r"\\math[a-z]+|[{}$^_]", "", value)))
     return f"{first}{chr(10) if letters > most else ' '}{value}".lstrip()
 
 
 def title_height(roles, columns):
-    return LINE * max(map_title("", role, columns).count("\n") + 1 for role in roles) + 0.03
+    return LINE * max(map_title("(a)", role, columns).count("\n") + 1 for role in roles) + 0.03
 
 
 def map_boxes(run, roles):

@@ -57,11 +57,11 @@ def unit_text(unit):
 def symbol_text(symbol, spin):
     r"""A symbol as mathtext, without dollars; bold if it has a direction.
 
-    >>> symbol_text("rho_0", 0), symbol_text("p", 1)
-    ('\\rho_{0}', '\\mathbf{p}')
+    >>> symbol_text("rho_0", 0), symbol_text("p", 1), symbol_text("v1", 1)
+    ('\\rho_{0}', '\\mathbf{p}', '\\mathbf{v}_{1}')
     """
-    text = _drover.latex_of_name(symbol)
-    return rf"\mathbf{{{text}}}" if spin and len(text) == 1 else text
+    stem, *index = _drover.latex_of_name(symbol).split("_", 1)
+    return "_".join([rf"\mathbf{{{stem}}}" if spin and len(stem) == 1 else stem, *index])
 
 
 def scene_html(scene):
