@@ -2,7 +2,6 @@
 import re
 from html import escape
 
-from drover import _drover
 from drover.text import drawable, printable
 
 UNIT = re.compile(r"\s*(?:(?P<open>\()|(?P<close>\))|(?P<over>/)|(?P<times>[*.])|(?P<word>[^\W\d_]+|%|1))"
@@ -60,12 +59,16 @@ def symbol_text(symbol, spin):
     >>> symbol_text("rho_0", 0), symbol_text("p", 1), symbol_text("v1", 1)
     ('\\rho_{0}', '\\mathbf{p}', '\\mathbf{v}_{1}')
     """
+    from drover import _drover  # only here: figures of other scenes do without the extension module
+
     stem, *index = _drover.latex_of_name(symbol).split("_", 1)
     return "_".join([rf"\mathbf{{{stem}}}" if spin and len(stem) == 1 else stem, *index])
 
 
 def scene_html(scene):
     """Equations, fields and coefficients of a scene with a model of its own."""
+    from drover import _drover
+
     model = scene.model
     names = {field.symbol: rf"\boldsymbol{{{_drover.latex_of_name(field.symbol)}}}" if field.spin == 1
              else rf"\mathsf{{{_drover.latex_of_name(field.symbol)}}}" if field.spin
