@@ -38,7 +38,7 @@ int print_scene_boundary(const Options& options) {
     if (!options.y.empty()) overrides.push_back("boundary.y=" + toml_text(options.y));
     if (!options.conventions.empty()) overrides.push_back("boundary.conventions=" + toml_text(options.conventions));
     const io::Scene scene = io::read_scene(options.scene, overrides);
-    io::require_kind(scene, io::SceneKind::fields, "boundary");
+    io::require_grid(scene, "boundary");
     Threads threads(options.threads > 0 ? options.threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
     const ResultOutput output = output_of(options, "boundary", "all vertices, and the map of regimes");
     check_output(output, options.scene, scene);

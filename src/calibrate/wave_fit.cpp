@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <unsupported/Eigen/MatrixFunctions>
@@ -54,25 +55,18 @@ PairSums sums_of(const Eigen::MatrixXcd& a, Eigen::Index begin, Eigen::Index end
             .pairs = static_cast<double>(end - begin)};
 }
 
-Wave wave_of(const WaveRecord& record, std::size_t n, const std::vector<int>& present,
-             const physics::UniformPoint& about) {
+Wave wave_of(const WaveRecord& record, std::size_t n, const std::vector<WaveModel::Field>& fields) {
     Wave wave{.q = record.q[n]};
     const bool is_mean = wave.q.x == 0.0 && wave.q.y == 0.0;
-    const Amplitudes whole(record.amplitudes[n].data(), static_cast<Eigen::Index>(present.size()),
+    const Amplitudes whole(record.amplitudes[n].data(), static_cast<Eigen::Index>(fields.size()),
                            static_cast<Eigen::Index>(record.frames));
-    std::vector<Eigen::Index> rows;
-    for (std::size_t i = 0; i < present.size(); ++i) {
+    for (std::size_t i = 0; i < fields.size(); ++i) {
         const auto row = static_cast<Eigen::Index>(i);
-        const double mean = present[i] == physics::FieldIndex::bead_density  ? about.bead_density
-                            : present[i] == physics::FieldIndex::rod_density ? about.rod_density
-                                                                             : 0.0;
-        // Densities are conserved; one that nothing drives holds rounding errors alone.
-        if (mean > 0.0 && (is_mean || whole.row(row).cwiseAbs().maxCoeff() <= 1e-12 * mean)) continue;
-        rows.push_back(row);
-        wave.places.push_back(present[i]);
+        if (!fields[i].is_conserved || (!is_mean && whole.row(row).cwiseAbs().maxCoeff() > 1e-12 * fields[i].size))
+            wave.places.push_back(static_cast<int>(i));
     }
     if (is_mean) wave.weight = 0.5;
-    const Eigen::MatrixXcd amplitudes = whole(rows, Eigen::all);
+    const Eigen::MatrixXcd amplitudes = whole(wave.places, Eigen::all);
     const Eigen::Index pairs = amplitudes.cols() - 1;
     const auto count = static_cast<Eigen::Index>(segments);
     for (Eigen::Index s = 0; s < count; ++s)
@@ -131,23 +125,20 @@ struct Slopes {
 
 class Likelihood {
 public:
-    Likelihood(const physics::Model& start, const physics::UniformPoint& about,
-               const std::vector<FittedNumber>& numbers, const WaveRecord& record, NoiseOf noise)
-        : model_(start), about_(about), numbers_(numbers), noise_(noise), spacing_(record.spacing), area_(record.area) {
-        const std::vector<int> present = physics::places_of(physics::Equations(start).form);
-        for (std::size_t n = 0; n < record.q.size(); ++n) waves_.push_back(wave_of(record, n, present, about));
+    Likelihood(const WaveModel& model, const WaveRecord& record, NoiseOf noise)
+        : model_(model), noise_(noise), spacing_(record.spacing), area_(record.area) {
+        for (std::size_t n = 0; n < record.q.size(); ++n) waves_.push_back(wave_of(record, n, model.fields));
     }
 
     VectorXd start() const {
-        VectorXd values(static_cast<Eigen::Index>(numbers_.size()));
-        physics::Model model = model_;
-        for (Eigen::Index i = 0; i < values.size(); ++i) values(i) = number(i).in(model);
+        VectorXd values(static_cast<Eigen::Index>(model_.numbers.size()));
+        for (Eigen::Index i = 0; i < values.size(); ++i) values(i) = number(i).start;
         return values;
     }
 
     /// Minus the logarithm of the likelihood; infinite where some amplitude has no noise.
     double value(const VectorXd& values) const {
-        const physics::Equations e = equations(values);
+        const LinearWaves e = equations(values);
         double sum = 0.0;
         for (const Wave& wave : waves_) {
             const Step step = step_of(e, wave);
@@ -161,7 +152,7 @@ public:
 
     /// The first wave with an amplitude that no noise reaches, for messages.
     std::string without_noise(const VectorXd& values) const {
-        const physics::Equations e = equations(values);
+        const LinearWaves e = equations(values);
         for (const Wave& wave : waves_)
             if (!whitening_of(step_of(e, wave).noise)) return text("q = ({:.4g}, {:.4g}) /mm", wave.q.x, wave.q.y);
         return "some q";
@@ -173,8 +164,8 @@ public:
         Slopes result{.gradient = VectorXd::Zero(n),
                       .by_segment = MatrixXd::Zero(n, static_cast<Eigen::Index>(segments)),
                       .information = MatrixXd::Zero(n, n)};
-        const physics::Equations at = equations(values);
-        std::vector<physics::Equations> below, above;
+        const LinearWaves at = equations(values);
+        std::vector<LinearWaves> below, above;
         VectorXd widths(n);
         for (Eigen::Index i = 0; i < n; ++i) {
             VectorXd low = values, high = values;
@@ -202,24 +193,20 @@ public:
         return result;
     }
 
-    const FittedNumber& number(Eigen::Index i) const { return numbers_[static_cast<std::size_t>(i)]; }
+    const FittedNumber& number(Eigen::Index i) const { return model_.numbers[static_cast<std::size_t>(i)]; }
 
 private:
-    Step step_of(const physics::Equations& e, const Wave& wave) const {
-        const Matrix m = physics::linear_symbol(e, about_, wave.q)(wave.places, wave.places);
+    Step step_of(const LinearWaves& e, const Wave& wave) const {
+        const Matrix m = e.symbol(wave.q)(wave.places, wave.places);
         if (noise_ == NoiseOf::model) {
-            const Matrix noise = physics::noise_symbol(e, std::hypot(wave.q.x, wave.q.y))(wave.places, wave.places);
+            const Matrix noise = e.noise(wave.q)(wave.places, wave.places);
             return calibrate::step_of(m, noise / area_, spacing_);
         }
         const Matrix propagator = (spacing_ * m).exp();
         return {.propagator = propagator, .noise = residual(wave.all, propagator) / wave.all.pairs};
     }
 
-    physics::Equations equations(const VectorXd& values) const {
-        physics::Model model = model_;
-        for (Eigen::Index i = 0; i < values.size(); ++i) number(i).in(model) = values(i);
-        return physics::Equations(model);
-    }
+    LinearWaves equations(const VectorXd& values) const { return model_.at({values.begin(), values.end()}); }
 
     static void add(const Wave& wave, const Step& step, const Whitening& white, const std::vector<Step>& slope,
                     Slopes& to) {
@@ -250,9 +237,7 @@ private:
             }
     }
 
-    physics::Model model_;
-    physics::UniformPoint about_;
-    const std::vector<FittedNumber>& numbers_;
+    const WaveModel& model_;
     NoiseOf noise_;
     double spacing_, area_;
     std::vector<Wave> waves_;
@@ -345,10 +330,34 @@ void check_record(const WaveRecord& record, const std::vector<FittedNumber>& num
 }
 }  // namespace
 
-WaveFit fit_waves(const physics::Model& start, const physics::UniformPoint& about,
-                  const std::vector<FittedNumber>& numbers, const WaveRecord& record, NoiseOf noise) {
-    check_record(record, numbers);
-    const Likelihood likelihood(start, about, numbers, record, noise);
+WaveModel rod_bead_waves(const physics::Model& start, const physics::UniformPoint& about,
+                         const std::vector<RodBeadNumber>& numbers) {
+    const std::vector<int> places = physics::places_of(physics::Equations(start).form);
+    WaveModel waves;
+    for (const int place : places) {
+        const bool beads = place == physics::FieldIndex::bead_density, rods = place == physics::FieldIndex::rod_density;
+        waves.fields.push_back({.is_conserved = beads || rods, .size = beads ? about.bead_density : about.rod_density});
+    }
+    physics::Model model = start;
+    for (const RodBeadNumber& number : numbers)
+        waves.numbers.push_back({.key = number.key, .start = number.in(model), .least = number.least});
+    waves.at = [=](const std::vector<double>& values) {
+        physics::Model changed = start;
+        for (std::size_t i = 0; i < values.size(); ++i) numbers[i].in(changed) = values[i];
+        const auto equations = std::make_shared<const physics::Equations>(changed);
+        return LinearWaves{.symbol = [=](const numerics::Wavevector& q) -> Matrix {
+                               return physics::linear_symbol(*equations, about, q)(places, places);
+                           },
+                           .noise = [=](const numerics::Wavevector& q) -> Matrix {
+                               return physics::noise_symbol(*equations, std::hypot(q.x, q.y))(places, places);
+                           }};
+    };
+    return waves;
+}
+
+WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf noise) {
+    check_record(record, model.numbers);
+    const Likelihood likelihood(model, record, noise);
     VectorXd values = likelihood.start(), steps = difference_steps(values, VectorXd::Zero(values.size()));
     double value = likelihood.value(values);
     require(
@@ -356,10 +365,11 @@ WaveFit fit_waves(const physics::Model& start, const physics::UniformPoint& abou
         "the frames show no noise in some field of the wave at {}; expected fluctuations: leave out the frames of a "
         "start, or waves that nothing drives",
         likelihood.without_noise(values));
-    require(std::isfinite(value), {},
-            "the scene has no noise that reaches every field of the wave at {}; expected noise: give noise.order, "
-            "noise.velocity, noise.rods or noise.beads, and driving.strength where the beads have no other",
-            likelihood.without_noise(values));
+    require(
+        std::isfinite(value), {},
+        "the scene has no noise that reaches every field of the wave at {}; expected noise of each field, or of one "
+        "that drives it: such as noise.order, and driving.strength for the beads",
+        likelihood.without_noise(values));
     constexpr int most = 200;
     double damping = 1e-3;
     for (int iteration = 1; iteration <= most; ++iteration) {

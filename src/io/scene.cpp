@@ -71,7 +71,7 @@ void for_sections(AnyScene& scene, Visit visit) {
         of_particles("calibrate." + name, doc, plan);
     });
     of_fields("calibrated", "A table of coefficients that replaces numbers of the model.", scene.calibrated);
-    of_fields("boundary", "A plane of two model numbers; used by drover boundary only.", scene.boundary);
+    of_grids("boundary", "A plane of two model numbers; used by drover boundary only.", scene.boundary);
 }
 
 /// Keys of shared sections that not all scenes with the section have.

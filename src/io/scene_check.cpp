@@ -354,16 +354,18 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
     constexpr const char* axis =
         "a number of the model and its range, \"driving.strength = 0.5:2\"; or an area fraction, "
         "\"bead_area_fraction = 0.2:0.7\" or \"rod_area_fraction = 0.02:0.2\", by uniform.bead_area and "
-        "uniform.rod_area";
+        "uniform.rod_area; in a model of its own a coefficient, \"coefficients.a = 0.5:2\"";
     static const std::vector<Row<BoundaryPlan>> rows{
         {.name = "x", .member = &BoundaryPlan::x, .doc = axis},
         {.name = "y", .member = &BoundaryPlan::y, .doc = axis},
         {.name = "lines",
          .member = &BoundaryPlan::lines,
-         .choices = {"onset", "phase-separation", "banding", "oblique", "binodal"},
+         .choices = {"onset", "phase-separation", "banding", "oblique", "binodal", "isotropic", "ordered"},
          .doc = "boundaries to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of "
                 "the flock, along p0), oblique (of the flock, at other angles), binodal (densities of phases that "
-                "coexist; the initial fields are the guess of such a state)"},
+                "coexist; the initial fields are the guess of such a state); in a model of its own where its isotropic "
+                "and "
+                "its ordered state become unstable to any wave (isotropic, ordered; both by default)"},
         {.name = "conventions",
          .member = &BoundaryPlan::conventions,
          .choices = {"mean", "single-rod"},

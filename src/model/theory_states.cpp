@@ -159,9 +159,10 @@ class Roots {
 public:
     explicit Roots(const UniformEquations& equations) : equations_(equations) {}
 
-    void try_from(const Vector& start) {
+    void try_from(const Vector& start, bool deflates) {
         ++starts_;
         add(newton(equations_, start));
+        if (!deflates) return;
         if (const std::optional<Vector> other = deflated(start)) add(newton(equations_, *other));
     }
     struct Root {
@@ -298,11 +299,10 @@ double order_of(const Model& model, const UniformState& state) {
 }
 }  // namespace
 
-StationaryStates stationary_states(const Equations& equations) {
-    return stationary_states(equations, equations.reference());
-}
-
-StationaryStates stationary_states(const Equations& equations, const UniformState& means) {
+namespace {
+/// From these states, or by the whole search.
+StationaryStates found_states(const Equations& equations, const UniformState& means,
+                              const std::vector<UniformState>* guesses) {
     StationaryStates result;
     if (const TermSummary* placed = equations.placed_term()) {
         result.why_none = text("the term \"{}\" of {} depends on position or time, so no uniform state satisfies it",
@@ -311,7 +311,12 @@ StationaryStates stationary_states(const Equations& equations, const UniformStat
     }
     const UniformEquations uniform(equations, means);
     Roots roots(uniform);
-    for (const Vector& start : starting_points(uniform)) roots.try_from(start);
+    if (guesses != nullptr) {
+        roots.try_from(uniform.reference(), false);
+        for (const UniformState& guess : *guesses) roots.try_from(uniform.of_state(guess), false);
+    } else {
+        for (const Vector& start : starting_points(uniform)) roots.try_from(start, true);
+    }
     const Model& model = equations.model();
     for (const Roots::Root& root : roots.found()) {
         StationaryState state{.values = equations.completed(uniform.state_of(root.at.z)),
@@ -344,6 +349,20 @@ StationaryStates stationary_states(const Equations& equations, const UniformStat
         result.why_no_order =
             text("Newton's method found no ordered uniform state from {} starting points", roots.starts());
     return result;
+}
+
+}  // namespace
+
+StationaryStates stationary_states(const Equations& equations) {
+    return found_states(equations, equations.reference(), nullptr);
+}
+
+StationaryStates stationary_states(const Equations& equations, const UniformState& means) {
+    return found_states(equations, means, nullptr);
+}
+
+StationaryStates stationary_states_near(const Equations& equations, const std::vector<UniformState>& guesses) {
+    return found_states(equations, equations.reference(), &guesses);
 }
 
 }  // namespace drover::model

@@ -140,8 +140,11 @@ private:
     Equations base_;
 };
 
-std::vector<Margin> margins_at(const PlaneModels& models, const std::vector<numerics::PlanePoint>& points, Limit limit,
-                               Threads& threads) {
+}  // namespace
+
+std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::PlanePoint>& points, Limit limit,
+                            Threads& threads) {
+    const PlaneModels models(plane);
     std::vector<Margin> result(points.size());
     threads.for_chunks(points.size(), 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) result[i] = models.margin(points[i], limit);
@@ -149,100 +152,23 @@ std::vector<Margin> margins_at(const PlaneModels& models, const std::vector<nume
     return result;
 }
 
-/// Margins at points of a line, each at the angle that decides there: by how much it differs elsewhere does not matter
-/// to first order.
-std::vector<double> margins_along(const PlaneModels& models, const std::vector<BoundaryPoint>& line, Limit limit,
-                                  Threads& threads) {
-    std::vector<double> result(line.size());
-    threads.for_chunks(line.size(), 16, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            result[i] = models.margin({line[i].x, line[i].y}, limit, &line[i].angle).value;
-    });
-    return result;
-}
-
-/// d(margin)/d(axis scaled to 1) at each point, by central differences; one-sided at the edge of the plane.
-std::vector<double> slopes(const PlaneModels& models, const PlaneAxis& axis, double BoundaryPoint::*place,
-                           const std::vector<BoundaryPoint>& line, Limit limit, Threads& threads) {
-    constexpr double part = 1e-6;  // small beside the way to where another mode takes over; rounding 1e-12/part
-    const double step = part * (axis.to - axis.from);
-    const auto moved = [&](double sign) {
-        std::vector<BoundaryPoint> result = line;
-        for (BoundaryPoint& point : result)
-            point.*place =
-                std::clamp(point.*place + sign * step, std::min(axis.from, axis.to), std::max(axis.from, axis.to));
-        return result;
-    };
-    const std::vector<BoundaryPoint> low = moved(-1.0), high = moved(1.0);
-    const std::vector<double> at_low = margins_along(models, low, limit, threads),
-                              at_high = margins_along(models, high, limit, threads);
-    std::vector<double> result;
-    for (std::size_t i = 0; i < line.size(); ++i)
-        result.push_back((at_high[i] - at_low[i]) / ((high[i].*place - low[i].*place) / (axis.to - axis.from)));
-    return result;
-}
-
-/// Variance of the margin at each point, the uncertain numbers being independent.
-std::vector<double> margin_variances(const Plane& plane, const PlaneModels& models,
-                                     const std::vector<BoundaryPoint>& line, Limit limit,
-                                     const std::vector<Uncertain>& uncertain, Threads& threads) {
-    constexpr double part =
-        1e-3;  // of a standard error: the slope, on one side of a kink where another mode takes over
-    std::vector<double> variances(line.size());
-    for (const Uncertain& one : uncertain) {
-        std::array<std::vector<double>, 2> sides;
-        for (const int side : {0, 1}) {
-            Plane changed = plane;
-            one.add(changed.model, (side == 0 ? -part : part) * one.error);
-            sides[static_cast<std::size_t>(side)] = margins_along(PlaneModels(changed, models), line, limit, threads);
-        }
-        for (std::size_t i = 0; i < line.size(); ++i) {
-            const double slope = (sides[1][i] - sides[0][i]) / (2.0 * part);
-            variances[i] += slope * slope;
-        }
-    }
-    return variances;
-}
-
-/// Fills in where the line would run if the uncertain numbers were off by their errors: margin + slope . shift = 0.
-void add_errors(const Plane& plane, const PlaneModels& models, Limit limit, const std::vector<Uncertain>& uncertain,
-                Threads& threads, std::vector<BoundaryPoint>& line) {
-    const std::vector<double> variance = margin_variances(plane, models, line, limit, uncertain, threads),
-                              by_x = slopes(models, plane.x, &BoundaryPoint::x, line, limit, threads),
-                              by_y = slopes(models, plane.y, &BoundaryPoint::y, line, limit, threads);
-    for (std::size_t i = 0; i < line.size(); ++i) {
-        const double square = by_x[i] * by_x[i] + by_y[i] * by_y[i];
-        const double shift = square > 0.0 ? std::sqrt(variance[i]) / square : none;
-        line[i].error_x = shift * by_x[i] * (plane.x.to - plane.x.from);
-        line[i].error_y = shift * by_y[i] * (plane.y.to - plane.y.from);
-    }
-}
-}  // namespace
-
-std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::PlanePoint>& points, Limit limit,
-                            Threads& threads) {
-    return margins_at(PlaneModels(plane), points, limit, threads);
-}
-
 Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncertain>& uncertain,
                         const numerics::ContourOptions& options, Threads& threads) {
     const PlaneModels models(plane);
-    const numerics::Contour contour =
-        numerics::trace_zero([&](const numerics::PlanePoint& point) { return models.margin(point, limit).value; },
-                             {.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to}, options,
-                             threads);
-    Boundary result{.singular_points = contour.singular_points,
-                    .evaluations = contour.evaluations,
-                    .complete = contour.complete};
-    for (const numerics::ContourLine& traced : contour.lines) {
-        BoundaryLine line{.limit = limit, .closed = traced.closed};
-        const std::vector<Margin> at = margins_at(models, traced.points, limit, threads);
-        for (std::size_t i = 0; i < at.size(); ++i)
-            line.points.push_back({.x = traced.points[i].x, .y = traced.points[i].y, .angle = at[i].angle});
-        if (!uncertain.empty()) add_errors(plane, models, limit, uncertain, threads, line.points);
-        result.lines.push_back(std::move(line));
-    }
-    return result;
+    const auto margins_of = [limit](const PlaneModels& of) {
+        return [of, limit](const numerics::PlanePoint& point, const Margin* wave) {
+            return of.margin(point, limit, wave != nullptr ? &wave->angle : nullptr);
+        };
+    };
+    std::vector<model::UncertainMargin> shifts;
+    for (const Uncertain& one : uncertain)
+        shifts.emplace_back([&, one](double part) -> model::MarginOf {
+            Plane changed = plane;
+            one.add(changed.model, part * one.error);
+            return margins_of(PlaneModels(changed, models));
+        });
+    return model::trace_boundary({.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to},
+                                 margins_of(models), shifts, options, threads);
 }
 
 }  // namespace drover::physics

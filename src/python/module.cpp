@@ -185,7 +185,7 @@ void bind_theory(py::module_& module) {
     module.def(
         "boundary",
         [](const io::Scene& scene, int threads) {
-            io::require_kind(scene, io::SceneKind::fields, "boundary");
+            io::require_grid(scene, "boundary");
             return interruptibly([&] {
                 Threads team(theory_threads(threads, scene));
                 return Computed{run::make_boundary(scene, team), scene, "boundary", team.count()};

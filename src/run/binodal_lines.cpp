@@ -67,7 +67,7 @@ physics::BoundaryLine line_in(const physics::Plane& plane, const std::vector<num
     for (const numerics::PlanePoint& point : points) {
         const double x = swapped ? point.y : point.x, y = swapped ? point.x : point.y;
         if (inside(plane.x, x) && inside(plane.y, y))
-            line.points.push_back({.x = x, .y = y, .error_x = none, .error_y = none});
+            line.points.push_back({.x = x, .y = y, .error_x = none, .error_y = none, .at = {}});
     }
     return line;
 }

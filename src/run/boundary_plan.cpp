@@ -44,17 +44,7 @@ physics::PlaneAxis area_fraction_axis(const io::Scene& scene, const physics::Are
 
 physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
     const SourceLocation where = io::location_of(scene, list);
-    const std::string example = "\"driving.strength = 0.5:2\"";
-    require(!written.empty(), where,
-            "{} is not given; expected a number of the model and its range, such as {}: set it in the scene, or by "
-            "--{}",
-            list, example, list.substr(list.find('.') + 1));
-    const auto [key, value] = read_assignment(written, list, example, where);
-    const std::vector<std::string> ends = split(value, ':');
-    require(ends.size() == 2, where, "{} has \"{}\"; expected first:last, as in {}", list, written, example);
-    const double from = read_number(ends[0], written, list, example, where),
-                 to = read_number(ends[1], written, list, example, where);
-    require(from < to, where, "{} has \"{}\"; expected the smaller number first", list, written);
+    const auto [key, from, to] = read_axis(list, written, "\"driving.strength = 0.5:2\"", where);
     if (const physics::AreaFraction* fraction = physics::find_area_fraction(key))
         return area_fraction_axis(scene, *fraction, list, written, from, to);
     const io::ModelNumber number = io::model_number(key, where, scene.model);
@@ -106,8 +96,28 @@ std::vector<std::string> conventions_of(const io::Scene& scene) {
 }  // namespace
 
 const std::vector<std::string>& line_names() {
-    const std::vector<Row<io::BoundaryPlan>>& rows = schema<io::BoundaryPlan>();
-    return std::find_if(rows.begin(), rows.end(), [](const auto& row) { return row.name == "lines"; })->choices;
+    using physics::Limit;
+    static const std::vector<std::string> names{physics::limit_name(Limit::onset),
+                                                physics::limit_name(Limit::phase_separation),
+                                                physics::limit_name(Limit::banding),
+                                                physics::limit_name(Limit::oblique), binodal_name};
+    return names;
+}
+
+AxisRange read_axis(const std::string& list, const std::string& written, const std::string& example,
+                    const SourceLocation& where) {
+    require(!written.empty(), where,
+            "{} is not given; expected a number of the model and its range, such as {}: set it in the scene, or by "
+            "--{}",
+            list, example, list.substr(list.find('.') + 1));
+    const auto [key, value] = read_assignment(written, list, example, where);
+    const std::vector<std::string> ends = split(value, ':');
+    require(ends.size() == 2, where, "{} has \"{}\"; expected first:last, as in {}", list, written, example);
+    const AxisRange axis{.key = key,
+                         .from = read_number(ends[0], written, list, example, where),
+                         .to = read_number(ends[1], written, list, example, where)};
+    require(axis.from < axis.to, where, "{} has \"{}\"; expected the smaller number first", list, written);
+    return axis;
 }
 
 PlannedBoundary plan_boundary(const io::Scene& scene) {
@@ -126,9 +136,14 @@ PlannedBoundary plan_boundary(const io::Scene& scene) {
             "boundary.lines is empty; expected at least one of {}", joined(line_names()));
     planned.uncertain = uncertain_numbers(scene, plane);
     planned.conventions = conventions_of(scene);
-    for (const std::string& name : plan.lines)
+    for (const std::string& name : plan.lines) {
+        require(std::find(line_names().begin(), line_names().end(), name) != line_names().end(),
+                io::location_of(scene, "boundary.lines"),
+                "boundary.lines has \"{}\", a line of models of their own; expected one of {}", name,
+                joined(line_names()));
         if (name == binodal_name) planned.has_binodal = true;
         else planned.limits.push_back(physics::limit_of(name));
+    }
     return planned;
 }
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "drover/model/theory.hpp"
+#include "run/stability_maps.hpp"
 
 namespace drover::run {
 
@@ -208,13 +208,26 @@ std::string state_text(const model::Model& model, const model::UniformState& val
     return result.empty() ? "all fields 0" : result;
 }
 
-Result make_model_stability(const io::Scene& scene, double min_wavenumber, double max_wavenumber, Threads* threads) {
+model::GrowthSearch growth_search(const io::Scene& scene) {
+    const io::StabilityPlan& plan = scene.stability;
+    model::GrowthSearch search{.min = plan.min_wavenumber,
+                               .max = plan.max_wavenumber,
+                               .wavenumbers = std::max(3, plan.wavenumbers),
+                               .angles = 2 * plan.angles};
+    if (search.min == 0.0) search.min = 1e-3 * smallest_wavenumber(scene.grid);
+    if (search.max == 0.0) search.max = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
+    const char* given = plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber";
+    require(search.min < search.max, io::location_of(scene, given),
+            "the search covers |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below "
+            "stability.max_wavenumber",
+            search.min, search.max);
+    return search;
+}
+
+Result make_model_stability(const io::Scene& scene, Threads* threads) {
     const model::Equations equations(io::model_of(scene.declared));
     const model::StationaryStates found = model::stationary_states(equations);
-    const model::GrowthSearch search{.min = min_wavenumber,
-                                     .max = max_wavenumber,
-                                     .wavenumbers = std::max(3, scene.stability.wavenumbers),
-                                     .angles = 2 * scene.stability.angles};
+    const model::GrowthSearch search = growth_search(scene);
     List states{.name = "states"};
     for (const model::StationaryState& state : found.states)
         states.rows.push_back(state_record(scene, {state, model::LinearisedAt(equations, state.values), search},

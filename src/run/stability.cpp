@@ -19,16 +19,8 @@ using std::numbers::pi;
 constexpr double degree = pi / 180.0;
 
 physics::Search search_of(const io::Scene& scene) {
-    const io::StabilityPlan& plan = scene.stability;
-    physics::Search search{.min = plan.min_wavenumber, .max = plan.max_wavenumber, .wavenumbers = plan.wavenumbers};
-    if (search.min == 0.0) search.min = 1e-3 * smallest_wavenumber(scene.grid);
-    if (search.max == 0.0) search.max = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
-    const char* given = plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber";
-    require(search.min < search.max, io::location_of(scene, given),
-            "the search covers |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below "
-            "stability.max_wavenumber",
-            search.min, search.max);
-    return search;
+    const model::GrowthSearch range = growth_search(scene);
+    return {.min = range.min, .max = range.max, .wavenumbers = range.wavenumbers};
 }
 
 Record coefficient_record(const physics::Equations& equations) {
@@ -195,8 +187,8 @@ Entry density_entry(const char* name, double value, const char* meaning, bool ap
 }  // namespace
 
 Result make_stability(const io::Scene& scene, Threads* threads) {
+    if (scene.kind == io::SceneKind::model) return make_model_stability(scene, threads);
     const physics::Search search = search_of(scene);
-    if (scene.kind == io::SceneKind::model) return make_model_stability(scene, search.min, search.max, threads);
     const physics::Equations equations(scene.model);
     const physics::UniformState& uniform = scene.model.uniform;
     const physics::StationaryStates found = physics::stationary_states(equations);

@@ -8,7 +8,7 @@
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/density_profile.hpp"
 #include "drover/physics/right_hand_side.hpp"
-#include "drover/physics/travelling_state.hpp"
+#include "drover/physics/travelling_problem.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/signals.hpp"
 #include "run/number_lists.hpp"

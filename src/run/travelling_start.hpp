@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "drover/io/scene.hpp"
-#include "drover/physics/travelling_state.hpp"
+#include "drover/physics/travelling_problem.hpp"
 
 namespace drover::run {
 

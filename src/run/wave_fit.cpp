@@ -7,13 +7,12 @@
 #include <optional>
 
 #include "drover/io/scene_text.hpp"
-#include "drover/physics/stability.hpp"
-#include "run/wave_record.hpp"
+#include "drover/physics/linear_theory.hpp"
+#include "run/wave_problem.hpp"
 
 namespace drover::run {
 
 namespace {
-using calibrate::FittedNumber;
 using calibrate::FittedValue;
 using calibrate::WaveRecord;
 
@@ -21,7 +20,6 @@ using calibrate::WaveRecord;
 struct State {
     physics::UniformPoint point;
     bool is_flock = false;
-    double steadiness = 0.0;  ///< |<p>|^2/<|p|^2>
 };
 
 State state_of(const WaveRecord& record, const physics::Form& form, const physics::Model& model,
@@ -39,13 +37,7 @@ State state_of(const WaveRecord& record, const physics::Form& form, const physic
     if (form.bead_density >= 0) state.point.bead_density = means[static_cast<std::size_t>(form.bead_density)];
     if (form.rod_density >= 0) state.point.rod_density = means[static_cast<std::size_t>(form.rod_density)];
     const Eigen::Vector2d mean(means[order], means[order + 1]);
-    state.steadiness = square > 0.0 ? mean.squaredNorm() / square : 0.0;
-    state.is_flock = state.steadiness > 0.5;
-    require(
-        !state.is_flock || state.steadiness > 0.9, {name},
-        "has a mean order over these frames of {:.2g} of its root mean square; expected less than 0.7 (no order) or "
-        "more than 0.95 (a flock that keeps its direction): choose more frames, or fewer with --from and --to",
-        std::sqrt(state.steadiness));
+    state.is_flock = is_steady(mean.squaredNorm(), square, name, "mean order");
     if (!state.is_flock) return state;
     state.point.order = mean;
     if (form.velocity == physics::Velocity::dynamic) {
@@ -55,12 +47,10 @@ State state_of(const WaveRecord& record, const physics::Form& form, const physic
     return state;
 }
 
-std::vector<FittedNumber> numbers_of(const WaveFitOptions& options, const physics::Model& model,
-                                     std::vector<std::string>& units) {
-    std::vector<FittedNumber> numbers;
-    for (const std::string& key : options.keys) {
-        for (const FittedNumber& other : numbers)
-            require(other.key != key, {}, "{} is given twice; expected each number once", key);
+std::vector<calibrate::RodBeadNumber> numbers_of(const std::vector<std::string>& keys, const physics::Model& model,
+                                                 std::vector<std::string>& units) {
+    std::vector<calibrate::RodBeadNumber> numbers;
+    for (const std::string& key : keys) {
         const io::ModelNumber number = io::model_number(key, {}, model);
         require(key != "uniform.rod_density" && key != "uniform.bead_density", {},
                 "{} is that of the frames; expected a coefficient of the equations", key);
@@ -98,7 +88,7 @@ Record row_of(const std::string& key, const std::string& unit, double start, con
 }
 
 /// What the estimates do not show by themselves.
-std::vector<std::string> remarks_of(const std::vector<FittedNumber>& numbers, const calibrate::WaveFit& fit,
+std::vector<std::string> remarks_of(const std::vector<calibrate::FittedNumber>& numbers, const calibrate::WaveFit& fit,
                                     const std::optional<calibrate::WaveFit>& sparse) {
     std::vector<std::string> remarks;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -122,103 +112,141 @@ std::vector<std::string> remarks_of(const std::vector<FittedNumber>& numbers, co
     }
     return remarks;
 }
+
 /// What was fitted, for programs.
-std::vector<Entry> entries_of(const WaveRecord& record, const State& state, const std::string& kind, double largest,
-                              const physics::Form& form, const std::vector<std::string>& remarks) {
-    return {
-        {.name = "about", .unit = "", .meaning = "uniform state of the waves", .value = kind, .shown = {.text = false}},
-        {.name = "order",
-         .unit = form.order_is_density ? "mm-2" : "1",
-         .meaning = "its polar order",
-         .value = std::vector<double>{state.point.order.x(), state.point.order.y()},
-         .shown = {.text = state.is_flock}},
-        {.name = "waves",
-         .unit = "1",
-         .meaning = "wavevectors, one of each pair q and -q",
-         .value = static_cast<std::int64_t>(record.q.size()),
-         .shown = {.text = false}},
-        {.name = "max_wavenumber",
-         .unit = "mm-1",
-         .meaning = "largest |q|",
-         .value = largest,
-         .shown = {.text = false}},
-        {.name = "frames",
-         .unit = "1",
-         .meaning = "frames used",
-         .value = static_cast<std::int64_t>(record.frames),
-         .shown = {.text = false}},
-        {.name = "spacing",
-         .unit = "s",
-         .meaning = "time between them",
-         .value = record.spacing,
-         .shown = {.text = false}},
-        {.name = "remarks",
-         .unit = "",
-         .meaning = "what the estimates do not show by themselves",
-         .value = remarks,
-         .shown = {.text = false}}};
+std::vector<Entry> entries_of(const WaveProblem& problem, double largest, const std::vector<std::string>& remarks) {
+    const WaveRecord& record = problem.record;
+    std::vector<Entry> entries{{.name = "about",
+                                .unit = "",
+                                .meaning = "uniform state of the waves",
+                                .value = problem.about,
+                                .shown = {.text = false}}};
+    entries.insert(entries.end(), problem.state.begin(), problem.state.end());
+    const std::vector<Entry> rest{{.name = "waves",
+                                   .unit = "1",
+                                   .meaning = "wavevectors, one of each pair q and -q",
+                                   .value = static_cast<std::int64_t>(record.q.size()),
+                                   .shown = {.text = false}},
+                                  {.name = "max_wavenumber",
+                                   .unit = "mm-1",
+                                   .meaning = "largest |q|",
+                                   .value = largest,
+                                   .shown = {.text = false}},
+                                  {.name = "frames",
+                                   .unit = "1",
+                                   .meaning = "frames used",
+                                   .value = static_cast<std::int64_t>(record.frames),
+                                   .shown = {.text = false}},
+                                  {.name = "spacing",
+                                   .unit = "s",
+                                   .meaning = "time between them",
+                                   .value = record.spacing,
+                                   .shown = {.text = false}},
+                                  {.name = "remarks",
+                                   .unit = "",
+                                   .meaning = "what the estimates do not show by themselves",
+                                   .value = remarks,
+                                   .shown = {.text = false}}};
+    entries.insert(entries.end(), rest.begin(), rest.end());
+    return entries;
+}
+
+WaveProblem rod_bead_problem(const io::Scene& scene, const WaveFitOptions& options, const WaveChoice& choice,
+                             const files::ArchiveReader& archive, const io::Scene& source) {
+    const physics::Equations equations(scene.model);
+    const physics::Form& form = equations.form;
+    const std::string beyond = physics::nonuniform_term(equations);
+    require(beyond.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
+            beyond);
+    WaveProblem problem;
+    const std::vector<calibrate::RodBeadNumber> numbers = numbers_of(options.keys, scene.model, problem.units);
+    if (source.kind == io::SceneKind::particles) {
+        problem.record = particle_waves(archive, options.archive, source, form, choice);
+    } else {
+        RecordedFields recorded{.grid = source.grid,
+                                .kept_degree =
+                                    physics::kept_degree(physics::Equations(source.model), source.dealiasing)};
+        for (const physics::Component& one : physics::component_names(form))
+            recorded.components.push_back({one.name, one.unit});
+        problem.record = field_waves(archive, options.archive, recorded, choice);
+    }
+    const State state = state_of(problem.record, form, scene.model, options.archive);
+    if (state.is_flock) leave_out_mean(problem.record, options);  // the mean is the flock itself
+    const bool fits_noise = std::any_of(options.keys.begin(), options.keys.end(),
+                                        [](const std::string& key) { return key.starts_with("noise."); });
+    problem.noise = fits_noise ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
+    problem.waves = calibrate::rod_bead_waves(scene.model, state.point, numbers);
+    problem.about = state.is_flock ? "a flock" : "the state without order";
+    problem.state = {{.name = "order",
+                      .unit = form.order_is_density ? "mm-2" : "1",
+                      .meaning = "its polar order",
+                      .value = std::vector<double>{state.point.order.x(), state.point.order.y()},
+                      .shown = {.text = state.is_flock}}};
+    return problem;
 }
 }  // namespace
+
+bool is_steady(double mean_square, double square, const std::string& archive, const std::string& field) {
+    const double steadiness = square > 0.0 ? mean_square / square : 0.0;
+    require(
+        steadiness <= 0.5 || steadiness > 0.9, {archive},
+        "has a {} over these frames of {:.2g} of its root mean square; expected less than 0.7 (no order) or more than "
+        "0.95 (a flock that keeps its direction): choose more frames, or fewer with --from and --to",
+        field, std::sqrt(steadiness));
+    return steadiness > 0.5;
+}
+
+void leave_out_mean(WaveRecord& record, const WaveFitOptions& options) {
+    require(record.q.size() > 1, {options.archive},
+            "is of a flock, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a "
+            "larger --max-wavenumber",
+            options.max_wavenumber);
+    record.q.erase(record.q.begin());
+    record.amplitudes.erase(record.amplitudes.begin());
+}
 
 io::Scene fitted_scene(const std::string& archive, const std::string& file, const std::vector<std::string>& overrides) {
     if (!file.empty()) return io::read_scene(file, overrides);
     const std::string text = files::ArchiveReader(archive).text_attribute("scene");
-    require(io::archived_scene(text, archive).kind == io::SceneKind::fields, {archive},
+    require(io::archived_scene(text, archive).kind != io::SceneKind::particles, {archive},
             "holds particles, which have no field equations of their own; expected a scene of fields to fit: give "
             "--scene models/calibrated-flock.toml or another");
     return io::parse_scene(text, archive, overrides);
 }
 
 Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options) {
-    io::require_kind(scene, io::SceneKind::fields, "fit");
+    io::require_grid(scene, "fit");
     const files::ArchiveReader archive(options.archive);
     const io::Scene source = io::archived_scene(archive.text_attribute("scene"), options.archive);
-    const physics::Equations equations(scene.model);
-    const physics::Form& form = equations.form;
-    const std::string beyond = physics::nonuniform_term(equations);
-    require(beyond.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
-            beyond);
-    std::vector<std::string> units;
-    const std::vector<FittedNumber> numbers = numbers_of(options, scene.model, units);
+    for (auto key = options.keys.begin(); key != options.keys.end(); ++key)
+        require(std::find(options.keys.begin(), key, *key) == key, {}, "{} is given twice; expected each number once",
+                *key);
     const WaveChoice choice{.max_wavenumber = options.max_wavenumber,
                             .begin = options.begin,
                             .end = options.end,
                             .every = options.every};
-    const bool particles = source.kind == io::SceneKind::particles;
-    WaveRecord record = particles ? particle_waves(archive, options.archive, source, form, choice)
-                                  : field_waves(archive, options.archive, source, form, choice);
-    const State state = state_of(record, form, scene.model, options.archive);
-    if (state.is_flock) {  // the mean is the flock itself
-        require(record.q.size() > 1, {options.archive},
-                "is of a flock, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a "
-                "larger --max-wavenumber",
-                options.max_wavenumber);
-        record.q.erase(record.q.begin());
-        record.amplitudes.erase(record.amplitudes.begin());
-    }
-    const bool fits_noise = std::any_of(options.keys.begin(), options.keys.end(),
-                                        [](const std::string& key) { return key.starts_with("noise."); });
-    const auto noise = fits_noise ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
-    const calibrate::WaveFit fit = calibrate::fit_waves(scene.model, state.point, numbers, record, noise);
+    WaveProblem problem = scene.kind == io::SceneKind::model
+                              ? model_wave_problem(scene, options, choice, archive, source)
+                              : rod_bead_problem(scene, options, choice, archive, source);
+    const std::vector<calibrate::FittedNumber> numbers = problem.waves.numbers;
+    const calibrate::WaveFit fit = calibrate::fit_waves(problem.waves, problem.record, problem.noise);
     std::optional<calibrate::WaveFit> sparse;
-    physics::Model found = scene.model;
-    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i].in(found) = fit.values[i].value;
-    if (record.frames > 2 * calibrate::min_wave_pairs + 1)
-        sparse = calibrate::fit_waves(found, state.point, numbers, calibrate::thinned(record, 2), noise);
-
+    if (problem.record.frames > 2 * calibrate::min_wave_pairs + 1) {
+        for (std::size_t i = 0; i < numbers.size(); ++i) problem.waves.numbers[i].start = fit.values[i].value;
+        sparse = calibrate::fit_waves(problem.waves, calibrate::thinned(problem.record, 2), problem.noise);
+    }
     List list{.name = "coefficients", .heading = {}};
-    physics::Model start = scene.model;
     for (std::size_t i = 0; i < numbers.size(); ++i)
-        list.rows.push_back(row_of(numbers[i].key, units[i], numbers[i].in(start), fit.values[i],
+        list.rows.push_back(row_of(numbers[i].key, problem.units[i], numbers[i].start, fit.values[i],
                                    sparse ? std::optional(sparse->values[i]) : std::nullopt));
     const std::vector<std::string> remarks = remarks_of(numbers, fit, sparse);
     double largest = 0.0;
-    for (const numerics::Wavevector& q : record.q) largest = std::max(largest, std::hypot(q.x, q.y));
+    for (const numerics::Wavevector& q : problem.record.q) largest = std::max(largest, std::hypot(q.x, q.y));
     Result result;
-    const std::string kind = state.is_flock ? "a flock" : "the state without order";
     result.root.header = {text("waves of {} about {}: {} up to {:.4g} /mm, in {} frames {:.4g} s apart",
-                               options.archive, kind, record.q.size(), largest, record.frames, record.spacing)};
-    result.root.entries = entries_of(record, state, kind, largest, form, remarks);
+                               options.archive, problem.about, problem.record.q.size(), largest, problem.record.frames,
+                               problem.record.spacing)};
+    result.root.entries = entries_of(problem, largest, remarks);
     result.root.lists = {std::move(list)};
     result.root.footer = remarks;
     return result;

@@ -9,7 +9,6 @@
 #include "drover/base/text.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/linear_theory.hpp"
 #include "drover/run/signals.hpp"
 
 namespace drover::run {
@@ -93,28 +92,27 @@ std::vector<double> times_of(const files::ArchiveReader& archive, const std::str
 }
 }  // namespace
 
-WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& name, const io::Scene& scene,
-                       const physics::Form& form, const WaveChoice& choice) {
-    const numerics::Grid& grid = scene.grid;
+WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& name, const RecordedFields& recorded,
+                       const WaveChoice& choice) {
+    const numerics::Grid& grid = recorded.grid;
     const Frames frames = frames_of(times_of(archive, name, "/time"), name, choice);
-    const int degree = physics::kept_degree(physics::Equations(scene.model), scene.dealiasing);
     std::vector<Wavenumber> waves;
     std::vector<std::size_t> modes;
     for (const Wavenumber& wave : wavenumbers_of(grid.lx, grid.ly, name, choice)) {
         if (2 * wave.x >= grid.nx || 2 * std::abs(wave.y) >= grid.ny) continue;
         const auto column = static_cast<std::size_t>(wave.x),
                    row = static_cast<std::size_t>(wave.y < 0 ? wave.y + grid.ny : wave.y);
-        if (!numerics::is_kept(grid, degree, column, row)) continue;  // the run holds it at zero
+        if (!numerics::is_kept(grid, recorded.kept_degree, column, row)) continue;  // the run holds it at zero
         waves.push_back(wave);
         modes.push_back(row * numerics::columns(grid) + column);
     }
     WaveRecord record = record_of(grid.lx, grid.ly, waves, frames);
-    const std::vector<physics::Component> components = physics::component_names(form);
+    const std::vector<RecordedFields::Component>& components = recorded.components;
     Threads threads(1);
     const numerics::Transform transform(grid, 1, threads);
     numerics::Fields fields(grid, static_cast<int>(components.size()));
     numerics::Spectra spectra(grid, fields.count());
-    for (const physics::Component& one : components)
+    for (const RecordedFields::Component& one : components)
         require(archive.has("/" + one.name) && archive.text_attribute("/" + one.name, "units") == one.unit, {name},
                 "has no {} in {}; expected the fields of the model", one.name, one.unit);
     for (const std::size_t frame : frames.numbers) {

@@ -13,13 +13,22 @@ struct WaveChoice {
     int every = 1;                  ///< frames from one used to the next
 };
 
-/// Waves of the fields that `form` has, of an archive of fields, among those that the run kept.  Messages call the
-/// archive `name`.  Throws an input Error for frames that are missing, damaged, too few or at unequal times, and for
-/// more than 400 waves.
-calibrate::WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& name, const io::Scene& scene,
-                                  const physics::Form& form, const WaveChoice& choice);
+/// The fields of the frames of a run, in the order of their amplitudes.
+struct RecordedFields {
+    struct Component {
+        std::string name, unit;
+    };
+    numerics::Grid grid;
+    int kept_degree = 1;  ///< as for numerics::is_kept
+    std::vector<Component> components;
+};
 
-/// The same of an archive of particles in a periodic cell: sums over bodies.  The velocity of a bead is its
+/// Waves of an archive of fields, among those that the run kept.  Messages call the archive `name`.  Throws an input
+/// Error for frames that are missing, damaged, too few or at unequal times, and for more than 400 waves.
+calibrate::WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& name,
+                                  const RecordedFields& recorded, const WaveChoice& choice);
+
+/// Of the fields that `form` has, of an archive of particles in a periodic cell: sums over bodies.  The velocity of a bead is its
 /// displacement from the frame before to the frame after over the time between them.
 calibrate::WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string& name,
                                      const io::Scene& scene, const physics::Form& form, const WaveChoice& choice);

@@ -229,6 +229,67 @@ def test_a_key_of_a_model_that_the_scene_does_not_have_cannot_be_set_or_swept(tm
 
 def test_commands_that_need_rods_and_beads_reject_a_model(tmp_path):
     scene = write(tmp_path)
-    for words in (["boundary", scene], ["calibrate", scene], ["tradeoff", scene, "--want", "mean_density=1%"],
+    for words in (["states", scene, "--wave", "x"], ["calibrate", scene], ["tradeoff", scene, "--want", "mean_density=1%"],
                   ["run", scene, "--accuracy", "mean_density=1%"]):
         rejected(tmp_path, words, ["four.toml", "this is a scene of a model of its own"])
+
+
+def test_boundary_of_a_model_traces_where_its_uniform_state_becomes_unstable(tmp_path):
+    """b = (1 + a sqrt(Du/Dv))^2 of the Brusselator (Prigogine and Lefever 1968), to the printed 8 digits."""
+    result = drover_json(tmp_path, "boundary", MODELS / "brusselator.toml", "--x", "a = 3:4", "--y",
+                         "coefficients.b = 6:13", "--set", "boundary.map=0", "--set", "boundary.cells=4", "--set",
+                         "boundary.chord=0.01", "--json")
+    (traced,) = result["traced"]
+    points = [point for line in traced["lines"] for point in line["points"]]
+    assert traced["state"] == "isotropic" and len(points) > 3
+    for point in points:
+        assert point["y"] == pytest.approx((1.0 + point["x"] * (5.0 / 12.0) ** 0.5) ** 2, rel=1e-8)
+        assert point["wavenumber"] == pytest.approx((point["x"] / 60.0 ** 0.5) ** 0.5, rel=1e-6)
+    rejected(tmp_path, ["boundary", MODELS / "brusselator.toml", "--x", "aa = 1:4", "--y", "b = 2:12"],
+             ["boundary.x names aa", "coefficients.a"])
+    rejected(tmp_path, ["boundary", MODELS / "brusselator.toml", "--x", "a = 1:4", "--y", "b = 2:12", "--set",
+                        'boundary.lines=["onset"]'], ["boundary.lines", "isotropic, ordered"])
+
+
+# Two coupled scalars with noise: the waves of their frames determine coefficients of equations and noise.
+COUPLED = """[model]
+name = "two scalars"
+[[field]]
+symbol = "u"
+noise = "T"
+[[field]]
+symbol = "w"
+noise = 0.2
+[equations]
+u = "-a u + k w + D lap u"
+w = "-b w + lap w - k u"
+[coefficients]
+a = 0.5
+b = 0.8
+k = 0.3
+D = 1.5
+T = 0.1
+[grid]
+nx = 16
+ny = 16
+lx = 10.0
+ly = 10.0
+[time]
+dt = 0.5
+end = 500.0
+[output]
+frame_every = 0.5
+sample_every = 5.0
+[run]
+seed = 11
+"""
+
+
+def test_fit_finds_the_coefficients_of_a_model_from_its_frames(tmp_path):
+    (tmp_path / "coupled.toml").write_text(COUPLED)
+    drover(tmp_path, "run", "coupled.toml", "--quiet", "-o", "coupled.h5")
+    found = drover_json(tmp_path, "fit", "coupled.h5", "a", "coefficients.D", "k", "T", "--set", "coefficients.a=1.0",
+                        "--set", "coefficients.k=0.1", "--set", "coefficients.T=0.3", "--json")["coefficients"]
+    for row, true in zip(found, (0.5, 1.5, 0.3, 0.1)):  # an error of 4 standard errors: 6e-5 for each of the four
+        assert abs(row["value"] - true) < 4.0 * row["error"] < 0.5 * true, row
+    rejected(tmp_path, ["fit", "coupled.h5", "zz"], ["fit names zz", "coefficients.a"])

@@ -47,8 +47,8 @@ physics::Model rods_and_beads() {
     return model;
 }
 
-std::vector<FittedNumber> fitted(const std::vector<std::string>& keys) {
-    std::vector<FittedNumber> numbers;
+std::vector<RodBeadNumber> fitted(const std::vector<std::string>& keys) {
+    std::vector<RodBeadNumber> numbers;
     for (const std::string& key : keys) {
         const physics::CoefficientRow& row = physics::coefficient_row(key);
         numbers.push_back({.key = key, .in = row.value, .least = row.range.min});
@@ -100,9 +100,9 @@ physics::UniformPoint rest_of(const physics::Model& model) {
 }
 
 /// The model with each fitted number at a multiple of its value.
-physics::Model scaled(physics::Model model, const std::vector<FittedNumber>& numbers) {
+physics::Model scaled(physics::Model model, const std::vector<RodBeadNumber>& numbers) {
     double factor = 0.5;  // 0.5, 2, 0.5, ...
-    for (const FittedNumber& number : numbers) {
+    for (const RodBeadNumber& number : numbers) {
         number.in(model) *= factor;
         factor = 1.0 / factor;
     }
@@ -110,12 +110,12 @@ physics::Model scaled(physics::Model model, const std::vector<FittedNumber>& num
 }
 
 /// (estimate - truth)/error of each number, from other starting values.
-Eigen::VectorXd deviations(physics::Model truth, const std::vector<FittedNumber>& numbers, const WaveRecord& record,
+Eigen::VectorXd deviations(physics::Model truth, const std::vector<RodBeadNumber>& numbers, const WaveRecord& record,
                            NoiseOf noise = NoiseOf::model) {
-    const WaveFit fit = fit_waves(scaled(truth, numbers), rest_of(truth), numbers, record, noise);
+    const WaveFit fit = fit_waves(rod_bead_waves(scaled(truth, numbers), rest_of(truth), numbers), record, noise);
     Eigen::VectorXd result(static_cast<Eigen::Index>(numbers.size()));
     for (Eigen::Index i = 0; i < result.size(); ++i) {
-        const FittedNumber& number = numbers[static_cast<std::size_t>(i)];
+        const RodBeadNumber& number = numbers[static_cast<std::size_t>(i)];
         const FittedValue& found = fit.values[static_cast<std::size_t>(i)];
         result(i) = (found.value - number.in(truth)) / found.error;
         EXPECT_NEAR(found.error / found.error_of_model, 1.0, 0.7) << number.key;  // of 32 segments: 13 %
@@ -128,7 +128,7 @@ struct Coverage {
     Eigen::ArrayXd inside;
     int far = 0;
 };
-Coverage coverage_of(const std::vector<FittedNumber>& numbers, NoiseOf noise) {
+Coverage coverage_of(const std::vector<RodBeadNumber>& numbers, NoiseOf noise) {
     constexpr int runs = 200;
     Coverage result{.inside = Eigen::ArrayXd::Zero(static_cast<Eigen::Index>(numbers.size()))};
     for (std::uint64_t run = 1; run <= runs; ++run) {
@@ -142,8 +142,8 @@ Coverage coverage_of(const std::vector<FittedNumber>& numbers, NoiseOf noise) {
 // A share of 68 % of 200 runs is known to 3.3 %; with errors from 32 segments, of Student's t, it is 67.5 %, and 0.5 %
 // of the values are beyond 3 errors.
 TEST(WaveFitStatistics, covers_the_true_coefficients_as_often_as_its_errors_say) {
-    const std::vector<FittedNumber> numbers = fitted({"relaxation.rate", "elasticity.stiffness", "current.speed",
-                                                      "pressure.rods", "diffusion.rods", "noise.order", "noise.rods"});
+    const std::vector<RodBeadNumber> numbers = fitted({"relaxation.rate", "elasticity.stiffness", "current.speed",
+                                                       "pressure.rods", "diffusion.rods", "noise.order", "noise.rods"});
     const Coverage found = coverage_of(numbers, NoiseOf::model);
     for (Eigen::Index i = 0; i < found.inside.size(); ++i)
         EXPECT_NEAR(found.inside(i), 0.675, 3.0 * 0.033) << numbers[static_cast<std::size_t>(i)].key;
@@ -151,7 +151,7 @@ TEST(WaveFitStatistics, covers_the_true_coefficients_as_often_as_its_errors_say)
 }
 
 TEST(WaveFitStatistics, covers_them_with_any_noise_too) {
-    const std::vector<FittedNumber> numbers = fitted({"relaxation.rate", "elasticity.stiffness", "current.speed"});
+    const std::vector<RodBeadNumber> numbers = fitted({"relaxation.rate", "elasticity.stiffness", "current.speed"});
     const Coverage found = coverage_of(numbers, NoiseOf::frames);
     for (Eigen::Index i = 0; i < found.inside.size(); ++i)
         EXPECT_NEAR(found.inside(i), 0.675, 3.0 * 0.033) << numbers[static_cast<std::size_t>(i)].key;
@@ -160,7 +160,7 @@ TEST(WaveFitStatistics, covers_them_with_any_noise_too) {
 
 TEST(WaveFit, finds_all_coefficients_of_rods_and_beads) {
     const physics::Model model = rods_and_beads();
-    const std::vector<FittedNumber> numbers =
+    const std::vector<RodBeadNumber> numbers =
         fitted({"relaxation.rate", "elasticity.stiffness", "current.speed", "pressure.rods", "pressure.beads",
                 "weathercock.strength", "drag.coefficient", "driving.strength", "viscosity.shear", "viscosity.bulk",
                 "stiffness.beads", "stiffness.rods", "noise.order", "noise.velocity", "noise.rods", "noise.beads"});
@@ -172,11 +172,11 @@ TEST(WaveFit, finds_all_coefficients_of_rods_and_beads) {
 TEST(WaveFit, finds_the_flow_exactly_where_only_the_rods_drive_it) {
     physics::Model model = rods_and_beads();
     model.noise.velocity = 0.0;
-    const std::vector<FittedNumber> numbers = fitted({"relaxation.rate", "drag.coefficient", "driving.strength"});
+    const std::vector<RodBeadNumber> numbers = fitted({"relaxation.rate", "drag.coefficient", "driving.strength"});
     const WaveRecord record = stationary_record(model, 0.3, 1001, 6);
     const Eigen::VectorXd z = deviations(model, numbers, record);
     EXPECT_LT(z.cwiseAbs().maxCoeff(), 3.5);
-    const WaveFit fit = fit_waves(model, rest_of(model), numbers, record, NoiseOf::model);
+    const WaveFit fit = fit_waves(rod_bead_waves(model, rest_of(model), numbers), record, NoiseOf::model);
     // Within a step noise on p changes v by its integral: errors of alpha are far below those of a.
     EXPECT_LT(fit.values[2].error / model.driving.strength, 0.3 * fit.values[0].error / model.relaxation.rate);
 }
@@ -206,23 +206,24 @@ TEST(WaveFit, finds_couplings_where_one_noise_moves_two_fields) {
                                    state(1, 0), state(1, 1)})
             record.amplitudes[0].push_back(value);
     }
-    const std::vector<FittedNumber> numbers =
+    const std::vector<RodBeadNumber> numbers =
         fitted({"relaxation.rate", "weathercock.strength", "drag.coefficient", "driving.strength"});
     EXPECT_LT(deviations(model, numbers, record, NoiseOf::frames).cwiseAbs().maxCoeff(), 3.5);
     // alpha/Gamma, the flow of the order, is known better than either: their errors go together.
-    const std::vector<FittedValue> any = fit_waves(model, rest_of(model), numbers, record, NoiseOf::frames).values;
+    const std::vector<FittedValue> any =
+        fit_waves(rod_bead_waves(model, rest_of(model), numbers), record, NoiseOf::frames).values;
     EXPECT_EQ(any[2].correlations.size(), 4u);
     EXPECT_NEAR(any[2].correlations[2], 1.0, 1e-12);
     EXPECT_NEAR(any[2].correlations[3], any[3].correlations[2], 1e-12);
     EXPECT_GT(any[2].correlations[3], 0.3);
     // With the noise of the model, which moves each field on its own, the couplings are wrong by far.
-    const WaveFit fit = fit_waves(model, rest_of(model), numbers, record, NoiseOf::model);
+    const WaveFit fit = fit_waves(rod_bead_waves(model, rest_of(model), numbers), record, NoiseOf::model);
     EXPECT_GT(std::abs(fit.values[3].value - model.driving.strength), 5.0 * fit.values[3].error);
 }
 
 TEST(WaveFit, does_not_depend_on_the_spacing_of_the_frames) {
     const physics::Model model = rods();
-    const std::vector<FittedNumber> numbers = fitted({"relaxation.rate", "elasticity.stiffness", "current.speed"});
+    const std::vector<RodBeadNumber> numbers = fitted({"relaxation.rate", "elasticity.stiffness", "current.speed"});
     const WaveRecord record = stationary_record(model, 0.25, 4001, 7);
     for (const std::size_t every : {1, 2, 8}) {
         const WaveRecord some = thinned(record, every);
@@ -254,9 +255,10 @@ TEST(WaveFit, of_a_flock_finds_what_stops_and_what_carries_its_order) {
     }
     recorder.record.q.erase(recorder.record.q.begin());  // the mean has the order of the flock itself
     recorder.record.amplitudes.erase(recorder.record.amplitudes.begin());
-    const std::vector<FittedNumber> numbers =
+    const std::vector<RodBeadNumber> numbers =
         fitted({"relaxation.saturation", "advection.strength", "elasticity.stiffness", "pressure.rods", "noise.order"});
-    const WaveFit fit = fit_waves(scaled(model, numbers), flock, numbers, recorder.record, NoiseOf::model);
+    const WaveFit fit =
+        fit_waves(rod_bead_waves(scaled(model, numbers), flock, numbers), recorder.record, NoiseOf::model);
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         const double known = numbers[i].in(model);
         EXPECT_LT(std::abs(fit.values[i].value - known), 3.5 * fit.values[i].error) << numbers[i].key;
@@ -272,7 +274,8 @@ TEST(WaveFit, keeps_a_coefficient_at_its_least_value_where_waves_would_prefer_le
         const WaveRecord record = stationary_record(model, 0.5, 401, seed);
         physics::Model start = model;
         start.elasticity.splay = 0.2;  // it is 0 in truth
-        const WaveFit fit = fit_waves(start, rest_of(model), fitted({"elasticity.splay"}), record, NoiseOf::model);
+        const WaveFit fit =
+            fit_waves(rod_bead_waves(start, rest_of(model), fitted({"elasticity.splay"})), record, NoiseOf::model);
         EXPECT_GE(fit.values[0].value, 0.0);
         EXPECT_LT(fit.values[0].value, 4.0 * fit.values[0].error);
         EXPECT_EQ(fit.values[0].at_bound, fit.values[0].value == 0.0);
@@ -286,7 +289,8 @@ TEST(WaveFit, refuses_what_waves_do_not_determine) {
     const physics::Model model = rods_and_beads();
     const WaveRecord record = stationary_record(model, 0.3, 201, 8);
     const auto refusal = [&](const std::vector<std::string>& keys, const physics::Model& start) {
-        return refusal_of([&] { (void)fit_waves(start, rest_of(start), fitted(keys), record, NoiseOf::model); });
+        return refusal_of(
+            [&] { (void)fit_waves(rod_bead_waves(start, rest_of(start), fitted(keys)), record, NoiseOf::model); });
     };
     EXPECT_EQ(refusal({"relaxation.rate", "relaxation.contact"}, model),
               "the waves determine only a combination of relaxation.rate and relaxation.contact; expected numbers that "
@@ -296,12 +300,11 @@ TEST(WaveFit, refuses_what_waves_do_not_determine) {
     physics::Model quiet = model;
     quiet.noise = {};
     EXPECT_EQ(refusal({"relaxation.rate"}, quiet),
-              "the scene has no noise that reaches every field of the wave at q = (0, 0) /mm; expected noise: give "
-              "noise.order, noise.velocity, noise.rods or noise.beads, and driving.strength where the beads have no "
-              "other");
+              "the scene has no noise that reaches every field of the wave at q = (0, 0) /mm; expected noise of each "
+              "field, or of one that drives it: such as noise.order, and driving.strength for the beads");
     EXPECT_EQ(refusal_of([&] {
-                  (void)fit_waves(model, rest_of(model), fitted({"relaxation.rate"}), thinned(record, 8),
-                                  NoiseOf::model);
+                  (void)fit_waves(rod_bead_waves(model, rest_of(model), fitted({"relaxation.rate"})),
+                                  thinned(record, 8), NoiseOf::model);
               }),
               "26 frames; expected at least 65: record more frames");
 }

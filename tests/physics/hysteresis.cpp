@@ -7,7 +7,7 @@
 #include "band_model.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/field_evolution.hpp"
-#include "drover/physics/travelling_state.hpp"
+#include "drover/physics/travelling_problem.hpp"
 
 namespace drover::physics {
 namespace {

@@ -1,5 +1,5 @@
 // tests/physics/travelling_state.cpp: exact bands, solitary waves and kinks from poor guesses; folds and stability.
-#include "drover/physics/travelling_state.hpp"
+#include "drover/physics/travelling_problem.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

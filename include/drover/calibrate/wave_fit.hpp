@@ -1,5 +1,6 @@
 // calibrate/wave_fit.hpp: coefficients of the field equations from recorded waves, by maximum likelihood.
 #pragma once
+#include <Eigen/Core>
 #include <complex>
 #include <functional>
 #include <limits>
@@ -16,19 +17,48 @@ struct WaveRecord {
     double area = 0.0;     ///< of the cell [mm^2]
     std::size_t frames = 0;
     std::vector<numerics::Wavevector> q = {};  ///< one of each pair q and -q; (0, 0) for the means of v and p
-    /// Of each wave, frame after frame: the fields in the order of physics::places_of(form), vectors by components.
+    /// Of each wave, frame after frame: the fields, vectors by components.
     std::vector<std::vector<std::complex<double>>> amplitudes = {};
 };
 
 /// Every k-th frame.
 WaveRecord thinned(const WaveRecord& record, std::size_t every);
 
-/// A number of a model to be fitted.
+/// A number to be fitted.
 struct FittedNumber {
+    std::string key;
+    double start = 0.0;
+    double least = -std::numeric_limits<double>::infinity();
+};
+
+/// The linear equations of waves about a uniform state: d/dt of the fields of a record at q, and the strengths of their
+/// noise, <f f^H> = noise delta(t - t') per area.
+struct LinearWaves {
+    std::function<Eigen::MatrixXcd(const numerics::Wavevector&)> symbol, noise;
+};
+
+/// What is fitted to the fields of a record.
+struct WaveModel {
+    /// Of each field of the record: one whose mean is conserved does not fluctuate at q = 0, nor where its amplitude is
+    /// the rounding error of `size`.
+    struct Field {
+        bool is_conserved = false;
+        double size = 0.0;
+    };
+    std::vector<Field> fields;
+    std::vector<FittedNumber> numbers;
+    std::function<LinearWaves(const std::vector<double>&)> at;  ///< for values of the numbers
+};
+
+/// A number of rods and beads.
+struct RodBeadNumber {
     std::string key;
     std::function<double&(physics::Model&)> in;
     double least = -std::numeric_limits<double>::infinity();
 };
+/// The fields of a record are in the order of physics::places_of(form).
+WaveModel rod_bead_waves(const physics::Model& start, const physics::UniformPoint& about,
+                         const std::vector<RodBeadNumber>& numbers);
 
 struct FittedValue {
     double value = 0.0;
@@ -50,17 +80,15 @@ inline constexpr std::size_t min_wave_pairs = 64;
 /// couplings alone count.
 enum class NoiseOf { model, frames };
 
-/// Fits numbers of a model to waves about a uniform state.  The linear equations da/dt = M(q) a + noise give each frame
+/// Fits numbers of a model to waves.  The linear equations da/dt = M(q) a + noise give each frame
 /// from the one before,
 ///     a(t + s) = exp(M s) a(t) + f,    <f f^H> = integral over 0 < t < s of exp(M t) Q exp(M^H t)/area,
 /// so the likelihood of all frames is exact at any spacing s.  Its maximum is found by scoring (Gauss-Newton steps with
-/// the expected information) from the values in `start`, which also holds the numbers that are not fitted.  A density
-/// that does not fluctuate, beyond rounding, is left out.
+/// the expected information) from the values at the start.
 /// Sources: covariance of the noise, Van Loan, IEEE Trans. Autom. Control 23, 395 (1978); errors, White, Econometrica
 /// 50, 1 (1982).
 /// Throws an input Error for too few frames, for waves that noise does not reach, and for numbers that the waves do not
 /// determine, alone or together; a run Error where no maximum is found.
-WaveFit fit_waves(const physics::Model& start, const physics::UniformPoint& about,
-                  const std::vector<FittedNumber>& numbers, const WaveRecord& record, NoiseOf noise);
+WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf noise);
 
 }  // namespace drover::calibrate

@@ -46,6 +46,10 @@ StationaryStates stationary_states(const Equations& equations);
 /// of another size or with values that are not finite.
 StationaryStates stationary_states(const Equations& equations, const UniformState& means);
 
+/// Only what Newton's method finds from the references and from these states of all components, which take the
+/// conserved means of the references: for models that differ little from one whose states are known.
+StationaryStates stationary_states_near(const Equations& equations, const std::vector<UniformState>& guesses);
+
 // ---- Modes of one wave
 
 /// Sorted by growth rate, fastest first.  `shapes` has one row for each component with a rate, in the order of

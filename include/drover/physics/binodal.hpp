@@ -1,6 +1,6 @@
 // physics/binodal.hpp: densities of two phases that coexist in a travelling or standing state.
 #pragma once
-#include "drover/physics/travelling_state.hpp"
+#include "drover/physics/travelling_problem.hpp"
 
 namespace drover::physics {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/numerics/contour.hpp"
+#include "drover/model/boundary.hpp"
 #include "drover/physics/equations.hpp"
 #include "drover/physics/long_waves.hpp"
 
@@ -21,13 +21,14 @@ enum class Limit {
 std::string limit_name(Limit limit);
 Limit limit_of(const std::string& name);  ///< throws an input Error that lists the valid names
 
-/// Stability margin, positive on the stable side.  Exact in the limit q -> 0, by second-order perturbation theory;
-/// waves of finite length may become unstable earlier, see physics/stability.hpp.  Only its sign and its zeros are
-/// meaningful.
-struct Margin {
-    double value = 0.0;  ///< NaN: the state of this limit does not exist, or the densities are outside a table
-    double angle = 0.0;  ///< angle from p0 of the least stable wave [rad]
-};
+using model::Boundary;
+using model::BoundaryLine;
+using model::BoundaryPoint;
+using model::Margin;
+
+/// Stability margin, exact in the limit q -> 0, by second-order perturbation theory; waves of finite length may become
+/// unstable earlier, see physics/stability.hpp.  NaN: the state of this limit does not exist, or the densities are
+/// outside a table.  Its angle is that from p0.
 Margin margin(const Equations& equations, double bead_density, double rod_density, Limit limit);
 
 /// One axis of a plane of models.
@@ -49,28 +50,6 @@ struct Uncertain {
 /// All table values of a model that have an error.
 std::vector<Uncertain> table_errors(const Model& model);
 
-struct BoundaryPoint {
-    double x = 0.0, y = 0.0;
-    /// Standard error of the position of the line: (x, y) +- (error_x, error_y), along the gradient of the margin in
-    /// the plane scaled to a square.  NaN where the margin has no gradient (a cusp or corner).
-    double error_x = 0.0, error_y = 0.0;
-    double angle = 0.0;  ///< of the least stable wave [rad]
-};
-
-struct BoundaryLine {
-    Limit limit = Limit::onset;
-    bool closed =
-        false;  ///< a closed curve; otherwise it ends at the edge of the plane or where its state ceases to exist
-    std::vector<BoundaryPoint> points;
-};
-
-struct Boundary {
-    std::vector<BoundaryLine> lines;
-    std::vector<numerics::PlanePoint> singular_points;  ///< unresolved cusps and double points
-    std::size_t evaluations = 0;
-    bool complete = true;
-};
-
 struct Plane {
     Model model;
     PlaneAxis x, y;
@@ -80,7 +59,7 @@ struct Plane {
 std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::PlanePoint>& points, Limit limit,
                             Threads& threads);
 
-/// Traces the lines of one limit.  Finds every closed curve wider than a sampling cell, see numerics/contour.hpp.
+/// Traces the lines of one limit.
 Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncertain>& uncertain,
                         const numerics::ContourOptions& options, Threads& threads);
 

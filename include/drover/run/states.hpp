@@ -20,7 +20,7 @@ struct StatesOptions {
 /// The state along x next to the initial fields of a scene, averaged over y, without noise: speed, densities,
 /// perturbations that depend on x; with `follow` the curve of states.  Archives hold the fields as frames, which
 /// initial.kind = "file" accepts.  Throws an input Error for a key that is not a number of the model, and as
-/// physics::TravellingSolver.
+/// numerics::TravellingSolver.
 Result make_states(const io::Scene& scene, const StatesOptions& options, Threads& threads);
 
 }  // namespace drover::run

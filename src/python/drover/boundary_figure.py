@@ -26,8 +26,9 @@ def draw(theory):
     conventions, (origin, sides) = conventions_of(theory, lines), plane_of(theory)
     figure = new_figure()
     axes = add_axes(figure, PLANE)
-    codes = panels.draw_regimes(axes, groups["map"].regime, numpy.ravel(
-        numpy.column_stack([origin, origin + sides]))) if "map" in groups else []
+    regimes = groups["map"].get("regime", groups["map"].get("stable_states")) if "map" in groups else None
+    regime_keys = panels.draw_regimes(axes, regimes, numpy.ravel(
+        numpy.column_stack([origin, origin + sides]))) if regimes is not None else []
     for line in lines:
         if line.has_errors:
             panels.draw_ribbon(axes, line, sides)
@@ -40,9 +41,9 @@ def draw(theory):
         axis.set_label_text(label_of(theory, groups, name))
     if not lines:
         axes.text(0.5, 0.5, "no line in this plane", ha="center", va="center", transform=axes.transAxes)
-    write_keys(figure, codes, lines, conventions)
+    write_keys(figure, regime_keys, lines, conventions)
     write_title_and_caption(figure, f"{scene_name(theory)}: phase boundaries of its uniform states",
-                caption(theory, codes, lines, conventions, angles))
+                caption(theory, bool(regime_keys), lines, conventions, angles))
     return figure
 
 
@@ -67,18 +68,18 @@ def plane_of(theory):
 
 def label_of(theory, groups, axis):
     name = drawable(theory.attributes.get(f"boundary_{axis}", axis))
-    name = AREA_FRACTIONS.get(name, name)
+    name = AREA_FRACTIONS.get(name, name.removeprefix("coefficients."))
     if "boundary" in groups:
         return with_unit(name, groups["boundary"][axis])
     return with_unit(name, groups["map"][f"map_{axis}"]) if "map" in groups else name
 
 
-def write_keys(figure, codes, lines, conventions):
+def write_keys(figure, regime_keys, lines, conventions):
     """Draws the legends to the right of the plane."""
     top = (PLANE[1] + PLANE[3]) / SIZE[1]
     first = panels.CONVENTIONS[conventions[0]]
-    for title, keys in ((f"regimes ({first} convention)" if len(conventions) > 1 else "regimes",
-                         panels.regime_keys(codes)),
+    for title, keys in (("uniform states" if of_own_model(lines)
+                         else f"regimes ({first} convention)" if len(conventions) > 1 else "regimes", regime_keys),
                         ("lines", panels.line_keys(lines, conventions))):
         if keys:
             legend = figure.legend(handles=keys, title=title, loc="upper left",
@@ -88,21 +89,27 @@ def write_keys(figure, codes, lines, conventions):
             legend.get_title().set_fontsize(9.5)
 
 
-def caption(theory, codes, lines, conventions, angles):
+def of_own_model(lines):
+    return any(line.limit >= panels.OF_MODEL for line in lines)
+
+
+def caption(theory, has_map, lines, conventions, angles):
     """Explains the figure to a reader."""
-    words = ["Lines where a uniform state becomes unstable to long waves, q → 0, from linear theory"
+    of_model = of_own_model(lines)
+    words = ["Lines where a uniform state becomes unstable to " + ("any wave" if of_model else "long waves, q → 0")
+             + ", from linear theory"
              + ("; binodal: the densities of two phases that travel or stand side by side"
                 if any(line.limit == panels.BINODAL for line in lines) else "")
              + ("; where two coincide, the narrow line is drawn on the wide one."
                 if len({line.limit for line in lines}) > 1 else ".")]
-    if codes:
-        words.append(f"Colours: regime of the uniform state, on {theory.scene['boundary'].get('map', '?')} points "
-                     f"along each "
-                     "axis.")
+    if has_map:
+        words.append(f"Colours: {'stable uniform states' if of_model else 'regime of the uniform state'}, on "
+                     f"{theory.scene['boundary'].get('map', '?')} points along each axis.")
     if len(conventions) > 1:
         words.append("Conventions: weathercock.strength is λ (mean) or 2 λ (single-rod).")
     if any(line.has_errors for line in lines):
         words.append("Bands: standard errors of the lines, from the errors of the numbers in the scene.")
     if angles:
-        words.append("Degrees on oblique lines: angle between the order and the wave that becomes unstable first.")
+        words.append(f"Degrees on {'lines of the ordered state' if of_model else 'oblique lines'}: angle between the "
+                     "order and the wave that becomes unstable first.")
     return " ".join(words)

@@ -14,12 +14,17 @@ from drover.panels import BLUE, GREEN, GREY, PURPLE, VERMILLION
 REGIMES = ("not defined", "isotropic", "isotropic, phase separation", "flock", "flock, banding",
            "flock, oblique instability")
 PALE = ("#ffffff", "#e4e4e4", "#ecd2e1", "#cfe3f2", "#f8d5bf", "#c4e8da")
+# The same of the codes of a map of a model of its own.
+STABLE = ("no uniform state", "none stable", "isotropic state stable", "ordered state stable", "both states stable")
+PALE_STABLE = ("#ffffff", "#f8d5bf", "#e4e4e4", "#cfe3f2", "#ecd2e1")
 # Names, colours and widths of lines by instability; wide lines are drawn below, so coinciding lines remain visible.
 LIMITS = (("onset of a flock", "#000000", 1.8), ("phase separation", PURPLE, 1.8),
           ("banding: waves along p0", VERMILLION, 1.4),
           ("oblique: waves at an angle to p0", GREEN, 3.0),
-          ("binodal: phases that coexist", BLUE, 1.4))
-OBLIQUE, BINODAL = 3, 4
+          ("binodal: phases that coexist", BLUE, 1.4),
+          ("isotropic state becomes unstable", "#000000", 1.8),  # of a model of its own, from here on
+          ("ordered state becomes unstable", VERMILLION, 1.4))
+OBLIQUE, BINODAL, OF_MODEL, ORDERED = 3, 4, 5, 6
 CONVENTIONS = ("mean", "single-rod")
 ANGLES_AT = (0.08, 0.36, 0.64, 0.92)  # fractions of the length of an oblique line where its angle is written
 ANGLES_APART = 0.07                   # relative to the side of the plane
@@ -44,6 +49,8 @@ class Line:
 def lines_of(vertices):
     """Lines from a table of vertices."""
     columns = {name: vertices[name].values for name in vertices.data_vars}
+    limits = columns["limit"] if "limit" in columns else OF_MODEL + columns["state"]
+    conventions = columns.get("convention", numpy.zeros(len(limits)))
     lines = []
     for number in numpy.unique(columns["line"]):
         chosen = numpy.flatnonzero(columns["line"] == number)
@@ -52,21 +59,22 @@ def lines_of(vertices):
             chosen = numpy.append(chosen, chosen[0])
         places, errors = (numpy.column_stack([columns[f"{start}{axis}"][chosen] for axis in "xy"])
                           for start in ("", "error_"))
-        lines.append(Line(int(columns["limit"][chosen[0]]), int(columns["convention"][chosen[0]]), closed, places,
-                          errors,
+        lines.append(Line(int(limits[chosen[0]]), int(conventions[chosen[0]]), closed, places, errors,
                           columns["angle"][chosen]))
     return lines
 
 
 def draw_regimes(axes, regimes, extent):
-    """Draws the map in pale colours; returns the codes in it."""
+    """Draws the map in pale colours; returns the legend entries of the codes in it."""
+    names, pale = (STABLE, PALE_STABLE) if regimes.name == "stable_states" else (REGIMES, PALE)
     axes.imshow(regimes.values, origin="lower", extent=extent, aspect="auto", interpolation="nearest", zorder=0,
-                cmap=ListedColormap(PALE), vmin=-1.5, vmax=len(PALE) - 1.5)
-    codes = sorted({int(code) for code in numpy.unique(regimes.values) if -1 <= code < len(PALE) - 1})
+                cmap=ListedColormap(pale), vmin=-1.5, vmax=len(pale) - 1.5)
+    codes = sorted({int(code) for code in numpy.unique(regimes.values) if -1 <= code < len(pale) - 1})
     if -1 in codes:
         axes.contourf(regimes["map_x"], regimes["map_y"], regimes.values == -1.0, levels=[0.5, 1.5], colors="none",
                       hatches=["////"], zorder=0)
-    return codes
+    return [Patch(facecolor=pale[code + 1], edgecolor=GREY, linewidth=0.6, label=names[code + 1],
+                  hatch="////" if code == -1 else None) for code in codes]
 
 
 def draw_line(axes, line, dashed):
@@ -99,7 +107,7 @@ def on_one_side(errors):
 def write_angles(axes, lines, origin, sides):
     """Writes the angle of the first unstable wave at a few points of each oblique line; returns whether any was."""
     written = []
-    for line in (line for line in lines if line.limit == OBLIQUE and len(line.places) > 1):
+    for line in (line for line in lines if line.limit in (OBLIQUE, ORDERED) and len(line.places) > 1):
         places = (line.places - origin) / sides
         lengths = numpy.append(0.0, numpy.cumsum(numpy.hypot(*numpy.diff(places, axis=0).T)))
         for part in ANGLES_AT:
@@ -116,11 +124,6 @@ def write_angles(axes, lines, origin, sides):
                           path_effects=[withStroke(linewidth=2, foreground="white")])
             written.append(places[n])
     return bool(written)
-
-
-def regime_keys(codes):
-    return [Patch(facecolor=PALE[code + 1], edgecolor=GREY, linewidth=0.6, label=REGIMES[code + 1],
-                  hatch="////" if code == -1 else None) for code in codes]
 
 
 def line_keys(lines, conventions):

@@ -19,6 +19,10 @@ NEEDED = {"stability": {"growth_rate": BRANCH},
                                                              "single_rod_error", "single_rod_share")},
           "cells": {name: ("cell",) for name in ("bead_area_fraction", "rod_area_fraction", "order")},
           "map": {"regime": ("map_y", "map_x")}}
+# The same of drover boundary for a model of its own.
+OF_MODEL = {"boundary": {name: ("vertex",) for name in ("line", "state", "closed", "x", "y", "error_x", "error_y",
+                                                        "angle", "wavenumber", "wave_frequency")},
+            "map": {"stable_states": ("map_y", "map_x")}}
 # Optional arrays with their axes.
 KNOWN = {"frequency": BRANCH, "slow_speed": SLOW, "slow_growth": SLOW, "slow_damping": SLOW}
 FACTORS = {"structure_factor_": ("angle", "wavenumber"), "dynamic_structure_factor_": ("angle", "frequency_axis")}
@@ -97,8 +101,10 @@ def read_theory(store, path):
              if isinstance(store.file.get(name, getlink=True), h5py.HardLink)]
     names = [name for name in names if isinstance(store.file[name], h5py.Group)]
     groups = {name: group_dataset(store, name) for name in names if kind == "stability" or name in NEEDED}
+    of_model = any("state" in group or "stable_states" in group for group in groups.values())
+    needed = {**NEEDED, **OF_MODEL} if of_model else NEEDED
     for name, group in groups.items():
-        check_group(path, name, group, NEEDED["stability" if kind == "stability" else name])
+        check_group(path, name, group, needed["stability" if kind == "stability" else name])
     return Theory(path, kind, groups, scene, attributes, store)
 
 

@@ -1,14 +1,14 @@
-// physics/travelling_state.cpp: travelling states, the curves that they form, and their stability.
-#include "drover/physics/travelling_state.hpp"
+// numerics/travelling_state.cpp: travelling states, the curves that they form, and their stability.
+#include "drover/numerics/travelling_state.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numbers>
 
 #include "drover/base/error.hpp"
-#include "physics/travelling_equations.hpp"
+#include "numerics/travelling_equations.hpp"
 
-namespace drover::physics {
+namespace drover::numerics {
 
 using travelling::Numbers;
 using travelling::product;
@@ -22,18 +22,18 @@ struct TravellingSolver::Work : TravellingEquations {
     using TravellingEquations::TravellingEquations;
 };
 
-TravellingSolver::TravellingSolver(TravellingProblem problem, Threads& threads)
-    : work_(std::make_unique<Work>(std::move(problem), threads)) {}
+TravellingSolver::TravellingSolver(TravellingFamily family, Threads& threads)
+    : work_(std::make_unique<Work>(std::move(family), threads)) {}
 TravellingSolver::~TravellingSolver() = default;
 TravellingSolver::TravellingSolver(TravellingSolver&&) noexcept = default;
 
 std::size_t TravellingSolver::unknowns() const { return work_->size() + 1; }
 std::int64_t TravellingSolver::right_hand_sides() const { return work_->evaluations; }
 
-TravellingState TravellingSolver::find(const numerics::Spectra& guess, std::optional<double> speed) {
+TravellingState TravellingSolver::find(const Spectra& guess, std::optional<double> speed) {
     Work& w = *work_;
     const std::size_t n = w.size();
-    w.set_parameter(w.problem.parameter);
+    w.set_parameter(w.family.parameter);
     Numbers u(n);
     w.modes->pack(guess, u);
     w.choose_shift();
@@ -66,7 +66,7 @@ TravellingState TravellingSolver::find(const numerics::Spectra& guess, std::opti
 
 namespace {
 /// The unknowns of a point of a curve of solutions.
-Numbers numbers_of(const numerics::ModeVector& modes, const TravellingState& at) {
+Numbers numbers_of(const ModeVector& modes, const TravellingState& at) {
     Numbers u(modes.size());
     modes.pack(at.state, u);
     u.push_back(at.speed);
@@ -162,4 +162,4 @@ std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const Tra
     return rates;
 }
 
-}  // namespace drover::physics
+}  // namespace drover::numerics

@@ -1,11 +1,11 @@
-// physics/travelling_equations.cpp: residual, derivative and preconditioner of the equations of a travelling state.
-#include "physics/travelling_equations.hpp"
+// numerics/travelling_equations.cpp: residual, derivative and preconditioner of the equations of a travelling state.
+#include "numerics/travelling_equations.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <numbers>
 
-namespace drover::physics {
+namespace drover::numerics {
 
 using travelling::Numbers;
 using travelling::product;
@@ -13,23 +13,18 @@ using travelling::Rates;
 using travelling::Values;
 
 namespace {
-using numerics::Complex;
 constexpr double pi = std::numbers::pi;
-
-Model without_noise(Model model) {
-    model.noise = {};
-    return model;
-}
 }  // namespace
 
-TravellingEquations::TravellingEquations(TravellingProblem the_problem, Threads& the_threads)
-    : problem(std::move(the_problem)), threads(the_threads) {
-    require(problem.grid.ny == 1, {}, "a travelling state on {} rows of points; expected grid.ny = 1", problem.grid.ny);
-    set_parameter(problem.parameter);
-    modes.emplace(problem.grid, rates->whole.system.layout, rates->whole.system.degree);
-    const int count = numerics::components(rates->whole.system.layout);
+TravellingEquations::TravellingEquations(TravellingFamily the_family, Threads& the_threads)
+    : family(std::move(the_family)), threads(the_threads) {
+    set_parameter(family.parameter);
+    grid = rates->system.grid;
+    require(grid.ny == 1, {}, "a travelling state on {} rows of points; expected grid.ny = 1", grid.ny);
+    modes.emplace(grid, rates->system.layout, rates->system.degree);
+    const int count = components(rates->system.layout);
     per_component = modes->size() / static_cast<std::size_t>(count);
-    scratch = numerics::Spectra(problem.grid, count);
+    scratch = Spectra(grid, count);
     rate = scratch;
 }
 
@@ -44,7 +39,7 @@ void TravellingEquations::set_sizes(Values a) {
     sizes.assign(size(), 0.0);
     for (std::size_t f = 0; f < squares.size(); ++f) {
         squares[f] = std::max(squares[f], std::min(of_changes[f], largest));
-        const numerics::ModeVector::Field& field = modes->fields()[f];
+        const ModeVector::Field& field = modes->fields()[f];
         std::fill(sizes.begin() + static_cast<std::ptrdiff_t>(field.begin),
                   sizes.begin() + static_cast<std::ptrdiff_t>(field.end),
                   std::sqrt(std::max(squares[f], 1e-6 * largest)));
@@ -53,19 +48,16 @@ void TravellingEquations::set_sizes(Values a) {
 
 void TravellingEquations::set_parameter(double parameter) {
     if (rates && rates->parameter == parameter) return;
-    const Model model = without_noise(problem.model(parameter));
-    const Equations equations(model);
-    require(nonuniform_term(equations).empty(), {},
-            "the term {} depends on position or time; expected terms without: a travelling state has none",
-            nonuniform_term(equations));
-    rates.emplace(Rates{parameter, model,
-                        WholeRate(equations, problem.grid, reference(model.uniform), threads, problem.dealiasing)});
+    const System system = family.system(parameter);
+    rates.emplace(Rates{parameter, system, LinearOperator(system)});
 }
 
 /// f = L a + N(a) at the present parameter.
 void TravellingEquations::evaluate(Values a, std::span<double> f) {
     modes->unpack(a, scratch);
-    rates->whole.write(0.0, scratch, rate);
+    std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
+    if (rates->system.nonlinear) rates->system.nonlinear(0.0, scratch, rate);
+    rates->linear.add(scratch, rate);
     modes->pack(rate, f);
     ++evaluations;
 }
@@ -75,7 +67,7 @@ Numbers TravellingEquations::slope(Values a) const {
     Numbers result(size(), 0.0);
     for (std::size_t begin = 0; begin < size(); begin += per_component)
         for (std::size_t k = 1; 2 * k < per_component; ++k) {
-            const double q = 2.0 * pi / problem.grid.lx * static_cast<double>(k);
+            const double q = 2.0 * pi / grid.lx * static_cast<double>(k);
             result[begin + 2 * k - 1] = -q * a[begin + 2 * k];
             result[begin + 2 * k] = q * a[begin + 2 * k - 1];
         }
@@ -91,34 +83,31 @@ void TravellingEquations::find_conserved(Values a) {
     evaluate(other, g);
     conserved.clear();
     masses.clear();
-    for (const int c : numerics::scalar_components(rates->whole.system.layout)) {
+    for (const int c : scalar_components(rates->system.layout)) {
         const std::size_t mean = static_cast<std::size_t>(c) * per_component;
         constexpr double rounding = 1e-13;
         if (std::max(std::abs(f[mean]), std::abs(g[mean])) > rounding * shift * sizes[mean]) continue;
         conserved.push_back(mean);
-        masses.push_back(a[mean]);
+        masses.push_back(a[mean] - family.mean(rates->parameter, c));
     }
-    mass_uniform = rates->model.uniform;
 }
 
-/// The mean of a conserved density; it follows the uniform state where that is the parameter.
+/// The mean of a conserved density; it follows what the family prescribes.
 double TravellingEquations::mass(std::size_t i) const {
-    const int beads = physics::form(rates->model).bead_density;
-    const auto density = [&](const UniformState& uniform) {
-        return static_cast<int>(conserved[i] / per_component) == beads ? uniform.bead_density : uniform.rod_density;
-    };
-    return masses[i] + density(rates->model.uniform) - density(mass_uniform);
+    return masses[i] + family.mean(rates->parameter, static_cast<int>(conserved[i] / per_component));
 }
 
 /// Above every growth rate of the linear terms: the preconditioner is regular.
 void TravellingEquations::choose_shift() {
-    const numerics::System& system = rates->whole.system;
-    const double growth = std::max(0.0, fastest_growth(system).rate);
-    double slowest = std::numeric_limits<double>::infinity();
-    const numerics::IsotropicBlocks uniform = system.linear(0.0);
-    for (const numerics::Block* block : {&uniform.even, &uniform.odd})
-        for (const Complex s : numerics::eigenvalues(*block))
-            if (std::abs(s) > 1e-9) slowest = std::min(slowest, std::abs(s));
+    double growth = 0.0, slowest = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; 2 * k < per_component + 1; ++k) {
+        const IsotropicBlocks blocks = rates->system.linear(2.0 * pi / grid.lx * static_cast<double>(k));
+        for (const Block* block : {&blocks.even, &blocks.odd})
+            for (const Complex s : eigenvalues(*block)) {
+                growth = std::max(growth, s.real());
+                if (k == 0 && std::abs(s) > 1e-9) slowest = std::min(slowest, std::abs(s));
+            }
+    }
     shift = 2.0 * growth + (std::isfinite(slowest) ? slowest : 1.0);
 }
 
@@ -151,16 +140,16 @@ void TravellingEquations::derive(Values a, double speed, Values v, std::span<dou
 
 namespace {
 /// The blocks of L at q along x, in the Cartesian components of the fields: see IsotropicBlocks.
-numerics::SmallMatrix cartesian_block(const numerics::System& system, double q) {
-    const numerics::IsotropicBlocks blocks = system.linear(q);
-    const numerics::BlockParts parts = numerics::block_parts(system.layout);
-    const int count = numerics::components(system.layout);
-    numerics::SmallMatrix m = numerics::SmallMatrix::Zero(count, count);
-    const auto factor = [&](const numerics::Part& part) {
+SmallMatrix cartesian_block(const System& system, double q) {
+    const IsotropicBlocks blocks = system.linear(q);
+    const BlockParts parts = block_parts(system.layout);
+    const int count = components(system.layout);
+    SmallMatrix m = SmallMatrix::Zero(count, count);
+    const auto factor = [&](const Part& part) {
         static constexpr Complex powers_of_i[] = {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}};
         return q > 0.0 ? powers_of_i[part.spin % 4] : 1.0;
     };
-    const auto fill = [&](const numerics::Block& block, const std::vector<numerics::Part>& of) {
+    const auto fill = [&](const Block& block, const std::vector<Part>& of) {
         for (std::size_t i = 0; i < of.size(); ++i)
             for (std::size_t k = 0; k < of.size(); ++k)
                 m(of[i].component, of[k].component) =
@@ -176,8 +165,8 @@ void TravellingEquations::prepare(Values a, double speed) {
     const std::size_t kept = (per_component + 1) / 2;
     inverses.clear();
     for (std::size_t k = 0; k < kept; ++k) {
-        const double q = 2.0 * pi / problem.grid.lx * static_cast<double>(k);
-        numerics::SmallMatrix m = cartesian_block(rates->whole.system, q);
+        const double q = 2.0 * pi / grid.lx * static_cast<double>(k);
+        SmallMatrix m = cartesian_block(rates->system, q);
         m.diagonal().array() += Complex(-shift, speed * q);
         if (k == 0)
             for (const std::size_t mean : conserved) {
@@ -185,14 +174,14 @@ void TravellingEquations::prepare(Values a, double speed) {
                 m.row(row).setZero();
                 m(row, row) = shift;
             }
-        inverses.push_back(numerics::inverse(m));
+        inverses.push_back(inverse(m));
     }
     columns.front() = slope(a);
     for (const std::size_t mean : conserved) columns.front()[mean] = 0.0;
     if (columns.size() > 1) columns[1] = parameter_column(a);
     const auto extra = static_cast<Eigen::Index>(columns.size());
     preconditioned_columns = columns;
-    schur = numerics::SmallRealMatrix::Zero(extra, extra);
+    schur = SmallRealMatrix::Zero(extra, extra);
     for (Numbers& column : preconditioned_columns) solve_blocks(column);
     for (Eigen::Index i = 0; i < extra; ++i)
         for (Eigen::Index k = 0; k < extra; ++k) {
@@ -204,7 +193,7 @@ void TravellingEquations::prepare(Values a, double speed) {
 
 void TravellingEquations::solve_blocks(std::span<double> v) const {
     const auto count = static_cast<Eigen::Index>(size() / per_component);
-    numerics::SmallVector x(count);
+    SmallVector x(count);
     for (std::size_t k = 0; k < inverses.size(); ++k) {
         const std::size_t at = k == 0 ? 0 : 2 * k - 1;
         for (Eigen::Index c = 0; c < count; ++c) {
@@ -224,10 +213,10 @@ void TravellingEquations::solve_blocks(std::span<double> v) const {
 void TravellingEquations::precondition(std::span<double> v) const {
     const std::span<double> a = v.first(size()), extra = v.subspan(size());
     solve_blocks(a);
-    numerics::SmallRealVector right(static_cast<Eigen::Index>(extra.size()));
+    SmallRealVector right(static_cast<Eigen::Index>(extra.size()));
     for (std::size_t i = 0; i < extra.size(); ++i)
         right(static_cast<Eigen::Index>(i)) = extra[i] - product(Values(rows[i]).first(size()), a);
-    const numerics::SmallRealVector found = numerics::real_inverse(schur) * right;
+    const SmallRealVector found = real_inverse(schur) * right;
     for (std::size_t k = 0; k < extra.size(); ++k) {
         extra[k] = found(static_cast<Eigen::Index>(k));
         for (std::size_t i = 0; i < size(); ++i) a[i] -= extra[k] * preconditioned_columns[k][i];
@@ -248,13 +237,13 @@ Numbers TravellingEquations::parameter_column(Values a) {
 }
 
 /// Unknowns: the modes, the speed and, with two columns, the parameter.
-numerics::NonlinearEquations TravellingEquations::equations() {
+NonlinearEquations TravellingEquations::equations() {
     const std::size_t n = size();
     const bool has_parameter = columns.size() > 1;
     const auto set = [this, n, has_parameter](Values u) {
         if (has_parameter) set_parameter(u[n + 1]);
     };
-    numerics::NonlinearEquations e;
+    NonlinearEquations e;
     e.residual = [=, this](Values u, std::span<double> f) {
         set(u);
         fill_equations(u.first(n), u[n], f);
@@ -276,13 +265,13 @@ numerics::NonlinearEquations TravellingEquations::equations() {
 }
 
 /// Of the modes: the sums of the sizes of their linear terms.
-void TravellingEquations::set_equation_sizes(double speed, numerics::NonlinearEquations& e) const {
+void TravellingEquations::set_equation_sizes(double speed, NonlinearEquations& e) const {
     const std::size_t n = size(), count = n / per_component;
     e.unknown_sizes = sizes;
     e.equation_sizes.assign(n, 0.0);
     for (std::size_t number = 0; number < per_component; ++number) {
-        const double q = 2.0 * pi / problem.grid.lx * static_cast<double>((number + 1) / 2);
-        const numerics::SmallMatrix m = cartesian_block(rates->whole.system, q);
+        const double q = 2.0 * pi / grid.lx * static_cast<double>((number + 1) / 2);
+        const SmallMatrix m = cartesian_block(rates->system, q);
         for (std::size_t c = 0; c < count; ++c) {
             double& sum = e.equation_sizes[c * per_component + number];
             sum = (shift + std::abs(speed) * q) * sizes[c * per_component + number];
@@ -312,7 +301,7 @@ double TravellingEquations::variation(Values a) const {
     return std::sqrt(squares);
 }
 
-double TravellingEquations::smallest_speed() const { return 0.1 * shift * problem.grid.lx / (2.0 * pi); }
+double TravellingEquations::smallest_speed() const { return 0.1 * shift * grid.lx / (2.0 * pi); }
 
 /// The first row: a - (this a) is perpendicular to the slope.
 void TravellingEquations::fix_position(Values a) {
@@ -320,7 +309,7 @@ void TravellingEquations::fix_position(Values a) {
     const Numbers weights = metric();
     double squares = 0.0;
     for (std::size_t i = 0; i < row.size(); ++i) squares += weights[i] * row[i] * row[i];
-    const double q = 2.0 * pi / problem.grid.lx;
+    const double q = 2.0 * pi / grid.lx;
     require(
         squares > 1e-12 * q * q, {},
         "the guess of the state does not depend on x; expected a wave: give initial.kind = \"formula\" with one, or "
@@ -333,9 +322,9 @@ void TravellingEquations::fix_position(Values a) {
 
 TravellingState TravellingEquations::solve(Numbers u) {
     const std::size_t n = size();
-    numerics::NonlinearEquations e = equations();
+    NonlinearEquations e = equations();
     set_equation_sizes(u[n], e);
-    const numerics::NewtonOutcome outcome = numerics::solve_newton_krylov(e, {}, u);
+    const NewtonOutcome outcome = solve_newton_krylov(e, {}, u);
     if (!outcome.converged)
         fail_run(
             "no travelling state was found: after {} iterations of Newton's method the equations hold to {:.2g} of "
@@ -344,7 +333,7 @@ TravellingState TravellingEquations::solve(Numbers u) {
             "--speed), "
             "a longer cell or more points",
             outcome.iterations, outcome.residual);
-    TravellingState found{.state = numerics::Spectra(problem.grid, scratch.count()),
+    TravellingState found{.state = Spectra(grid, scratch.count()),
                           .speed = u[n],
                           .parameter = rates->parameter,
                           .speed_error = (1e-13 + 100.0 * outcome.residual) * smallest_speed(),
@@ -368,4 +357,4 @@ TravellingState TravellingEquations::solve_near(const Numbers& near, const Numbe
     return solve(near);
 }
 
-}  // namespace drover::physics
+}  // namespace drover::numerics

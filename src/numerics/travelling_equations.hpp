@@ -1,17 +1,17 @@
-// physics/travelling_equations.hpp: the equations of a travelling state, for Newton's method.
+// numerics/travelling_equations.hpp: the equations of a travelling state, for Newton's method.
 #pragma once
 #include <cmath>
 #include <numeric>
 #include <optional>
 #include <vector>
 
+#include "drover/numerics/linear_operator.hpp"
 #include "drover/numerics/newton_krylov.hpp"
-#include "drover/physics/travelling_problem.hpp"
-#include "drover/physics/whole_rate.hpp"
+#include "drover/numerics/travelling_state.hpp"
 #include "numerics/mode_vector.hpp"
 #include "numerics/small_matrices.hpp"
 
-namespace drover::physics {
+namespace drover::numerics {
 
 namespace travelling {
 using Numbers = std::vector<double>;
@@ -22,8 +22,8 @@ inline double product(Values a, Values b) { return std::inner_product(a.begin(),
 /// The equations at one value of the parameter.
 struct Rates {
     double parameter;
-    Model model;
-    WholeRate whole;
+    System system;
+    LinearOperator linear;
 };
 }  // namespace travelling
 
@@ -31,26 +31,26 @@ struct Rates {
 struct TravellingEquations {
     using Numbers = travelling::Numbers;
     using Values = travelling::Values;
-    TravellingProblem problem;
+    TravellingFamily family;
+    Grid grid;
     Threads& threads;
     std::optional<travelling::Rates> rates;
-    std::optional<numerics::ModeVector> modes;
+    std::optional<ModeVector> modes;
     std::size_t per_component = 0;       // numbers of a component
     std::vector<std::size_t> conserved;  // numbers: the means of conserved densities
-    Numbers masses;                      // their values
-    UniformState mass_uniform;           // the uniform state to which the masses belong
+    Numbers masses;                      // their values, less the means that the family prescribes
     double shift = 1.0;                  // of the preconditioner [1/s]
     Numbers sizes;                       // root mean squares of the field of each number
-    numerics::Spectra scratch, rate;
+    Spectra scratch, rate;
     std::int64_t evaluations = 0;
-    std::vector<numerics::SmallMatrix> inverses;  // of each mode
+    std::vector<SmallMatrix> inverses;  // of each mode
     // Unknowns beside the modes (the speed, the parameter) and as many equations: their columns and rows.
     std::vector<Numbers> columns, rows;
     Numbers offsets;  // of the rows
     std::vector<Numbers> preconditioned_columns;
-    numerics::SmallRealMatrix schur;
+    SmallRealMatrix schur;
 
-    TravellingEquations(TravellingProblem the_problem, Threads& the_threads);
+    TravellingEquations(TravellingFamily the_family, Threads& the_threads);
     std::size_t size() const { return modes->size(); }
     void set_parameter(double parameter);
     void evaluate(Values a, std::span<double> f);
@@ -70,10 +70,10 @@ struct TravellingEquations {
     double smallest_speed() const;  ///< that counts as one [mm/s]
     /// The solution at the parameter of `near` or, with a direction, that on the plane through `near` across it.
     TravellingState solve_near(const Numbers& near, const Numbers* direction, Values weights);
-    void set_equation_sizes(double speed, numerics::NonlinearEquations& e) const;
+    void set_equation_sizes(double speed, NonlinearEquations& e) const;
     Numbers metric() const;
     Numbers parameter_column(Values a);
-    numerics::NonlinearEquations equations();
+    NonlinearEquations equations();
 };
 
-}  // namespace drover::physics
+}  // namespace drover::numerics

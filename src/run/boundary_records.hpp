@@ -1,0 +1,44 @@
+// run/boundary_records.hpp: the plane, the lines and the map of drover boundary as records.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/model/boundary.hpp"
+#include "drover/run/result.hpp"
+
+namespace drover::run {
+
+/// One axis of a plane, as files and people read it.
+struct DescribedAxis {
+    std::string name;
+    std::string unit;     ///< as written in scenes
+    std::string udunits;  ///< UDUNITS text
+    double from = 0.0, to = 1.0;
+};
+
+struct DescribedPlane {
+    DescribedAxis x, y;
+    std::size_t uncertain = 0;  ///< numbers with a standard error
+    int cells = 64;             ///< as boundary.cells
+};
+
+/// What is traced, and what its points show.
+struct DescribedLines {
+    std::string heading;
+    std::vector<Entry> names = {};  ///< of the kind of line, in archives an entry of each vertex
+    bool shows_angles = false, shows_waves = false;
+};
+
+Record traced_record(const DescribedPlane& plane, const DescribedLines& described, const model::Boundary& boundary);
+
+/// The plane with the lists of its lines.
+Record plane_record(const DescribedPlane& plane, bool complete, List traced);
+
+/// The middles of side by side cells of a plane, rows of y first, and the axes of a map on them.
+struct MapPoints {
+    std::vector<numerics::PlanePoint> points;
+    std::vector<files::Axis> axes;
+};
+MapPoints map_points(const DescribedPlane& plane, int side);
+
+}  // namespace drover::run

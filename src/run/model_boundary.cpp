@@ -1,0 +1,196 @@
+// run/model_boundary.cpp: the plane of a declared model, its margins, and the map of stable states.
+#include "run/model_boundary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "run/boundary_plan.hpp"
+#include "run/boundary_records.hpp"
+#include "run/model_coefficients.hpp"
+#include "run/model_stability.hpp"
+#include "run/number_lists.hpp"
+
+namespace drover::run {
+
+namespace {
+using model::MarginState;
+
+const std::vector<std::string> state_names{"isotropic", "ordered"};
+
+struct UncertainCoefficient {
+    std::string name;
+    double error = 0.0;
+};
+
+struct PlannedModelBoundary {
+    AxisRange x, y;
+    std::vector<MarginState> states;
+    std::vector<UncertainCoefficient> uncertain;
+};
+
+AxisRange axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
+    const SourceLocation where = io::location_of(scene, list);
+    AxisRange axis = read_axis(list, written, "\"coefficients.a = 0.5:2\"", where);
+    axis.key = coefficient_of(scene, list, axis.key, where);
+    return axis;
+}
+
+std::vector<MarginState> states_of(const io::Scene& scene) {
+    const bool has_spin = std::any_of(scene.declared.fields.begin(), scene.declared.fields.end(),
+                                      [](const io::DeclaredField& field) { return field.rank != "scalar"; });
+    if (scene.boundary.lines == io::BoundaryPlan{}.lines)
+        return has_spin ? std::vector{MarginState::isotropic, MarginState::ordered}
+                        : std::vector{MarginState::isotropic};
+    const SourceLocation where = io::location_of(scene, "boundary.lines");
+    std::vector<MarginState> states;
+    for (const std::string& name : scene.boundary.lines) {
+        const auto found = std::find(state_names.begin(), state_names.end(), name);
+        require(found != state_names.end(), where,
+                "boundary.lines has \"{}\", a line of rods and beads; expected {} for a model of its own: where that "
+                "state becomes unstable",
+                name, joined(state_names));
+        require(name == "isotropic" || has_spin, where,
+                "boundary.lines has \"ordered\", and no field of the model has a direction; expected isotropic");
+        states.push_back(name == "isotropic" ? MarginState::isotropic : MarginState::ordered);
+    }
+    return states;
+}
+
+PlannedModelBoundary plan_of(const io::Scene& scene) {
+    PlannedModelBoundary plan{.x = axis_of(scene, "boundary.x", scene.boundary.x),
+                              .y = axis_of(scene, "boundary.y", scene.boundary.y),
+                              .states = states_of(scene)};
+    require(plan.x.key != plan.y.key, io::location_of(scene, "boundary.y"),
+            "boundary.x is {} and boundary.y is {}; expected two different coefficients", plan.x.key, plan.y.key);
+    require(scene.boundary.conventions.empty(), io::location_of(scene, "boundary.conventions"),
+            "boundary.conventions is for the equations of rods and beads; expected a scene without it");
+    const std::string list = "boundary.errors", example = "\"coefficients.a = 0.02\"";
+    const SourceLocation where = io::location_of(scene, list);
+    for (const std::string& written : scene.boundary.errors) {
+        const Assignment given = read_assignment(written, list, example, where);
+        const double error = read_number(given.value, written, list, example, where);
+        require(error > 0.0, where, "{} has \"{}\"; expected a standard error > 0", list, written);
+        const std::string name = coefficient_of(scene, list, given.key, where);
+        require(name != plan.x.key && name != plan.y.key, where,
+                "{} names {}, which an axis of the plane sets exactly; expected another coefficient", list, given.key);
+        plan.uncertain.push_back({name, error});
+    }
+    return plan;
+}
+
+class ModelPlane {
+public:
+    ModelPlane(const io::Scene& scene, const PlannedModelBoundary& plan)
+        : declared_(scene.declared), plan_(plan), search_(growth_search(scene)) {
+        if (scene.stability.min_wavenumber == 0.0) search_.min *= 100.0;  // the limit of long waves covers the rest
+        search_.wavenumbers = 41;  // the least stable wave is refined: these find it
+        search_.angles = 18;
+        for (const double x : {0.5, 0.0, 1.0})
+            for (const double y : {0.5, 0.0, 1.0})
+                add_guesses(
+                    at({plan.x.from + x * (plan.x.to - plan.x.from), plan.y.from + y * (plan.y.to - plan.y.from)}));
+    }
+
+    /// Margins of one state, where `changed` is larger by `by`.
+    model::MarginOf margin(MarginState state, const std::string& changed = {}, double by = 0.0) const {
+        return [=, this](const numerics::PlanePoint& point, const model::Margin* wave) {
+            Changes changes = at(point);
+            if (!changed.empty()) changes.emplace_back(changed, declared_.coefficients.at(changed) + by);
+            return model::margin(equations_with(declared_, changes), state, guesses_, search_, wave);
+        };
+    }
+    std::vector<model::UncertainMargin> uncertain(MarginState state) const {
+        std::vector<model::UncertainMargin> result;
+        for (const UncertainCoefficient& one : plan_.uncertain)
+            result.emplace_back([=, this](double part) { return margin(state, one.name, part * one.error); });
+        return result;
+    }
+
+private:
+    using Changes = std::vector<std::pair<std::string, double>>;
+    Changes at(const numerics::PlanePoint& point) const { return {{plan_.x.key, point.x}, {plan_.y.key, point.y}}; }
+    /// States differ little over a plane: those of its corners and middles lead to the others.
+    void add_guesses(const Changes& changes) {
+        for (const model::StationaryState& state : model::stationary_states(equations_with(declared_, changes)).states)
+            guesses_.push_back(state.values);
+    }
+
+    io::DeclaredModel declared_;
+    PlannedModelBoundary plan_;
+    model::GrowthSearch search_;
+    std::vector<model::UniformState> guesses_;
+};
+
+DescribedAxis described(const AxisRange& axis) {
+    return {.name = "coefficients." + axis.key, .unit = "1", .udunits = "1", .from = axis.from, .to = axis.to};
+}
+
+DescribedLines lines_of(const std::string& state) {
+    return {.heading = text("the {} state becomes unstable", state),
+            .names = {{.name = "state",
+                       .unit = "",
+                       .meaning = "the uniform state that becomes unstable",
+                       .value = state,
+                       .choices = state_names,
+                       .shown = {.text = false}}},
+            .shows_angles = state == "ordered",
+            .shows_waves = true};
+}
+
+/// What is stable at the points of a plane.
+files::ResultTable state_map(const ModelPlane& plane, const PlannedModelBoundary& plan, const DescribedPlane& described,
+                             int side, Threads& threads) {
+    const MapPoints map = map_points(described, side);
+    std::vector<double> codes(map.points.size());
+    threads.for_chunks(codes.size(), 4, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+            int stable = 0, found = 0;
+            for (const MarginState state : plan.states) {
+                const double margin = plane.margin(state)(map.points[n], nullptr).value;
+                if (!std::isnan(margin)) found = 1;
+                if (margin > 0.0) stable += state == MarginState::isotropic ? 1 : 2;
+            }
+            codes[n] = found == 0 ? -1 : stable;
+        }
+    });
+    return {.group = {},
+            .axes = map.axes,
+            .quantities = {{"stable_states",
+                            "1",
+                            "-1 no uniform state, 0 none is stable, 1 isotropic, 2 ordered, 3 both",
+                            {"map_y", "map_x"}}},
+            .values = {codes}};
+}
+}  // namespace
+
+void check_model_boundary(const io::Scene& scene) { plan_of(scene); }
+
+Result make_model_boundary(const io::Scene& scene, Threads& threads) {
+    const PlannedModelBoundary plan = plan_of(scene);
+    const ModelPlane plane(scene, plan);
+    const DescribedPlane described_plane{.x = described(plan.x),
+                                         .y = described(plan.y),
+                                         .uncertain = plan.uncertain.size(),
+                                         .cells = scene.boundary.cells};
+    const numerics::Rectangle rectangle{.x0 = plan.x.from, .x1 = plan.x.to, .y0 = plan.y.from, .y1 = plan.y.to};
+    List traced{.name = "traced"};
+    bool complete = true;
+    for (const MarginState state : plan.states) {
+        const model::Boundary boundary =
+            model::trace_boundary(rectangle, plane.margin(state), plane.uncertain(state),
+                                  {.cells = scene.boundary.cells, .chord = scene.boundary.chord}, threads);
+        complete = complete && boundary.complete;
+        traced.rows.push_back(
+            traced_record(described_plane, lines_of(state_names[static_cast<std::size_t>(state)]), boundary));
+    }
+    Result result{.root = plane_record(described_plane, complete, std::move(traced)),
+                  .attributes = {{"boundary_x", described_plane.x.name}, {"boundary_y", described_plane.y.name}}};
+    if (scene.boundary.map > 0)
+        result.root.parts.push_back({"map",
+                                     {.group = "/map",
+                                      .maps = state_map(plane, plan, described_plane, scene.boundary.map, threads),
+                                      .shown = {.text = false}}});
+    return result;
+}
+
+}  // namespace drover::run
