@@ -50,7 +50,8 @@ def set_up(folder, drover, models, short):
     if not python.exists():
         python.symlink_to(sys.executable)
     paths = [os.path.abspath(path) for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PATH": f"{binaries}:{os.environ['PATH']}", "MPLBACKEND": "Agg", "NO_COLOR": "1"}
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PATH": f"{binaries}:{os.environ['PATH']}",
+            "MPLBACKEND": "Agg", "NO_COLOR": "1"}
 
 
 def typed(value):

@@ -28,7 +28,8 @@ import reference  # noqa: E402  pylint: disable=wrong-import-position
 MATHJAX = Path("/usr/share/javascript/mathjax")
 MATHJAX_PARTS = ("MathJax.js", "config/TeX-AMS_SVG.js", "extensions", "jax/output/SVG", "jax/element", "jax/input/TeX",
                  "localization/en")
-EMPTY = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==")
+EMPTY = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJ"
+                         "RU5ErkJggg==")
 # Pages that live beside what they describe, and their names in the manual.
 ELSEWHERE = {"src/files/README.md": "durable-files.md", "tests/bench/README.md": "performance.md",
              "models/README.md": "scenes.md", "notebooks/README.md": "tutorials/index.md",

@@ -27,7 +27,8 @@ SHORT = {
 COMMANDS = {"phase-boundary": "boundary", "calibrate-small": None, "calibrate-matched": None, "calibrate-bed": None,
             "full-size": None}
 # Tests of what scenes show.
-PHYSICS = ("scenes", "shelf", "shelf_slow", "flock_as_equations", "particle_scenes", "calibrated", "calibrate", "states")
+PHYSICS = ("scenes", "shelf", "shelf_slow", "flock_as_equations", "particle_scenes", "calibrated", "calibrate",
+           "states")
 KINDS = (("Fields of rods and beads", "fields"), ("Models of your own", "model"), ("Particles", "particles"),
          ("For drover calibrate", "calibrate"))
 

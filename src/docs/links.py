@@ -40,6 +40,7 @@ def broken(folder):
                 file = file / "index.html"
             if not file.exists():
                 problems.append(f"{path.relative_to(folder)}: {target}: no such file")
-            elif parts.fragment and "cpp" not in path.parts and file in pages and unquote(parts.fragment) not in pages[file].anchors:
+            elif (parts.fragment and "cpp" not in path.parts and file in pages
+                  and unquote(parts.fragment) not in pages[file].anchors):
                 problems.append(f"{path.relative_to(folder)}: {target}: no such place")
     return problems

@@ -159,14 +159,15 @@ def cpp_page():
     folder = TREE / "include" / "drover"
     for layer in sorted(path for path in folder.iterdir() if path.is_dir()):
         parts += [f"## {layer.name}", table(("header", "contents"), [
-            (f"`drover/{layer.name}/{path.name}`", cell(first_sentence(path))) for path in sorted(layer.glob("*.hpp"))])]
+            (f"`drover/{layer.name}/{path.name}`", cell(first_sentence(path)))
+            for path in sorted(layer.glob("*.hpp"))])]
     return "\n\n".join(parts) + "\n"
 
 
 # --- observables, from archives of short runs
 
-TINY = ["grid.nx=8", "grid.ny=8", "output.sample_every=0.01", "output.frame_every=0.01", "time.dt=0.01", "time.end=0.02",
-        "analysis.warm_up=0"]
+TINY = ["grid.nx=8", "grid.ny=8", "output.sample_every=0.01", "output.frame_every=0.01", "time.dt=0.01",
+        "time.end=0.02", "analysis.warm_up=0"]
 FEW = ["cell.lx=12", "cell.ly=12", "time.end=0.02", "output.sample_every=0.005", "output.frame_every=0.01",
        "analysis.warm_up=0"]
 # Runs whose observables together are all: title, scene, settings.

@@ -77,7 +77,8 @@ _drover() {{
   local current=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD-1]}} words=''
   COMPREPLY=()
   if [ "$COMP_CWORD" -eq 1 ]; then
-    mapfile -t COMPREPLY < <(compgen -W '{' '.join(command['name'] for command in commands)} --help --version' -- "$current")
+    words='{' '.join(command['name'] for command in commands)} --help --version'
+    mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
     return
   fi
   if [ "$before" = --set ]; then
@@ -147,12 +148,14 @@ _drover "$@"
 def fish(commands, keys):
     lines = ["# drover.fish: completion of drover for fish."]
     for command in commands:
-        lines.append(f"complete -c drover -n __fish_use_subcommand -f -a {command['name']} -d '{quoted(command['doc'])}'")
+        lines.append(f"complete -c drover -n __fish_use_subcommand -f -a {command['name']} "
+                     f"-d '{quoted(command['doc'])}'")
     for command in commands:
         for option in command["options"]:
             if option["positional"]:
                 continue
-            names = " ".join(f"-l {name[2:]}" if name.startswith("--") else f"-s {name[1:]}" for name in option["names"])
+            names = " ".join(f"-l {name[2:]}" if name.startswith("--") else f"-s {name[1:]}"
+                             for name in option["names"])
             value = "" if not option["value"] else f" -x -a '{' '.join(key + '=' for key in keys)}'" \
                 if "--set" in option["names"] else " -r"
             lines.append(f"complete -c drover -n '__fish_seen_subcommand_from {command['name']}' {names}{value} "

@@ -1,4 +1,4 @@
-"""tests/app/test_manual_blocks.py: every block of code of the manual runs, shortened; model.md has a test of its own."""
+"""tests/app/test_manual_blocks.py: every block of the manual runs, shortened; test_python_model.py runs model.md."""
 import sys
 
 import matplotlib
