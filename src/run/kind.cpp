@@ -59,7 +59,10 @@ bool is_start(const files::ArchiveReader& archive) {
 }
 
 Report make_report(const files::ArchiveReader& archive, Theory theory) {
-    const io::Scene scene = archived_scene(archive);
+    return make_report(archive, archived_scene(archive), theory);
+}
+
+Report make_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
     Report report = kind_of(scene).report(archive, scene, theory);
     if (scene.analysis.warm_up >= scene.time.end)
         report.warnings.push_back(
