@@ -19,14 +19,12 @@ html_copy_source = False
 html_theme_options = {"sidebar_hide_name": False}
 pygments_style = "friendly"
 highlight_language = "none"
-nitpicky = False
+smartquotes = False  # they would join the dashes of options
 
-myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence", "attrs_image"]
-myst_enable_extensions.remove("attrs_image")  # of later versions
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 4
 suppress_warnings = ["myst.header", "mathjax"]
 
-autodoc_mock_imports = ["drover._drover"] if os.environ.get("DROVER_MOCK") else []
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": False}

@@ -66,7 +66,9 @@ def command_insertion(command):
     for option in command["options"]:
         name = option["name"].upper() if option["positional"] else ", ".join(option["names"])
         value = f" {option['value']}" if option["value"] and not option["positional"] else ""
-        notes = ". Required" * option["required"] + ". May be given several times" * option["repeatable"]
+        notes = ". Required" * option["required"]
+        if option["repeatable"] and "repeatable" not in option["doc"]:
+            notes += ". Several may be given"
         rows.append((f"`{name}{value}`", cell(option["doc"].rstrip(".") + notes + ".")))
     statuses = [(str(row["status"]), cell(row["meaning"])) for row in command["exit_statuses"]]
     return "\n\n".join([f"```\n{synopsis(command)}\n```", "## Options", table(("option", "meaning"), rows),
