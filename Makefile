@@ -10,7 +10,7 @@ BUILD := build/release
 DEMO := build/demo
 SOURCES = $(shell find include src tests -name '*.cpp' -o -name '*.hpp')
 
-.PHONY: help setup configure build demo test test-slow bench format format-check package install clean
+.PHONY: help setup configure build demo docs test test-slow bench format format-check package install clean
 .NOTPARALLEL:
 
 help:  ## list the targets
@@ -28,6 +28,12 @@ build: configure  ## compile everything, optimised, in build/release
 demo: configure  ## a flock of particles, a flock of fields, and theory, on one page in build/demo
 	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program drover_python
 	@PYTHONPATH=$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) -m drover.demo --output $(DEMO)
+
+docs: configure  ## build the manual, build/docs/index.html (minutes the first time: notebooks and gallery are run)
+	@[ "$(SETUP)" = true ] || $(SETUP) docs
+	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program drover_python
+	@PYTHONPATH=$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) src/docs/build.py --drover $(BUILD)/drover \
+	    --output build/docs
 
 test: build  ## run the fast tests
 	@ctest --test-dir $(BUILD) --label-regex fast --parallel $(JOBS) --output-on-failure --no-tests=error

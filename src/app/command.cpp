@@ -1,6 +1,7 @@
 // app/command.cpp: options and results that several commands share.
 #include "command.hpp"
 
+#include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +12,15 @@
 #include "run/json.hpp"
 
 namespace drover::app {
+
+std::span<const std::pair<int, const char*>> exit_statuses() {
+    static constexpr std::array statuses{
+        std::pair<int, const char*>{run::exit_done, "success"},
+        std::pair<int, const char*>{run::exit_run_failed, "a run failed"},
+        std::pair<int, const char*>{run::exit_bad_input, "bad input"},
+        std::pair<int, const char*>{run::exit_stopped, "stopped by a signal or --max-time after a checkpoint"}};
+    return statuses;
+}
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
     command.add_option("scene", options.scene, "Scene (TOML input file; see drover schema)")->required();

@@ -3,7 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drover/files/archive.hpp"
@@ -34,6 +36,9 @@ void add_export(CLI::App& program, Action& action);
 void add_fit(CLI::App& program, Action& action);
 void add_film(CLI::App& program, Action& action);
 void add_schema(CLI::App& program, Action& action);
+
+/// Each exit status with its meaning.
+std::span<const std::pair<int, const char*>> exit_statuses();
 
 struct SceneOptions {
     std::string scene;

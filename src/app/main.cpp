@@ -108,8 +108,9 @@ int act(const std::vector<std::string>& words) {
     program.set_version_flag("--version",
                              text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", modified" : ""));
     program.require_subcommand(1);
-    program.footer(
-        "Exit status: 0 success, 1 a run failed, 2 bad input, 3 stopped by a signal or --max-time after a checkpoint.");
+    std::vector<std::string> statuses;
+    for (const auto& [status, meaning] : exit_statuses()) statuses.push_back(text("{} {}", status, meaning));
+    program.footer(text("Exit status: {}.", joined(statuses, ", ")));
     Action action;
     for (const auto add : {add_run, add_restart, add_sweep, add_calibrate, add_stability, add_boundary, add_states,
                            add_tradeoff, add_check, add_explain, add_info, add_fit, add_export, add_film, add_schema})

@@ -1,4 +1,5 @@
 // app/schema.cpp: drover schema.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -34,7 +35,7 @@ void print(const std::vector<io::SectionDescription>& sections) {
 /// The one list of tables, whose keys are not those of a section.
 void print_terms() {
     std::fputs(R"(
-# A term of an equation as text, as many as wanted; see the manual, models/README.md.
+# A term of an equation as text, as many as wanted; see the manual, "Terms as text".
 # [[terms]]
 # of = "order"               # whose equation: bead_density, rod_density, bead_velocity (a force), order
 # value = ["...", "..."]     # x and y components; of a density one text
@@ -43,34 +44,93 @@ void print_terms() {
 )",
                stdout);
 }
+
+/// The section, or the one key, that "grid" or "grid.nx" names.
+std::vector<io::SectionDescription> part_of(std::vector<io::SectionDescription> sections, const std::string& name) {
+    std::vector<std::string> names;
+    for (const io::SectionDescription& section : sections) {
+        names.push_back(section.name);
+        for (const Description& row : section.rows) names.push_back(section.name + "." + row.name);
+    }
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+        const std::string near = nearest_name(name, names);
+        fail_input({}, "there is no section or key {}; {}", name,
+                   near.empty() ? std::string("drover schema lists all") : text("did you mean {}?", near));
+    }
+    std::erase_if(sections, [&](io::SectionDescription& section) {
+        if (section.name == name) return false;
+        std::erase_if(section.rows, [&](const Description& row) { return section.name + "." + row.name != name; });
+        return section.rows.empty();
+    });
+    return sections;
+}
+
+nlohmann::json option_json(const CLI::Option& option) {
+    const bool is_positional = option.get_positional();
+    nlohmann::json names = nlohmann::json::array();
+    for (const std::string& name : option.get_snames()) names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
+    return {{"name", is_positional ? option.get_name(true) : option.get_name()},
+            {"names", names},
+            {"positional", is_positional},
+            {"required", option.get_required()},
+            {"value", option.get_items_expected_max() == 0 ? "" : option.get_type_name()},
+            {"repeatable", option.get_items_expected_max() > 1},
+            {"doc", option.get_description()}};
+}
+
+/// Every command with its options and exit statuses, from what the command line is parsed with.
+nlohmann::json commands_json(const CLI::App& program) {
+    nlohmann::json result = nlohmann::json::array();
+    for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) {
+        nlohmann::json options = nlohmann::json::array(), statuses = nlohmann::json::array();
+        for (const CLI::Option* option : command->get_options()) options.push_back(option_json(*option));
+        const bool is_resumable = command->get_option_no_throw("--max-time") != nullptr;
+        for (const auto& [status, meaning] : exit_statuses())
+            if (status != run::exit_stopped || is_resumable)
+                statuses.push_back({{"status", status}, {"meaning", meaning}});
+        result.push_back({{"name", command->get_name()},
+                          {"doc", command->get_description()},
+                          {"options", options},
+                          {"exit_statuses", statuses}});
+    }
+    return result;
+}
 }  // namespace
 
 void add_schema(CLI::App& program, Action& action) {
     struct Options {
-        bool json = false, coefficients = false;
-        std::string kind;
+        bool json = false, coefficients = false, commands = false;
+        std::string kind, part;
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command =
         program.add_subcommand("schema", "List all input keys: types, units, ranges, defaults, meaning");
+    command->add_option("part", options->part, "Only this section or key: grid, or grid.nx");
     command->add_flag("--json", options->json, "Print as JSON");
+    command->add_flag("--commands", options->commands, "All commands with their options and exit statuses, as JSON");
     command
         ->add_option("--kind", options->kind,
                      "Only the keys of scenes of fields, of particles, or of a model of one's own")
         ->check(CLI::IsMember({"fields", "particles", "model"}));
     command->add_flag("--coefficients", options->coefficients,
                       "The coefficients of the equations as a table in Markdown");
-    command->callback([options, &action] {
-        action = [options] {
+    command->callback([options, &action, &program] {
+        action = [options, &program] {
+            if (options->commands) {
+                print_json(commands_json(program));
+                return run::exit_done;
+            }
             if (options->coefficients) {
                 std::fputs(physics::coefficient_documentation().c_str(), stdout);
                 return run::exit_done;
             }
-            const std::vector<io::SectionDescription> sections =
+            std::vector<io::SectionDescription> sections =
                 options->kind.empty() ? io::scene_schema() : io::scene_schema(io::kind_of_name(options->kind));
+            if (!options->part.empty()) sections = part_of(std::move(sections), options->part);
             if (!options->json) {
                 print(sections);
-                if (options->kind.empty() || options->kind == "fields") print_terms();
+                if (options->part.empty() && (options->kind.empty() || options->kind == "fields")) print_terms();
                 return run::exit_done;
             }
             print_json(run::schema_json(sections));

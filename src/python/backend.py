@@ -3,6 +3,7 @@ import base64
 import hashlib
 import os
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -29,11 +30,36 @@ def metadata():
 def compile_module():
     """Compiles the module with the Python that runs this; returns its file."""
     jobs = str(len(os.sched_getaffinity(0)))
+    missing = [name for name in ("cmake", "ninja", "g++") if shutil.which(name) is None]
+    if missing:
+        raise SystemExit(f"drover: {', '.join(missing)} not found; expected the packages that .ci/setup installs: run "
+                         "it, as root or with sudo")
     for words in (["-S", str(TREE), "-B", str(BUILD), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DDROVER_TESTS=OFF",
                    f"-DPython3_EXECUTABLE={sys.executable}"],
                   ["--build", str(BUILD), "--parallel", jobs, "--target", "drover_python"]):
-        subprocess.run(["cmake", *words], check=True)
+        build(["cmake", *words])
     return next((BUILD / "python" / "drover").glob("_drover.*.so"))
+
+
+def build(words):
+    """Runs a command; its progress, "[12/270] ...", goes to the terminal too, which pip hides from commands."""
+    try:
+        terminal = open("/dev/tty", "w", encoding="utf-8")  # pylint: disable=consider-using-with
+    except OSError:
+        terminal = None
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        for line in process.stdout:
+            print(line, end="", flush=True)  # shown by pip -v
+            found = re.match(r"\[\d+/\d+\]", line)
+            if terminal and found:
+                terminal.write(f"\r  drover: compiling {found[0]} ")
+                terminal.flush()
+    if terminal:
+        terminal.write("\r" + " " * 40 + "\r")
+        terminal.close()
+    if process.returncode:
+        raise SystemExit(f"drover: {' '.join(words[:2])} ... failed with status {process.returncode}; its messages are "
+                         "above (pip -v)")
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):

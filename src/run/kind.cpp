@@ -59,8 +59,17 @@ bool is_start(const files::ArchiveReader& archive) {
 }
 
 Report make_report(const files::ArchiveReader& archive, Theory theory) {
-    const io::Scene scene = archived_scene(archive);
-    return kind_of(scene).report(archive, scene, theory);
+    return make_report(archive, archived_scene(archive), theory);
+}
+
+Report make_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
+    Report report = kind_of(scene).report(archive, scene, theory);
+    if (scene.analysis.warm_up >= scene.time.end)
+        report.warnings.push_back(
+            text("analysis.warm_up = {} is not shorter than the run, time.end = {}: the warm-up was "
+                 "found from the series instead",
+                 scene.analysis.warm_up, scene.time.end));
+    return report;
 }
 
 }  // namespace drover::run

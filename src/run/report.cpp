@@ -86,7 +86,7 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
                       .samples = 0,
                       .warm_up = std::nullopt};
     sampling.samples = regular_samples(times, sampling.spacing);
-    if (scene.analysis.warm_up >= 0.0)
+    if (scene.analysis.warm_up >= 0.0 && scene.analysis.warm_up < scene.time.end)
         sampling.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / sampling.spacing - 1e-9));
     return sampling;
 }

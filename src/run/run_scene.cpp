@@ -60,8 +60,8 @@ RunOutcome finish(const io::Scene& scene, const LoopOutcome& loop, const std::fi
     std::optional<Report> report;
     if (loop.signal == 0) {
         archive.commit();  // throws if another program has removed the file
-        report = kind_of(scene).report(files::ArchiveReader(path, files::ArchiveReader::Writer::this_process), scene,
-                                       Theory::included);
+        report = make_report(files::ArchiveReader(path, files::ArchiveReader::Writer::this_process), scene,
+                             Theory::included);
         archive.replace(result_table(*report));
         archive.commit();
         if (!quiet)

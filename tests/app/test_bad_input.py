@@ -78,8 +78,6 @@ SCENES = {
     "frames before the start": ("[output]\nframe_every = -1\n", ["bad.toml:2:1", "output.frame_every = -1", ">= 0"]),
     "checkpoints before the start": ("[output]\ncheckpoint_minutes = -5\n",
                                      ["bad.toml:2:1", "checkpoint_minutes = -5", ">= 0"]),
-    "a warm-up beyond the end": ("[time]\nend = 1\n[analysis]\nwarm_up = 2\n",
-                                 ["bad.toml:4:1", "analysis.warm_up = 2", "time.end = 1"]),
     "a warm-up of less than nothing": ("[analysis]\nwarm_up = -0.5\n",
                                        ["bad.toml:2:1", "analysis.warm_up = -0.5", "-1"]),
     "an unknown start": ("[initial]\nkind = \"modes\"\n", ["bad.toml:2:1", '"modes"', 'did you mean "mode"?']),

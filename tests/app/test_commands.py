@@ -338,6 +338,16 @@ def test_the_last_checkpoint_before_a_divergence_restarts(tmp_path):
     assert_same_bytes(tmp_path / "short.h5", tmp_path / "flock.h5")
 
 
+def test_a_warm_up_that_does_not_fit_is_found_from_the_series_with_a_warning(tmp_path):
+    scene = write_scene(tmp_path, {**SMALL, "time.end": 20.0, "analysis.warm_up": 50.0})
+    told = drover_json(tmp_path, "run", scene, "-q", "-o", "long.h5")
+    found = drover_json(tmp_path, "run", scene, "-q", "-o", "found.h5", "--set", "analysis.warm_up=-1")
+    warning, = (words for words in told["warnings"] if "analysis.warm_up" in words)
+    assert "= 50 is not shorter than the run, time.end = 20" in warning
+    assert told["results"] == found["results"] and told["warm_up_samples"] == found["warm_up_samples"]
+    assert not any("analysis.warm_up" in words for words in found["warnings"])
+
+
 def test_a_mean_that_is_zero_up_to_rounding_is_printed_as_zero(tmp_path):
     words = ["run", MODELS / "band.toml", *settings(["time.end=1", "analysis.warm_up=0", 'output.file="band.h5"'])]
     table = drover(tmp_path, *words, "-q").stdout

@@ -11,6 +11,7 @@ from support import environment
 
 import drover as package
 from drover import boundary_panels, figure, onset_figure
+from drover.paper import new_figure
 
 BEADS, RODS, LINE = numpy.linspace(0.2, 0.7, 51), numpy.array([0.05, 0.08, 0.11]), numpy.linspace(0.05, 0.11, 21)
 
@@ -122,6 +123,27 @@ def test_a_table_without_a_crossing_is_drawn_with_the_reason(tmp_path, drag, sen
     assert len(said) == 1 and said[0].startswith("no crossing in this table")
     assert said[0].rstrip(" on").count(sentence) == 1
     assert overlaps(picture) == []
+
+
+def test_the_onset_of_the_demo_is_where_the_drag_equals_its_threshold(tmp_path):
+    with package.open_theory(write(tmp_path, numbers())) as theory:
+        curves, line = theory.groups["curves"].load(), theory.groups["line"].load()
+        axes = new_figure((6, 5)).add_subplot()
+        runs = {"bead_area_fraction": numpy.array([0.4]), "rod_area_fraction": numpy.array([0.06]),
+                "polar_order": numpy.array([0.7])}
+        keys, points = onset_figure.draw_onset(axes, curves, line, runs)
+        excess, error = onset_figure.margins(curves, line["line_rod_fraction"].values)
+        known = curves["rod_fraction"].values
+        for number, rods in enumerate(known):  # the interpolation goes through the table
+            at = int(numpy.abs(line["line_rod_fraction"].values - rods).argmin())
+            if abs(line["line_rod_fraction"].values[at] - rods) < 1e-12:
+                assert numpy.allclose(excess[at], (curves["drag"] - curves["threshold"]).values[number])
+        places, rods = numpy.concatenate([path.vertices for path in axes.collections[1].get_paths()]).T
+        # The threshold is 1/Phi_b; the contour is linear between beads 0.01 apart.
+        assert len(places) > 10 and numpy.abs(places - 1.0 / (2.0 + 5.0 * rods)).max() < 2e-4
+        assert (error > 0.0).any() and list(points.get_array()) == [0.7] and len(keys) == 4
+        labels = " ".join(key.get_label() for key in keys)
+        assert "lambda" not in labels and "onset" in labels
 
 
 @pytest.mark.parametrize("threshold", [1e300, -1e300, -2.0, numpy.nan, numpy.inf])

@@ -78,7 +78,12 @@ def test_a_scene_shows_its_equations_fields_and_coefficients_in_a_notebook():
     for part in (r"\partial_t \rho", r"$u\, \rho\, \boldsymbol{p}$", "mm-2", "odd scalar", "spin 6", ", conserved",
                  "number &lt;density&gt;"):
         assert part in page, part
-    assert "<density>" not in page and drover.Scene.from_dict({})._repr_html_() is None
+    assert "<density>" not in page
+    built_in = drover.Scene.from_dict({"relaxation.rate": 0.25, "pressure.rods": 2.0, "current.kind": "order"})
+    page = built_in._repr_html_()
+    for part in ("relaxation.rate", ">0.25<", "decay rate of the order", ">mm s-1<", "256 × 256 points"):
+        assert part in page, part
+    assert "elasticity.splay" not in page and "[p]" not in page  # as by default; the unit of p is put in
 
 
 def test_a_formula_of_an_unknown_coefficient_is_an_error_at_the_field():

@@ -50,6 +50,35 @@ def test_the_figure_of_a_run_in_memory_has_its_panels(scene):
     assert f"$t$ = {run.time:g} s" in figure.texts[0].get_text()
 
 
+def test_a_run_in_memory_that_has_ended_is_not_called_unfinished():
+    run = fields().start()
+    for ended in (False, True):
+        words = " ".join(text.get_text() for text in drover.plot.figure(run).texts)
+        assert ("not finished" in words) == (not ended)
+        run.advance()
+
+
+def test_a_resolved_field_is_drawn_between_its_points_by_its_fourier_series():
+    # A wave of 5 periods on 16 points, and its values on 384: exact but for rounding.
+    def wave(x, y):
+        return 2.0 + np.cos(2 * np.pi * 5 * x / 8.0) * np.sin(2 * np.pi * 3 * y / 8.0)
+
+    places = {name: np.arange(16) * 0.5 for name in "yx"}
+    array = xarray.DataArray(wave(places["x"][None, :], places["y"][:, None]), places, ("y", "x"))
+    fine, pixel = panels.refined(array)
+    assert fine.shape == (384, 384) and pixel == (8.0 / 384, 8.0 / 384)
+    assert float(abs(fine - wave(fine.x, fine.y)).max()) < 1e-13  # rounding of a transform of 384 points
+    assert np.allclose(fine[::24, ::24], array, atol=1e-13)
+    line = panels.refined_values(array.values[:1])
+    assert line.shape == (1, 384)
+
+
+def test_an_open_run_is_described_in_one_line(tmp_path):
+    for scene, words in ((fields(), "rod_density"), (particles(), "beads")):
+        with scene.run(tmp_path / f"{scene.kind}.h5") as run:
+            assert words in repr(run) and "samples>" in repr(run) and len(repr(run)) < 200 and "\n" not in repr(run)
+
+
 def test_every_panel_draws_on_the_axes_that_it_is_given(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with fields().run("small.h5") as run:

@@ -64,7 +64,7 @@ PROSE_NAMES = {"Makefile", "run", "setup"}
 EXEMPT = ("LICENSE", "tests/bench/*/data/*", "tests/base/hostile_expressions.txt",
           "tests/app/read_with_mdanalysis.txt", "models/*.calibration/*", "build/*")
 URL = re.compile(r"https?://\S+")
-TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "LICENSE", "Makefile", "README.md",
+TOP_LEVEL = {"CITATION.cff", "CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "LICENSE", "Makefile", "README.md",
              "include", "models", "notebooks", "pyproject.toml", "src", "tests"}
 CPP = {".cpp", ".hpp"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')

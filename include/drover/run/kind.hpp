@@ -38,5 +38,7 @@ bool is_start(const files::ArchiveReader& archive);
 
 /// Reads the observables of an archive.  Throws an input Error if it is not an archive of a run.
 Report make_report(const files::ArchiveReader& archive, Theory theory = Theory::included);
+/// The same for the scene that wrote the archive, whose functions of Python the archive does not have.
+Report make_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 
 }  // namespace drover::run

@@ -40,6 +40,15 @@ class Run(StoreOwner):
     attributes: dict                # provenance: version, commit, seed, host, ...
     store: Store
 
+    def __repr__(self):
+        return f"<drover.Run {self.path.name}: {', '.join(map(str, self.frames.data_vars))}, {rows_of(self)}>"
+
+
+def rows_of(run):
+    """What an open run holds, in a few words."""
+    return (f"{run.frames.sizes['time']} frames, {run.observables.sizes.get('time', 0)} samples"
+            + (", not finished" if run.summary is None else ""))
+
 
 def open_run(path):
     """Opens an archive written by `drover run`: returns a Run (fields) or a ParticleRun.

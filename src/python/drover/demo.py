@@ -20,7 +20,7 @@ from drover.paper import STYLE
 from drover.text import printable
 
 FIELDS, PARTICLES, START = "noisy-flock.toml", "bead-flock.toml", "bead-flock-start.h5"
-TABLE = "matched.calibration/table.h5"
+TABLE, FLOCKS = "matched.calibration/table.h5", "matched.calibration/flocks.csv"
 POINT = 0.60, 0.11                       # area fractions of the particles
 SECONDS, EVERY, RATE = 6.0, 0.1, 20      # s of the particles, s between pictures, pictures per second
 PROGRAM = "build/release/drover"
@@ -107,7 +107,7 @@ def particles(run, film):
                 f"continues a flock that formed from disorder, for {run.time:g} s; rods are coloured by direction.")
     return Part("Rods and beads", f'<video src="{film.name}" poster="{poster.name}" controls autoplay muted loop '
                 "playsinline></video>", sentence, f"{PROGRAM} run models/bead-poor.toml --set time.end=20     "
-                "# a third of the beads: no flock")
+                "# a third of the beads: half of the order")
 
 
 def fields(run, output):
@@ -147,14 +147,16 @@ def boundary(models, output):
     from drover import onset_figure
     theory = drover.onset(models / TABLE, output=output / "threshold.h5", overwrite=True)
     curves, line = theory.groups["curves"], theory.groups["line"]
+    runs = numpy.genfromtxt(models / FLOCKS, delimiter=",", names=True, skip_header=1)
     figure = new_figure(6.6, 5.2)
-    axes = figure.add_axes((0.11, 0.10, 0.86, 0.73))
-    onset_figure.draw_plane(axes, curves, line)
-    keys = onset_figure.plane_keys(axes)
-    mark, = axes.plot(*POINT, "*", color="#D55E00", markersize=13, markeredgecolor="black", clip_on=False, zorder=7,
-                      linestyle="none", label="the particles above")
-    axes.set_xlabel(r"area fraction of beads $\Phi_b$")
-    figure.legend(handles=[*keys, mark], loc="upper center", ncol=2, frameon=False)
+    axes = figure.add_axes((0.11, 0.10, 0.70, 0.72))
+    keys, points = onset_figure.draw_onset(axes, curves, line, runs)
+    bar = figure.colorbar(points, cax=figure.add_axes((0.84, 0.10, 0.03, 0.72)))
+    bar.set_label("polar order of the particles $P$")
+    is_here = (runs["bead_area_fraction"] == POINT[0]) & (runs["rod_area_fraction"] == POINT[1])
+    axes.annotate("the film above", POINT, (0, 9), textcoords="offset points", ha="center", fontsize=8.5)
+    assert is_here.sum() == 1
+    figure.legend(handles=keys, loc="upper left", bbox_to_anchor=(0.1, 0.995), ncol=1, frameon=False)
     rods = line["line_rod_fraction"].values
     at = int(numpy.abs(rods - 0.05).argmin())
     place, error = float(line["mean"][at]), float(line["mean_error"][at])

@@ -12,8 +12,8 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import (boundary_figure, live, model_figure, new_file, onset_figure, panels, particle_figure, smooth_panels,
-                    stability_figure, trade_panel)
+from drover import (boundary_figure, live, model_figure, new_file, onset_figure, panels, particle_figure, results,
+                    smooth_panels, stability_figure, trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
 from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
@@ -120,20 +120,21 @@ def negative_words(run):
     return " (a density of few particles, linear in its equations, may be below 0)"
 
 
-def block_words(blocks):
+def block_words(run, blocks):
     """What the colours and arrows of a map are averages over."""
     pixel, arrow = (side and f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
-    return f"Colours are averages over {pixel}, " + (f"arrows over {arrow}" if arrow else "lines follow the flow")
+    colours = "the field itself" if panels.is_resolved(run, blocks[0]) else f"averages over {pixel}"
+    return f"Colours are {colours}, " + (f"arrows over {arrow}" if arrow else "lines follow the flow")
 
 
 def smooth_caption(run, _, blocks):
     """Explains the figure of a run without noise."""
-    words = [] if blocks is None else [f"(a) {block_words(blocks)}."]
+    words = [] if blocks is None else [f"(a) {block_words(run, blocks)}."]
     words.append("(b) Dotted, where it is known: the start moved at a constant speed, or the exact solution. (c) "
                  "Standard deviations over the cell; those of densities are relative to their means. (d) 2π over the "
                  "mean wavenumber of the spectrum of the order, or of a density where there is none.")
     if run.summary is None:
-        words.append("The run is not finished.")
+        words.append(f"{results.without_means(run)}.")
     words.append("Without noise there are no fluctuations to compare with linear theory.")
     return " ".join(words)
 
@@ -142,10 +143,10 @@ def caption(run, drawn, blocks):
     """Explains the figure to a reader.  Without blocks panel (a) is a profile."""
     words = ["(c) Segments of the line; (d) between each segment and the next longer one."]
     if blocks is not None:
-        words = [f"(a) {block_words(blocks)}{negative_words(run)}; (c) boxes with "
+        words = [f"(a) {block_words(run, blocks)}{negative_words(run)}; (c) boxes with "
                  "equal numbers of grid cells along x and y; (d) between each box and the next larger one."]
     if run.summary is None:
-        words.append("The run is not finished: points are means over all samples so far, including the warm-up, "
+        words.append(f"{results.without_means(run)}: points are means over all samples so far, including the warm-up, "
                      "without errors and theory.")
     elif drawn:
         words.append("Points are time means after the warm-up with standard errors"

@@ -23,8 +23,9 @@ from drover.text import printable, scene_name
 
 DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the picture
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-ARROWS, SAMPLED = 24, 24     # along the longer side of the cell; frames that set the colours
-PART = 0.995                 # of the points inside the colour range
+WHEEL = 0.9                  # inches
+MAP_EDGE, MAP_ROOM = 0.62, (1.72, 0.85)  # inches left of a map; for all that is not the map, across and upwards
+SAMPLED = 24                 # frames that set the colours and the scale of arrows
 
 
 def film(run, output, *, every=None, rate=25, field=None, progress=None):
@@ -178,11 +179,13 @@ def size_of(run):
     if "grid" in run.scene and run.scene["grid"]["ny"] == 1:
         ratio = 2.0
     sides = SIDE * min(1.0, ratio), SIDE * min(1.0, 1.0 / ratio)
+    if "grid" in run.scene and run.scene["grid"]["ny"] > 1:
+        return tuple(side + room for side, room in zip(sides, MAP_ROOM))
     return tuple(side + 0.9 for side in sides)
 
 
 def title_of(run):
-    return scene_name(run).removesuffix(".toml")
+    return scene_name(run).removesuffix(" (its scene)").removesuffix(".toml").removesuffix(".h5")
 
 
 def fields_shown(figure, run, frames):
@@ -197,11 +200,11 @@ def fields_shown(figure, run, frames):
     def density(frame):
         return numpy.hypot(frame["polar_order_x"], frame["polar_order_y"]) if is_order else frame[name]
 
-    sampled = numpy.stack([density(frame) for frame in frames[::max(1, len(frames) // SAMPLED)]])
-    low, high = numpy.quantile(sampled, (1.0 - PART, PART))
-    if not high - low > 1e-9 * abs(high):
-        low, high = 0.9 * low, 1.1 * high + (high == 0.0)
-    return (profile_shown if sampled.shape[1] == 1 else map_shown)(figure, run, density, (low, high), label)
+    chosen_frames = [frames[number] for number in range(0, len(frames), max(1, len(frames) // SAMPLED))]
+    if run.scene["grid"]["ny"] == 1:
+        low, high, _ = panels.colour_range(numpy.stack([density(frame) for frame in chosen_frames]))
+        return profile_shown(figure, run, density, (low, high), label)
+    return map_shown(figure, run, density, chosen_frames, label)
 
 
 def profile_shown(figure, run, density, limits, label):
@@ -216,32 +219,59 @@ def profile_shown(figure, run, density, limits, label):
     return show
 
 
-def map_shown(figure, run, density, limits, label):
+def map_shown(figure, run, density, sampled, label):
+    """Colours and arrows as in the figure of the run, each with one scale for the whole film."""
+    import xarray
+
+    from drover import panels
     left, right, bottom, top = cell_of(run)
-    axes = figure.add_axes((0.09, 0.08, 0.74, 0.84))
-    shape = run.frames.sizes["y"], run.frames.sizes["x"]
-    image = axes.imshow(numpy.zeros(shape), origin="lower", extent=(left, right, bottom, top), cmap="viridis",
-                        vmin=limits[0], vmax=limits[1], interpolation="nearest")
-    figure.colorbar(image, ax=axes, label=label, extend="both", fraction=0.05, pad=0.02)
+    width, height = figure.get_size_inches()
+    room = MAP_EDGE / width, 0.8 * MAP_EDGE / height, (width - MAP_ROOM[0]) / width, (height - MAP_ROOM[1]) / height
+    axes = figure.add_axes(room)
+    places = {"y": run.frames["y"].values, "x": run.frames["x"].values}
+
+    def averages(frame):
+        return panels.shown_means(xarray.DataArray(density(frame), places, ("y", "x")))
+
+    pixel = max((averages(frame)[1] for frame in (sampled[0], sampled[-1])), key=max)
+    steps = [max(1, round(size * count / side)) for size, count, side in
+             zip(pixel[::-1], (len(places["y"]), len(places["x"])), (top - bottom, right - left))]
+
+    def drawn(frame):
+        return panels.refined_values(density(frame)) if steps == [1, 1] else block_values(density(frame), steps)
+
+    low, high, extend = panels.colour_range(numpy.stack([block_values(density(frame), steps) for frame in sampled]))
+    image = axes.imshow(drawn(sampled[0]), origin="lower", extent=(left, right, bottom, top), cmap="viridis", vmin=low,
+                        vmax=high, interpolation="nearest")
+    figure.colorbar(image, cax=figure.add_axes((room[0] + room[2] + 0.1 / width, room[1], 0.16 / width, room[3])),
+                    label=label, extend=extend)
     axes.set(xlabel="$x$ [mm]", ylabel="$y$ [mm]")
-    stride = max(1, round(max(shape) / ARROWS))
-    steps = [min(stride, count) for count in shape]
+    vector = next(part for part in panels.ARROWS if f"{part[0]}_x" in sampled[0])[0]
+    side = max(right - left, top - bottom) / panels.MAX_ARROWS
+    strides = [panels.nearest_divisor(count, side * count / length) for count, length in
+               ((len(places["y"]), top - bottom), (len(places["x"]), right - left))]
+    x, y = (block_values(array, strides) for array in numpy.meshgrid(places["x"], places["y"]))
 
-    def blocks(array):
-        rows, columns = (count // step * step for count, step in zip(shape, steps))
-        return array[:rows, :columns].reshape(rows // steps[0], steps[0], -1, steps[1]).mean(axis=(1, 3))
+    def directions(frame):
+        return [block_values(frame[f"{vector}_{axis}"], strides) for axis in "xy"]
 
-    x, y = numpy.meshgrid(run.frames["x"].values, run.frames["y"].values)
-    arrows = axes.quiver(blocks(x), blocks(y), *(numpy.zeros_like(blocks(x)),) * 2, color="white", pivot="mid",
-                         scale=ARROWS, scale_units="width", width=0.003)
+    longest = max(float(numpy.hypot(*directions(frame)).max()) for frame in sampled) or 1.0
+    length = 0.95 * min(strides[0] * (top - bottom) / len(places["y"]), strides[1] * (right - left) / len(places["x"]))
+    arrows = axes.quiver(x, y, *(numpy.zeros_like(x),) * 2, color="white", edgecolor="black", linewidth=0.3,
+                         pivot="mid", angles="xy", scale_units="xy", scale=longest / length, units="inches",
+                         width=0.022, headwidth=4, headlength=4, headaxislength=3.5)
 
     def show(frame):
-        image.set_data(density(frame))
-        order = [blocks(frame[f"polar_order_{axis}"]) for axis in "xy"]
-        longest = numpy.hypot(*order).max()
-        arrows.set_UVC(*(part / longest if longest > 0.0 else part for part in order))
+        image.set_data(drawn(frame))
+        arrows.set_UVC(*directions(frame))
         axes.set_title(f"{title_of(run)}   $t$ = {frame['time']:.4g} s", loc="left")
     return show
+
+
+def block_values(array, steps):
+    """Averages (y, x) over blocks of steps[0] by steps[1] points."""
+    rows, columns = (count // step * step for count, step in zip(array.shape, steps))
+    return array[:rows, :columns].reshape(rows // steps[0], steps[0], -1, steps[1]).mean(axis=(1, 3))
 
 
 def particles_shown(figure, run, frames):
@@ -249,12 +279,17 @@ def particles_shown(figure, run, frames):
     from drover import particle_panels as panels
     from drover.particle_motion import FEW_RODS, view_of
     from drover.particles import sides_of
-    axes, sides, view = figure.add_axes((0.02, 0.02, 0.96, 0.9)), sides_of(run), None
+    room = WHEEL / figure.get_figwidth() if run.frames.sizes.get("rod", 0) else 0.0  # of the colour wheel
+    axes, sides, view = figure.add_axes((0.02, 0.02, 0.96 - room, 0.9)), sides_of(run), None
     if panels.is_periodic(run) and 0 < run.frames.sizes.get("rod", 0) <= FEW_RODS and (
             "bead" not in run.frames.sizes):
         view = view_of(numpy.stack([frame["rod_position"][:, :2] for frame in frames]), sides)
     panels.draw_cell(axes, run, sides, view)
     panels.draw_scale(axes, panels.whole(sides) if view is None else view)
+    if run.frames.sizes.get("rod", 0):
+        width, height = figure.get_size_inches()
+        panels.draw_wheel(figure, (1.0 - 1.02 * WHEEL / width, 1.0 - 1.15 * WHEEL / height, 0.8 * WHEEL / width,
+                                   0.8 * WHEEL / height), labels=False)
     drawn = []
 
     def show(frame):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import matplotlib
 import numpy
 
-from drover import model_panels as panels
+from drover import model_panels as panels, results
 from drover.paper import add_axes, new_figure, require_frame
 from drover.roles import roles_of
 from drover.text import drawable, scene_name
@@ -218,7 +218,7 @@ def caption(run, roles, structure, letters):
     if shows_warm_up:
         words.append("Grey times: warm-up, left out of means.")
     if run.summary is None:
-        words.append(f"The run is not finished: {letters[2]} shows means over all samples so far, without errors.")
+        words.append(f"{results.without_means(run)}: {letters[2]} shows means over all samples so far, without errors.")
     elif structure:
         has_linear = any(part[-1].has_linear for part in structure)
         is_sure = all(numpy.isfinite(part[-1].error).all() for part in structure)

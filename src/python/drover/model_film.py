@@ -3,7 +3,7 @@ import numpy
 
 from drover import model_panels as panels
 from drover.model_figure import columns_of, map_title
-from drover.panels import STEPS, nearest_divisor
+from drover.panels import STEPS, nearest_divisor, refined_values
 
 WIDTH, TITLE, EDGE, BAR = 7.2, 0.35, 0.6, 0.75   # inches: of the picture; above; left and below; colour bar and labels
 GAP = 0.1
@@ -78,7 +78,10 @@ def map_shown(axes, bar_axes, run, role, sampled):
     """Colours for the value or size of a field, with limits of all frames, and its directions."""
     grid = run.scene["grid"]
     colours, low, high, extend = panels.colours_for(role, numpy.stack([role.size(frame) for frame in sampled]))
-    image = axes.imshow(role.size(sampled[0]), origin="lower", extent=(0.0, grid["lx"], 0.0, grid["ly"]), cmap=colours,
+    def drawn(frame):
+        return role.size({part: refined_values(frame[part]) for part in role.components})
+
+    image = axes.imshow(drawn(sampled[0]), origin="lower", extent=(0.0, grid["lx"], 0.0, grid["ly"]), cmap=colours,
                         vmin=low, vmax=high, interpolation="nearest", aspect="auto")
     axes.figure.colorbar(image, cax=bar_axes, extend=extend)
     axes.set(xlabel="$x$ [mm]", ylabel="$y$ [mm]")
@@ -86,7 +89,7 @@ def map_shown(axes, bar_axes, run, role, sampled):
         axis.get_major_locator().set_params(nbins=6, steps=STEPS)
     panels.plain_ticks(bar_axes.yaxis, 6)
     if role.spin not in (1, 2):
-        return lambda frame: image.set_data(role.size(frame))
+        return lambda frame: image.set_data(drawn(frame))
     inches = axes.get_position().size * axes.figure.get_size_inches()
     side = ARROW * max(grid["lx"], grid["ly"]) / max(inches)
     steps = [nearest_divisor(grid[count], side * grid[count] / grid[length]) for count, length in
@@ -97,11 +100,14 @@ def map_shown(axes, bar_axes, run, role, sampled):
 
     x, y = (blocks(array) for array in numpy.meshgrid(run.frames["x"].values, run.frames["y"].values))
     length = 0.95 * min(steps[0] * grid["ly"] / grid["ny"], steps[1] * grid["lx"] / grid["nx"])
+    def directions(frame):
+        return panels.directions_of(role, *(blocks(frame[name]) for name in role.components))
+
+    # One scale for the whole film.
+    longest = max(float(numpy.hypot(*directions(frame)).max()) for frame in sampled) or 1.0
     arrows = panels.quiver_of(axes, role, x, y, numpy.ones_like(x), numpy.zeros_like(x), length, SHAFT)
 
     def update(frame):
-        image.set_data(role.size(frame))
-        parts = panels.directions_of(role, *(blocks(frame[name]) for name in role.components))
-        longest = numpy.hypot(*parts).max()
-        arrows.set_UVC(*(part / longest if longest > 0.0 else part for part in parts))
+        image.set_data(drawn(frame))
+        arrows.set_UVC(*(part / longest for part in directions(frame)))
     return update

@@ -81,10 +81,12 @@ def draw_map(axes, bar_axes, run, role, frame):
     arrays = arrays_at(run, role, frame)
     shown, pixel = averages_of(role, arrays)
     colours, low, high, extend = colours_for(role, shown.values)
-    x, y = shown["x"].values, shown["y"].values
-    image = axes.imshow(shown.values, origin="lower", cmap=colours, norm=Normalize(low, high), aspect="auto",
-                        extent=(x[0] - pixel[0] / 2, x[-1] + pixel[0] / 2, y[0] - pixel[1] / 2, y[-1] + pixel[1] / 2),
-                        interpolation="nearest")
+    drawn, size = shown, pixel
+    if panels.is_resolved(run, pixel):
+        fine = {name: panels.refined(array) for name, array in arrays.items()}
+        drawn, size = role.size({name: array for name, (array, _) in fine.items()}), fine[role.components[0]][1]
+    image = axes.imshow(drawn.values, origin="lower", cmap=colours, norm=Normalize(low, high), aspect="auto",
+                        extent=panels.extent_of(drawn, size), interpolation="nearest")
     inches = axes.get_position().size * axes.figure.get_size_inches()
     for axis, name, length in ((axes.xaxis, "x", inches[0]), (axes.yaxis, "y", inches[1])):
         axis.set_major_locator(MaxNLocator(int(numpy.clip(length / 0.3, 1, 8)), steps=STEPS))

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from drover import boundary_panels
 from drover.archive import loaded
 from drover.error import DroverError
-from drover.panels import GREY, STEPS, key_of, with_unit
+from drover.panels import BLUE, GREY, STEPS, key_of, with_unit
 from drover.paper import SIZE, STYLE, add_axes, new_figure, write_title_and_caption
 from drover.text import scene_name
 
@@ -23,7 +23,7 @@ NAMED_FROM = 0.1  # smallest width of a labelled region, relative to the plane
 SURE = 0.95       # fraction of redrawn tables; if fewer have a crossing, the caption reports it
 # Names in the archive, labels, line and marker styles, and factors of a/lambda.
 CONVENTIONS = (("mean", r"$\lambda = \lambda_s/2$", "-", "black", 1.0),
-               ("single_rod", r"$\lambda_s$ used for $\lambda$", DASHED, "white", 0.5))
+               ("single_rod", "twice the turning rate", DASHED, "white", 0.5))
 # Phi_b + 2 Phi_r at the onset of flocking of brass rods among beads: Kumar et al., Nat. Commun. 5, 4688 (2014).
 EXPERIMENT = 0.65
 
@@ -137,6 +137,50 @@ def draw_plane(axes, curves, line):
     if not any(numpy.isfinite(line[name].values).any() for name, *_ in CONVENTIONS):
         axes.text(0.5, 0.5, without_crossing(curves), ha="center", va="center", transform=axes.transAxes,
                   bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.9})
+
+
+def draw_onset(axes, curves, line, runs=None):
+    """Draws the predicted onset with its error, the line of the experiment, and runs of particles by their order.
+
+    runs: columns "bead_area_fraction", "rod_area_fraction" and "polar_order".  Returns the legend entries, and the
+    points for a colour bar (None without runs).
+    """
+    beads, rods = curves["bead_fraction"].values, line["line_rod_fraction"].values
+    if runs is not None:
+        rods_shown = min(rods[0], runs["rod_area_fraction"].min()), max(rods[-1], runs["rod_area_fraction"].max())
+    else:
+        rods_shown = rods[0], rods[-1]
+    margin = 0.06 * (rods_shown[1] - rods_shown[0] or 1.0)
+    axes.set_xlim(beads[0] - 0.04, beads[-1] + 0.04)
+    axes.set_ylim(rods_shown[0] - margin, rods_shown[1] + margin)
+    excess, sure = margins(curves, rods)
+    axes.contourf(beads, rods, excess / sure, levels=[-1.0, 1.0], colors=[BLUE], alpha=0.2, zorder=1)
+    axes.contour(beads, rods, excess, levels=[0.0], colors=[BLUE], linewidths=1.8, zorder=3)
+    ends = numpy.array(axes.get_ylim())
+    axes.plot(EXPERIMENT - 2.0 * ends, ends, color="black", linewidth=1.2, linestyle=DASHED, zorder=2)
+    points = None
+    if runs is not None:
+        points = axes.scatter(runs["bead_area_fraction"], runs["rod_area_fraction"], c=runs["polar_order"], s=44,
+                              cmap="viridis", vmin=0.0, vmax=1.0, edgecolor="black", linewidth=0.7, zorder=5)
+    axes.set_xlabel(r"area fraction of beads $\Phi_b$")
+    axes.set_ylabel(r"area fraction of rods $\Phi_r$")
+    keys = [key_of("onset of flocking, predicted from measured coefficients", BLUE, line="-"),
+            Patch(facecolor=BLUE, alpha=0.2, linewidth=0, label="within one standard error of it"),
+            key_of("onset in the experiment (Kumar et al., 2014)", "black", line=DASHED)]
+    if runs is not None:
+        keys.append(key_of("runs of particles, by their polar order", "black", "o", fill="#3b8c8a"))
+    return keys, points
+
+
+def margins(curves, rods):
+    """alpha/Gamma less the threshold that it must exceed, over (rods, beads), and the standard error of that."""
+    excess = (curves["drag"] - curves["threshold"]).values
+    error = numpy.hypot(curves["drag_error"].values, curves["threshold_error"].values)
+    known = curves["rod_fraction"].values
+    if len(known) == 1:
+        return numpy.repeat(excess, len(rods), axis=0), numpy.repeat(error, len(rods), axis=0)
+    from scipy.interpolate import PchipInterpolator
+    return PchipInterpolator(known, excess)(rods), PchipInterpolator(known, error)(rods)
 
 
 def alone(values):

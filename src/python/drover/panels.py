@@ -20,6 +20,7 @@ FLOW_PARTS = (("velocity_along", r"$\mathbf{v}$ along $\mathbf{q}$", VERMILLION,
 COLOURS = (("rod_density", "rod density", r"\sigma"), ("bead_density", "bead density", r"\rho"))
 SIZE_OF_ORDER = "magnitude of the polar order"
 ARROWS = (("polar_order", "polar order", r"\mathbf{p}"), ("bead_velocity", "bead velocity", r"\mathbf{v}"))
+FINE = 384                       # pixels along the longer side of a resolved field
 MAX_PIXELS, MAX_ARROWS = 64, 16  # along the longer side of the cell, roughly
 STREAM_FROM, STREAM_TO = 1e-3, 0.1  # of the longest arrow: medians between are of a flow around one place, as lines
 MAX_LOST = 0.1                     # of the variance, by averaging over pixels: a field that loses less is smooth
@@ -80,10 +81,9 @@ def draw_map(axes, bar_axes, run, frame):
     density, words, symbol = colours_of(run, frame)
     density, pixel = shown_means(density)
     low, high, extend = colour_range(density.values)
-    x, y = density["x"].values, density["y"].values
-    image = axes.imshow(density.values, origin="lower", cmap="viridis", norm=Normalize(low, high),
-                        extent=(x[0] - pixel[0] / 2, x[-1] + pixel[0] / 2, y[0] - pixel[1] / 2, y[-1] + pixel[1] / 2),
-                        interpolation="nearest")
+    shown, size = refined(density) if is_resolved(run, pixel) else (density, pixel)
+    image = axes.imshow(shown.values, origin="lower", cmap="viridis", norm=Normalize(low, high),
+                        interpolation="nearest", extent=extent_of(shown, size))
     axes.set_xlabel(with_unit("$x$", density["x"]))
     axes.set_ylabel(with_unit("$y$", density["y"]))
     box, inches = axes.get_position(), axes.figure.get_size_inches()
@@ -93,6 +93,19 @@ def draw_map(axes, bar_axes, run, frame):
     bar.locator = MaxNLocator(7, steps=STEPS)
     bar.set_label(with_unit(f"{words} ${symbol}$", density))
     return pixel, draw_arrows(axes, run, frame)
+
+
+def extent_of(array, pixel):
+    """The edges of an image of an array: left, right, bottom, top."""
+    x, y = array["x"].values, array["y"].values
+    return x[0] - pixel[0] / 2, x[-1] + pixel[0] / 2, y[0] - pixel[1] / 2, y[-1] + pixel[1] / 2
+
+
+def is_resolved(run, pixel):
+    """Whether a map shows every point of the grid, and no averages."""
+    grid = run.scene["grid"]
+    return all(size < 1.01 * side / points for size, side, points in
+               zip(pixel, (grid["lx"], grid["ly"]), (grid["nx"], grid["ny"])))
 
 
 def colour_range(values):
@@ -161,6 +174,40 @@ def shown_means(array, is_density=True):
         if float(means.var()) < (1.0 - MAX_LOST) * float(shown.var()):
             shown, pixel = means, block
     return shown, pixel
+
+
+def refined(array):
+    """A periodic field on FINE points or more along the longer side, by its Fourier series, with the size of a pixel.
+
+    The waves that a run keeps define the field between the points of the grid: nothing is smoothed away.
+    """
+    factor = -(-FINE // max(array.sizes["x"], array.sizes["y"]))
+    steps = {axis: float(array[axis][1] - array[axis][0]) / (factor if array.sizes[axis] > 1 else 1) for axis in "xy"}
+    fine = refined_values(array.transpose("y", "x").values)
+    places = {name: float(array[name][0]) + steps[name] * numpy.arange(fine.shape[axis])
+              for axis, name in enumerate(("y", "x"))}
+    drawn = type(array)(fine, places, ("y", "x"), attrs=array.attrs)
+    for axis in "xy":
+        drawn[axis].attrs.update(array[axis].attrs)
+    return drawn, (steps["x"], steps["y"])
+
+
+def refined_values(values):
+    """The values (y, x) of refined()."""
+    factor = -(-FINE // max(values.shape))
+    for axis in (0, 1):
+        if values.shape[axis] > 1 and factor > 1:
+            values = fourier_series(values, axis, factor)
+    return values
+
+
+def fourier_series(values, axis, factor):
+    """Values of a periodic array on `factor` times as many points along an axis."""
+    count = values.shape[axis]
+    waves = numpy.fft.rfft(values, axis=axis)
+    if count % 2 == 0:  # the wave of two points has half of its weight on either side
+        waves[(slice(None),) * axis + (-1,)] *= 0.5
+    return factor * numpy.fft.irfft(waves, count * factor, axis=axis)
 
 
 def block_means(array, count):

@@ -3,7 +3,7 @@ from functools import partial
 
 import matplotlib
 
-from drover import particle_motion as motion, particle_panels as panels
+from drover import particle_motion as motion, particle_panels as panels, results
 from drover.paper import STYLE, add_axes, new_figure, require_frame, write_title_and_caption
 from drover.particles import sides_of
 from drover.text import drawable, scene_name
@@ -104,7 +104,7 @@ def caption(run, about):
         words.append("Beads are grey.")
     words += about
     if run.summary is None:
-        words.append("The run is not finished: there are no means yet.")
+        words.append(f"{results.without_means(run)}: there are no means.")
     elif "flow_velocity_along" in run.summary:
         words.append("(b) Mean velocity of the beads in the frame of a rod, which points to the right; colours show "
                      "its component along the rod.")

@@ -179,8 +179,8 @@ def draw_scale(axes, view):
     axes.text(x + length + 0.012 * side, y, f"{length:g} mm", va="center", ha="left")
 
 
-def draw_wheel(figure, box):
-    """Draws the colour wheel of directions."""
+def draw_wheel(figure, box, labels=True):
+    """Draws the colour wheel of directions; a small one without the words in it."""
     axes = figure.add_axes(box, projection="polar")
     angles = numpy.linspace(0.0, 2.0 * numpy.pi, 181)
     hues = ListedColormap(direction_colours(0.5 * (angles[1:] + angles[:-1])))
@@ -188,9 +188,12 @@ def draw_wheel(figure, box):
     axes.pcolormesh(angles, [0.55, 1.0], numpy.arange(180)[None, :], cmap=hues, edgecolors="face", linewidth=0.3)
     axes.set_ylim(0.0, 1.0)
     axes.set_yticks([])
+    axes.spines["polar"].set_visible(False)
+    if not labels:
+        axes.set_xticks([])
+        return
     axes.set_xticks(numpy.radians([0, 90, 180, 270]), ["0°", "90°", "180°", "270°"])
     axes.tick_params(pad=-1)
-    axes.spines["polar"].set_visible(False)
     axes.text(0.0, 0.0, "direction\nof rods", ha="center", va="center", fontsize=7.5)
 
 

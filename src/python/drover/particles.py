@@ -32,6 +32,12 @@ class ParticleRun(StoreOwner):
     attributes: dict                # provenance: version, commit, seed, host, ...
     store: Store
 
+    def __repr__(self):
+        from drover.archive import rows_of
+        sizes = self.frames.sizes
+        counts = ", ".join(f"{sizes[name]} {name}s" for name in ("bead", "rod") if name in sizes)
+        return f"<drover.ParticleRun {self.path.name}: {counts}, {rows_of(self)}>"
+
 
 def is_of_particles(scene):
     return "cell" in scene

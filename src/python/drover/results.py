@@ -20,6 +20,13 @@ class Result:
         return bool(numpy.isfinite(self.linear).any())
 
 
+def without_means(run):
+    """Why a run has no means: it has not ended, or it is in memory, where only archives have them."""
+    if run.attributes.get("in_memory") == "ended":
+        return "A run in memory"
+    return "The run is not finished"
+
+
 def structure_factor(run, part):
     """S(q) of "rods", "order_along" or "order_across" over |q|; None if the run did not measure it."""
     name = f"structure_factor_{part}"

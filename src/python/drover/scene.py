@@ -184,10 +184,8 @@ class Scene:
         return model_of(self.values, self._name)
 
     def _repr_html_(self):
-        if self.kind != "model":
-            return None
-        from drover.typeset import scene_html
-        return scene_html(self)
+        from drover.typeset import keys_html, scene_html
+        return scene_html(self) if self.kind == "model" else keys_html(self)
 
     def check(self):
         """Whether the scene fits on this machine: raises Error, or returns what to be careful about."""

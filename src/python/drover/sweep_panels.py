@@ -3,6 +3,7 @@ import numpy
 
 from drover.error import Error
 from drover.panels import BLUE, GREEN, PURPLE, VERMILLION, unit_text
+from drover.typeset import order_unit
 
 COLOURS, MARKERS = (BLUE, VERMILLION, GREEN, PURPLE), "osD^"
 MAX_TICKS = 7  # of a map: ticks at the values of a key that has at most so many
@@ -32,15 +33,19 @@ def label(sweep, name):
     return words if unit == "1" else f"{words} [{unit_text(unit)}]"
 
 
-def key_label(key):
-    """A key of the scene with its unit, as in drover schema."""
+def key_label(key, values=None):
+    """A key of the scene with its unit, as in drover schema; the values of the scene give the unit of the order."""
     from drover.commands import schema
     section, _, name = key.partition(".")
     rows = [row for part in schema() if part["name"] == section for row in part["rows"] if row["name"] == name]
     unit = rows[0].get("unit", "1") if rows else "1"
     if unit in ("", "1"):
         return key
-    return f"{key} ({unit_text(unit)})" if "[" in unit else f"{key} [{unit_text(unit)}]"  # [p]: the unit of p
+    if "[p]" in unit and values is None:
+        return f"{key} ({unit_text(unit)})"
+    if "[p]" in unit:
+        unit = order_unit(unit, values)
+    return key if unit == "1" else f"{key} [{unit_text(unit)}]"
 
 
 def draw_lines(axes, sweep, name):
@@ -57,7 +62,7 @@ def draw_lines(axes, sweep, name):
             axes.plot([], [], marker + "-", color=colour, label=branch)
     if branches != [None]:
         axes.legend(title="branch")
-    axes.set_xlabel(key_label(sweep.keys[0]))
+    axes.set_xlabel(key_label(sweep.keys[0], sweep.values))
     axes.set_ylabel(label(sweep, name))
 
 
@@ -72,5 +77,5 @@ def draw_plane(axes, sweep, name):
     for axis, key in ((axes.xaxis, x), (axes.yaxis, y)):
         if mean.sizes[key] <= MAX_TICKS:
             axis.set_ticks(mean[key].values)
-    axes.set_xlabel(key_label(x))
-    axes.set_ylabel(key_label(y))
+    axes.set_xlabel(key_label(x, sweep.values))
+    axes.set_ylabel(key_label(y, sweep.values))

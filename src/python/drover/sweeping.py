@@ -11,7 +11,8 @@ from drover.worker import call
 class Sweep:
     """The table of a sweep: `data` is an xarray Dataset over the varied keys, with <name>_error beside each mean."""
 
-    def __init__(self, result):
+    def __init__(self, result, values=None):
+        self.values = values                # of the scene: {section: {key: value}}
         self.keys = result["keys"]
         self.rows = result["rows"]          # one dict for each point
         self.warnings = result["warnings"]  # "point-0000-seed-7: ..."
@@ -63,9 +64,9 @@ def sweep(scene, vary, *, seeds=1, ramp="none", workers=0, folder=None, quiet=Tr
         changes["sweep.workers"] = workers
     scene = scene.set(changes)
     if folder is not None:
-        return finished(call("sweep", scene, folder=os.path.abspath(folder), quiet=quiet))
+        return finished(call("sweep", scene, folder=os.path.abspath(folder), quiet=quiet), scene)
     with tempfile.TemporaryDirectory(prefix="drover-sweep-") as scratch:
-        return finished(call("sweep", scene, folder=os.path.join(scratch, "sweep"), quiet=quiet))
+        return finished(call("sweep", scene, folder=os.path.join(scratch, "sweep"), quiet=quiet), scene)
 
 
 def values_text(key, values):
@@ -78,11 +79,11 @@ def values_text(key, values):
     return value_text(list(values))[1:-1]
 
 
-def finished(result):
+def finished(result, scene):
     if not any(row["seeds"] for row in result["rows"]):
         reasons = "; ".join(result["failures"]) or result["log"].strip()[-2000:]
         raise Error(f"no run of the sweep ended: {reasons}", fault="run")
-    found = Sweep(result)
+    found = Sweep(result, scene.values)
     if found.failed:
         warnings.warn(f"{found.failed} jobs of the sweep failed: {'; '.join(found.failures)}",
                       stacklevel=3)

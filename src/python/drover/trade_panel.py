@@ -9,7 +9,8 @@ from drover.panels import log_axes
 from drover.paper import STYLE, add_axes, new_figure, write_title_and_caption
 from drover.text import drawable
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#56b4e9")  # one orange alone
+MARKERS = "osD^vP"
 MOST_MODELS = len(COLOURS)
 PLANE = (1.0, 1.35, 7.0, 5.4)  # inches
 
@@ -21,10 +22,10 @@ def draw_trade(found, axes=None):
         axes = pyplot.figure(layout="constrained", figsize=(7.0, 4.0)).gca()
     models = list(dict.fromkeys(row["model"] for row in found["by_model"]))
     models.sort(key=lambda model: min(row["error_of_allowed"] for row in found["by_model"] if row["model"] == model))
-    for model, colour in zip(models[:MOST_MODELS], COLOURS):
+    for model, colour, marker in zip(models[:MOST_MODELS], COLOURS, MARKERS):
         rows = [row for row in found["by_model"] if row["model"] == model]
-        axes.loglog([row["cost"] for row in rows], [row["error_of_allowed"] for row in rows], "o-", color=colour,
-                    markersize=4, linewidth=1.2, label=drawable(model))
+        axes.loglog([row["cost"] for row in rows], [row["error_of_allowed"] for row in rows], marker + "-",
+                    color=colour, markersize=4, linewidth=1.2, label=drawable(model))
     axes.axhline(1.0, color="0.4", linewidth=0.8, linestyle=":")
     axes.annotate("allowed", (1.0, 1.0), xycoords=("axes fraction", "data"), xytext=(-2, 2),
                   textcoords="offset points", ha="right", va="bottom", color="0.4")

@@ -94,6 +94,50 @@ def scene_html(scene):
     return "".join(parts)
 
 
+def order_unit(unit, values):
+    """A unit of a key with that of the polar order, [p], put in: 1/mm2 where the order is a current, else 1.
+
+    >>> order_unit("[p]/mm", {"current": {"kind": "order"}}), order_unit("1/s/[p]^2", {})
+    ('mm-3', 's-1')
+    """
+    is_current = values.get("current", {}).get("kind") == "order" and values.get("fields", {}).get("rod_density", True)
+    return simple_unit(re.sub(r"\[p\](\^\d+)?", lambda found: raised(found[1]) if is_current else "1", unit))
+
+
+def raised(power):
+    return f"(1/mm{2 * int((power or '^1')[1:])})"
+
+
+# Sections of a scene of rods and beads, or of particles, that say what it is of, not how it is computed.
+PHYSICS = {"fields": ("uniform", "current", "inertia", "drag", "viscosity", "driving", "stiffness", "relaxation",
+                      "elasticity", "weathercock", "advection", "pressure", "diffusion", "noise", "force",
+                      "orienting_field"),
+           "particles": ("cell", "plates", "beads", "rods", "restitution", "friction", "kick", "forces")}
+
+
+def keys_html(scene):
+    """The numbers of a scene that are not as by default, with units and meanings, and its cell and duration."""
+    from drover.commands import schema
+
+    values, rows = scene.values, []
+    for section in schema(scene.kind):
+        for row in section["rows"] if section["name"] in PHYSICS[scene.kind] else ():
+            value = values.get(section["name"], {}).get(row["name"])
+            if value is not None and value != row["default"]:
+                rows.append((f"{section['name']}.{row['name']}", value_words(value),
+                             order_unit(row.get("unit", "1"), values), row["doc"]))
+    where = f"{values['time']['end']:g} s"
+    if scene.kind == "fields":
+        grid = values["grid"]
+        where = f"{grid['nx']} × {grid['ny']} points, {grid['lx']:g} × {grid['ly']:g} mm, {where}"
+    return f"<b>{escape(printable(scene.name))}</b> ({where})" + table(("key", "value", "unit", "meaning"), rows)
+
+
+def value_words(value):
+    return f"{value:g}" if isinstance(value, float) else ", ".join(map(value_words, value)) \
+        if isinstance(value, list) else str(value)
+
+
 def rank_of(field):
     words = {0: "scalar", 1: "vector", 2: "nematic"}.get(field.spin, f"spin {field.spin}")
     return f"odd {words}" if field.odd else words
