@@ -252,7 +252,7 @@ void add_growth(const io::Scene& scene, std::vector<std::string>& warnings) {
 /// The rate at which a size grows at the end of a run as an exponential or faster; 0: it does not.
 double late_growth(const std::vector<double>& times, const std::vector<double>& sizes) {
     constexpr std::size_t min_samples = 6;
-    constexpr double least = 0.4;  // of the logarithm, in the last third of the run
+    constexpr double least = 0.2;  // of the logarithm, in the last third of the run
     const std::size_t count = std::min(times.size(), sizes.size());
     if (count < min_samples) return 0.0;
     const std::size_t first = count / 3, second = 2 * count / 3;
@@ -269,8 +269,7 @@ void add_unsaturated(const files::ArchiveReader& archive, const io::Scene& scene
     if (physics::has_noise(scene.model.noise) || !equations.saturation.is_active()) return;
     // Texts may be ramps in time, and may bound the order by themselves.
     const bool has_texts = !scene.model.text_terms.empty();
-    if (!has_texts && scene.initial.kind != "file" && scene.initial.kind != "uniform" && scene.initial.kind != "random")
-        return;
+    if (!has_texts && scene.initial.kind != "file" && scene.initial.kind != "uniform") return;
     const std::vector<double> times = series_of(archive, "time"), x = series_of(archive, "polar_order_mean_x"),
                               y = series_of(archive, "polar_order_mean_y"),
                               variances = series_of(archive, "variance_polar_order");
