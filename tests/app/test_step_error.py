@@ -220,3 +220,17 @@ def test_texts_of_t_between_the_stages_are_reported_with_a_tolerance_too(tmp_pat
         file.write(f'\n[[terms]]\nof = "order"\nvalue = ["{force}", "0"]\n')
     warnings = json.loads(drover(tmp_path, "run", "text.toml", "--json").stdout)["warnings"]
     assert bool([warning for warning in warnings if "a term written as text of t" in warning]) == is_told, warnings
+
+
+@pytest.mark.parametrize("stepper", ["cvode-bdf", "cvode-adams", "arkode-ark437l2sa"])
+def test_intervals_of_outputs_far_longer_than_the_steps_of_an_integrator_are_no_alarm(tmp_path, stepper):
+    changes = {"time.dt": 10.0, "time.end": 20.0, "time.tolerance": 1e-8, "time.stepper": stepper,
+               "initial.polar_order_x": "0.3 + 0.1*sin(2*pi*x/24)", "output.frame_every": 20.0,
+               "output.sample_every": 10.0}
+    result = json.loads(drover(tmp_path, "run", write_scene(tmp_path, changes, base=WAVES), "--json").stdout)
+    assert result["warnings"] == []
+    fine = {**changes, "time.dt": 0.01, "time.tolerance": 0.0, "time.stepper": "etdrk4-krogstad"}
+    drover(tmp_path, "run", write_scene(tmp_path, fine, name="fine.toml", base=WAVES), "--quiet")
+    with h5py.File(tmp_path / "flock.h5") as a, h5py.File(tmp_path / "fine.h5") as b:
+        # The tolerance is that of one step; some hundred of them decay towards one state.
+        assert np.abs(a["polar_order_x"][-1] - b["polar_order_x"][-1]).max() < 1e-6
