@@ -65,8 +65,10 @@ void print(const io::Scene& scene, const run::FieldExplanation& e) {
         std::printf("  %sstable: the slowest mode decays at %.4g /s at |q| = %.3g /mm\n", state, -e.growth.rate,
                     e.growth.q);
     if (!e.beyond_growth.empty())
-        std::printf("  this leaves out %s, which depend on direction, position or time: see drover stability\n",
-                    joined(e.beyond_growth).c_str());
+        std::printf(
+            "  this leaves out %s, which depend on direction, position or time, or have no derivative: see drover "
+            "stability\n",
+            joined(e.beyond_growth).c_str());
     print_cost(scene, e.cost, "on a smaller grid");
 }
 }  // namespace

@@ -7,7 +7,7 @@
 
 #include "drover/numerics/linear_operator.hpp"
 #include "drover/numerics/newton_krylov.hpp"
-#include "drover/numerics/travelling_state.hpp"
+#include "drover/numerics/travelling_family.hpp"
 #include "numerics/mode_vector.hpp"
 #include "numerics/small_matrices.hpp"
 

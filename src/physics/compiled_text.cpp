@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <set>
 
@@ -55,6 +57,35 @@ std::vector<Slope> slopes_of(const Compiled& term) {
     return slopes;
 }
 
+/// A slope in a uniform state.  Where its formula is 0/0, as that of |p| p at p = 0, it is the limit from several
+/// sides; NaN where there is none, as of p/|p|.
+double slope_at(const Expression& slope, const std::array<double, Input::count>& values) {
+    const double here = evaluate(slope, values);
+    if (std::isfinite(here)) return here;
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    // Beside the constants of a scene any power of these is nothing, or far too large.
+    constexpr double rounding = 1e-15;
+    double limit = none;
+    for (const double size : {1e-60, 1e-40})
+        for (int side = 0; side < 5; ++side) {
+            std::array<double, Input::count> near = values;
+            for (std::size_t slot = 0; slot < position_begin; ++slot)
+                if (near[slot] == 0.0) near[slot] = size * std::cos(1.3 * side + 2.4 * static_cast<double>(slot));
+            const double found = evaluate(slope, near);
+            if (std::isnan(limit)) limit = found;
+            if (!(std::abs(found - limit) <= rounding * (1.0 + std::abs(limit)))) return none;
+        }
+    return std::abs(limit) <= rounding ? 0.0 : limit;
+}
+
+/// Whether a term has a linearisation about a state at rest.
+bool has_slopes(const Compiled& term, const UniformPoint& rest) {
+    const std::vector<Slope> slopes = slopes_of(term);
+    return std::all_of(slopes.begin(), slopes.end(), [values = slots_at(rest)](const Slope& slope) {
+        return std::isfinite(slope_at(slope.derivative, values));
+    });
+}
+
 /// Whether the components vanish in every uniform state.
 bool vanishes_when_uniform(const Compiled& term) {
     return std::all_of(term.components.begin(), term.components.end(), [](Expression uniform) {
@@ -84,7 +115,7 @@ Term base_term(const Compiled& compiled) {
                                                               const Wavevector& q, Symbol& m) {
         const auto values = slots_at(about);
         for (const Slope& slope : slopes)
-            add_derivative(compiled.row, compiled.is_flux, slope.component, evaluate(slope.derivative, values),
+            add_derivative(compiled.row, compiled.is_flux, slope.component, slope_at(slope.derivative, values),
                            slope.slot, q, m);
     };
     term.degree_in_q = compiled.is_flux && depends_on(compiled, Input::laplacian, position_begin) ? 4 : 2;
@@ -221,7 +252,10 @@ std::vector<Term> compiled_text_terms(const CompiledModel& model, bool pointwise
         if (!is_empty(rest)) {
             if (is_empty(linear)) rest.name = whole.name;
             const bool placed = depends_on(rest, position_begin, Input::count);
-            terms.push_back(pointwise_term(rest, placed || slaved_force ? LinearPart::none : LinearPart::averaged));
+            const bool has_linear_part = placed || has_slopes(rest, at_rest(reference(model.model.uniform)));
+            if (!has_linear_part) rest.equation += ", explicit: it has no derivative where its fields are at rest";
+            const bool is_explicit = placed || slaved_force || !has_linear_part;
+            terms.push_back(pointwise_term(rest, is_explicit ? LinearPart::none : LinearPart::averaged));
         }
         if (is_empty(linear)) continue;
         if (is_empty(rest)) exact.name = whole.name;

@@ -122,7 +122,9 @@ Symbol reduced(const Equations& equations, Symbol m, const UniformPoint& about, 
 Symbol linear_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
     Eigen::Vector2d force = Eigen::Vector2d::Zero();
     if (equations.form.velocity == Velocity::dynamic) force = uniform_rates(equations, about).segment<2>(v_x);
-    return reduced(equations, force_symbol(equations, about, q), about, force);
+    const Symbol m = force_symbol(equations, about, q);
+    if (!m.allFinite()) require_linearisation(equations, equations.active, about);
+    return reduced(equations, m, about, force);
 }
 
 Symbol noise_symbol(const Equations& equations, double q) {

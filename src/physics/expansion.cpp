@@ -32,6 +32,7 @@ Expansion expansion(const Equations& e, const UniformPoint& about) {
                 "{} depends on position or time: no uniform state exists, so linear wave theory does not apply",
                 term.name);
     }
+    require_linearisation(e, e.active, about);
     const auto at = [&](double x, double y) {
         return sum_of(x, y, [](const Term& term) { return term.degree_in_q <= 2; });
     };

@@ -100,6 +100,18 @@ bool has_isotropic_linearisation(const CompiledModel& model, const Term& term) {
     return true;
 }
 
+void require_linearisation(const CompiledModel& model, const std::vector<Term>& terms, const UniformPoint& about) {
+    for (const Term& term : terms) {
+        if (!term.linearise) continue;
+        Symbol m = Symbol::Zero();
+        term.linearise(model, about, {.x = 0.6, .y = 0.8}, m);
+        require(m.allFinite(), {},
+                "{} has no finite derivative in the uniform state of |p| = {:.4g}; expected one: linear theory about "
+                "this state does not exist",
+                term.name, about.order.norm());
+    }
+}
+
 void add_isotropic_part(const CompiledModel& model, const Term& term, const Reference& reference, double q, Symbol& m) {
     const UniformPoint rest = at_rest(reference);
     if (term.linear_part == LinearPart::isotropic && term.linearise) term.linearise(model, rest, {.x = q, .y = 0.0}, m);

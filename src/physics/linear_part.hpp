@@ -1,5 +1,7 @@
 // physics/linear_part.hpp: properties of a term's linearisation in q: its isotropic part, its powers.
 #pragma once
+#include <vector>
+
 #include "drover/physics/term.hpp"
 
 namespace drover::physics {
@@ -11,6 +13,9 @@ void check_linear_part(const CompiledModel& model, const Term& term);
 /// Whether the linearisation of a term about a state at rest commutes with rotations and reflections: compared at two
 /// angles and three |q|.
 bool has_isotropic_linearisation(const CompiledModel& model, const Term& term);
+
+/// Throws an input Error that names a term without a finite derivative in a uniform state.
+void require_linearisation(const CompiledModel& model, const std::vector<Term>& terms, const UniformPoint& about);
 
 /// The term's part in the propagator at q along x, about a reference.
 void add_isotropic_part(const CompiledModel& model, const Term& term, const Reference& reference, double q, Symbol& m);

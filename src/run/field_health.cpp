@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "drover/measure/fields.hpp"
+#include "drover/physics/right_hand_side.hpp"
 #include "run/grid_run.hpp"
 
 namespace drover::run {
@@ -51,6 +52,36 @@ std::string likely_cause(const physics::FieldEvolution& evolution) {
     return "the time step is too large for the nonlinear terms, or order grows where the densities have changed and "
            "this "
            "model has no term to stop it (relaxation.saturation = 0)";
+}
+
+/// The text of a term that is not finite somewhere in a state, such as a quotient 0/0; "" if all are.
+std::string not_finite_term(const io::Scene& scene, double t, const numerics::Spectra& state) {
+    Threads one(1);
+    const auto is_bad = [&](const physics::Model& model) {
+        const physics::Equations equations(model);
+        const physics::Reference about = physics::reference(model.uniform);
+        const numerics::System system = physics::linear_system(equations, scene.grid, about, scene.dealiasing);
+        physics::RightHandSide remainder(equations, system, about, one);
+        numerics::Spectra rate(scene.grid, state.count());
+        try {
+            remainder(t, state, rate);
+        } catch (const Error&) {  // a density, not a text
+            return false;
+        }
+        return !std::all_of(rate.values.begin(), rate.values.end(),
+                            [&](Complex value) { return is_finite(value, state.size); });
+    };
+    physics::Model alone = scene.model;
+    for (const physics::TextTerm& term : scene.model.text_terms) {
+        if (!term.function.empty()) continue;
+        alone.text_terms = {term};
+        if (!is_bad(alone)) continue;
+        std::vector<std::string> texts;
+        for (const auto* list : {&term.value, &term.flux})
+            for (const physics::WrittenExpression& one_text : *list) texts.push_back(one_text.text);
+        return text("the term of {} written as text, ({}), is not finite there", term.of, joined(texts));
+    }
+    return "";
 }
 
 struct Peak {
@@ -163,15 +194,16 @@ FirstFailure find_first_failure(physics::FieldEvolution& evolution, const FieldH
             component = c;
             mode = m;
         }
-    const Peak peak =
-        peak_of(scene.grid, transform, numerics::with_kept(evolution.system(), health.healthy), component);
+    const numerics::Spectra last = numerics::with_kept(evolution.system(), health.healthy);
+    const Peak peak = peak_of(scene.grid, transform, last, component);
+    const std::string term = not_finite_term(scene, static_cast<double>(health.step) * scene.time.dt, last);
     fail_run(
         "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its "
         "largest value was {:.3g} in cell ({}, {}) when last finite; likely cause: {}; the last checkpoint is good to "
         "restart from",
         step, static_cast<double>(step) * scene.time.dt, names[static_cast<std::size_t>(component)].name, mode % width,
         numerics::mode_number_y(scene.grid, mode / width), scene.time.dt, peak.value, peak.x, peak.y,
-        likely_cause(evolution));
+        term.empty() ? likely_cause(evolution) : term + ": give it a finite value where the fields vanish");
 }
 }  // namespace
 

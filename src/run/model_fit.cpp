@@ -67,27 +67,27 @@ bool mark_conserved(const model::Equations& equations, const std::vector<double>
 }
 }  // namespace
 
-WaveProblem model_wave_problem(const io::Scene& scene, const WaveFitOptions& options, const WaveChoice& choice,
-                               const files::ArchiveReader& archive, const io::Scene& source) {
-    require(source.kind == io::SceneKind::model, {options.archive},
+WaveProblem model_wave_problem(const io::Scene& scene, const std::vector<std::string>& keys, const WaveChoice& choice,
+                               const files::ArchiveReader& archive, const std::string& file, const io::Scene& source) {
+    require(source.kind == io::SceneKind::model, {file},
             "is no run of a model of its own; expected one with the fields of {}", scene.file);
     const model::Equations equations = equations_with(scene.declared, {});
     if (const model::TermSummary* placed = equations.placed_term())
         fail_input(placed->where, "{} depends on position or time; expected equations with uniform states",
                    placed->text);
     std::vector<std::string> names;
-    for (const std::string& key : options.keys) names.push_back(coefficient_of(scene, "fit", key, {scene.file}));
+    for (const std::string& key : keys) names.push_back(coefficient_of(scene, "fit", key, {scene.file}));
     RecordedFields recorded{.grid = source.grid,
                             .kept_degree = io::kept_degree(source, model::Equations(io::model_of(source.declared)))};
     for (const model::StateComponent& one : model::components_of_state(equations))
         recorded.components.push_back({one.name, one.unit});
-    WaveProblem problem{.record = field_waves(archive, options.archive, recorded, choice)};
-    const FrameMeans means = means_of(problem.record, equations, options.archive);
+    WaveProblem problem{.record = field_waves(archive, file, recorded, choice)};
+    const FrameMeans means = means_of(problem.record, equations, file);
     model::UniformState about = equations.reference();
     for (std::size_t i = 0; i < means.values.size(); ++i)
         about[static_cast<std::size_t>(equations.state_components()[i])] = means.values[i];
     if (!mark_conserved(equations, means.values, problem.waves.fields) || means.is_ordered)
-        leave_out_mean(problem.record, options);
+        leave_out_mean(problem.record, file, choice.max_wavenumber);
     for (const std::string& name : names) {
         problem.waves.numbers.push_back({.key = "coefficients." + name, .start = scene.declared.coefficients.at(name)});
         problem.units.emplace_back("1");

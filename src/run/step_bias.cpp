@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -185,9 +186,16 @@ ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, co
     }
     const std::int64_t samples = io::whole_steps(w.scene, "output.sample_every", w.scene.output.sample_every);
     const double per_sample = w.scene.accuracy.effort * static_cast<double>(samples);
-    const auto every = samples * static_cast<std::int64_t>(std::ceil(comparison_cost / std::max(per_sample, 1e-9)));
-    return {std::move(recording), samples == 0 ? 0 : every,
-            [bias, &state] { return lend(bias->work_->row, bias->work_->compare(state)); }};
+    const auto every = static_cast<std::int64_t>(std::ceil(comparison_cost / std::max(per_sample, 1e-9)));
+    ScheduledRecording scheduled{std::move(recording), 0,
+                                 [bias, &state] { return lend(bias->work_->row, bias->work_->compare(state)); }};
+    // At the start errors rise and fall within what the effort allows to compare: a few comparisons more, ever later.
+    scheduled.due = [samples, every](std::int64_t step) {
+        if (samples == 0 || step % samples != 0) return step == 0;
+        const std::int64_t sample = step / samples;
+        return sample % every == 0 || (sample < every && std::has_single_bit(static_cast<std::uint64_t>(sample)));
+    };
+    return scheduled;
 }
 
 std::vector<double> StepBias::save() const {

@@ -15,6 +15,7 @@ namespace {
 struct Differences {
     std::vector<double> times;
     std::vector<double> lengths;  ///< of each piece [s]
+    std::vector<double> shares;   ///< of each comparison in the time of the run
     std::vector<const double*> late, early;
 };
 
@@ -47,6 +48,17 @@ StepBiasEstimate by_twins(const Differences& all, std::size_t k, double correlat
     return {.bias = bias, .error = std::hypot(error, its_error * bias)};
 }
 
+/// The mean over the run of what is linear between comparisons is a sum of these times its values.
+std::vector<double> shares_of(const std::vector<double>& times, double begin, double end) {
+    std::vector<double> shares;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+        const double from = i == 0 ? begin : 0.5 * (times[i - 1] + times[i]),
+                     to = i + 1 == times.size() ? end : 0.5 * (times[i] + times[i + 1]);
+        shares.push_back((to - from) / (end - begin));
+    }
+    return shares;
+}
+
 /// How much larger the error of the fields is over the run than at the comparisons, which may miss its largest values.
 double unseen_error(const files::ArchiveReader& archive, double warm_up, const Differences& all) {
     const std::string group = field_samples_group;
@@ -59,10 +71,10 @@ double unseen_error(const files::ArchiveReader& archive, double warm_up, const D
         run += errors[i];
         samples += 1.0;
     }
-    for (const double time : all.times) {
-        const auto next = std::lower_bound(times.begin(), times.end(), time * (1.0 - 1e-9));
+    for (std::size_t k = 0; k < all.times.size(); ++k) {
+        const auto next = std::lower_bound(times.begin(), times.end(), all.times[k] * (1.0 - 1e-9));
         const auto i = std::min(static_cast<std::size_t>(next - times.begin()), errors.size() - 1);
-        seen += errors[i] / static_cast<double>(all.times.size());
+        seen += errors[i] * all.shares[k];
     }
     return run > 0.0 && seen > 0.0 ? std::max(1.0, run / samples / seen) : 1.0;
 }
@@ -73,14 +85,13 @@ StepBiasEstimate by_comparison(const Differences& all, std::size_t k, double uns
     constexpr double too_much_unseen = 3.0;
     constexpr std::size_t min_comparisons = 6;
     double sum = 0.0, size = 0.0;
-    for (const double* row : all.late) {
-        sum += row[k];
-        size += std::abs(row[k]);
+    for (std::size_t i = 0; i < all.late.size(); ++i) {
+        sum += all.shares[i] * all.late[i][k];
+        size += all.shares[i] * std::abs(all.late[i][k]);
     }
     if (size == 0.0 && is_constant) return {0.0, 0.0};
     if (all.late.size() < min_comparisons || !std::isfinite(sum) || size == 0.0 || unseen > too_much_unseen) return {};
-    const auto count = static_cast<double>(all.late.size());
-    return {.bias = sum / count, .error = unseen * size / count};
+    return {.bias = sum, .error = unseen * size};
 }
 
 /// DN, the square root of a variance.
@@ -164,6 +175,10 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
         differences.late.push_back(late.data() + i * size);
         differences.early.push_back(early.data() + i * size);
     }
+    const std::vector<double> samples = archive.read(std::string(field_samples_group) + "/time").values;
+    if (!samples.empty() && samples.back() > warm_up)
+        differences.shares = shares_of(differences.times, warm_up, samples.back());
+    else differences.shares.assign(differences.times.size(), 0.0);
     const double unseen = noisy ? 1.0 : unseen_error(archive, warm_up, differences);
     std::size_t first = 0;
     for (const auto& row : rows) {

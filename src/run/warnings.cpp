@@ -249,34 +249,53 @@ void add_growth(const io::Scene& scene, std::vector<std::string>& warnings) {
              growth.rate, growth.q, growth.rate * scene.time.end, most / growth.rate));
 }
 
-/// Without noise order grows from what another run has left, as on a ramp, or not at all: such a run ends before its
-/// state.
+/// The rate at which a size grows at the end of a run as an exponential or faster; 0: it does not.
+double late_growth(const std::vector<double>& times, const std::vector<double>& sizes) {
+    constexpr std::size_t min_samples = 6;
+    constexpr double least = 0.2;  // of the logarithm, in the last third of the run
+    const std::size_t count = std::min(times.size(), sizes.size());
+    if (count < min_samples) return 0.0;
+    const std::size_t first = count / 3, second = 2 * count / 3;
+    if (!(sizes[first] > 0.0 && sizes[second] > 0.0)) return 0.0;
+    const double before = std::log(sizes[second] / sizes[first]), last = std::log(sizes[count - 1] / sizes[second]);
+    // A size that grows in proportion to time has 0.6 of it.
+    return last > least && last >= 0.8 * before ? last / (times[count - 1] - times[second]) : 0.0;
+}
+
+/// Without noise order grows from what the start or another run has left, as on a ramp, or not at all: such a run ends
+/// before its state.
 void add_unsaturated(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
     const physics::Equations equations(scene.model);
-    if (scene.initial.kind != "file" && scene.initial.kind != "uniform") return;
-    if (physics::has_noise(scene.model.noise) || !equations.saturation.is_active() || !scene.model.text_terms.empty())
-        return;
-    const std::vector<double> x = series_of(archive, "polar_order_mean_x"),
+    if (physics::has_noise(scene.model.noise) || !equations.saturation.is_active()) return;
+    // Texts may be ramps in time, and may bound the order by themselves.
+    const bool has_texts = !scene.model.text_terms.empty();
+    if (!has_texts && scene.initial.kind != "file" && scene.initial.kind != "uniform") return;
+    const std::vector<double> times = series_of(archive, "time"), x = series_of(archive, "polar_order_mean_x"),
                               y = series_of(archive, "polar_order_mean_y"),
                               variances = series_of(archive, "variance_polar_order");
     if (x.empty() || y.size() != x.size() || variances.size() != x.size()) return;
+    std::vector<double> orders;
+    for (std::size_t i = 0; i < x.size(); ++i) orders.push_back(std::sqrt(x[i] * x[i] + y[i] * y[i] + variances[i]));
     const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
-    const double rate = physics::fastest_growth(system).rate;
-    const double order = std::sqrt(x.back() * x.back() + y.back() * y.back() + variances.back()),
-                 size = order_scale(equations, scene.grid, system.degree);
+    const double order = orders.back(), size = order_scale(equations, scene.grid, system.degree);
+    const bool is_measured = has_texts && order > 0.0;
+    const double rate = is_measured ? late_growth(times, orders) : physics::fastest_growth(system).rate;
     constexpr double far = 0.1;
-    if (!(rate * scene.time.end > 1.0) || !(order < far * size)) return;
+    if (!(is_measured ? rate > 0.0 : rate * scene.time.end > 1.0) || !(order < far * size)) return;
     if (order == 0.0)
         warnings.push_back(
             text("the isotropic state is unstable (a mode grows at {:.3g} /s), and without noise nothing perturbs it: "
                  "the run stays there; give initial.kind = \"random\", or noise",
                  rate));
     else
-        warnings.push_back(text(
-            "the order is {:.2g} at the end, far below the {:.2g} at which it saturates, and it grows at {:.3g} /s "
-            "from what the start contains: without noise the run shows its state late; choose time.end = {:.3g}, "
-            "a larger initial.amplitude, or noise",
-            order, size, rate, scene.time.end + 1.5 * std::log(size / order) / rate));
+        warnings.push_back(
+            text("the order is {:.2g} at the end, far below {}, and it grows at {:.3g} /s "
+                 "from what the start contains: without noise the run shows its state late; choose {}, "
+                 "a larger initial.amplitude, or noise",
+                 order, has_texts ? std::string("complete order") : text("the {:.2g} at which it saturates", size),
+                 rate,
+                 has_texts ? std::string("a longer run, or a slower change in time")
+                           : text("time.end = {:.3g}", scene.time.end + 1.5 * std::log(size / order) / rate)));
 }
 
 /// Samples below a limit (or above it, with the sign -1), and the worst of them.

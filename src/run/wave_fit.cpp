@@ -171,7 +171,8 @@ WaveProblem rod_bead_problem(const io::Scene& scene, const WaveFitOptions& optio
         problem.record = field_waves(archive, options.archive, recorded, choice);
     }
     const State state = state_of(problem.record, form, scene.model, options.archive);
-    if (state.is_flock) leave_out_mean(problem.record, options);  // the mean is the flock itself
+    if (state.is_flock)
+        leave_out_mean(problem.record, options.archive, options.max_wavenumber);  // the mean is the flock itself
     const bool fits_noise = std::any_of(options.keys.begin(), options.keys.end(),
                                         [](const std::string& key) { return key.starts_with("noise."); });
     problem.noise = fits_noise ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
@@ -185,25 +186,6 @@ WaveProblem rod_bead_problem(const io::Scene& scene, const WaveFitOptions& optio
     return problem;
 }
 }  // namespace
-
-bool is_steady(double mean_square, double square, const std::string& archive, const std::string& field) {
-    const double steadiness = square > 0.0 ? mean_square / square : 0.0;
-    require(
-        steadiness <= 0.5 || steadiness > 0.9, {archive},
-        "has a {} over these frames of {:.2g} of its root mean square; expected less than 0.7 (no order) or more than "
-        "0.95 (a flock that keeps its direction): choose more frames, or fewer with --from and --to",
-        field, std::sqrt(steadiness));
-    return steadiness > 0.5;
-}
-
-void leave_out_mean(WaveRecord& record, const WaveFitOptions& options) {
-    require(record.q.size() > 1, {options.archive},
-            "is of a flock, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a "
-            "larger --max-wavenumber",
-            options.max_wavenumber);
-    record.q.erase(record.q.begin());
-    record.amplitudes.erase(record.amplitudes.begin());
-}
 
 io::Scene fitted_scene(const std::string& archive, const std::string& file, const std::vector<std::string>& overrides) {
     if (!file.empty()) return io::read_scene(file, overrides);
@@ -226,7 +208,7 @@ Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options) {
                             .end = options.end,
                             .every = options.every};
     WaveProblem problem = scene.kind == io::SceneKind::model
-                              ? model_wave_problem(scene, options, choice, archive, source)
+                              ? model_wave_problem(scene, options.keys, choice, archive, options.archive, source)
                               : rod_bead_problem(scene, options, choice, archive, source);
     const std::vector<calibrate::FittedNumber> numbers = problem.waves.numbers;
     const calibrate::WaveFit fit = calibrate::fit_waves(problem.waves, problem.record, problem.noise);

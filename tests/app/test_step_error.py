@@ -194,3 +194,43 @@ def test_order_that_has_not_grown_is_reported_and_an_ordered_run_is_not(tmp_path
     assert "nothing perturbs it" in told["uniform"][0] and 'initial.kind = "random"' in told["uniform"][0]
     end = float(re.search(r"choose time.end = ([0-9.]+)", told["late"][0])[1])
     assert 10.0 < end < 60.0 and told["ordered"] == told["random"] == []
+
+
+def test_a_ramp_through_onset_that_ends_before_order_has_grown_is_reported(tmp_path):
+    base = {**WAVES, "relaxation.rate": 1.0, "time.end": 20.0, "initial.polar_order_x": "1e-4",
+            "time.stepper": "etdrk4-krogstad"}
+    told = {}
+    for name, rate in (("quick", 0.1), ("slow", 1.0)):  # a - rate t: onset at 10 and at 1 s
+        write_scene(tmp_path, name="ramp.toml", base=base)
+        with (tmp_path / "ramp.toml").open("a") as file:
+            file.write(f'\n[[terms]]\nof = "order"\nvalue = ["{rate}*t*order_x", "{rate}*t*order_y"]\n')
+        result = json.loads(drover(tmp_path, "run", "ramp.toml", "--json", "--overwrite").stdout)
+        told[name] = [warning for warning in result["warnings"] if "without noise" in warning]
+    # exp(-20 + 20) of the start at the end, where the saturated order would be 0.7; the other is at 3.
+    assert "the order is 0.0001 at the end" in told["quick"][0] and "a slower change in time" in told["quick"][0]
+    assert told["slow"] == []
+
+
+@pytest.mark.parametrize("stepper", ["etdrk4-krogstad", "cvode-bdf"])
+@pytest.mark.parametrize("force, is_told", [("0.3*sin(pi*t/0.5)^2", True), ("0.3*sin(0.5*t)", False)])
+def test_texts_of_t_between_the_stages_are_reported_with_a_tolerance_too(tmp_path, stepper, force, is_told):
+    changes = {"time.dt": 1.0, "time.tolerance": 1e-4, "time.stepper": stepper}
+    write_scene(tmp_path, changes, name="text.toml", base=WAVES)
+    with (tmp_path / "text.toml").open("a") as file:  # the first is 0 at the start, the middle and the end of each step
+        file.write(f'\n[[terms]]\nof = "order"\nvalue = ["{force}", "0"]\n')
+    warnings = json.loads(drover(tmp_path, "run", "text.toml", "--json").stdout)["warnings"]
+    assert bool([warning for warning in warnings if "a term written as text of t" in warning]) == is_told, warnings
+
+
+@pytest.mark.parametrize("stepper", ["cvode-bdf", "cvode-adams", "arkode-ark437l2sa"])
+def test_intervals_of_outputs_far_longer_than_the_steps_of_an_integrator_are_no_alarm(tmp_path, stepper):
+    changes = {"time.dt": 10.0, "time.end": 20.0, "time.tolerance": 1e-8, "time.stepper": stepper,
+               "initial.polar_order_x": "0.3 + 0.1*sin(2*pi*x/24)", "output.frame_every": 20.0,
+               "output.sample_every": 10.0}
+    result = json.loads(drover(tmp_path, "run", write_scene(tmp_path, changes, base=WAVES), "--json").stdout)
+    assert result["warnings"] == []
+    fine = {**changes, "time.dt": 0.01, "time.tolerance": 0.0, "time.stepper": "etdrk4-krogstad"}
+    drover(tmp_path, "run", write_scene(tmp_path, fine, name="fine.toml", base=WAVES), "--quiet")
+    with h5py.File(tmp_path / "flock.h5") as a, h5py.File(tmp_path / "fine.h5") as b:
+        # The tolerance is that of one step; some hundred of them decay towards one state.
+        assert np.abs(a["polar_order_x"][-1] - b["polar_order_x"][-1]).max() < 1e-6

@@ -1,12 +1,12 @@
 // calibrate/wave_fit.hpp: coefficients of the field equations from recorded waves, by maximum likelihood.
 #pragma once
-#include <Eigen/Core>
 #include <complex>
 #include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "drover/model/symbol.hpp"
 #include "drover/physics/equations.hpp"
 
 namespace drover::calibrate {
@@ -34,7 +34,7 @@ struct FittedNumber {
 /// The linear equations of waves about a uniform state: d/dt of the fields of a record at q, and the strengths of their
 /// noise, <f f^H> = noise delta(t - t') per area.
 struct LinearWaves {
-    std::function<Eigen::MatrixXcd(const numerics::Wavevector&)> symbol, noise;
+    std::function<model::Symbol(const numerics::Wavevector&)> symbol, noise;
 };
 
 /// What is fitted to the fields of a record.

@@ -46,8 +46,8 @@ struct Boundary {
     bool complete = true;
 };
 
-/// Finds every closed curve wider than a sampling cell, see numerics/contour.hpp.  Margins are called by several threads
-/// at once.
+/// Finds every closed curve wider than a sampling cell, see numerics/contour.hpp.  Several threads call the margins at
+/// once.
 Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin,
                         const std::vector<UncertainMargin>& uncertain, const numerics::ContourOptions& options,
                         Threads& threads);

@@ -1,33 +1,14 @@
 // numerics/travelling_state.hpp: states that travel along x without change of shape, or stand, stable or not.
 #pragma once
 #include <complex>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "drover/base/threads.hpp"
-#include "drover/numerics/system.hpp"
+#include "drover/numerics/travelling_family.hpp"
 
 namespace drover::numerics {
-
-/// A family of systems without noise on one line of points (grid.ny = 1).
-struct TravellingFamily {
-    std::function<System(double parameter)> system;
-    /// The mean of a component that the family prescribes, where it is conserved; it moves with the parameter.
-    std::function<double(double parameter, int component)> mean;
-    double parameter = 0.0;  ///< of the state that find() looks for
-};
-
-/// A solution of  speed d_x a + L a + N(a) = 0  with the conserved means of the guess.
-struct TravellingState {
-    Spectra state;
-    double speed = 0.0;  ///< along x [length/time]
-    double parameter = 0.0;
-    double speed_error = 0.0;  ///< of rounding and of the residual
-    double residual = 0.0;     ///< the largest rate of a mode, relative to the rates of the linear terms
-    int iterations = 0;        ///< of Newton's method
-};
 
 /// Newton's method with the position of the state fixed; GMRES is preconditioned by the blocks of L.
 class TravellingSolver {
