@@ -193,7 +193,8 @@ ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, co
     scheduled.due = [samples, every](std::int64_t step) {
         if (samples == 0 || step % samples != 0) return step == 0;
         const std::int64_t sample = step / samples;
-        return sample % every == 0 || (sample < every && std::has_single_bit(static_cast<std::uint64_t>(sample)));
+        const auto bits = static_cast<std::uint64_t>(sample);
+        return sample % every == 0 || (sample < every && std::has_single_bit(bits) && std::countr_zero(bits) % 2 == 0);
     };
     return scheduled;
 }

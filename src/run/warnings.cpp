@@ -252,7 +252,7 @@ void add_growth(const io::Scene& scene, std::vector<std::string>& warnings) {
 /// The rate at which a size grows at the end of a run as an exponential or faster; 0: it does not.
 double late_growth(const std::vector<double>& times, const std::vector<double>& sizes) {
     constexpr std::size_t min_samples = 6;
-    constexpr double least = 0.2;  // of the logarithm, in the last third of the run
+    constexpr double least = 0.1;  // of the logarithm, in the last third of the run
     const std::size_t count = std::min(times.size(), sizes.size());
     if (count < min_samples) return 0.0;
     const std::size_t first = count / 3, second = 2 * count / 3;
@@ -262,6 +262,14 @@ double late_growth(const std::vector<double>& times, const std::vector<double>& 
     return last > least && last >= 0.8 * before ? last / (times[count - 1] - times[second]) : 0.0;
 }
 
+/// Whether a text changes the growth of the order in time.
+bool has_ramp(const physics::Model& model) {
+    for (const physics::TextTerm& term : model.text_terms)
+        for (const physics::WrittenExpression& one : term.value)
+            if (mentions(one.text, {"t"}) && mentions(one.text, {"order_x", "order_y"})) return true;
+    return false;
+}
+
 /// Without noise order grows from what the start or another run has left, as on a ramp, or not at all: such a run ends
 /// before its state.
 void add_unsaturated(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
@@ -269,7 +277,7 @@ void add_unsaturated(const files::ArchiveReader& archive, const io::Scene& scene
     if (physics::has_noise(scene.model.noise) || !equations.saturation.is_active()) return;
     // Texts may be ramps in time, and may bound the order by themselves.
     const bool has_texts = !scene.model.text_terms.empty();
-    if (!has_texts && scene.initial.kind != "file" && scene.initial.kind != "uniform") return;
+    if (!has_ramp(scene.model) && scene.initial.kind != "file" && scene.initial.kind != "uniform") return;
     const std::vector<double> times = series_of(archive, "time"), x = series_of(archive, "polar_order_mean_x"),
                               y = series_of(archive, "polar_order_mean_y"),
                               variances = series_of(archive, "variance_polar_order");

@@ -1,13 +1,14 @@
 """tests/bench/step_error/coverage.py: how often the true bias of a number by the time step is within the stated one.
 
-Draws short runs, two thirds of them with noise (all forms of the equations, methods, steps of a twentieth to a half of a
-second), runs each as given and with an eighth of its step on the same noise path, and compares the difference of every
-number of the table with its stated bias: covered where they differ by at most twice the stated uncertainty and twice the
-scatter of the difference itself, from eight blocks of the run.  Numbers that the difference of the two runs does not
-know to half of the stated uncertainty are not judged.  A bias is unsaid where it is above a tenth of the number and
-above twice its stated uncertainty (beyond three times its scatter) while neither a warning nor the table tells so.
+Draws short runs, two thirds of them with noise (all forms of the equations, methods, steps of a twentieth to a half of
+a second), runs each as given and with an eighth of its step on the same noise path, and compares the difference of
+every number of the table with its stated bias: covered where they differ by at most twice the stated uncertainty and
+twice the scatter of the difference itself, from eight blocks of the run.  Numbers that the difference of the two runs
+does not know to half of the stated uncertainty are not judged.  A bias is unsaid where it is above a tenth of the
+number and above twice its stated uncertainty (beyond three times its scatter) while neither a warning nor the table
+tells so.
 
-    DROVER=build/release/drover /usr/bin/python3 tests/bench/step_error/coverage.py --scenes 180 --seed 1 --output FILE.csv
+    DROVER=build/release/drover /usr/bin/python3 tests/bench/step_error/coverage.py --scenes 180 --output FILE.csv
 
 Rows that exist are kept: re-run to resume.
 """

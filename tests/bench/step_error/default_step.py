@@ -121,8 +121,8 @@ def main():
     ratio = [float(row["error"]) / float(row["asked"]) for row in some]
     print(f"{len(table.rows)} scenes, {len(some)} run: error at most the one asked in {sum(r <= 1 for r in ratio)}, "
           f"at least a twentieth of it in {sum(r >= 0.05 for r in ratio)}; cost at most 1.5 times the best in "
-          f"{sum(float(row['seconds']) <= 1.5 * float(row['best_seconds']) for row in some)}; more than one fresh start "
-          f"in {sum(int(row['starts']) > 1 for row in some)}")
+          f"{sum(float(row['seconds']) <= 1.5 * float(row['best_seconds']) for row in some)}; more than one fresh "
+          f"start in {sum(int(row['starts']) > 1 for row in some)}")
 
 
 if __name__ == "__main__":
