@@ -22,8 +22,13 @@ SCENE = """[uniform]
 rod_density = 2.0
 [relaxation]
 rate = 0.5
+[elasticity]
+stiffness = 2.0
+[diffusion]
+rods = 0.2
 [noise]
 order = 0.05
+rods = 0.8
 [grid]
 nx = 16
 ny = 16
