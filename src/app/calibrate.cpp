@@ -7,6 +7,7 @@
 #include "drover/base/duration.hpp"
 #include "drover/base/log.hpp"
 #include "drover/run/calibration.hpp"
+#include "drover/run/share.hpp"
 #include "drover/run/signals.hpp"
 #include "drover/run/slurm_script.hpp"
 #include "drover/run/tradeoff.hpp"
@@ -21,15 +22,6 @@ struct Options : SceneOptions {
     int workers = 0, slurm = 0;
     bool collect = false, json = false, quiet = false;
 };
-
-/// "2/8": the second of eight shares.
-void read_share(const std::string& written, run::CalibrationOptions& to) {
-    int used = 0;
-    const bool whole = std::sscanf(written.c_str(), "%d/%d%n", &to.share, &to.shares, &used) == 2 &&
-                       used == static_cast<int>(written.size());
-    require(whole && to.share >= 1 && to.share <= to.shares, {},
-            "--share {}; expected I/N with I from 1 to N, such as 2/8", written);
-}
 
 int print_outcome(const Options& options, const run::CalibrationOutcome& outcome) {
     if (outcome.table && options.json) {
@@ -71,18 +63,23 @@ int calibrate_scene(const Options& options) {
                                               : std::filesystem::path(options.output),
                                 .collect = options.collect,
                                 .quiet = options.quiet};
-    if (!options.share.empty()) read_share(options.share, how);
+    if (!options.share.empty()) {
+        const run::Share share = run::read_share(options.share);
+        how.share = share.number;
+        how.shares = share.count;
+    }
     for (const std::string& wish : options.wishes) how.wishes.push_back(run::parse_wish(wish));
     if (!options.budget.empty()) how.budget = seconds_of(options.budget, "--budget");
     require(!options.json || options.share.empty(), {},
             "--json with --share, which makes no table; give --json to --collect");
     if (options.slurm > 0) {
         run::plan_calibration(scene);
-        std::fputs(
-            run::slurm_script(
-                {.scene = options.scene, .overrides = options.overrides, .folder = how.folder, .shares = options.slurm})
-                .c_str(),
-            stdout);
+        print(run::slurm_script({.command = "calibrate",
+                                 .scene = options.scene,
+                                 .overrides = options.overrides,
+                                 .folder = how.folder,
+                                 .shares = options.slurm,
+                                 .last = "--collect"}));
         return run::exit_done;
     }
     return print_outcome(options, run::run_calibration(scene, how));

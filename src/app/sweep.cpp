@@ -7,17 +7,94 @@
 #include "command.hpp"
 #include "drover/base/log.hpp"
 #include "drover/run/signals.hpp"
+#include "drover/run/slurm_script.hpp"
 #include "run/json.hpp"
 
 namespace drover::app {
 
+namespace {
+struct Options : SceneOptions {
+    std::vector<std::string> vary;
+    std::string ramp, keep, share;
+    int seeds = 0, workers = 0, slurm = 0;
+    bool json = false, quiet = false, collect = false, status = false;
+};
+
+io::Scene scene_of(const Options& options, std::vector<std::string> overrides) {
+    if (options.workers > 0) overrides.push_back(text("sweep.workers={}", options.workers));
+    return io::read_scene(options.scene, overrides);
+}
+
+/// The settings that all shares have in common.
+std::vector<std::string> settings_of(const Options& options) {
+    std::vector<std::string> overrides = options.overrides;
+    if (!options.vary.empty()) overrides.push_back("sweep.vary=" + toml_text(options.vary));
+    if (!options.ramp.empty()) overrides.push_back("sweep.ramp=" + options.ramp);
+    if (!options.keep.empty()) overrides.push_back("sweep.keep=" + options.keep);
+    if (options.seeds > 0) overrides.push_back(text("sweep.seeds={}", options.seeds));
+    return overrides;
+}
+
+void print_table(const Options& options, const std::filesystem::path& folder, const run::SweepTable& table) {
+    if (options.json) {
+        print_json(run::table_json(table));
+        for (const std::string& warning : table.warnings) log_warning("{}", warning);
+        return;
+    }
+    print(run::table_text(table));
+    print(text("\n{}: all observables\n", (folder / "table.csv").string()));
+}
+
+int print_outcome(const Options& options, const std::filesystem::path& folder, const run::SweepOutcome& outcome) {
+    if (outcome.table && options.share.empty()) print_table(options, folder, *outcome.table);
+    if (outcome.stopped) {
+        log_information("stopped by {} after checkpoints; re-run the same command to resume",
+                        run::stop_reason(run::stop_signal()));
+        return run::exit_stopped;
+    }
+    const bool is_share = !options.share.empty();
+    if (options.collect)
+        for (const std::string& failure : outcome.failures) log_warning("{}", failure);
+    if (outcome.failed > 0)
+        log_warning("{} jobs failed, see above; re-run the same command{} to try them again", outcome.failed,
+                    is_share          ? " without --share"
+                    : options.collect ? " without --collect"
+                                      : "");
+    if (outcome.missing > 0 && !is_share)
+        log_warning("{} of {} runs are missing; re-run the same command{} to run them", outcome.missing, outcome.runs,
+                    options.collect ? " without --collect" : "");
+    return outcome.failed + (is_share ? 0 : outcome.missing) > 0 ? run::exit_run_failed : run::exit_done;
+}
+
+int sweep_scene(const Options& options) {
+    const std::vector<std::string> settings = settings_of(options);
+    const io::Scene scene = scene_of(options, settings);
+    const std::filesystem::path folder = options.output.empty()
+                                             ? std::filesystem::path(options.scene).stem().concat(".sweep")
+                                             : std::filesystem::path(options.output);
+    require(!options.json || options.share.empty(), {},
+            "--json with --share, which prints no table; give --json to "
+            "--collect");
+    if (options.status) {
+        print(run::sweep_status(scene, folder) + "\n");
+        return run::exit_done;
+    }
+    if (options.slurm > 0) {
+        run::plan_sweep(scene);
+        print(run::slurm_script({.command = "sweep",
+                                 .scene = options.scene,
+                                 .overrides = settings,
+                                 .folder = folder,
+                                 .shares = options.slurm}));
+        return run::exit_done;
+    }
+    run::SweepOptions how{.folder = folder, .collect = options.collect, .quiet = options.quiet};
+    if (!options.share.empty()) how.share = run::read_share(options.share);
+    return print_outcome(options, folder, run::run_sweep(scene, how));
+}
+}  // namespace
+
 void add_sweep(CLI::App& program, Action& action) {
-    struct Options : SceneOptions {
-        std::vector<std::string> vary;
-        std::string ramp;
-        int seeds = 0, workers = 0;
-        bool json = false, quiet = false;
-    };
     const auto options = std::make_shared<Options>();
     CLI::App* command =
         program.add_subcommand("sweep", "Run a scene over parameters, seeds or a ramp and tabulate; re-run to resume");
@@ -34,38 +111,30 @@ void add_sweep(CLI::App& program, Action& action) {
     command->add_option("--ramp", options->ramp,
                         "Start each point from the final state of the one before: none, up or up-down");
     command->add_option("--workers", options->workers, "Number of simultaneous runs")->check(CLI::Range(1, 1024));
+    command->add_option("--keep", options->keep, "archives: an archive of each run; table: the results alone")
+        ->type_name("WHAT");
+    CLI::Option* share =
+        command->add_option("--share", options->share, "One of N processes that share the runs in a common folder")
+            ->type_name("I/N");
+    CLI::Option* collect =
+        command->add_flag("--collect", options->collect, "Run nothing: make the table of the runs that have ended")
+            ->excludes(share);
+    CLI::Option* status = command
+                              ->add_flag("--status", options->status,
+                                         "Print how far all processes have come: runs done, failed, "
+                                         "running, their rate and the time left")
+                              ->excludes(share)
+                              ->excludes(collect);
+    command->add_option("--slurm", options->slurm, "Print a script that runs N shares on Slurm and makes the table")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100000))
+        ->excludes(share)
+        ->excludes(collect)
+        ->excludes(status);
     add_max_time(*command);
     command->add_flag("--json", options->json, "Print the table as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");
-    command->callback([options, &action] {
-        action = [options] {
-            std::vector<std::string> overrides = options->overrides;
-            if (!options->vary.empty()) overrides.push_back("sweep.vary=" + toml_text(options->vary));
-            if (!options->ramp.empty()) overrides.push_back("sweep.ramp=" + options->ramp);
-            if (options->seeds > 0) overrides.push_back(text("sweep.seeds={}", options->seeds));
-            if (options->workers > 0) overrides.push_back(text("sweep.workers={}", options->workers));
-            const io::Scene scene = io::read_scene(options->scene, overrides);
-            const std::filesystem::path folder = options->output.empty()
-                                                     ? std::filesystem::path(options->scene).stem().concat(".sweep")
-                                                     : std::filesystem::path(options->output);
-            const run::SweepOutcome outcome = run::run_sweep(scene, folder, options->quiet);
-            if (options->json) {
-                print_json(run::table_json(outcome.table));
-                for (const std::string& warning : outcome.table.warnings) log_warning("{}", warning);
-            } else print(run::table_text(outcome.table));
-            if (!options->json) print(text("\n{}: all observables\n", (folder / "table.csv").string()));
-            if (outcome.stopped) {
-                log_information("stopped by {} after checkpoints; re-run the same command to resume",
-                                run::stop_reason(run::stop_signal()));
-                return run::exit_stopped;
-            }
-            if (outcome.failed > 0) {
-                log_warning("{} jobs failed, see above; re-run the same command to try them again", outcome.failed);
-                return run::exit_run_failed;
-            }
-            return run::exit_done;
-        };
-    });
+    command->callback([options, &action] { action = [options] { return sweep_scene(*options); }; });
 }
 
 }  // namespace drover::app

@@ -20,6 +20,11 @@ bool is_hdf5(const std::filesystem::path& file) {
     return read_start(file, signature.size()) == signature;
 }
 
+bool is_being_written(const std::filesystem::path& file) {
+    const Descriptor open = try_open(file, O_RDONLY);
+    return open.is_open() && has_writer(open);
+}
+
 namespace {
 using Clock = std::chrono::steady_clock;
 
@@ -47,7 +52,14 @@ struct ArchiveReader::File {
     bool is_own = false;  ///< this process writes it, and does not meanwhile
     Descriptor guard = {};
     std::optional<View> view = {};
-    std::chrono::milliseconds patience{2000};  ///< with the commit of a run
+    std::chrono::milliseconds patience{2000};                 ///< with the commit of a run
+    std::optional<std::map<std::string, Array>> memory = {};  ///< instead of a file
+
+    const Array& in_memory(const std::string& dataset) const {
+        const auto found = memory->find(dataset);
+        require(found != memory->end(), {}, "the run has no {}", dataset);
+        return found->second;
+    }
 
     /// What `read` returns for a view that no commit changed meanwhile: HDF5 would combine old metadata with new data.
     /// Opens the file again for each reading while a run writes it.
@@ -290,6 +302,9 @@ ArchiveReader::ArchiveReader(const std::filesystem::path& file, Writer writer) {
     file_->steady([](const View&) { return true; });
 }
 
+ArchiveReader::ArchiveReader(std::map<std::string, Array> arrays)
+    : file_(std::make_unique<File>(File{.path = {}, .memory = std::move(arrays)})) {}
+
 ArchiveReader::ArchiveReader(ArchiveReader&&) noexcept = default;
 ArchiveReader::~ArchiveReader() {
     const QuietErrors quiet;
@@ -297,6 +312,7 @@ ArchiveReader::~ArchiveReader() {
 }
 
 std::vector<Attribute> ArchiveReader::attributes() const {
+    if (file_->memory) return {};
     return file_->steady([](const View& view) {
         const Hdf5Errors& errors = view.errors;
         const hid_t file = view.hdf5.id();
@@ -328,6 +344,7 @@ std::string ArchiveReader::text_attribute(const std::string& name) const {
 }
 
 bool ArchiveReader::has_attribute(const std::string& dataset, const std::string& name) const {
+    if (file_->memory) return false;
     return file_->steady([&](const View& view) {
         return H5Aexists(open_dataset(view.hdf5.id(), dataset, view.errors), name.c_str()) > 0;
     });
@@ -348,6 +365,11 @@ std::string ArchiveReader::text_attribute(const std::string& dataset, const std:
 }
 
 std::vector<std::string> ArchiveReader::datasets() const {
+    if (file_->memory) {
+        std::vector<std::string> names;
+        for (const auto& [name, array] : *file_->memory) names.push_back(name);
+        return names;
+    }
     return file_->steady([&](const View& view) {
         std::vector<std::string> found;
         std::size_t objects = 0;
@@ -357,17 +379,20 @@ std::vector<std::string> ArchiveReader::datasets() const {
 }
 
 bool ArchiveReader::has(const std::string& dataset) const {
+    if (file_->memory) return file_->memory->contains(dataset);
     return file_->steady(
         [&](const View& view) { return leads_to(view.hdf5.id(), dataset, H5O_TYPE_DATASET, view.errors); });
 }
 
 std::vector<std::size_t> ArchiveReader::shape(const std::string& dataset) const {
+    if (file_->memory) return file_->in_memory(dataset).shape;
     return file_->steady([&](const View& view) {
         return shape_of(open_dataset(view.hdf5.id(), dataset, view.errors), dataset, view.errors);
     });
 }
 
 Array ArchiveReader::read(const std::string& dataset) const {
+    if (file_->memory) return file_->in_memory(dataset);
     return file_->steady([&](const View& view) {
         const Hdf5Errors& errors = view.errors;
         const Handle open = open_dataset(view.hdf5.id(), dataset, errors);
@@ -381,6 +406,15 @@ Array ArchiveReader::read(const std::string& dataset) const {
 }
 
 Array ArchiveReader::read_row(const std::string& dataset, std::size_t row) const {
+    if (file_->memory) {
+        const Array& all = file_->in_memory(dataset);
+        require(row < all.shape.at(0), {}, "{} has {} rows; expected one with the number {}", dataset, all.shape[0],
+                row);
+        const std::size_t size = all.values.size() / all.shape[0];
+        const auto begin = all.values.begin() + static_cast<std::ptrdiff_t>(row * size);
+        return {.shape = {all.shape.begin() + 1, all.shape.end()},
+                .values = {begin, begin + static_cast<std::ptrdiff_t>(size)}};
+    }
     return file_->steady([&](const View& view) {
         const Hdf5Errors& errors = view.errors;
         const Handle open = open_dataset(view.hdf5.id(), dataset, errors);

@@ -1,7 +1,10 @@
-// files/bytes.cpp: the checksum.
+// files/bytes.cpp: the checksum and deflate.
 #include "drover/files/bytes.hpp"
 
 #include <xxhash.h>
+#include <zlib.h>
+
+#include "drover/base/error.hpp"
 
 namespace drover::files {
 
@@ -14,6 +17,33 @@ std::optional<std::span<const std::byte>> without_checksum(std::span<const std::
     std::memcpy(&stored, bytes.data() + before.size(), sizeof stored);
     if (stored != checksum(before)) return std::nullopt;
     return before;
+}
+
+std::vector<std::byte> deflated(std::span<const std::byte> bytes) {
+    std::vector<std::byte> result;
+    put(result, static_cast<std::uint64_t>(bytes.size()));
+    const std::size_t head = result.size();
+    uLongf length = compressBound(static_cast<uLong>(bytes.size()));
+    result.resize(head + length);
+    const int status = compress(reinterpret_cast<Bytef*>(result.data() + head), &length,
+                                reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uLong>(bytes.size()));
+    if (status != Z_OK) fail_environment("{}", no_memory_text);
+    result.resize(head + length);
+    return result;
+}
+
+std::optional<std::vector<std::byte>> inflated(std::span<const std::byte> bytes) {
+    ByteReader reader{bytes};
+    const auto expected = reader.take<std::uint64_t>();
+    constexpr std::uint64_t max_bytes = 1 << 30;
+    if (!reader.is_complete || expected > max_bytes) return std::nullopt;
+    std::vector<std::byte> result(static_cast<std::size_t>(expected));
+    uLongf length = static_cast<uLongf>(expected);
+    const int status =
+        uncompress(reinterpret_cast<Bytef*>(result.data()), &length, reinterpret_cast<const Bytef*>(reader.rest.data()),
+                   static_cast<uLong>(reader.rest.size()));
+    if (status != Z_OK || length != expected) return std::nullopt;
+    return result;
 }
 
 }  // namespace drover::files

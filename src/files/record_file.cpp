@@ -1,97 +1,17 @@
-// files/record_file.cpp: "drvtrls1", the hash of the identity, then records: length, bytes, checksum.  The first may be
-// the content of the identity.
+// files/record_file.cpp: locked files of records, and folders that one process at a time uses.
 #include "drover/files/record_file.hpp"
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <sstream>
 #include <thread>
 
 #include "drover/files/bytes.hpp"
-#include "files/system_calls.hpp"
+#include "files/record_bytes.hpp"
 
 namespace drover::files {
 
 namespace {
-constexpr std::uint64_t magic = 0x31736c7274767264;  // "drvtrls1"
-constexpr std::size_t head_bytes = 2 * sizeof(std::uint64_t);
-constexpr std::string_view content_sign = "trials of\n";  // begins the record of the content, and no other
-
-/// The record without its checksum; nothing if the checksum is wrong.
-std::optional<std::string> decoded(Bytes bytes) {
-    const auto content = without_checksum(bytes);
-    if (!content) return std::nullopt;
-    return std::string(reinterpret_cast<const char*>(content->data()), content->size());
-}
-
-std::vector<std::byte> encoded(const std::string& record) {
-    const Bytes content = std::as_bytes(std::span(record));
-    std::vector<std::byte> bytes;
-    put(bytes, static_cast<std::uint64_t>(content.size() + sizeof(std::uint64_t)));
-    bytes.insert(bytes.end(), content.begin(), content.end());
-    put(bytes, checksum(content));
-    return bytes;
-}
-
-std::vector<std::byte> head_of(const RecordIdentity& identity) {
-    std::vector<std::byte> bytes;
-    put(bytes, magic);
-    put(bytes, identity.hash);
-    return bytes;
-}
-
-/// A file without records.
-std::vector<std::byte> start_of(const RecordIdentity& identity) {
-    std::vector<std::byte> bytes = head_of(identity);
-    if (identity.content.empty()) return bytes;
-    const std::vector<std::byte> first = encoded(std::string(content_sign) + identity.content);
-    bytes.insert(bytes.end(), first.begin(), first.end());
-    return bytes;
-}
-
-struct Content {
-    std::string of;  ///< the content of the identity; "" if the file has none
-    std::vector<std::string> records;
-    std::uint64_t valid_bytes = 0;  ///< of the head and of complete records
-};
-
-std::string difference(const std::string& there, const std::string& here) {
-    const TextDifference found = first_difference(there, here);
-    if (found.key.empty()) return "";
-    return text("{} = {} there, {} here", found.key, found.one, found.other);
-}
-
-Content records_in(Bytes bytes) {
-    Content content{.of = {}, .records = {}, .valid_bytes = head_bytes};
-    ByteReader reader{bytes.subspan(head_bytes)};
-    for (;;) {
-        const auto length = reader.take<std::uint64_t>();
-        auto record = decoded(reader.take_bytes(length));
-        if (!reader.is_complete || !record) return content;
-        content.valid_bytes += sizeof length + length;
-        if (record->starts_with(content_sign)) content.of = record->substr(content_sign.size());
-        else content.records.push_back(std::move(*record));
-    }
-}
-
-/// A truncated head is valid: a kill interrupted the creation of the file.
-Content content_of(Bytes bytes, const RecordIdentity& identity, const std::string& file) {
-    const std::vector<std::byte> head = head_of(identity);
-    const std::size_t magic_bytes = std::min(bytes.size(), sizeof magic), found = std::min(bytes.size(), head_bytes);
-    require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(magic_bytes), head.begin()), {file},
-            "is not a file of trials; expected a folder that drover calibrate created");
-    const Content content = found < head_bytes ? Content{} : records_in(bytes);
-    const std::string other =
-        content.of.empty() || identity.content.empty() ? "" : difference(content.of, identity.content);
-    const bool has_hash = std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(found), head.begin());
-    require(has_hash && other.empty(), {file},
-            "holds the trials of another scene or measurement{}; expected those that were written here: put them back, "
-            "or choose another folder with --output",
-            other.empty() ? "" : ": " + other);
-    return content;
-}
-
 /// Waits up to two seconds: a killed writer holds its lock until its last worker exits.
 bool lock_or_wait(const Descriptor& file) {
     constexpr int tries = 40;
@@ -112,7 +32,7 @@ std::vector<std::byte> bytes_of(const Descriptor& file) {
 [[noreturn]] void fail_opening(const std::filesystem::path& file, const std::system_error& cause) {
     const int error = cause.code().value();
     if (error == ENOSPC || error == EDQUOT || is_of_disk(cause))
-        throw write_failure(file, cause, head_bytes, "nothing was started");
+        throw write_failure(file, cause, sizeof(std::uint64_t), "nothing was started");
     if (error == EMFILE || error == ENFILE)
         throw Error(fault_of(cause), {file.string()},
                     text("cannot be opened: {}; every running measurement needs an open file: raise the limit (ulimit "
@@ -139,7 +59,7 @@ RecordFile::RecordFile(const std::filesystem::path& file, const RecordIdentity& 
         lock_or_wait(file_->open), {file.string()},
         "another drover calibrate is using it; expected one at a time: wait for it, or divide the work with --share");
     const std::vector<std::byte> bytes = bytes_of(file_->open);
-    Content content = content_of(bytes, identity, file.string());
+    RecordContent content = content_of(bytes, identity, file.string());
     file_->records = std::move(content.records);
     const std::vector<std::byte> start = start_of(identity);
     const bool is_new = file_->records.empty() && content.valid_bytes < start.size();
@@ -161,7 +81,7 @@ const std::vector<std::string>& RecordFile::records() const { return file_->reco
 std::uint64_t RecordFile::cut() const { return file_->cut; }
 
 void RecordFile::append(const std::string& record) {
-    const std::vector<std::byte> bytes = encoded(record);
+    const std::vector<std::byte> bytes = record_bytes(record);
     try {
         write_at(file_->open, file_->end, bytes);
         sync(file_->open);
@@ -177,35 +97,6 @@ std::vector<std::string> read_records(const std::filesystem::path& file, const R
     return content_of(*bytes, identity, file.string()).records;
 } catch (const std::system_error& cause) {
     fail_opening(file, cause);
-}
-
-std::uint64_t fingerprint(const std::string& content) { return checksum(std::as_bytes(std::span(content))); }
-
-TextDifference first_difference(const std::string& one, const std::string& other) {
-    const auto keys_of = [](const std::string& words) {
-        std::vector<std::pair<std::string, std::string>> keys;
-        std::string section, line;
-        std::istringstream stream(words);
-        while (std::getline(stream, line)) {
-            if (line.starts_with('[')) section = line.substr(1, line.find(']') - 1);
-            const std::size_t equals = line.find(" = ");
-            if (equals != std::string::npos)
-                keys.emplace_back(section + "." + line.substr(0, equals), line.substr(equals + 3));
-        }
-        return keys;
-    };
-    const auto a = keys_of(one), b = keys_of(other);
-    const auto has = [](const auto& keys, const std::string& name) {
-        return std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return key.first == name; });
-    };
-    for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
-        if (i < a.size() && i < b.size() && a[i] == b[i]) continue;
-        if (i < a.size() && i < b.size() && a[i].first == b[i].first) return {a[i].first, a[i].second, b[i].second};
-        const bool is_in_one = i < a.size() && (i >= b.size() || !has(b, a[i].first));
-        if (is_in_one || i >= b.size()) return {a[i].first, a[i].second, "absent"};
-        return {b[i].first, "absent", b[i].second};
-    }
-    return {};
 }
 
 namespace {

@@ -141,20 +141,44 @@ void remove_if_exists(const std::filesystem::path& file) {
     if (::unlink(file.c_str()) < 0 && errno != ENOENT) fail_call("remove", errno);
 }
 
+bool link_to(const Descriptor& open, const std::filesystem::path& from, const std::filesystem::path& name) {
+    if (::link(from.c_str(), name.c_str()) == 0) return true;
+    const int error = errno;
+    if (is_at(open, name)) return true;
+    if (error != EEXIST) fail_call("link", error);
+    return false;
+}
+
+void touch(const Descriptor& open) {
+    if (::futimens(open.number(), nullptr) < 0) fail_call("setting the time", errno);
+}
+
 std::uint64_t length_of(const Descriptor& file) {
     struct stat status {};
     if (::fstat(file.number(), &status) < 0) fail_call("stat", errno);
     return static_cast<std::uint64_t>(status.st_size);
 }
 
-FileState state_of(const std::filesystem::path& file) {
-    struct stat found {};
-    if (::stat(file.c_str(), &found) < 0) return {};
+namespace {
+FileState state_of(const struct stat& found) {
     return {.device = found.st_dev,
             .number = found.st_ino,
             .length = static_cast<std::uint64_t>(found.st_size),
             .seconds = found.st_mtim.tv_sec,
             .nanoseconds = found.st_mtim.tv_nsec};
+}
+}  // namespace
+
+FileState state_of(const std::filesystem::path& file) {
+    struct stat found {};
+    if (::stat(file.c_str(), &found) < 0) return {};
+    return state_of(found);
+}
+
+FileState state_of(const Descriptor& open) {
+    struct stat found {};
+    if (::fstat(open.number(), &found) < 0) fail_call("stat", errno);
+    return state_of(found);
 }
 
 Named named(const Descriptor& open, const std::filesystem::path& file) {

@@ -64,6 +64,11 @@ void sync(const Descriptor& file);
 void sync_folder_of(const std::filesystem::path& file);
 void rename_over(const std::filesystem::path& from, const std::filesystem::path& to);
 void remove_if_exists(const std::filesystem::path& file);
+/// A second name of an open file; false when that name is taken by another file, on NFS too: a server that has made the
+/// link may report, to a request that was repeated, that the name is taken.
+bool link_to(const Descriptor& open, const std::filesystem::path& from, const std::filesystem::path& name);
+/// Sets the time of an open file to that of the file server.
+void touch(const Descriptor& open);
 std::uint64_t length_of(const Descriptor& file);
 
 /// What changes when a file is written, replaced or removed.  File times advance in steps of some milliseconds.
@@ -73,6 +78,7 @@ struct FileState {
     bool operator==(const FileState&) const = default;
 };
 FileState state_of(const std::filesystem::path& file);  ///< all zero if there is none
+FileState state_of(const Descriptor& open);
 
 /// What a name refers to, beside an open file.
 enum class Named { nothing, this_file, another_file };

@@ -304,6 +304,11 @@ const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
          .member = &SweepPlan::ramp,
          .choices = {"none", "up", "up-down"},
          .doc = "up: each point starts from the final state of the previous one; up-down: up, then back (hysteresis)"},
+        {.name = "keep",
+         .member = &SweepPlan::keep,
+         .choices = {"archives", "table"},
+         .doc = "archives: an archive of each run, from which it also resumes; table: the results alone, in one file "
+                "for each process"},
         {.name = "workers",
          .member = &SweepPlan::workers,
          .range = {.min = 0, .max = 1024},

@@ -345,16 +345,29 @@ std::string with_accuracy(const io::Scene& scene, const std::vector<std::string>
     return nlohmann::json{{"scene", io::resolved_text(run::with_accuracy(scene, wishes_of(want), quiet))}}.dump();
 }
 
-std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, bool quiet) {
-    const run::SweepOutcome outcome = run::run_sweep(scene, folder, quiet);
-    const nlohmann::json result{{"keys", outcome.table.keys},
-                                {"rows", run::table_json(outcome.table)},
-                                {"text", run::table_text(outcome.table)},
-                                {"warnings", outcome.table.warnings},
-                                {"failed", outcome.failed},
-                                {"failures", outcome.failures},
-                                {"stopped", outcome.stopped}};
+std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
+                  bool quiet) {
+    const run::SweepOutcome outcome = run::run_sweep(
+        scene, {.folder = folder, .share = {.number = share, .count = shares}, .collect = collect, .quiet = quiet});
+    const run::SweepTable table = outcome.table.value_or(run::SweepTable{});
+    const nlohmann::json result{
+        {"keys", table.keys},         {"rows", run::table_json(table)}, {"text", run::table_text(table)},
+        {"warnings", table.warnings}, {"failed", outcome.failed},       {"failures", outcome.failures},
+        {"missing", outcome.missing}, {"stopped", outcome.stopped}};
     return result.dump();
+}
+
+/// One line.
+std::string sweep_status(const io::Scene& scene, const std::filesystem::path& folder) {
+    return nlohmann::json{{"text", run::sweep_status(scene, folder)}}.dump();
+}
+
+/// A script for sh.
+std::string sweep_script(const std::filesystem::path& scene, const std::filesystem::path& folder, int shares) {
+    return nlohmann::json{
+        {"text",
+         run::slurm_script({.command = "sweep", .scene = scene, .overrides = {}, .folder = folder, .shares = shares})}}
+        .dump();
 }
 
 void bind_runs(py::module_& module) {
@@ -377,7 +390,10 @@ void bind_runs(py::module_& module) {
     module.def("tradeoff", &tradeoff, py::arg("scene"), py::arg("want"), py::arg("budget"), py::arg("folder"),
                py::arg("workers"), py::arg("quiet"));
     module.def("with_accuracy", &with_accuracy, py::arg("scene"), py::arg("want"), py::arg("quiet"));
-    module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("quiet"));
+    module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
+               py::arg("collect"), py::arg("quiet"));
+    module.def("sweep_status", &sweep_status, py::arg("scene"), py::arg("folder"));
+    module.def("sweep_script", &sweep_script, py::arg("scene"), py::arg("folder"), py::arg("shares"));
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("want"), py::arg("budget"), py::arg("quiet"));
     module.def("leave_signals_to_python", &run::leave_signals_to_host, py::arg("leave"));

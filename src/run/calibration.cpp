@@ -69,8 +69,9 @@ public:
 
     Jobs jobs() {
         return {.next = [this] { return next(); },
-                .work = [this](std::size_t job, std::string& result) { return run(job, result); },
-                .ended = [this](std::size_t job, int status, const std::string& result) { take(job, status, result); }};
+                .work = [this](std::size_t job, const Send& send) { return run(job, send); },
+                .received = [this](std::size_t job, const std::string& message) { take(job, message); },
+                .ended = [this](std::size_t job, int status) { end(job, status); }};
     }
 
 private:
@@ -137,7 +138,7 @@ private:
     }
 
     /// In the worker.
-    int run(std::size_t job, std::string& result) const {
+    int run(std::size_t job, const Send& send) const {
         const auto& [m, trial] = jobs_[job];
         const CalibrationUnit& unit = layout_.units[units_[m].unit];
         calibrate::Attempt attempt{.number = trial, .numbers = {}, .failure = {}};
@@ -148,23 +149,24 @@ private:
             attempt.failure = error.what();
         }
         if (plan_) attempt.core_seconds = core_seconds();
-        result = io::attempt_bytes(attempt);
+        send(io::attempt_bytes(attempt));
         return 0;
     }
 
-    void take(std::size_t job, int status, const std::string& result) {
+    void end(std::size_t job, int status) {
+        const auto& [m, trial] = jobs_[job];
+        ++ended_;
+        if (status == 0 || stop_signal() != 0) return;  // interrupted: runs again on resume
+        log_warning("{}: the worker of trial {} ended with status {}; skipping this measurement",
+                    layout_.units[units_[m].unit].name, trial, status);
+        units_[m].crashed = true;
+    }
+
+    void take(std::size_t job, const std::string& message) {
         const auto& [m, trial] = jobs_[job];
         Unit& one = units_[m];
         const std::string& name = layout_.units[one.unit].name;
-        ++ended_;
-        if (status != 0) {
-            if (stop_signal() != 0) return;  // interrupted: runs again on resume
-            log_warning("{}: the worker of trial {} ended with status {}; skipping this measurement", name, trial,
-                        status);
-            one.crashed = true;
-            return;
-        }
-        calibrate::Attempt attempt = io::attempt_of(result);
+        calibrate::Attempt attempt = io::attempt_of(message);
         if (!attempt.failure.empty() && !std::exchange(one.warned, true))
             log_warning("{}: trial {} failed: {} (further failures are counted, not reported)", name, trial,
                         attempt.failure);

@@ -117,12 +117,13 @@ nlohmann::json table_json(const SweepTable& table) {
         nlohmann::json entry{{"seeds", row.seeds}};
         if (!row.point.branch.empty()) entry["branch"] = row.point.branch;
         for (std::size_t k = 0; k < table.keys.size(); ++k) entry[table.keys[k]] = row.point.values[k];
-        for (std::size_t i = 0; i < row.estimates.size(); ++i) {
-            const measure::Estimate& estimate = row.estimates[i];
+        for (std::size_t i = 0; i < row.results.size(); ++i) {
+            const measure::Estimate& estimate = row.results[i].mean;
             nlohmann::json result{{"mean", estimate.mean}, {"error", nullptr}, {"unit", table.units[i]}};
             if (!std::isfinite(estimate.mean)) result["mean"] = nullptr;
             if (estimate.error) result["error"] = *estimate.error;
             else result["refusal"] = estimate.refusal;
+            if (row.results[i].own_error) result["own_error"] = *row.results[i].own_error;
             entry[table.names[i]] = std::move(result);
         }
         rows.push_back(std::move(entry));

@@ -6,6 +6,7 @@
 #include <cfenv>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "drover/base/log.hpp"
 #include "drover/base/memory.hpp"
@@ -20,6 +21,7 @@
 #include "drover/run/scene_support.hpp"
 #include "drover/run/signals.hpp"
 #include "drover/run/step_choice.hpp"
+#include "run/halved_steps.hpp"
 #include "run/same_run.hpp"
 
 namespace drover::run {
@@ -180,27 +182,18 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
 
 RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
     check_needs(given, options);
-    io::Scene scene = [&] {
+    const io::Scene scene = [&] {
         const StopSignals signals;
         return with_chosen_step(given, options.quiet);
     }();
     RunOptions attempt = options;
-    for (int halvings = 0;; attempt.overwrite = true) {
-        try {
-            return run_from_start(scene, attempt);
-        } catch (const StepTooLong& error) {
-            // The error of a chaotic run exceeds any limit, however short the step.
-            constexpr int max_halvings = 6;
-            if (halvings >= max_halvings)
-                fail_run(
-                    "{}; {} halvings of the step did not suffice: the fields may be chaotic: give time.dt, and "
-                    "compare means with those of half of it",
-                    error.what(), halvings);
-            if (!options.quiet) log_information("{}; doing so now", error.what());
-            halvings += error.halvings;
-            scene.time.dt = std::ldexp(scene.time.dt, -error.halvings);
-        }
-    }
+    return with_halved_steps(scene, options.quiet, [&](const io::Scene& halved) {
+        const RunOptions first = std::exchange(attempt, {.overwrite = true,
+                                                         .quiet = options.quiet,
+                                                         .rounds_up = options.rounds_up,
+                                                         .functions = options.functions});
+        return run_from_start(halved, first);
+    });
 }
 
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,

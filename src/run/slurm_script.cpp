@@ -1,4 +1,4 @@
-// run/slurm_script.cpp: a calibration as jobs of Slurm.
+// run/slurm_script.cpp: a sweep or a calibration as jobs of Slurm.
 #include "drover/run/slurm_script.hpp"
 
 #include "drover/base/text.hpp"
@@ -6,23 +6,31 @@
 namespace drover::run {
 
 std::string slurm_script(const SlurmPlan& plan) {
-    std::string command =
-        text("drover calibrate {} --output {} --quiet", shell_word(std::filesystem::absolute(plan.scene).string()),
-             shell_word(std::filesystem::absolute(plan.folder).string()));
+    std::string command = text("drover {} {} --output {} --quiet", plan.command,
+                               shell_word(std::filesystem::absolute(plan.scene).string()),
+                               shell_word(std::filesystem::absolute(plan.folder).string()));
     for (const std::string& setting : plan.overrides) command += " --set " + shell_word(setting);
     return text(R"(#!/bin/sh
-# Measures the coefficients of a scene as {0} array tasks of Slurm and makes their table.
+# Runs drover {2} as {0} array tasks of Slurm, and a last job for the table, which of a sweep first runs what they left.
 # Run it with sh; options are passed to sbatch, as in
-#     sh calibrate.sh --partition=short --time=12:00:00 --cpus-per-task=8
-# Re-run it to resume after a time limit or a failure: no trial that has ended is run again.
-# All tasks need access to the same folder.
+#     sh {2}.sh --partition=short --time=12:00:00 --cpus-per-task=8
+# Re-run it to resume after a time limit or a failure: nothing that has ended is run again, and tasks that still run
+# keep what they are at.  All tasks need access to the same folder.
 set -eu
-calibrate={1}
-array=$(sbatch --parsable --job-name=drover --array=1-{0} "$@" \
-    --wrap "exec $calibrate --share \$SLURM_ARRAY_TASK_ID/{0} --workers \${{SLURM_CPUS_PER_TASK:-1}}")
-sbatch --parsable --job-name=drover-table --dependency="afterany:${{array%%;*}}" "$@" --wrap "exec $calibrate --collect"
+work={1}
+submit() {{  # again while the controller does not answer: twice the same job does no harm
+    for try in 1 2 3 4 5 6 7 8 9 10 11 12; do
+        sbatch --parsable --requeue --open-mode=append "$@" && return
+        sleep 5
+    done
+    return 1
+}}
+array=$(submit --job-name=drover --array=1-{0} "$@" \
+    --wrap "exec $work --share \$SLURM_ARRAY_TASK_ID/{0} --workers \${{SLURM_CPUS_PER_TASK:-1}}")
+submit --job-name=drover-table --dependency="afterany:${{array%%;*}}" "$@" \
+    --wrap "exec $work --workers \${{SLURM_CPUS_PER_TASK:-1}}{3}"
 )",
-                plan.shares, shell_word(command));
+                plan.shares, shell_word(command), plan.command, plan.last.empty() ? "" : " " + plan.last);
 }
 
 }  // namespace drover::run

@@ -1,66 +1,80 @@
-// run/sweep.cpp: runs of a sweep on local workers, resumable, and their table.
+// run/sweep.cpp: the runs of a sweep as a campaign, and what comes of them.
 #include "drover/run/sweep.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <map>
+#include <chrono>
+#include <thread>
 
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
+#include "drover/files/input_file.hpp"
 #include "drover/files/new_file.hpp"
-#include "drover/files/record_file.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/measure/trajectories.hpp"
-#include "drover/run/exit_status.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/run_scene.hpp"
-#include "drover/run/worker_pool.hpp"
+#include "run/campaign.hpp"
+#include "run/memory_run.hpp"
+#include "run/run_record.hpp"
 #include "run/same_run.hpp"
+#include "run/sweep_results.hpp"
 
 namespace drover::run {
 
 namespace {
 namespace fs = std::filesystem;
+constexpr const char* manifest_name = "sweep.toml";
 
 fs::path archive_of(const fs::path& folder, const SweepRun& run) { return folder / (run.name + ".h5"); }
 
-bool is_done(const fs::path& folder, const SweepRun& run) {
-    const fs::path path = archive_of(folder, run);
+bool is_finished(const fs::path& path) {
     return fs::exists(path) && files::ArchiveReader(path).has("/summary/warm_up");
 }
 
+/// One sweep in its folder.
+struct Sweep {
+    const io::Scene& scene;
+    const fs::path& folder;
+    SweepLayout layout = {};
+    std::map<std::string, std::size_t> runs = {};  ///< by name
+
+    Sweep(const io::Scene& given, const fs::path& in) : scene(given), folder(in), layout(plan_sweep(given)) {
+        for (std::size_t r = 0; r < layout.runs.size(); ++r) runs[layout.runs[r].name] = r;
+    }
+    /// A ramp passes states on by archives, which are removed at the end where only the table is kept.
+    bool has_archives() const { return keeps_archives() || layout.runs.back().before.has_value(); }
+    bool keeps_archives() const { return scene.sweep.keep == "archives"; }
+};
+
 /// The scene of one run; on a ramp it starts from the last frame of the run before.
-io::Scene scene_of(const io::Scene& scene, const fs::path& folder, const SweepRun& run, const SweepRun* before) {
+io::Scene scene_of(const Sweep& sweep, const SweepRun& run) {
     std::vector<std::string> overrides = run.overrides;
-    if (scene.run.threads == 0) overrides.push_back("run.threads=1");
-    io::Scene base = scene;
-    if (before != nullptr) {
+    if (sweep.scene.run.threads == 0) overrides.push_back("run.threads=1");
+    io::Scene base = sweep.scene;
+    if (run.before) {
         base.initial = {};  // its formulas belong to the first point only
-        const std::string start = kind_of(scene).start;
+        const std::string start = kind_of(base).start;
         overrides.push_back(start + ".kind=file");
         overrides.push_back(start + ".file=set-below");
         overrides.push_back(start + ".frame=-1");
     }
-    io::Scene result = io::parse_scene(io::resolved_text(base), scene.file, overrides);
+    io::Scene result = io::parse_scene(io::resolved_text(base), base.file, overrides);
     // No overrides, which are TOML: the name of a file may have any bytes.
-    result.output.file = archive_of(folder, run).string();
-    std::string& first_state = io::has_grid(scene.kind) ? result.initial.file : result.particles.packing.file;
-    if (before != nullptr) first_state = fs::absolute(archive_of(folder, *before)).string();
+    result.output.file = archive_of(sweep.folder, run).string();
+    std::string& first_state = io::has_grid(base.kind) ? result.initial.file : result.particles.packing.file;
+    if (run.before) first_state = fs::absolute(archive_of(sweep.folder, sweep.layout.runs[*run.before])).string();
     return result;
 }
 
 /// Throws an input Error for an archive in the folder that is of another run than its name says.  Returns a warning for
 /// each other version of drover that made some of them: on purpose, a sweep may be resumed by another.
-std::vector<std::string> check_archives(const io::Scene& scene, const fs::path& folder, const SweepLayout& layout) {
+std::vector<std::string> check_archives(const Sweep& sweep) {
     std::map<std::string, std::vector<std::string>> runs_of;  // by version
-    for (const auto& chain : layout.chains)
-        for (std::size_t i = 0; i < chain.size(); ++i)
-            if (const fs::path path = archive_of(folder, chain[i]); fs::exists(path)) {
-                require_archive_of(scene_of(scene, folder, chain[i], i == 0 ? nullptr : &chain[i - 1]), path);
-                runs_of[program_of(files::ArchiveReader(path))].push_back(chain[i].name);
-            }
+    for (const SweepRun& run : sweep.layout.runs)
+        if (const fs::path path = archive_of(sweep.folder, run); fs::exists(path)) {
+            require_archive_of(scene_of(sweep, run), path);
+            runs_of[program_of(files::ArchiveReader(path))].push_back(run.name);
+        }
     runs_of.erase(this_program());
     std::vector<std::string> warnings;
     for (const auto& [version, runs] : runs_of)
@@ -72,233 +86,180 @@ std::vector<std::string> check_archives(const io::Scene& scene, const fs::path& 
     return warnings;
 }
 
-/// `at`: the name of the run that it is at.
-int run_chain(const io::Scene& scene, const fs::path& folder, const std::vector<SweepRun>& chain, std::string& at) {
-    for (std::size_t i = 0; i < chain.size(); ++i) {
-        if (is_done(folder, chain[i])) continue;
-        at = chain[i].name;
-        const fs::path path = archive_of(folder, chain[i]);
-        const RunOptions options{.overwrite = true, .quiet = true};
-        const bool resumable = fs::exists(path) && has_checkpoint(path);
-        const RunOutcome outcome =
-            resumable ? restart_run(path, {}, options)
-                      : run_scene(scene_of(scene, folder, chain[i], i == 0 ? nullptr : &chain[i - 1]), options);
-        if (outcome.loop.signal != 0) return exit_stopped;
+RunResults results_of(Report report) {
+    return {.rows = std::move(report.summary.rows), .warnings = std::move(report.warnings)};
+}
+
+/// A process that was killed may have workers that end a moment later.
+void wait_for_writer(const fs::path& path) {
+    constexpr int tries = 100;
+    for (int i = 0; files::is_being_written(path) && i < tries; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+}
+
+std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
+    const io::Scene scene = scene_of(sweep, run);
+    if (!sweep.has_archives()) {
+        auto report = run_in_memory(scene);
+        if (!report) return std::nullopt;
+        return encode(results_of(std::move(*report)));
     }
-    return exit_done;
+    const fs::path path = archive_of(sweep.folder, run);
+    wait_for_writer(path);
+    if (fs::exists(path)) require_archive_of(scene, path);
+    if (is_finished(path)) return encode(results_of(make_report(files::ArchiveReader(path), Theory::omitted)));
+    const RunOptions options{.overwrite = true, .quiet = true};
+    RunOutcome outcome =
+        fs::exists(path) && has_checkpoint(path) ? restart_run(path, {}, options) : run_scene(scene, options);
+    if (outcome.loop.signal != 0) return std::nullopt;
+    return encode(results_of(std::move(*outcome.report)));
 }
 
-/// Mean over the seeds of a point.  The runs are independent: their errors add in quadrature; from eight seeds on, the
-/// spread between them is the better estimate.
-measure::Estimate over_seeds(const std::vector<measure::Estimate>& runs) {
-    if (runs.empty())
-        return {.mean = std::numeric_limits<double>::quiet_NaN(),
-                .refusal = "no run of this point has this observable"};
-    measure::Estimate result;
-    const double count = static_cast<double>(runs.size());
-    double squares = 0.0;
-    bool all_errors = true;
-    for (const measure::Estimate& run : runs) {
-        result.mean += run.mean / count;
-        result.autocorrelation_time += run.autocorrelation_time / count;
-        result.warm_up = std::max(result.warm_up, run.warm_up);
-        result.samples += run.samples;
-        if (run.error) squares += *run.error * *run.error;
-        all_errors = all_errors && run.error.has_value();
-        if (!run.refusal.empty()) result.refusal = run.refusal;
+/// The text that claims the folder: one of an earlier version stays, if it means the same.
+std::string manifest_of(io::Scene scene, const fs::path& folder) {
+    scene.sweep.workers = 0;
+    const std::string words = io::resolved_text(scene);
+    const fs::path file = folder / manifest_name;
+    if (!fs::exists(file)) return words;
+    try {
+        constexpr std::uint64_t max_bytes = 1 << 24;
+        const std::string there = files::read_text(file, max_bytes, "the scene of a sweep");
+        io::Scene before = io::archived_scene(there, file.string());
+        before.sweep.workers = 0;
+        return io::resolved_text(before) == words ? there : words;
+    } catch (const Error& error) {
+        if (error.fault() != Fault::input) throw;
+        return words;
     }
-    if (runs.size() >= measure::min_blocks) {
-        squares = 0.0;
-        for (const measure::Estimate& run : runs) squares += (run.mean - result.mean) * (run.mean - result.mean);
-        result.error = std::sqrt(squares / (count * (count - 1.0)));
-        result.refusal.clear();
-    } else if (all_errors) {
-        result.error = std::sqrt(squares) / count;
+}
+
+files::RecordIdentity identity_of(const std::string& manifest) {
+    return {.hash = files::fingerprint("sweep\n" + manifest), .content = manifest};
+}
+
+/// What is known of all runs.
+struct Ended {
+    std::map<std::string, RunResults> results;
+    std::map<std::string, std::string> failures;
+};
+
+Ended ended_runs(const Sweep& sweep, const files::RecordIdentity& identity) {
+    Ended ended;
+    for (const UnitRecord& record : campaign_records(sweep.folder, identity)) {
+        const auto run = sweep.runs.find(record.key);
+        if (run == sweep.runs.end()) continue;
+        if (record.state != UnitState::done) ended.failures[record.key] = record.reason;
+        else if (!sweep.keeps_archives() || fs::exists(archive_of(sweep.folder, sweep.layout.runs[run->second])))
+            ended.results[record.key] = decode(record.result);
     }
-    result.blocks = runs.size();
-    return result;
+    return ended;
 }
 
-/// The relaxation time of a point is the inverse of its mean rotational diffusion: the inverse of a single short run is
-/// too noisy.
-void invert_diffusion(const std::vector<std::string>& names, std::vector<measure::Estimate>& estimates) {
-    const auto column = [&](const char* name) {
-        return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-    };
-    const std::size_t from = column("rotational_diffusion"), to = column("relaxation_time");
-    if (from >= estimates.size() || to >= estimates.size()) return;
-    estimates[to] = measure::relaxation_time_of(estimates[from]);
-}
-
-/// Whether the scatter of seeds contradicts their errors: chi square far beyond its mean.  The limit is that of one in
-/// two thousand for two seeds.
-bool contradicts_errors(const std::vector<measure::Estimate>& runs) {
-    double weights = 0.0, mean = 0.0, square = 0.0;
-    for (const measure::Estimate& run : runs) {
-        if (!run.error || !(*run.error > 0.0)) return false;
-        const double weight = 1.0 / (*run.error * *run.error);
-        weights += weight;
-        mean += weight * run.mean;
+void remove_archives(const Sweep& sweep) {
+    std::error_code ignored;
+    for (const SweepRun& run : sweep.layout.runs) {
+        const fs::path path = archive_of(sweep.folder, run);
+        for (const char* beside : {"", ".checkpoint-a", ".checkpoint-b"}) fs::remove(path.string() + beside, ignored);
     }
-    mean /= weights;
-    for (const measure::Estimate& run : runs) square += std::pow((run.mean - mean) / *run.error, 2);
-    const double freedom = static_cast<double>(runs.size()) - 1.0;
-    constexpr double limit = 8.0;  // deviations of chi square
-    return freedom > 0.0 && square > freedom + limit * std::sqrt(2.0 * freedom);
 }
 
-void add_contradictions(const std::vector<std::vector<measure::Estimate>>& found, const SweepPoint& point,
-                        SweepTable& table) {
-    std::vector<std::string> names;
-    for (std::size_t column = 0; column < found.size(); ++column)
-        if (contradicts_errors(found[column])) names.push_back(table.names[column]);
-    if (names.empty()) return;
-    std::string at;
-    for (std::size_t k = 0; k < point.values.size(); ++k)
-        at += text("{}{} = {:.6g}", k == 0 ? "" : ", ", table.keys[k], point.values[k]);
-    table.warnings.push_back(
-        text("at {}: the seeds differ by far more than their errors in {}; the runs are shorter than their slowest "
-             "change, or end in different states: give longer runs, or 8 seeds or more, whose scatter is then the "
-             "error",
-             at, joined(names)));
-}
-
-SweepTable collect(const SweepLayout& layout, const fs::path& folder) {
-    SweepTable table{.keys = layout.keys, .names = {}, .units = {}, .rows = {}};
-    std::vector<std::vector<std::vector<measure::Estimate>>> found(layout.points.size());  // [point][observable][seed]
-    std::vector<int> seeds(layout.points.size(), 0);
-    for (const auto& chain : layout.chains)
-        for (const SweepRun& run : chain) {
-            if (!is_done(folder, run)) continue;
-            ++seeds[run.point];
-            const Report report = make_report(files::ArchiveReader(archive_of(folder, run)), Theory::omitted);
-            for (const std::string& warning : report.warnings) table.warnings.push_back(run.name + ": " + warning);
-            for (const measure::SummaryRow& row : report.summary.rows) {
-                if (!row.axes.empty()) continue;
-                // By name: runs may differ in their observables, such as those of beads.
-                const auto named = std::find(table.names.begin(), table.names.end(), row.name);
-                const auto column = static_cast<std::size_t>(named - table.names.begin());
-                if (named == table.names.end()) {
-                    table.names.push_back(row.name);
-                    table.units.push_back(row.unit);
-                }
-                if (found[run.point].size() <= column) found[run.point].resize(column + 1);
-                found[run.point][column].push_back(row.estimates.front());
-            }
+/// Runs what this process gets of it.
+bool run_campaign_of(const Sweep& sweep, const SweepOptions& options, const files::RecordIdentity& identity) {
+    const std::vector<SweepRun>& runs = sweep.layout.runs;
+    std::vector<bool> is_done(runs.size(), false);
+    std::size_t ended = 0;
+    const std::size_t first = runs.size() * static_cast<std::size_t>(options.share.number - 1) /
+                              static_cast<std::size_t>(options.share.count);
+    const auto wanted = [&](const Offer& offer) {
+        for (std::size_t i = 0; i < runs.size(); ++i) {
+            const std::size_t r = (first + i) % runs.size();
+            if (is_done[r] || (runs[r].before && !is_done[*runs[r].before])) continue;
+            if (!offer(runs[r].name)) return;
         }
-    for (std::size_t point = 0; point < layout.points.size(); ++point) {
-        SweepRow row{.point = layout.points[point], .seeds = seeds[point], .estimates = {}};
-        if (row.seeds > 0) found[point].resize(table.names.size());
-        for (const auto& runs : found[point]) row.estimates.push_back(over_seeds(runs));
-        add_contradictions(found[point], row.point, table);
-        invert_diffusion(table.names, row.estimates);
-        table.rows.push_back(std::move(row));
-    }
-    return table;
+    };
+    const auto take = [&](const UnitRecord& record) {
+        const auto found = sweep.runs.find(record.key);
+        if (found == sweep.runs.end()) return;
+        ++ended;
+        if (record.state == UnitState::done) is_done[found->second] = true;
+        if (record.is_new && record.state != UnitState::done) log_warning("{}: {}", record.key, record.reason);
+        if (record.is_new && !options.quiet)
+            log_information("{} of {} jobs finished: {}{}", std::count(is_done.begin(), is_done.end(), true),
+                            runs.size(), record.key, record.state == UnitState::done ? "" : ", which failed");
+    };
+    const auto holds = [&](const UnitRecord& record) {
+        const auto found = sweep.runs.find(record.key);
+        return !sweep.keeps_archives() || found == sweep.runs.end() ||
+               fs::exists(archive_of(sweep.folder, runs[found->second]));
+    };
+    const UnitPlan plan{.wanted = wanted,
+                        .run = [&](const std::string& key) { return run_one(sweep, runs[sweep.runs.at(key)]); },
+                        .take = take,
+                        .holds = holds};
+    const int workers = sweep.scene.sweep.workers > 0 ? sweep.scene.sweep.workers : usable_cores();
+    return run_campaign(plan, {.folder = sweep.folder,
+                               .identity = identity,
+                               .share = options.share,
+                               .workers = workers,
+                               .quiet = options.quiet})
+        .stopped;
+}
+
+/// From the records of all processes.
+void conclude(const Sweep& sweep, const SweepOptions& options, const files::RecordIdentity& identity,
+              const std::vector<std::string>& versions, SweepOutcome& outcome) {
+    const Ended ended = ended_runs(sweep, identity);
+    for (const auto& [name, reason] : ended.failures) outcome.failures.push_back(name + ": " + reason);
+    outcome.failed = outcome.failures.size();
+    outcome.missing = outcome.runs - ended.results.size() - outcome.failed;
+    const bool is_last = outcome.missing == 0 && !outcome.stopped;
+    if (!options.share.is_plain() && !is_last) return;
+    outcome.table = sweep_table(sweep.layout, ended.results);
+    outcome.table->warnings.insert(outcome.table->warnings.begin(), versions.begin(), versions.end());
+    alone(sweep.folder, is_last, [&] {
+        files::replace_file(sweep.folder / "table.csv", table_csv(*outcome.table));
+        if (is_last && !sweep.keeps_archives()) remove_archives(sweep);
+    });
 }
 }  // namespace
 
-SweepOutcome run_sweep(const io::Scene& scene, const fs::path& folder, bool quiet) {
-    const SweepLayout layout = plan_sweep(scene);
-    SweepOutcome outcome;
-    for (const auto& chain : layout.chains)
-        for (const SweepRun& run : chain) {
-            scene_of(scene, folder, run, nullptr);  // all values are checked before anything runs
-            ++outcome.runs;
+SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
+    const Sweep sweep(scene, options.folder);
+    SweepOutcome outcome{.table = {}, .runs = sweep.layout.runs.size()};
+    const fs::path& folder = options.folder;
+    require(!options.collect || fs::is_directory(folder), {.file = folder.string()},
+            "no such folder; expected the output folder of drover sweep: set it with --output");
+    if (!options.collect && options.share.is_plain())  // all values are checked before anything runs
+        for (const SweepRun& run : sweep.layout.runs) {
+            SweepRun single = run;
+            single.before.reset();
+            scene_of(sweep, single);
         }
-    // To resume, the scene must be the same, or different runs would be mixed.  Workers keep the lock.
-    const files::ClaimedFolder claimed = files::claim_folder(folder, "sweep.toml", "", io::resolved_text(scene));
-    const std::vector<std::string> versions = check_archives(scene, folder, layout);
-    for (const auto& chain : layout.chains)
-        outcome.already_done += static_cast<std::size_t>(
-            std::count_if(chain.begin(), chain.end(), [&](const SweepRun& run) { return is_done(folder, run); }));
-    const int workers = scene.sweep.workers > 0 ? scene.sweep.workers : usable_cores();
-    if (outcome.already_done < outcome.runs)  // else with the table, at once
+    // To resume, the scene must be the same, or different runs would be mixed.
+    const std::string manifest = manifest_of(scene, folder);
+    const files::RecordIdentity identity = identity_of(manifest);
+    files::join_folder(folder, manifest_name, "", manifest);
+    if (sweep.has_archives() && !options.collect) files::require_locks(folder / manifest_name);
+    std::vector<std::string> versions;
+    if (options.share.is_plain() && sweep.keeps_archives()) versions = check_archives(sweep);
+    outcome.already_done = ended_runs(sweep, identity).results.size();
+    if (outcome.already_done < outcome.runs && !options.collect)  // else with the table, at once
         for (const std::string& warning : versions) log_warning("{}", warning);
-    if (!quiet)
-        log_information("{} points, {} runs ({} already finished), {} simultaneous, in {}", layout.points.size(),
-                        outcome.runs, outcome.already_done, workers, folder.string());
-    std::size_t started = 0, ended = 0;
-    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
-                        if (started == layout.chains.size()) return std::nullopt;
-                        return started++;
-                    },
-                    .work =
-                        [&](std::size_t job, std::string& reason) {
-                            std::string at;
-                            try {
-                                return run_chain(scene, folder, layout.chains[job], at);
-                            } catch (const Error& error) {
-                                reason = text("{}: {}", at, error.what());
-                                throw;
-                            }
-                        },
-                    .ended =
-                        [&](std::size_t job, int status, const std::string& reason) {
-                            const std::string& name = layout.chains[job].back().name;
-                            ++ended;
-                            if (status != exit_done && status != exit_stopped)
-                                outcome.failures.push_back(
-                                    reason.empty() ? text("{}: its process ended with status {}", name, status)
-                                                   : reason);
-                            if (!quiet)
-                                log_information("{} of {} jobs finished: {}{}", ended, layout.chains.size(), name,
-                                                status == 0 ? "" : text(" with status {}", status));
-                        }};
-    const PoolOutcome pool = run_jobs(jobs, {.workers = workers});
-    outcome.stopped = pool.stopped;
-    outcome.failed = pool.stopped ? 0 : pool.failed;
-    outcome.table = collect(layout, folder);
-    outcome.table.warnings.insert(outcome.table.warnings.begin(), versions.begin(), versions.end());
-    files::replace_file(folder / "table.csv", table_csv(outcome.table));
+    if (!options.quiet && !options.collect)
+        log_information("{} points, {} runs ({} already finished) in {}", sweep.layout.points.size(), outcome.runs,
+                        outcome.already_done, folder.string());
+    if (!options.collect) outcome.stopped = run_campaign_of(sweep, options, identity);
+    conclude(sweep, options, identity, versions, outcome);
     return outcome;
 }
 
-std::string table_text(const SweepTable& table) {
-    // The columns of a phase diagram; table.csv has all of them.
-    std::vector<std::size_t> chosen;
-    for (const char* name : {"polar_order", "polar_order_susceptibility", "polar_order_binder"})
-        for (std::size_t i = 0; i < table.names.size(); ++i)
-            if (table.names[i] == name) chosen.push_back(i);
-    if (chosen.empty())  // a model of its own: the order and the pattern of each field
-        for (std::size_t i = 0; i < table.names.size(); ++i)
-            if (table.names[i].starts_with("size_mean_") || table.names[i].starts_with("variance_"))
-                chosen.push_back(i);
-    std::string out;
-    for (const std::string& warning : table.warnings) out += "warning: " + warning + "\n";
-    for (const std::string& key : table.keys) out += text("{:>20} ", key);
-    out += text("{:>6} {:>5}", "branch", "seeds");
-    for (const std::size_t i : chosen) out += text(" {:>26} {:>9}", table.names[i], "error");
-    out += '\n';
-    for (const SweepRow& row : table.rows) {
-        for (const double value : row.point.values) out += text("{:>20.6g} ", value);
-        out += text("{:>6} {:>5}", row.point.branch.empty() ? "-" : row.point.branch, row.seeds);
-        for (const std::size_t i : chosen) {
-            if (i >= row.estimates.size()) out += text(" {:>26} {:>9}", "-", "-");
-            else
-                out += text(" {:>26} {:>9}", measured_text(row.estimates[i].mean, row.estimates[i].error.value_or(0.0)),
-                            row.estimates[i].error ? text("{:.2g}", *row.estimates[i].error) : "-");
-        }
-        out += '\n';
-    }
-    return out;
-}
-
-std::string table_csv(const SweepTable& table) {
-    std::string out;
-    for (const std::string& key : table.keys) out += key + ",";
-    out += "branch,seeds";
-    for (std::size_t i = 0; i < table.names.size(); ++i)
-        out += text(",{} [{}],{} error", table.names[i], table.units[i], table.names[i]);
-    out += '\n';
-    for (const SweepRow& row : table.rows) {
-        for (const double value : row.point.values) out += text("{},", value);
-        out += text("{},{}", row.point.branch, row.seeds);
-        for (const measure::Estimate& estimate : row.estimates)
-            out += text(",{},{}", estimate.mean, estimate.error ? text("{}", *estimate.error) : "");
-        out += '\n';
-    }
-    return out;
+std::string sweep_status(const io::Scene& scene, const fs::path& folder) {
+    const Sweep sweep(scene, folder);
+    require(fs::is_directory(folder), {.file = folder.string()},
+            "no such folder; expected the output folder of drover sweep: set it with --output");
+    std::vector<std::string> keys;
+    for (const SweepRun& run : sweep.layout.runs) keys.push_back(run.name);
+    return campaign_status(folder, campaign_records(folder, identity_of(manifest_of(scene, folder))), keys);
 }
 
 }  // namespace drover::run

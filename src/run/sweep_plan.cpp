@@ -109,16 +109,11 @@ SweepLayout plan_sweep(const io::Scene& scene) {
     require(runs <= max_runs, where, "a sweep of {:.3g} runs; expected at most {:.0e}: choose fewer values or seeds",
             runs, max_runs);
     layout.points = ramp ? ramp_points(varied.front(), scene.sweep.ramp == "up-down") : grid_points(varied);
-    for (int seed = 0; seed < scene.sweep.seeds; ++seed) {
-        std::vector<SweepRun> chain;
+    for (int seed = 0; seed < scene.sweep.seeds; ++seed)
         for (std::size_t point = 0; point < layout.points.size(); ++point) {
-            chain.push_back(run_at(layout, point, scene, seed));
-            if (ramp) continue;
-            layout.chains.push_back(std::move(chain));
-            chain.clear();
+            layout.runs.push_back(run_at(layout, point, scene, seed));
+            if (ramp && point > 0) layout.runs.back().before = layout.runs.size() - 2;
         }
-        if (ramp) layout.chains.push_back(std::move(chain));
-    }
     return layout;
 }
 

@@ -148,21 +148,30 @@ bool Trials::run(const std::vector<Trial>& trials) {
         names.push_back(name);
     }
     std::size_t next = 0;
-    const Jobs jobs{
-        .next = [&]() -> std::optional<std::size_t> {
-            if (next == missing.size()) return std::nullopt;
-            return next++;
-        },
-        .work = [&](std::size_t job, std::string& result) { return run_trial(missing[job], names[job], result); },
-        .ended =
-            [&](std::size_t job, int status, const std::string& record) {
-                if (status != exit_done && status != exit_stopped && stop_signal() != 0) return;
-                if (record.empty())
-                    fail_environment("the trial {} ended with status {}; run the command again to repeat it",
-                                     names[job], status);
-                take(record);
-                if (results_[names[job]].is_recorded) records_.append(record);
-            }};
+    std::vector<bool> has_record(missing.size(), false);
+    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
+                        if (next == missing.size()) return std::nullopt;
+                        return next++;
+                    },
+                    .work =
+                        [&](std::size_t job, const Send& send) {
+                            std::string record;
+                            const int status = run_trial(missing[job], names[job], record);
+                            send(record);
+                            return status;
+                        },
+                    .received =
+                        [&](std::size_t job, const std::string& record) {
+                            has_record[job] = true;
+                            take(record);
+                            if (results_[names[job]].is_recorded) records_.append(record);
+                        },
+                    .ended =
+                        [&](std::size_t job, int status) {
+                            if (has_record[job] || stop_signal() != 0) return;
+                            fail_environment("the trial {} ended with status {}; run the command again to repeat it",
+                                             names[job], status);
+                        }};
     return !run_jobs(jobs, {.workers = workers_}).stopped;
 }
 

@@ -1,5 +1,5 @@
-// run/worker_pool.cpp: jobs in forked child processes, whose results come through pipes; a closed pipe marks the end of
-// a job.
+// run/worker_pool.cpp: jobs in forked child processes, whose messages come through pipes; a closed pipe marks the end
+// of a job.
 #include "drover/run/worker_pool.hpp"
 
 #include <fcntl.h>
@@ -15,6 +15,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <string_view>
 #include <vector>
 
 #include "drover/base/error.hpp"
@@ -29,16 +30,28 @@ using Clock = std::chrono::steady_clock;
 struct Worker {
     std::size_t job = 0;
     pid_t process = -1;
-    int pipe = -1;  ///< read end
-    std::string result;
+    int pipe = -1;             ///< read end
+    std::string bytes = {};    ///< that have come, and are no complete message yet
+    std::string failure = {};  ///< the sentence of an Error that ends all jobs
 };
 
-void write_all(int to, const std::string& bytes) {
+/// Before each message: its length, and whether it is the sentence of an Error that ends all jobs.
+struct Head {
+    std::uint64_t length = 0, is_failure = 0;
+};
+
+void write_all(int to, std::string_view bytes) {
     for (std::size_t done = 0; done < bytes.size();) {
         const ssize_t written = write(to, bytes.data() + done, bytes.size() - done);
         if (written < 0 && errno != EINTR) return;  // no reader is left
         if (written > 0) done += static_cast<std::size_t>(written);
     }
+}
+
+void write_message(int to, const std::string& message, bool is_failure) {
+    const Head head{.length = message.size(), .is_failure = is_failure};
+    write_all(to, {reinterpret_cast<const char*>(&head), sizeof head});
+    write_all(to, message);
 }
 
 /// The status of a worker whose Error of this kind ends all jobs.
@@ -51,15 +64,15 @@ std::optional<Fault> fault_that_ends(int status) {
     return std::nullopt;
 }
 
-/// In the child.  The sentence of an Error that ends all jobs is the result.
-int status_of_work(const Jobs& jobs, std::size_t job, std::string& result) {
+/// In the child.
+int status_of_work(const Jobs& jobs, std::size_t job, int pipe) {
     return status_of([&] {
         try {
-            return jobs.work(job, result);
+            return jobs.work(job, [&](const std::string& message) { write_message(pipe, message, false); });
         } catch (const std::exception& exception) {
             const Error error = error_of(exception);
             if (std::find(ending.begin(), ending.end(), error.fault()) == ending.end()) throw;
-            result = error.what();
+            write_message(pipe, error.what(), true);
             return status_of_fault(error.fault());
         }
     });
@@ -74,15 +87,13 @@ Worker start_worker(std::size_t job, const Jobs& jobs) {
     if (child < 0) fail_environment("cannot start a worker process: {}", std::strerror(errno));
     if (child > 0) {
         close(ends[1]);
-        return {.job = job, .process = child, .pipe = ends[0], .result = {}};
+        return {.job = job, .process = child, .pipe = ends[0]};
     }
     close(ends[0]);
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != caller) _exit(exit_run_failed);  // the parent ended before the request took effect
-    std::string result;
-    const int status = status_of_work(jobs, job, result);
+    const int status = status_of_work(jobs, job, ends[1]);
     std::fflush(nullptr);
-    write_all(ends[1], result);
     _exit(status);  // without destructors: the objects belong to the parent
 }
 
@@ -98,8 +109,24 @@ int wait_for(pid_t process) {
     return WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
 }
 
-/// Reads results; returns the index of a worker that has closed its pipe, that is, ended.
-std::optional<std::size_t> listen(std::vector<Worker>& workers) {
+/// Passes complete messages on.
+void take_messages(const Jobs& jobs, Worker& worker) {
+    std::size_t done = 0;
+    for (;;) {
+        Head head;
+        if (worker.bytes.size() - done < sizeof head) break;
+        std::memcpy(&head, worker.bytes.data() + done, sizeof head);
+        if (worker.bytes.size() - done - sizeof head < head.length) break;
+        const std::string message = worker.bytes.substr(done + sizeof head, head.length);
+        done += sizeof head + head.length;
+        if (head.is_failure != 0) worker.failure = message;
+        else jobs.received(worker.job, message);
+    }
+    worker.bytes.erase(0, done);
+}
+
+/// Reads messages; returns the index of a worker that has closed its pipe, that is, ended.
+std::optional<std::size_t> listen(const Jobs& jobs, std::vector<Worker>& workers) {
     std::vector<pollfd> pipes;
     for (const Worker& worker : workers) pipes.push_back({.fd = worker.pipe, .events = POLLIN, .revents = 0});
     constexpr int timeout = 20;  // ms; short, so that a signal is passed on quickly
@@ -108,9 +135,10 @@ std::optional<std::size_t> listen(std::vector<Worker>& workers) {
         if (pipes[i].revents == 0) continue;
         std::array<char, 65536> bytes{};
         const ssize_t got = read(workers[i].pipe, bytes.data(), bytes.size());
-        if (got > 0) workers[i].result.append(bytes.data(), static_cast<std::size_t>(got));
+        if (got > 0) workers[i].bytes.append(bytes.data(), static_cast<std::size_t>(got));
         else if (got == 0) return i;
         else if (errno != EINTR) fail_environment("reading from a worker failed: {}", std::strerror(errno));
+        take_messages(jobs, workers[i]);
     }
     return std::nullopt;
 }
@@ -149,7 +177,8 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             }
             if (running.empty()) break;
             stopper.check(running, failure || stop_signal() != 0);
-            const std::optional<std::size_t> over = listen(running);
+            if (jobs.idle) jobs.idle();
+            const std::optional<std::size_t> over = listen(jobs, running);
             if (!over) continue;
             const Worker worker = std::move(running[*over]);
             running.erase(running.begin() + static_cast<std::ptrdiff_t>(*over));
@@ -158,9 +187,9 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             ++(status == 0 ? outcome.done : outcome.failed);
             outcome.stopped |= status == exit_stopped;  // by a signal to it alone, such as SIGXCPU
             if (const auto fault = fault_that_ends(status); fault && stop_signal() == 0) {
-                if (!failure) failure.emplace(*fault, SourceLocation{}, worker.result);
+                if (!failure) failure.emplace(*fault, SourceLocation{}, worker.failure);
             } else if (!failure || status == exit_done || status == exit_stopped) {
-                jobs.ended(worker.job, status, worker.result);
+                jobs.ended(worker.job, status);
             }
         }
     } catch (...) {

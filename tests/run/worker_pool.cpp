@@ -10,6 +10,7 @@
 #include <map>
 #include <new>
 #include <stdexcept>
+#include <vector>
 
 #include "drover/base/error.hpp"
 
@@ -17,29 +18,49 @@ namespace drover::run {
 namespace {
 
 TEST(WorkerPool, jobs_that_become_available_while_others_run_are_run_and_return_results) {
-    std::size_t known = 0, ended = 0;
-    std::map<std::size_t, std::size_t> lengths;
-    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
-                        if (known == 6 || known >= ended + 2)
-                            return std::nullopt;  // two at first, then one for each that ends
-                        return known++;
-                    },
-                    .work =
-                        [](std::size_t job, std::string& result) {
-                            result.assign(100000 * job,
-                                          static_cast<char>('a' + job));  // more than the capacity of a pipe
-                            return 0;
-                        },
-                    .ended =
-                        [&](std::size_t job, int status, const std::string& result) {
-                            ++ended;
-                            EXPECT_EQ(status, 0);
-                            EXPECT_EQ(result, std::string(100000 * job, static_cast<char>('a' + job)));
-                            lengths[job] = result.size();
-                        }};
+    std::size_t known = 0, ended = 0, turns = 0;
+    std::map<std::size_t, std::vector<std::string>> messages;
+    const Jobs jobs{
+        .next = [&]() -> std::optional<std::size_t> {
+            if (known == 6 || known >= ended + 2) return std::nullopt;  // two at first, then one for each that ends
+            return known++;
+        },
+        .work =
+            [](std::size_t job, const Send& send) {
+                send("");
+                send(std::string(100000 * job,
+                                 static_cast<char>('a' + job)));  // more than the capacity of a pipe
+                return 0;
+            },
+        .received = [&](std::size_t job, const std::string& message) { messages[job].push_back(message); },
+        .ended =
+            [&](std::size_t job, int status) {
+                ++ended;
+                EXPECT_EQ(status, 0);
+                EXPECT_EQ(messages[job],
+                          (std::vector<std::string>{"", std::string(100000 * job, static_cast<char>('a' + job))}));
+            },
+        .idle = [&] { ++turns; }};
     const PoolOutcome outcome = run_jobs(jobs, {.workers = 3});
     EXPECT_EQ(outcome.done, 6u);
-    EXPECT_EQ(lengths.size(), 6u);
+    EXPECT_EQ(messages.size(), 6u);
+    EXPECT_GT(turns, 0u);
+}
+
+TEST(WorkerPool, the_messages_before_a_kill_arrive_whole) {
+    std::vector<std::string> messages;
+    const Jobs jobs{.next = [n = 0]() mutable -> std::optional<std::size_t> {
+                        return n++ == 0 ? std::optional<std::size_t>(0) : std::nullopt;
+                    },
+                    .work = [](std::size_t, const Send& send) -> int {
+                        send("one");
+                        send("two");
+                        return ::kill(::getpid(), SIGKILL);
+                    },
+                    .received = [&](std::size_t, const std::string& message) { messages.push_back(message); },
+                    .ended = [](std::size_t, int status) { EXPECT_EQ(status, 128 + SIGKILL); }};
+    run_jobs(jobs, {.workers = 1});
+    EXPECT_EQ(messages, (std::vector<std::string>{"one", "two"}));
 }
 
 TEST(WorkerPool, the_exit_status_of_a_worker_is_reported) {
@@ -48,12 +69,13 @@ TEST(WorkerPool, the_exit_status_of_a_worker_is_reported) {
                         return n < 4 ? std::optional(n++) : std::nullopt;
                     },
                     .work =
-                        [](std::size_t job, std::string&) {
+                        [](std::size_t job, const Send&) {
                             if (job == 1) fail_input({}, "no");
                             if (job == 2) ::kill(::getpid(), SIGKILL);
                             return job == 3 ? 7 : 0;
                         },
-                    .ended = [&](std::size_t job, int status, const std::string&) { statuses[job] = status; }};
+                    .received = [](std::size_t, const std::string&) {},
+                    .ended = [&](std::size_t job, int status) { statuses[job] = status; }};
     const PoolOutcome outcome = run_jobs(jobs, {.workers = 2});
     EXPECT_EQ(statuses, (std::map<std::size_t, int>{{0, 0}, {1, 2}, {2, 128 + SIGKILL}, {3, 7}}));
     EXPECT_EQ(outcome.done, 1u);
@@ -63,11 +85,12 @@ TEST(WorkerPool, the_exit_status_of_a_worker_is_reported) {
 TEST(WorkerPool, no_worker_survives_an_exception_of_the_caller) {
     const Jobs jobs{.next = [n = std::size_t{0}]() mutable -> std::optional<std::size_t> { return n++; },
                     .work =
-                        [](std::size_t job, std::string&) {
+                        [](std::size_t job, const Send&) {
                             if (job > 0) ::sleep(60);
                             return 0;
                         },
-                    .ended = [](std::size_t, int, const std::string&) { fail_run("the disk is full"); }};
+                    .received = [](std::size_t, const std::string&) {},
+                    .ended = [](std::size_t, int) { fail_run("the disk is full"); }};
     EXPECT_THROW(run_jobs(jobs, {.workers = 3}), Error);
     EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
     EXPECT_EQ(errno, ECHILD);
@@ -77,12 +100,13 @@ TEST(WorkerPool, an_error_of_the_environment_ends_all_jobs_and_is_thrown_with_it
     std::size_t started = 0, ended = 0;
     const Jobs jobs{.next = [&]() -> std::optional<std::size_t> { return started++; },
                     .work =
-                        [](std::size_t job, std::string&) {
+                        [](std::size_t job, const Send&) {
                             if (job == 0) throw Error(Fault::environment, {"a.h5"}, "the disk is full");
                             for (;;) ::pause();  // until it is asked to stop
                             return 0;
                         },
-                    .ended = [&](std::size_t, int, const std::string&) { ++ended; }};
+                    .received = [](std::size_t, const std::string&) {},
+                    .ended = [&](std::size_t, int) { ++ended; }};
     try {
         run_jobs(jobs, {.workers = 2, .grace_period = 0.0});
         FAIL() << "expected an Error";
@@ -100,11 +124,12 @@ TEST(WorkerPool, exceptions_of_memory_are_of_the_environment_and_unknown_ones_ar
         const Jobs jobs{.next = [n = std::size_t{0}]() mutable -> std::optional<std::size_t> {
                             return n++ == 0 ? std::optional(n) : std::nullopt;
                         },
-                        .work = [&](std::size_t, std::string&) -> int {
+                        .work = [&](std::size_t, const Send&) -> int {
                             if (is_memory) throw std::bad_alloc();
                             throw std::logic_error("wrong");
                         },
-                        .ended = [](std::size_t, int, const std::string&) {}};
+                        .received = [](std::size_t, const std::string&) {},
+                        .ended = [](std::size_t, int) {}};
         try {
             run_jobs(jobs, {.workers = 1});
             FAIL() << "expected an Error";

@@ -1,6 +1,7 @@
 // files/archive_reader.hpp: reads archives without trusting what a file says of itself.
 #pragma once
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,6 +19,9 @@ struct Array {
 /// Decided by the first eight bytes, not by the name; false if the file does not exist.
 bool is_hdf5(const std::filesystem::path& file);
 
+/// Whether a process has an archive open for writing; false if it does not exist.
+bool is_being_written(const std::filesystem::path& file);
+
 /// Treats every file as untrusted: rejects external links, external storage, virtual datasets and plugin filters;
 /// checks shapes, types and sizes before it allocates memory.  Every failure is an input Error that names file and
 /// dataset. HDF5 is not thread-safe: use the archives and readers of a process from one thread at a time.
@@ -28,6 +32,8 @@ public:
     enum class Writer { unknown, this_process };
 
     explicit ArchiveReader(const std::filesystem::path& file, Writer writer = Writer::unknown);
+    /// Of arrays in memory, by their paths, without attributes: a run that writes no archive.
+    explicit ArchiveReader(std::map<std::string, Array> arrays);
     ArchiveReader(ArchiveReader&&) noexcept;
     ~ArchiveReader();
 

@@ -75,4 +75,8 @@ struct ByteReader {
 /// The bytes without the checksum at their end, if it matches.
 std::optional<std::span<const std::byte>> without_checksum(std::span<const std::byte> bytes);
 
+/// Deflated with their length in front, and back; nothing for other bytes, and for a length of more than 1 GB.
+std::vector<std::byte> deflated(std::span<const std::byte> bytes);
+std::optional<std::vector<std::byte>> inflated(std::span<const std::byte> bytes);
+
 }  // namespace drover::files

@@ -7,13 +7,9 @@
 #include <string>
 #include <vector>
 
-namespace drover::files {
+#include "drover/files/record_identity.hpp"
 
-/// What the records of a file depend on.
-struct RecordIdentity {
-    std::uint64_t hash = 0;  ///< of all of it
-    std::string content;     ///< scene text of which the file keeps a copy, to name a difference; "": none
-};
+namespace drover::files {
 
 /// One file of trials, locked for writing while this object lives.  A record is on the disk, with its checksum, when
 /// append() returns; a record torn by a kill is cut off when the file is next opened.
@@ -55,15 +51,5 @@ struct ClaimedFolder {
 /// names the first difference.
 ClaimedFolder claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
                            const std::string& content);
-
-/// The first key of two scene texts whose values differ, and these; "absent" where a text lacks the key.  No key when
-/// there is none.
-struct TextDifference {
-    std::string key, one, other;
-};
-TextDifference first_difference(const std::string& one, const std::string& other);
-
-/// 64-bit hash of a text.
-std::uint64_t fingerprint(const std::string& content);
 
 }  // namespace drover::files

@@ -60,6 +60,7 @@ struct SweepPlan {
     std::vector<std::string> vary;  ///< "relaxation.rate = 1, 2, 3" or "relaxation.rate = 1:2:11"
     int seeds = 1;                  ///< runs at each point
     std::string ramp = "none";      ///< none, up, up-down
+    std::string keep = "archives";  ///< archives, table
     int workers = 0;                ///< 0: the cores the process may use
 };
 

@@ -1,11 +1,16 @@
 """drover/sweeping.py: many runs of one scene, and their table."""
+import json
 import os
+import subprocess
 import tempfile
 import warnings
 
 from drover.error import Error
 from drover.toml import value_text
 from drover.worker import call
+
+
+PLAIN = {"share": 1, "shares": 1, "collect": False}  # one process does all
 
 
 class Sweep:
@@ -45,13 +50,14 @@ class Sweep:
         return draw_sweep(self, name, axes)
 
 
-def sweep(scene, vary, *, seeds=1, ramp="none", workers=0, folder=None, quiet=True):
+def sweep(scene, vary, *, seeds=1, ramp="none", keep="archives", workers=0, folder=None, slurm=0, quiet=True):
     """Runs a scene over the values of some keys, as `drover sweep`; returns a Sweep.
 
     `vary` is {"relaxation.rate": [0.5, 1, 2]} or {"relaxation.rate": "0.5:2:11"} (first:last:count); several keys make
-    a grid.  `folder` keeps an archive of each run, and the same call resumes; by default nothing is kept.  `ramp`
-    ("up", "up-down") starts each point from the end of the one before.  `workers` is the number of simultaneous runs.
-    Runs that fail leave a gap in the table, and a Python warning that says why; `failures` lists the reasons.
+    a grid.  `folder` keeps an archive of each run, or with `keep="table"` the results alone, and the same call resumes;
+    by default nothing is kept.  `ramp` ("up", "up-down") starts each point from the end of the one before.  `workers`
+    is the number of simultaneous runs.  Runs that fail leave a gap in the table, and a Python warning that says why;
+    `failures` lists the reasons.  `slurm=40` submits 40 jobs to Slurm instead, and returns a SlurmSweep at once.
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
@@ -59,14 +65,55 @@ def sweep(scene, vary, *, seeds=1, ramp="none", workers=0, folder=None, quiet=Tr
     ('relaxation.rate',)
     """
     varied = [f"{key} = {values_text(key, values)}" for key, values in vary.items()]
-    changes = {"sweep.vary": varied, "sweep.seeds": seeds, "sweep.ramp": ramp}
+    changes = {"sweep.vary": varied, "sweep.seeds": seeds, "sweep.ramp": ramp, "sweep.keep": keep}
     if workers:
         changes["sweep.workers"] = workers
     scene = scene.set(changes)
+    if slurm:
+        if folder is None:
+            raise Error("slurm without a folder; expected folder=, a place that all nodes see")
+        return submitted(SlurmSweep(scene, os.path.abspath(folder)), slurm)
     if folder is not None:
-        return finished(call("sweep", scene, folder=os.path.abspath(folder), quiet=quiet), scene)
+        return finished(call("sweep", scene, folder=os.path.abspath(folder), **PLAIN, quiet=quiet), scene)
     with tempfile.TemporaryDirectory(prefix="drover-sweep-") as scratch:
-        return finished(call("sweep", scene, folder=os.path.join(scratch, "sweep"), quiet=quiet), scene)
+        return finished(call("sweep", scene, folder=os.path.join(scratch, "sweep"), **PLAIN, quiet=quiet), scene)
+
+
+class SlurmSweep(Sweep):
+    """A sweep whose runs are jobs of Slurm, without a table of its own: see status() and collect()."""
+
+    def __init__(self, scene, folder):
+        super().__init__({"keys": [], "rows": [], "warnings": [], "failed": 0, "failures": [], "text": ""}, scene.values)
+        self.scene = scene
+        self.folder = folder
+
+    def __repr__(self):
+        return self.status()
+
+    def status(self):
+        """One line: runs done, failed, running, their rate and the time left."""
+        from drover import _drover
+        if not os.path.isdir(self.folder):
+            return "no share has started yet"
+        return json.loads(_drover.sweep_status(self.scene, self.folder))["text"]
+
+    def collect(self):
+        """The Sweep of the runs that have ended."""
+        return finished(call("sweep", self.scene, folder=self.folder, **{**PLAIN, "collect": True}, quiet=True), self.scene)
+
+
+def submitted(campaign, shares):
+    """Writes the scene and a script for sbatch beside the folder, and runs it."""
+    from drover import _drover
+    scene, script = campaign.folder + ".toml", campaign.folder + ".sh"
+    with open(scene, "w", encoding="utf-8") as file:
+        file.write(campaign.scene.to_toml())
+    with open(script, "w", encoding="utf-8") as file:
+        file.write(json.loads(_drover.sweep_script(scene, campaign.folder, shares))["text"])
+    ended = subprocess.run(["sh", script], capture_output=True, text=True, check=False)
+    if ended.returncode:
+        raise Error(f"{script}: the jobs could not be submitted: {ended.stderr.strip()[-2000:]}", fault="environment")
+    return campaign
 
 
 def values_text(key, values):

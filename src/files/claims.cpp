@@ -1,0 +1,307 @@
+// files/claims.cpp: claims as hard links to files of their owners, whose times are heartbeats.
+#include "drover/files/claims.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <map>
+#include <sstream>
+
+#include "drover/files/bytes.hpp"
+#include "drover/files/input_file.hpp"
+#include "drover/files/run_id.hpp"
+#include "files/system_calls.hpp"
+
+namespace drover::files {
+
+namespace {
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* owner_prefix = "owner-";
+constexpr std::uint64_t magic = 0x316d6c63767264;  // "drvclm1"
+
+std::vector<std::byte> encoded(const Claimant& claimant) {
+    std::vector<std::byte> bytes;
+    put(bytes, magic);
+    for (const std::string* words : {&claimant.id, &claimant.host, &claimant.machine})
+        put_list(bytes, std::span<const char>(*words));
+    put(bytes, claimant.process);
+    put(bytes, claimant.start);
+    for (const std::int64_t number : {claimant.share, claimant.shares, claimant.workers}) put(bytes, number);
+    put(bytes, checksum(bytes));
+    return bytes;
+}
+
+std::optional<Claimant> decoded(Bytes bytes) {
+    const auto content = without_checksum(bytes);
+    if (!content) return std::nullopt;
+    ByteReader reader{*content};
+    Claimant claimant;
+    const bool is_ours = reader.take<std::uint64_t>() == magic;
+    for (std::string* words : {&claimant.id, &claimant.host, &claimant.machine})
+        *words = reader.take_list<std::string>();
+    claimant.process = reader.take<std::int64_t>();
+    claimant.start = reader.take<std::uint64_t>();
+    for (std::int64_t* number : {&claimant.share, &claimant.shares, &claimant.workers})
+        *number = reader.take<std::int64_t>();
+    if (!is_ours || !reader.is_complete || !reader.rest.empty()) return std::nullopt;
+    return claimant;
+}
+
+/// What /proc knows of a process; nothing if there is none.
+struct Process {
+    bool has_ended = false;  ///< and waits for its parent
+    std::uint64_t start = 0;
+};
+std::optional<Process> process_of(std::int64_t id) {
+    const std::string status = read_start(text("/proc/{}/stat", id), 4096);
+    const std::size_t name_end = status.rfind(')');  // of a program whose name may hold anything
+    if (name_end == std::string::npos) return std::nullopt;
+    std::istringstream words(status.substr(name_end + 1));
+    std::string word, state;
+    constexpr int start_field = 20;  // counted from the state, which is the third of all
+    words >> state;
+    for (int field = 1; field < start_field; ++field) words >> word;
+    Process found{.has_ended = state == "Z" || state == "X"};
+    if (!(words >> word) || std::from_chars(word.data(), word.data() + word.size(), found.start).ec != std::errc{})
+        return std::nullopt;
+    return found;
+}
+
+bool is_running(const Claimant& claimant) {
+    const auto found = process_of(claimant.process);
+    return found && !found->has_ended && found->start == claimant.start;
+}
+
+/// A file of a claimant, as it is now: opened anew, since a client of NFS asks the server for its time then.
+struct Seen {
+    std::optional<Claimant> claimant;  ///< nothing while it is being written
+    std::chrono::nanoseconds time{};   ///< of its last heartbeat, by the clock of the file server
+    std::uint64_t number = 0, links = 0;
+};
+std::chrono::nanoseconds time_of(const FileState& state) {
+    return std::chrono::seconds(state.seconds) + std::chrono::nanoseconds(state.nanoseconds);
+}
+
+/// Nothing if there is no such file.
+std::optional<Seen> look(const fs::path& file) {
+    const Descriptor open = try_open(file, O_RDONLY | O_NOFOLLOW);
+    if (!open.is_open() && errno == ENOENT) return std::nullopt;
+    if (!open.is_open()) throw std::system_error(errno, std::generic_category(), "open");
+    std::array<std::byte, 1024> bytes{};
+    const std::size_t count = read_at(open, 0, bytes);
+    const FileState state = state_of(open);
+    return Seen{.claimant = decoded(Bytes(bytes).first(count)),
+                .time = time_of(state),
+                .number = state.number,
+                .links = link_count(open)};
+}
+
+std::string claim_name(const std::string& key, int generation) { return text("{}.{}", key, generation); }
+
+/// What happened in the folder of claims, as an Error.
+[[noreturn]] void fail(const fs::path& folder, const std::system_error& cause) {
+    const int error = cause.code().value();
+    if (error == EPERM || error == EOPNOTSUPP || error == ENOSYS || error == EMLINK)
+        fail_input({folder.string()},
+                   "the file system makes no hard links, by which shares claim their work ({}); choose a folder on "
+                   "another file system: a local disk, NFS, Lustre or BeeGFS",
+                   std::string(cause.what()));
+    throw write_failure(folder, cause, 0, "nothing of what has ended is lost");
+}
+
+}  // namespace
+
+Claimant this_process(std::int64_t share, std::int64_t shares, std::int64_t workers) {
+    std::array<char, 256> host{};
+    ::gethostname(host.data(), host.size() - 1);
+    Claimant claimant{.id = draw_run_id(),
+                      .host = host.data(),
+                      .machine = {},
+                      .process = ::getpid(),
+                      .start = 0,
+                      .share = share,
+                      .shares = shares,
+                      .workers = workers};
+    std::error_code unknown;
+    const std::string kernel = read_start("/proc/sys/kernel/random/boot_id", 36);
+    const std::string processes = fs::read_symlink("/proc/self/ns/pid", unknown).string();
+    const auto process = process_of(claimant.process);
+    if (kernel.empty() || processes.empty() || !process) return claimant;  // then heartbeats alone tell
+    claimant.machine = kernel + " " + processes;
+    claimant.start = process->start;
+    return claimant;
+}
+
+struct Claims::Folder {
+    fs::path path;
+    Claimant claimant;
+    ClaimTimes times;
+    Descriptor owner = {};
+    std::uint64_t number = 0;  ///< of the owner's file
+    Clock::time_point renewed = {};
+    std::map<std::string, int> generations = {};  ///< of the keys that this process has
+
+    /// Of another process: its heartbeat when it was first seen, and the last one.
+    struct Watched {
+        std::chrono::nanoseconds first{}, last{};
+        Clock::time_point changed = Clock::now(), looked = {};
+        bool is_alive = true;
+    };
+    mutable std::map<std::uint64_t, Watched> watched = {};
+
+    fs::path owner_file() const { return path / (owner_prefix + claimant.id); }
+
+    void make_owner() {
+        owner = open_file(owner_file(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
+        write_at(owner, 0, encoded(claimant));
+        sync(owner);
+        number = state_of(owner).number;
+        renewed = Clock::now();
+    }
+
+    bool link(const std::string& name) {
+        try {
+            return link_to(owner, owner_file(), path / name);
+        } catch (const std::system_error& cause) {
+            if (cause.code().value() != ENOENT) throw;
+            make_owner();  // another process took this one for dead, and removed its file
+            return link_to(owner, owner_file(), path / name);
+        }
+    }
+
+    /// Whether the owner of a claim lives.
+    bool is_alive(const Seen& seen) const {
+        const bool is_neighbour =
+            seen.claimant && !claimant.machine.empty() && seen.claimant->machine == claimant.machine;
+        if (is_neighbour) return is_running(*seen.claimant);
+        const auto now = Clock::now();
+        const auto [at, is_new] = watched.try_emplace(seen.number, Watched{.first = seen.time, .last = seen.time});
+        Watched& other = at->second;
+        if (seen.time != other.last) {
+            other.last = seen.time;
+            other.changed = now;
+        }
+        // By the clock of the server, and, in case that is set, by the time that this process has watched.
+        const bool is_silent = time_of(state_of(owner)) - seen.time > times.death || now - other.changed > times.death;
+        return !is_silent;
+    }
+};
+
+Claims::Claims(const fs::path& folder, Claimant about, ClaimTimes times) try
+    : folder_(std::make_unique<Folder>(Folder{.path = folder, .claimant = std::move(about), .times = times})) {
+    fs::create_directories(folder);
+    folder_->make_owner();
+    for (const auto& entry : fs::directory_iterator(folder)) {  // what killed processes left
+        if (!entry.path().filename().string().starts_with(owner_prefix)) continue;
+        const auto seen = look(entry.path());
+        if (seen && seen->links == 1 && seen->claimant && !folder_->is_alive(*seen)) remove_if_exists(entry.path());
+    }
+} catch (const std::system_error& cause) {
+    fail(folder, cause);
+}
+
+Claims::~Claims() {
+    try {
+        for (const auto& [key, generation] : folder_->generations)
+            for (int g = generation; g >= 0; --g) remove_if_exists(folder_->path / claim_name(key, g));
+        remove_if_exists(folder_->owner_file());
+    } catch (const std::exception&) {  // then others find them without their owner
+    }
+}
+
+const Claimant& Claims::claimant() const { return folder_->claimant; }
+
+void Claims::renew() {
+    const auto now = Clock::now();
+    if (now - folder_->renewed < folder_->times.renewal) return;
+    try {
+        touch(folder_->owner);
+        folder_->renewed = now;
+    } catch (const std::system_error& cause) {
+        fail(folder_->path, cause);
+    }
+}
+
+bool Claims::claim(const std::string& key) try {
+    if (folder_->generations.contains(key)) return true;
+    constexpr int max_generations = 10000;
+    for (int g = 0; g < max_generations; ++g) {
+        const std::string name = claim_name(key, g);
+        if (folder_->link(name)) {
+            folder_->generations[key] = g;
+            return true;
+        }
+        const auto seen = look(folder_->path / name);
+        if (!seen || folder_->is_alive(*seen)) return false;  // released a moment ago, or held
+    }
+    fail_environment("{}: {} processes died at {}; see why, then remove its files there", folder_->path.string(),
+                     max_generations, key);
+} catch (const std::system_error& cause) {
+    fail(folder_->path, cause);
+}
+
+void Claims::release(const std::string& key) try {
+    const auto found = folder_->generations.find(key);
+    if (found == folder_->generations.end()) return;
+    for (int g = found->second; g >= 0; --g) remove_if_exists(folder_->path / claim_name(key, g));
+    folder_->generations.erase(found);
+} catch (const std::system_error& cause) {
+    fail(folder_->path, cause);
+}
+
+void Claims::remove_dead() try {
+    for (const auto& entry : fs::directory_iterator(folder_->path)) {
+        const auto seen = look(entry.path());
+        if (seen && seen->claimant && !folder_->is_alive(*seen)) remove_if_exists(entry.path());
+    }
+} catch (const std::system_error& cause) {
+    fail(folder_->path, cause);
+}
+
+Held Claims::holder(const std::string& key) const try {
+    std::optional<Seen> last;
+    for (int g = 0;; ++g) {
+        auto seen = look(folder_->path / claim_name(key, g));
+        if (!seen) break;
+        last = std::move(seen);
+    }
+    if (!last || !folder_->is_alive(*last)) return Held::no;
+    const auto watched = folder_->watched.find(last->number);
+    const bool is_certain = watched == folder_->watched.end() || watched->second.last != watched->second.first;
+    return is_certain ? Held::certainly : Held::maybe;
+} catch (const std::system_error& cause) {
+    fail(folder_->path, cause);
+}
+
+std::vector<ClaimHolder> claim_holders(const fs::path& folder, ClaimTimes times) try {
+    std::vector<ClaimHolder> holders;
+    std::error_code problem;
+    if (!fs::is_directory(folder, problem)) return holders;
+    const Claims here(folder, this_process(1, 1, 0), times);
+    const FileState mine = state_of(folder / (owner_prefix + here.claimant().id));
+    std::map<std::uint64_t, ClaimHolder> by_number;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        const auto seen = look(entry.path());
+        if (!seen || !seen->claimant || seen->number == mine.number) continue;
+        ClaimHolder& holder = by_number[seen->number];
+        holder.claimant = *seen->claimant;
+        holder.silence = std::chrono::duration<double>(time_of(mine) - seen->time).count();
+        const bool is_neighbour =
+            holder.claimant.machine == here.claimant().machine && !holder.claimant.machine.empty();
+        holder.is_alive = is_neighbour ? is_running(holder.claimant)
+                                       : holder.silence <= std::chrono::duration<double>(times.death).count();
+        if (!entry.path().filename().string().starts_with(owner_prefix)) ++holder.keys;
+    }
+    for (auto& [number, holder] : by_number) holders.push_back(std::move(holder));
+    return holders;
+} catch (const std::system_error& cause) {
+    fail(folder, cause);
+}
+
+}  // namespace drover::files

@@ -1,0 +1,88 @@
+// files/record_bytes.cpp: encoding and decoding of files of records.
+#include "files/record_bytes.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "drover/files/bytes.hpp"
+
+namespace drover::files {
+
+namespace {
+constexpr std::uint64_t magic = 0x31736c7274767264;  // "drvtrls1"
+constexpr std::size_t head_bytes = 2 * sizeof(std::uint64_t);
+constexpr std::string_view content_sign = "trials of\n";  // begins the record of the content, and no other
+
+/// The record without its checksum; nothing if the checksum is wrong.
+std::optional<std::string> decoded(Bytes bytes) {
+    const auto content = without_checksum(bytes);
+    if (!content) return std::nullopt;
+    return std::string(reinterpret_cast<const char*>(content->data()), content->size());
+}
+
+std::vector<std::byte> head_of(const RecordIdentity& identity) {
+    std::vector<std::byte> bytes;
+    put(bytes, magic);
+    put(bytes, identity.hash);
+    return bytes;
+}
+
+}  // namespace
+
+std::vector<std::byte> record_bytes(const std::string& record) {
+    const Bytes content = std::as_bytes(std::span(record));
+    std::vector<std::byte> bytes;
+    put(bytes, static_cast<std::uint64_t>(content.size() + sizeof(std::uint64_t)));
+    bytes.insert(bytes.end(), content.begin(), content.end());
+    put(bytes, checksum(content));
+    return bytes;
+}
+
+std::vector<std::byte> start_of(const RecordIdentity& identity) {
+    std::vector<std::byte> bytes = head_of(identity);
+    if (identity.content.empty()) return bytes;
+    const std::vector<std::byte> first = record_bytes(std::string(content_sign) + identity.content);
+    bytes.insert(bytes.end(), first.begin(), first.end());
+    return bytes;
+}
+
+std::string difference(const std::string& there, const std::string& here) {
+    const TextDifference found = first_difference(there, here);
+    if (found.key.empty()) return "";
+    return text("{} = {} there, {} here", found.key, found.one, found.other);
+}
+
+RecordContent records_in(Bytes bytes) {
+    RecordContent content;
+    ByteReader reader{bytes};
+    for (;;) {
+        const auto length = reader.take<std::uint64_t>();
+        auto record = decoded(reader.take_bytes(length));
+        if (!reader.is_complete || !record) return content;
+        content.valid_bytes += sizeof length + length;
+        if (record->starts_with(content_sign)) content.of = record->substr(content_sign.size());
+        else content.records.push_back(std::move(*record));
+    }
+}
+
+RecordContent content_of(Bytes bytes, const RecordIdentity& identity, const std::string& file) {
+    const std::vector<std::byte> head = head_of(identity);
+    const std::size_t magic_bytes = std::min(bytes.size(), sizeof magic), found = std::min(bytes.size(), head_bytes);
+    require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(magic_bytes), head.begin()), {file},
+            "is not a file of trials; expected a folder that drover calibrate created");
+    RecordContent content;
+    if (found == head_bytes) {
+        content = records_in(bytes.subspan(head_bytes));
+        content.valid_bytes += head_bytes;
+    }
+    const std::string other =
+        content.of.empty() || identity.content.empty() ? "" : difference(content.of, identity.content);
+    const bool has_hash = std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(found), head.begin());
+    require(has_hash && other.empty(), {file},
+            "holds the trials of another scene or measurement{}; expected those that were written here: put them back, "
+            "or choose another folder with --output",
+            other.empty() ? "" : ": " + other);
+    return content;
+}
+
+}  // namespace drover::files

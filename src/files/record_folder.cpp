@@ -1,0 +1,171 @@
+// files/record_folder.cpp: files of records, each with one writer, and the text that claims their folder.
+#include "drover/files/record_folder.hpp"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <map>
+
+#include "drover/files/run_id.hpp"
+#include "files/record_bytes.hpp"
+
+namespace drover::files {
+
+namespace {
+namespace fs = std::filesystem;
+constexpr const char* ending = ".records";
+
+[[noreturn]] void fail_reading(const fs::path& file, const std::system_error& cause) {
+    if (is_of_disk(cause)) throw disk_failure(file, cause);
+    throw Error(fault_of(cause), {file.string()},
+                text("cannot be used: {}; check the permissions of the folder, or choose another with --output",
+                     std::string(cause.what())));
+}
+}  // namespace
+
+struct RecordFolder::Folder {
+    fs::path path;
+    RecordIdentity identity;
+    fs::path own_file;
+    Descriptor own = {};
+    std::uint64_t end = 0;
+    bool is_durable = true;
+    std::map<fs::path, std::uint64_t> read = {};  ///< bytes of complete records, by file
+
+    void read_file_from(const fs::path& file, std::uint64_t& done, std::vector<std::string>& records) {
+        const Descriptor open = try_open(file, O_RDONLY | O_NOFOLLOW);
+        if (!open.is_open() && errno == ENOENT) return;
+        if (!open.is_open()) throw std::system_error(errno, std::generic_category(), "open");
+        const std::uint64_t length = length_of(open);
+        if (length < done) done = 0;  // another file has the name now
+        if (length <= done) return;
+        std::vector<std::byte> bytes(static_cast<std::size_t>(length - done));
+        bytes.resize(read_at(open, done, bytes));
+        RecordContent content = done == 0 ? content_of(bytes, identity, file.string()) : records_in(bytes);
+        done += content.valid_bytes;
+        std::move(content.records.begin(), content.records.end(), std::back_inserter(records));
+    }
+};
+
+RecordFolder::RecordFolder(const fs::path& folder, const RecordIdentity& identity, const std::string& name) try
+    : folder_(std::make_unique<Folder>(
+          Folder{.path = folder,
+                 .identity = identity,
+                 .own_file = folder / text("{}-{}{}", name, draw_run_id().substr(0, 12), ending)})) {
+    fs::create_directories(folder);
+} catch (const std::system_error& cause) {
+    fail_reading(folder, cause);
+}
+
+RecordFolder::RecordFolder(RecordFolder&&) noexcept = default;
+RecordFolder::~RecordFolder() = default;
+
+std::vector<std::string> RecordFolder::read_new() try {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder_->path))
+        if (entry.path().extension() == ending && entry.path() != folder_->own_file) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    std::vector<std::string> records;
+    for (const fs::path& file : files) folder_->read_file_from(file, folder_->read[file], records);
+    return records;
+} catch (const std::system_error& cause) {
+    fail_reading(folder_->path, cause);
+}
+
+void RecordFolder::append(const std::string& record) {
+    Folder& folder = *folder_;
+    std::vector<std::byte> bytes = record_bytes(record);
+    try {
+        if (folder.end == 0) {
+            const std::vector<std::byte> start = start_of(folder.identity);
+            bytes.insert(bytes.begin(), start.begin(), start.end());
+        }
+        if (!folder.own.is_open()) {
+            folder.own = open_file(folder.own_file, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
+            sync_folder_of(folder.own_file);
+        }
+        write_at(folder.own, folder.end, bytes);
+    } catch (const std::system_error& cause) {
+        throw write_failure(folder.own_file, cause, bytes.size(), "earlier records are kept");
+    }
+    folder.end += bytes.size();
+    folder.is_durable = false;
+}
+
+void RecordFolder::sync() {
+    if (folder_->is_durable) return;
+    try {
+        files::sync(folder_->own);
+    } catch (const std::system_error& cause) {
+        throw write_failure(folder_->own_file, cause, 0, "earlier records are kept");
+    }
+    folder_->is_durable = true;
+}
+
+namespace {
+/// Whether the folder holds nothing but texts that processes which start now are about to give this name.
+bool is_unused(const fs::path& folder, const std::string& beginning) {
+    return std::all_of(fs::directory_iterator(folder), fs::directory_iterator(),
+                       [&](const auto& entry) { return entry.path().filename().string().starts_with(beginning); });
+}
+
+std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
+
+/// A new file that has all of its content when it has its name.  False where another process gives it the name first.
+bool appear(const fs::path& file, const fs::path& beside, const std::string& content) {
+    const Descriptor open = open_file(beside, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
+    write_at(open, 0, std::as_bytes(std::span(content)));
+    sync(open);
+    const bool is_first = link_to(open, beside, file);
+    remove_if_exists(beside);
+    sync_folder_of(file);
+    return is_first;
+}
+}  // namespace
+
+std::string join_folder(const fs::path& folder, const std::string& name, const std::string& factory,
+                        const std::string& content) try {
+    const SourceLocation where{.file = folder.string()};
+    const fs::path file = folder / name;
+    const std::string beginning = "." + name + ".", whole = (factory.empty() ? "" : factory + "\n") + content;
+    std::error_code problem;
+    fs::create_directories(folder, problem);
+    require(!problem && fs::is_directory(folder), where,
+            "the folder cannot be created ({}); choose another with "
+            "--output",
+            problem.message());
+    auto bytes = read_file(file);
+    if (!bytes) {
+        // Another process may give it the name at the same moment: then the folder is not empty, and holds this file.
+        require(is_unused(folder, beginning) || fs::exists(file), where,
+                "the folder is not empty and holds no {}; choose another with --output", name);
+        if (appear(file, folder / (beginning + draw_run_id()), whole)) return factory;
+        bytes = read_file(file);
+    }
+    const std::string found = bytes ? std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()) : "";
+    const std::size_t head = factory.empty() ? 0 : first_line(found).size() + 1;
+    const std::string there = found.substr(std::min(found.size(), head));
+    if (there == content) return factory.empty() ? "" : first_line(found);
+    const std::string other = difference(there, content);
+    // An earlier version of drover was killed while it wrote the text, before the folder held anything else.
+    const bool is_cut =
+        whole.starts_with(found) && std::next(fs::directory_iterator(folder)) == fs::directory_iterator{};
+    require(is_cut, where,
+            "the folder holds the results of another scene (see {} there): {}; choose another folder with --output",
+            name, other.empty() ? "their texts differ" : other);
+    remove_if_exists(file);
+    return join_folder(folder, name, factory, content);
+} catch (const std::system_error& cause) {
+    if (cause.code().value() == ENOSPC || cause.code().value() == EDQUOT)
+        throw write_failure(folder, cause, content.size(), "nothing was started");
+    fail_reading(folder, cause);
+}
+
+void require_locks(const fs::path& file_in_it) try {
+    lock_for_writing(open_file(file_in_it, O_RDWR));  // that another process has it does not matter
+} catch (const std::system_error& cause) {
+    fail_reading(file_in_it, cause);
+}
+
+}  // namespace drover::files

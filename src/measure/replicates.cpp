@@ -1,0 +1,74 @@
+// measure/replicates.cpp: Student's t of the scatter of runs, and a test of their own errors by it.
+#include "drover/measure/replicates.hpp"
+
+#include <gsl/gsl_cdf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "drover/base/error.hpp"
+
+namespace drover::measure {
+
+namespace {
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Half of the interval of Student's t that covers as much as one standard deviation of a normal distribution.
+double student(double freedom) {
+    constexpr double one_sigma = 0.841344746068542949;  // of a normal distribution, below mean + sigma
+    return gsl_cdf_tdist_Pinv(one_sigma, freedom);
+}
+
+/// Their ratio to the scatter is F where all runs have the same true error: means do not depend on errors.
+void add_own_errors(std::span<const Estimate> runs, Replicates& result) {
+    const double count = static_cast<double>(runs.size());
+    double squares = 0.0, freedom = 0.0;
+    for (const Estimate& run : runs) {
+        if (!run.error) return;
+        squares += *run.error * *run.error;
+        // An error that is not from blocks counts as known.
+        freedom += run.blocks > 1 ? static_cast<double>(run.blocks) - 1.0 : 1e6;
+    }
+    result.own_error = std::sqrt(squares) / count;
+    if (!(squares > 0.0) || runs.size() < 2) return;
+    result.chi_squared = result.deviation * result.deviation / (squares / count);
+    const double above = gsl_cdf_fdist_Q(result.chi_squared, count - 1.0, freedom);
+    result.chance = std::min(above, 1.0 - above);
+}
+}  // namespace
+
+Replicates combine(std::span<const Estimate> runs) {
+    require(!runs.empty(), {}, "no runs to combine; expected at least one");
+    const double count = static_cast<double>(runs.size());
+    Replicates result{.mean = {}, .deviation = nan, .own_error = {}, .chi_squared = nan, .chance = nan};
+    Estimate& mean = result.mean;
+    for (const Estimate& run : runs) {
+        mean.mean += run.mean / count;
+        mean.autocorrelation_time += run.autocorrelation_time / count;
+        mean.warm_up = std::max(mean.warm_up, run.warm_up);
+        mean.samples += run.samples;
+        if (!run.refusal.empty()) mean.refusal = run.refusal;
+    }
+    mean.blocks = runs.size();
+    if (!std::isfinite(mean.mean)) return result;
+    if (runs.size() == 1) {
+        mean.error = runs[0].error;
+        add_own_errors(runs, result);
+        return result;
+    }
+    double squares = 0.0;
+    for (const Estimate& run : runs) squares += (run.mean - mean.mean) * (run.mean - mean.mean);
+    result.deviation = std::sqrt(squares / (count - 1.0));
+    mean.error = student(count - 1.0) * result.deviation / std::sqrt(count);
+    add_own_errors(runs, result);
+    mean.refusal.clear();
+    return result;
+}
+
+bool contradicts(const Replicates& replicates) {
+    constexpr double rare = 5e-4;
+    return replicates.chance < rare;  // false for NaN
+}
+
+}  // namespace drover::measure

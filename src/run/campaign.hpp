@@ -1,0 +1,60 @@
+// run/campaign.hpp: the engine of all jobs: units of work that processes on any number of machines share in a folder.
+#pragma once
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drover/files/claims.hpp"
+#include "run/campaign_records.hpp"
+
+namespace drover::run {
+
+/// Takes a key that is to run now; returns whether more are welcome.
+using Offer = std::function<bool(const std::string& key)>;
+
+/// A plan of units.  Keys are plain file names.
+struct UnitPlan {
+    /// Offers the keys of the units that can run now, those that other processes have or have done included, most
+    /// wanted first, until `offer` returns false.  Called again and again: what is wanted may depend on what has ended.
+    std::function<void(const Offer& offer)> wanted;
+    /// Computes a unit, in a worker process, which computes several one after another.  Nothing: a signal stopped it.
+    /// An Error of the scene, or of a machine too small for it, is the end of this unit; another one ends the campaign.
+    std::function<std::optional<UnitResult>(const std::string& key)> run;
+    /// A unit has ended, here or elsewhere.  A key may come twice: a failure, and a success later.
+    std::function<void(const UnitRecord& record)> take;
+    /// Whether a record of a unit that is done still counts: false where the unit left a file that is not there any
+    /// more.  May be empty.
+    std::function<bool(const UnitRecord& record)> holds = {};
+};
+
+struct CampaignOptions {
+    std::filesystem::path folder;
+    files::RecordIdentity identity;
+    Share share = {};
+    int workers = 1;            ///< simultaneous units
+    double grace_period = 0.0;  ///< for workers after a signal [s]; 0: for ever
+    bool quiet = false;
+    files::ClaimTimes times = {};
+};
+
+struct CampaignOutcome {
+    std::size_t ran = 0;   ///< units that ended in this call
+    bool stopped = false;  ///< by a signal
+    std::size_t held = 0;  ///< units that other processes, which live, are still computing
+};
+
+/// Computes what the plan wants and no other process has, until nothing is left.  A plain call also waits for the units
+/// of other processes, and takes them if these die.  A share, of more than one, ends when it knows that they live.
+/// A plain call computes units again that had failed; a share does not, and gives up a unit that was lost three times.
+CampaignOutcome run_campaign(const UnitPlan& plan, const CampaignOptions& options);
+
+/// Calls `work` while no other process of the campaign does; waits for one, up to ten seconds.  `is_complete`: nothing
+/// is left to claim, and what killed processes left of their claims is removed.
+void alone(const std::filesystem::path& folder, bool is_complete, const std::function<void()>& work);
+
+/// One line: units done, failed, running, the rate and the time left.
+std::string campaign_status(const std::filesystem::path& folder, const std::vector<UnitRecord>& records,
+                            const std::vector<std::string>& keys);
+
+}  // namespace drover::run

@@ -1,0 +1,88 @@
+// run/memory_run.cpp: the rows that a loop would append to an archive, in memory.
+#include "run/memory_run.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "drover/run/kind.hpp"
+#include "drover/run/run_scene.hpp"
+#include "drover/run/signals.hpp"
+#include "drover/run/step_choice.hpp"
+#include "run/halved_steps.hpp"
+
+namespace drover::run {
+
+namespace {
+using Arrays = std::map<std::string, files::Array>;
+
+void append(const std::string& path, const std::vector<std::size_t>& shape, std::span<const double> values,
+            Arrays& arrays) {
+    files::Array& array = arrays[path];
+    if (array.shape.empty()) {
+        array.shape = {0};
+        array.shape.insert(array.shape.end(), shape.begin(), shape.end());
+    }
+    ++array.shape[0];
+    array.values.insert(array.values.end(), values.begin(), values.end());
+}
+
+std::vector<std::size_t> shape_of(const files::Recording& recording, const files::Quantity& quantity) {
+    std::vector<std::size_t> shape;
+    for (const std::string& name : quantity.axes)
+        for (const files::Axis& axis : recording.axes)
+            if (axis.name == name) shape.push_back(axis.values.size());
+    return shape;
+}
+
+/// Frames of fields, of which reports use none.
+bool is_unused(const files::Recording& recording) { return recording.group == "/" && !recording.trajectory; }
+
+void append_row(const Simulation& simulation, const ScheduledRecording& scheduled, std::int64_t step, Arrays& arrays) {
+    const files::Recording& recording = scheduled.recording;
+    if (is_unused(recording)) return;
+    const double time = static_cast<double>(step) * simulation.dt;
+    const std::vector<std::span<const double>> row = scheduled.observe();
+    if (!recording.trajectory) append(recording.group + "/time", {}, {&time, 1}, arrays);
+    for (std::size_t q = 0; q < row.size(); ++q) {
+        const files::Quantity& quantity = recording.quantities[q];
+        const std::string path = recording.group + "/" + quantity.name;
+        if (recording.trajectory) append(path + "/time", {}, {&time, 1}, arrays);
+        append(recording.trajectory ? path + "/value" : path, shape_of(recording, quantity), row[q], arrays);
+    }
+}
+
+/// As run_loop().  False when a signal stopped it.
+bool run_to_end(Simulation& simulation, Arrays& arrays) {
+    const auto append_due = [&](std::int64_t step) {
+        for (const ScheduledRecording& scheduled : simulation.recordings)
+            if (is_due(scheduled, step)) append_row(simulation, scheduled, step, arrays);
+    };
+    simulation.check_health(0);
+    append_due(0);
+    for (std::int64_t step = 0; step < simulation.steps;) {
+        if (stop_signal() != 0) return false;
+        simulation.advance(step++);
+        const auto due_now = [&](const ScheduledRecording& scheduled) { return is_due(scheduled, step); };
+        if (step % simulation.health_every == 0 || step == simulation.steps ||
+            std::any_of(simulation.recordings.begin(), simulation.recordings.end(), due_now))
+            simulation.check_health(step);
+        append_due(step);
+    }
+    for (const ScheduledRecording& scheduled : simulation.recordings)
+        if (!is_due(scheduled, simulation.steps)) append_row(simulation, scheduled, simulation.steps, arrays);
+    return true;
+}
+}  // namespace
+
+std::optional<Report> run_in_memory(const io::Scene& given) {
+    check_memory(given);
+    return with_halved_steps(with_chosen_step(given, true), true, [](const io::Scene& scene) -> std::optional<Report> {
+        Threads threads(kind_of(scene).threads(scene));
+        Simulation simulation = kind_of(scene).make(scene, threads, {});
+        Arrays arrays;
+        if (!run_to_end(simulation, arrays)) return std::nullopt;
+        return kind_of(scene).report(files::ArchiveReader(std::move(arrays)), scene, Theory::omitted);
+    });
+}
+
+}  // namespace drover::run

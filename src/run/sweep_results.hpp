@@ -1,0 +1,13 @@
+// run/sweep_results.hpp: the table of a sweep from the results of its runs.
+#pragma once
+#include <map>
+
+#include "drover/run/sweep_table.hpp"
+#include "run/run_record.hpp"
+
+namespace drover::run {
+
+/// Of the runs that have ended, by name.
+SweepTable sweep_table(const SweepLayout& layout, const std::map<std::string, RunResults>& results);
+
+}  // namespace drover::run

@@ -1,0 +1,59 @@
+// run/sweep_table.cpp: the table of a sweep as text.
+#include "drover/run/sweep_table.hpp"
+
+#include "drover/base/text.hpp"
+
+namespace drover::run {
+
+std::string table_text(const SweepTable& table) {
+    // The columns of a phase diagram; table.csv has all of them.
+    std::vector<std::size_t> chosen;
+    for (const char* name : {"polar_order", "polar_order_susceptibility", "polar_order_binder"})
+        for (std::size_t i = 0; i < table.names.size(); ++i)
+            if (table.names[i] == name) chosen.push_back(i);
+    if (chosen.empty())  // a model of its own: the order and the pattern of each field
+        for (std::size_t i = 0; i < table.names.size(); ++i)
+            if (table.names[i].starts_with("size_mean_") || table.names[i].starts_with("variance_"))
+                chosen.push_back(i);
+    std::string out;
+    for (const std::string& warning : table.warnings) out += "warning: " + warning + "\n";
+    for (const std::string& key : table.keys) out += text("{:>20} ", key);
+    out += text("{:>6} {:>5}", "branch", "seeds");
+    for (const std::size_t i : chosen) out += text(" {:>26} {:>9}", table.names[i], "error");
+    out += '\n';
+    for (const SweepRow& row : table.rows) {
+        for (const double value : row.point.values) out += text("{:>20.6g} ", value);
+        out += text("{:>6} {:>5}", row.point.branch.empty() ? "-" : row.point.branch, row.seeds);
+        for (const std::size_t i : chosen) {
+            if (i >= row.results.size()) {
+                out += text(" {:>26} {:>9}", "-", "-");
+                continue;
+            }
+            const measure::Estimate& mean = row.results[i].mean;
+            out += text(" {:>26} {:>9}", measured_text(mean.mean, mean.error.value_or(0.0)),
+                        mean.error ? text("{:.2g}", *mean.error) : "-");
+        }
+        out += '\n';
+    }
+    return out;
+}
+
+std::string table_csv(const SweepTable& table) {
+    std::string out;
+    for (const std::string& key : table.keys) out += key + ",";
+    out += "branch,seeds";
+    for (std::size_t i = 0; i < table.names.size(); ++i)
+        out += text(",{0} [{1}],{0} error,{0} own error", table.names[i], table.units[i]);
+    out += '\n';
+    for (const SweepRow& row : table.rows) {
+        for (const double value : row.point.values) out += text("{},", value);
+        out += text("{},{}", row.point.branch, row.seeds);
+        const auto number = [](const std::optional<double>& value) { return value ? text("{}", *value) : ""; };
+        for (const measure::Replicates& result : row.results)
+            out += text(",{},{},{}", result.mean.mean, number(result.mean.error), number(result.own_error));
+        out += '\n';
+    }
+    return out;
+}
+
+}  // namespace drover::run
