@@ -83,7 +83,8 @@ class SlurmSweep(Sweep):
     """A sweep whose runs are jobs of Slurm, without a table of its own: see status() and collect()."""
 
     def __init__(self, scene, folder):
-        super().__init__({"keys": [], "rows": [], "warnings": [], "failed": 0, "failures": [], "text": ""}, scene.values)
+        super().__init__({"keys": [], "rows": [], "warnings": [], "failed": 0, "failures": [], "text": ""},
+                         scene.values)
         self.scene = scene
         self.folder = folder
 
@@ -99,7 +100,8 @@ class SlurmSweep(Sweep):
 
     def collect(self):
         """The Sweep of the runs that have ended."""
-        return finished(call("sweep", self.scene, folder=self.folder, **{**PLAIN, "collect": True}, quiet=True), self.scene)
+        options = {**PLAIN, "collect": True}
+        return finished(call("sweep", self.scene, folder=self.folder, **options, quiet=True), self.scene)
 
 
 def submitted(campaign, shares):
