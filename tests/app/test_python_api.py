@@ -52,7 +52,8 @@ COMMANDS = {
                          "--from": "begin", "--to": "end", "--every": "every"}),
     "film": (drover.film, {"archive": "run", "--output": "output", "--every": "every", "--rate": "rate",
                            "--field": "field"}),
-    "schema": (drover.schema, {"--kind": "kind", "--coefficients": "Drover.coefficients"}),
+    "schema": (drover.schema, {"--kind": "kind", "--coefficients": "Drover.coefficients",
+                               "part": "Elements of the list returned", "--commands": "Of the program alone"}),
 }
 WITHOUT_COUNTERPART = set()  # commands that are newer than the module
 
