@@ -54,6 +54,9 @@ std::string manifest_of(io::Scene scene) {
     scene.particles.beads.count = scene.particles.rods.count = 0;
     scene.particles.beads.area_fraction = scene.particles.rods.area_fraction = 0.0;
     std::string resolved = io::resolved_text(scene);
+    // No trial depends on it, and folders of trials from before it was a key stay valid.
+    const std::string keep = "keep = " + toml_text(Value(scene.sweep.keep)) + "\n";
+    if (const std::size_t at = resolved.find("\n" + keep); at != std::string::npos) resolved.erase(at + 1, keep.size());
     calibrate::for_plans(scene.plans, [&](const std::string& assay, const char*, const auto&) {
         const std::string section = plan_of(resolved, assay);
         resolved.erase(resolved.find(section), section.size());

@@ -10,6 +10,7 @@ import pytest
 from matplotlib import image
 from pictures import overlaps
 from rejection import rejected
+from scipy import stats
 from support import (contents, drover, drover_json, end_group, environment, not_sanitized, scene_text, settings, start,
                      tree, wait_until, write_scene)
 
@@ -217,7 +218,9 @@ def test_a_sweep_takes_means_over_seeds_of_single_rods(tmp_path):
     for name in ("rod_speed", "rod_head_first_fraction", "rotational_diffusion"):
         means = numpy.array([run[name]["mean"] for run in runs])
         assert row[name]["mean"] == pytest.approx(means.mean(), rel=1e-9, abs=1e-12)
-        assert row[name]["error"] == pytest.approx(means.std(ddof=1) / 8**0.5, rel=1e-6, abs=1e-12)  # abs: rounding
+        # Student's t of 68.27 % for 7 degrees of freedom; abs: rounding
+        expected = stats.t.ppf(0.841344746, 7) * means.std(ddof=1) / 8**0.5
+        assert row[name]["error"] == pytest.approx(expected, rel=1e-6, abs=1e-12)
     assert all(run["rod_head_first_fraction"]["error"] is None for run in runs)
     if row["rotational_diffusion"]["mean"] > 0.0:
         assert row["relaxation_time"]["mean"] == pytest.approx(1.0 / row["rotational_diffusion"]["mean"])
