@@ -64,9 +64,9 @@ std::optional<Process> process_of(std::int64_t id) {
     if (name_end == std::string::npos) return std::nullopt;
     std::istringstream words(status.substr(name_end + 1));
     std::string word, state;
-    constexpr int start_field = 20;  // counted from the state, which is the third of all
+    constexpr int state_field = 3, start_field = 22;  // of proc(5)
     words >> state;
-    for (int field = 1; field < start_field; ++field) words >> word;
+    for (int field = state_field + 1; field < start_field; ++field) words >> word;
     Process found{.has_ended = state == "Z" || state == "X"};
     if (!(words >> word) || std::from_chars(word.data(), word.data() + word.size(), found.start).ec != std::errc{})
         return std::nullopt;

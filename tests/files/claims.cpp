@@ -2,6 +2,7 @@
 #include "drover/files/claims.hpp"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -52,6 +53,18 @@ TEST(Claims, one_of_two_processes_gets_a_key_and_the_other_when_it_is_released) 
     one.release("unit");
     EXPECT_TRUE(other.claim("unit"));
     EXPECT_FALSE(one.claim("unit"));
+}
+
+TEST(Claims, a_process_that_takes_more_memory_stays_the_same_process) {
+    const Folder folder;
+    Claims one(folder / "claims", neighbour()), other(folder / "claims", neighbour());
+    ASSERT_TRUE(one.claim("unit"));
+    constexpr std::size_t length = 1 << 28;  // of addresses alone
+    void* addresses = ::mmap(nullptr, length, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    ASSERT_NE(addresses, MAP_FAILED);
+    EXPECT_EQ(other.holder("unit"), Held::certainly);
+    EXPECT_FALSE(other.claim("unit"));
+    ::munmap(addresses, length);
 }
 
 TEST(Claims, all_are_released_at_the_end) {
