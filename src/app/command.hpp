@@ -35,6 +35,7 @@ void add_info(CLI::App& program, Action& action);
 void add_export(CLI::App& program, Action& action);
 void add_fit(CLI::App& program, Action& action);
 void add_film(CLI::App& program, Action& action);
+void add_serve(CLI::App& program, Action& action);
 void add_schema(CLI::App& program, Action& action);
 
 /// Each exit status with its meaning.

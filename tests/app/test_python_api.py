@@ -52,6 +52,7 @@ COMMANDS = {
                          "--from": "begin", "--to": "end", "--every": "every"}),
     "film": (drover.film, {"archive": "run", "--output": "output", "--every": "every", "--rate": "rate",
                            "--field": "field"}),
+    "serve": (drover.serve, {"run": "run", "--port": "port"}),
     "schema": (drover.schema, {"--kind": "kind", "--coefficients": "Drover.coefficients",
                                "part": "Elements of the list returned", "--commands": "Of the program alone"}),
 }

@@ -27,6 +27,7 @@
 
 `python3 -P -m drover.figure isotropic.h5` draws a figure of any archive.
 `python3 -P -m drover.film flock.h5`, or `drover film flock.h5`, makes a film of a run.
+`python3 -P -m drover.server flock.toml`, or `drover serve flock.toml`, shows a run in a browser, and steers it.
 `python3 -P -m drover.demo` makes the page of `make demo`.
 `python3 -P -m drover.compare fields.h5 particles.h5` compares a calibrated field run with a particle run.
 Nothing writes files unless it is asked to.
@@ -42,7 +43,7 @@ HOMES = {
     "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "export": "commands",
     "film": "film", "fit": "commands",
     "info": "commands", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",
-    "schema": "commands", "slurm_script": "calibration", "sweep": "sweeping", "tradeoff": "trading",
+    "schema": "commands", "serve": "server", "slurm_script": "calibration", "sweep": "sweeping", "tradeoff": "trading",
 }
 __all__ = sorted(HOMES)
 

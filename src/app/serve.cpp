@@ -1,0 +1,33 @@
+// app/serve.cpp: drover serve SCENE|ARCHIVE: a page in a browser that shows a run, by the Python package.
+#include <memory>
+
+#include "command.hpp"
+#include "python_package.hpp"
+
+namespace drover::app {
+
+void add_serve(CLI::App& program, Action& action) {
+    struct Options {
+        std::string run;
+        std::vector<std::string> settings;
+        int port = 0;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = program.add_subcommand(
+        "serve", "Show a run in a browser of this machine, and steer one that starts here; needs python3");
+    command->add_option("run", options->run, "Scene (.toml), which is run in memory, or archive of a run")->required();
+    command->add_option("--set", options->settings, "Of a scene: section.key=value, for one of its keys")
+        ->type_name("KEY=VALUE");
+    command->add_option("--port", options->port, "Port at 127.0.0.1; default: a free one")->check(CLI::Range(1, 65535));
+    command->callback([options, &action] {
+        action = [options] {
+            std::vector<std::string> words;
+            if (options->port != 0) words.insert(words.end(), {"--port", std::to_string(options->port)});
+            for (const std::string& setting : options->settings) words.push_back("--set=" + setting);
+            words.insert(words.end(), {"--", options->run});
+            return run_python_package("serve", "server", words);
+        };
+    });
+}
+
+}  // namespace drover::app

@@ -1,0 +1,257 @@
+"""drover/shown.py: runs as a page shows them: one that goes on in a thread of its own, or one in an archive."""
+import threading
+import time
+import traceback
+
+import numpy
+
+from drover.error import DroverError
+from drover.particles import is_of_particles, sides_of
+from drover.pictures import picture_of_bodies, picture_of_fields
+
+PICTURES_PER_SECOND = 5
+WATCHED = 2.0    # s after a page asked last: pictures are made for a page alone
+SERIES = 1.0     # s between copies of the observables
+# Sections whose numbers are no coefficients.
+SETTINGS = {"grid", "dealiasing", "time", "initial", "output", "analysis", "accuracy", "run", "sweep", "stability",
+            "calibrated", "boundary", "uniform", "table", "approximation", "fields", "model", "terms"}
+
+
+class Shown:
+    """What a page asks for: a picture with a number that grows, and what else is known."""
+
+    def __init__(self, name):
+        self.name, self.state, self.error = name, "starting", ""
+        self.number, self.picture, self.observables = 0, None, None
+        self.changed = threading.Condition()
+        self.asked = 0.0
+
+    def publish(self, picture=None, observables=None, state=None, error=None):
+        with self.changed:
+            self.picture = picture or self.picture
+            self.observables = observables if observables is not None else self.observables
+            self.state = state or self.state
+            self.error = self.error if error is None else error
+            self.number += 1
+            self.changed.notify_all()
+
+    def wait_for(self, number, seconds):
+        """Waits until there is something newer than `number`; returns the number there is."""
+        self.asked = time.monotonic()
+        with self.changed:
+            self.changed.wait_for(lambda: self.number > number, seconds)
+            return self.number
+
+    def close(self):
+        """Ends what goes on."""
+
+
+def picture_of(frame, side):
+    if side is None:
+        return picture_of_bodies(frame.time, frame.arrays, numpy.diag(frame.box)[:2])
+    units = {name: about.get("units", "1") for name, (_, about) in frame._about[0].items()}
+    return picture_of_fields(frame.time, frame.arrays, side, units)
+
+
+def side_of(scene):
+    """Sides of the cell of a scene of fields [mm]; None for particles, whose frames know it."""
+    return None if scene.kind == "particles" else (scene["grid.lx"], scene["grid.ly"])
+
+
+def coefficients_of(scene):
+    """Keys of numbers of the model that a page may change, with their values, units and meanings."""
+    if scene.kind == "particles":
+        return []
+    found = []
+    for key in scene.keys():
+        section = key.partition(".")[0].partition("[")[0]
+        if section in SETTINGS or section == "field" and not key.endswith("noise"):
+            continue
+        value = scene[key]
+        if isinstance(value, float):
+            about = scene.describe(key)
+            found.append({"key": key, "value": value, "unit": about.get("unit", ""), "doc": about.get("doc", "")})
+    return found
+
+
+class LiveRun(Shown):
+    """A run in memory, advanced in a thread of its own: paused, resumed, restarted, given other coefficients."""
+
+    sampled = 0.0  # when the observables were copied
+
+    def __init__(self, scene):
+        super().__init__(scene.name)
+        self.scene, self.run, self.before = scene, None, 0.0  # s that earlier coefficients took
+        self.wishes, self.is_closed, self.is_paused = [], False, False
+        self.speed = 0.0  # steps a second
+        self.thread = threading.Thread(target=self._work, daemon=True)
+        self.thread.start()
+
+    @property
+    def time(self):
+        return self.before + (self.run.time if self.run else 0.0)
+
+    @property
+    def progress(self):
+        return self.run.step / max(self.run.steps, 1) if self.run else 0.0
+
+    @property
+    def coefficients(self):
+        return coefficients_of(self.scene)
+
+    def wish(self, action, **values):
+        """Asks the thread for something; what goes wrong is shown as error."""
+        if action not in ("pause", "resume", "restart", "set", "wake"):
+            raise ValueError(f"{action}; expected pause, resume, restart or set")
+        with self.changed:
+            self.wishes.append((action, values))
+            self.changed.notify_all()
+
+    def close(self):
+        self.is_closed = True
+        self.wish("wake")
+        self.thread.join(timeout=5.0)
+
+    def _work(self):
+        try:
+            self._start(self.scene)
+        except DroverError as error:
+            self.publish(state="failed", error=str(error))
+        steps = 1
+        while not self.is_closed:
+            while self.wishes:
+                self._fulfil(*self.wishes.pop(0))
+            if not self._is_going():
+                with self.changed:
+                    self.changed.wait_for(lambda: self.wishes or self.is_closed)
+                continue
+            began = time.monotonic()
+            steps = min(steps, self.run.steps - self.run.step)
+            try:
+                self.run.advance(steps=steps, progress=False)
+            except DroverError as error:
+                self.run = None
+                self.publish(state="failed", error=str(error))
+                continue
+            took = time.monotonic() - began
+            self.speed = steps / max(took, 1e-9)
+            steps = int(numpy.clip(steps * numpy.clip(1.0 / PICTURES_PER_SECOND / max(took, 1e-9), 0.25, 4.0), 1, 1e6))
+            self._show()
+
+    def _is_going(self):
+        return self.run is not None and not self.is_paused and self.run.step < self.run.steps
+
+    def _state(self):
+        if self.run is None:
+            return "failed"
+        return "ended" if self.run.step >= self.run.steps else "paused" if self.is_paused else "running"
+
+    def _show(self, always=False):
+        state = self._state()
+        if not always and state == "running" and time.monotonic() - self.asked > WATCHED:
+            return
+        picture = picture_of(self.run.frame, side_of(self.scene))
+        picture.time = self.time
+        observables = None
+        now = time.monotonic()
+        if always or state != "running" or now - self.sampled > SERIES:
+            observables, self.sampled = self.run.observables, now
+        self.publish(picture, observables, state)
+
+    def _start(self, scene):
+        self.run, self.scene = scene.start(), scene
+        self._show(always=True)
+
+    def _fulfil(self, action, values):
+        try:
+            if action == "pause":
+                self.is_paused = True
+            elif action == "resume":
+                self.is_paused = False
+            elif action == "restart":
+                self.before, self.is_paused = 0.0, False
+                self._start(self.scene)
+            elif action == "set":
+                self._set(values)
+            if self.run is not None:
+                self.publish(error="")
+                self._show(always=True)
+        except DroverError as error:
+            self.publish(error=str(error))
+        except Exception:  # shown, not lost in the thread
+            self.publish(error=traceback.format_exc(limit=1).strip().splitlines()[-1])
+
+    def _set(self, values):
+        """Goes on from the fields as they are, with other coefficients; the run is then one of its own."""
+        scene = self.scene.set(values)
+        if self.run is None:
+            self.before = 0.0
+            self._start(scene)
+            return
+        run = scene.start()
+        with run.edit() as fields:
+            for name, array in self.run.frame.arrays.items():
+                fields[name][...] = array
+        self.before += self.run.time
+        self.run, self.scene = run, scene
+
+
+class ShownArchive(Shown):
+    """A run in an archive, finished or in progress, which is read again when it has grown."""
+
+    shown = -1  # number of the frame
+
+    def __init__(self, path):
+        super().__init__(str(path))
+        self.path, self.coefficients, self.speed = path, [], 0.0
+        self.frames, self.seen, self.chosen = 0, None, None  # a frame, or the last
+        self.lock = threading.Lock()
+        self.refresh()
+
+    @property
+    def time(self):
+        return self.picture.time if self.picture else 0.0
+
+    @property
+    def progress(self):
+        return (self.shown + 1) / max(self.frames, 1)
+
+    def wish(self, action, **values):
+        if action != "frame":
+            raise ValueError(f"{action}; expected frame: an archive is shown, and not steered")
+        self.chosen = int(values["number"])
+        self.refresh()
+
+    def wait_for(self, number, seconds):
+        ends = time.monotonic() + seconds
+        while True:
+            self.refresh()
+            if self.number > number or time.monotonic() >= ends:
+                return self.number
+            time.sleep(0.2)
+
+    def refresh(self):
+        from drover.archive import open_run
+        from drover.stored import state_of
+        with self.lock:
+            now = state_of(self.path), self.chosen
+            if now == self.seen:
+                return
+            with open_run(self.path) as run:
+                self.frames = run.frames.sizes["time"]
+                self._read(run)
+            self.seen = now
+
+    def _read(self, run):
+        last = self.frames - 1
+        self.shown = last if self.chosen is None else int(numpy.clip(self.chosen, 0, last))
+        frame = run.frames.isel(time=self.shown).load()
+        time_here = float(frame["time"])
+        arrays = {name: values.values for name, values in frame.data_vars.items()}
+        if is_of_particles(run.scene):
+            picture = picture_of_bodies(time_here, arrays, sides_of(run))
+        else:
+            grid = run.scene["grid"]
+            units = {name: values.attrs.get("units", "1") for name, values in frame.data_vars.items()}
+            picture = picture_of_fields(time_here, arrays, (grid["lx"], grid["ly"]), units)
+        self.publish(picture, run.observables.load(), "ended" if run.summary is not None else "running")
