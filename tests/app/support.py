@@ -41,6 +41,12 @@ SMALL = {
 not_sanitized = pytest.mark.skipif(bool(os.environ.get("DROVER_SANITIZE")), reason="too slow under sanitizers")
 
 
+def slow_but(cases, *fast):
+    """The cases of a test, of which `make test` runs those in `fast` and `make test-slow` the others."""
+    return [case if case in fast else pytest.param(*(case if isinstance(case, tuple) else [case]),
+                                                   marks=pytest.mark.slow) for case in cases]
+
+
 def scenes(kind):
     """The names of the scenes of models/ of one kind.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy
 import pytest
-from support import DROVER, drover, end_group, environment, start, wait_until, write_scene
+from support import DROVER, drover, end_group, environment, slow_but, start, wait_until, write_scene
 
 import drover as module
 
@@ -32,7 +32,7 @@ def python(folder, *words, **more):
                           env=environment(**more), timeout=120)
 
 
-@pytest.mark.parametrize("name, has_film", [(ALL, True), (LONG, False)])
+@pytest.mark.parametrize("name, has_film", slow_but([(ALL, True), (LONG, False)], (ALL, True)))
 def test_a_hostile_name_is_taken_as_it_is_by_every_command(name, has_film, tmp_path):
     wrong = try_name(name, os.fsencode(tmp_path) + b"/work", tools_in(tmp_path), has_film)
     assert not wrong, "\n".join(wrong)

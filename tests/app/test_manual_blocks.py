@@ -3,7 +3,7 @@ import sys
 
 import matplotlib
 import pytest
-from support import DROVER, MODELS
+from support import DROVER, MODELS, slow_but
 
 DOCS = MODELS.parent / "src" / "docs"
 sys.path.insert(0, str(DOCS))
@@ -37,7 +37,8 @@ def test_pages_with_blocks_are_found():
     assert len(blocks.blocks_of((DOCS / "howto.md").read_text(encoding="utf-8"))) >= 30
 
 
-@pytest.mark.parametrize("page", pages_with_blocks())
+@pytest.mark.parametrize("page", slow_but(pages_with_blocks(), "howto.md", "clusters.md", "index.md", "commands/run.md",
+                                          "commands/sweep.md"))
 def test_every_block_of_a_page_runs(page, tmp_path):
     blocks.run((DOCS / page).read_text(encoding="utf-8"), tmp_path, DROVER, MODELS, SHORT)
 

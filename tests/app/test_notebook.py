@@ -8,6 +8,7 @@ import nbformat
 import pytest
 from jupyter_client.kernelspec import KernelSpecManager
 from nbconvert.preprocessors import ExecutePreprocessor
+from support import slow_but
 
 FOLDER = Path(__file__).resolve().parents[2] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
@@ -114,7 +115,8 @@ def test_every_notebook_is_checked_and_listed_for_readers():
     assert sorted(listed) == sorted(CHECKS)
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", slow_but(NOTEBOOKS, FOLDER / "quick-start.ipynb", FOLDER / "your-own.ipynb"),
+                         ids=lambda path: path.stem)
 def test_a_notebook_runs_to_its_end_and_its_physics_holds(path, this_python):
     notebook = nbformat.read(path, as_version=4)
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]

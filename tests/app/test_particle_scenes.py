@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 from pictures import covered, overlaps, unlabelled
-from support import MODELS, drover, drover_json, scenes, settings
+from support import MODELS, drover, drover_json, scenes, settings, slow_but
 
 import drover as drover_package
 
@@ -163,7 +163,7 @@ def panel_of(scene):
     return "memory of the direction" if alone else "bead velocity order"
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", slow_but(SCENES, "paper-flock", "rod", "circle-flock"))
 def test_the_figure_of_a_scene_has_labels_and_no_legend_on_its_data(scene, ran):
     with drover_package.open_run(ran(scene).archive) as run:
         picture = drover_package.plot.figure(run)

@@ -11,8 +11,8 @@ from matplotlib import image
 from pictures import overlaps
 from rejection import rejected
 from scipy import stats
-from support import (contents, drover, drover_json, end_group, environment, not_sanitized, scene_text, settings, start,
-                     tree, wait_until, write_scene)
+from support import (contents, drover, drover_json, end_group, environment, not_sanitized, scene_text, settings,
+                     slow_but, start, tree, wait_until, write_scene)
 
 import drover as package
 from drover import particle_figure, particle_panels
@@ -91,7 +91,7 @@ def test_half_a_run_and_a_restart_equal_an_uninterrupted_run(ran, tmp_path):
 
 
 @not_sanitized
-@pytest.mark.parametrize("sent, status", [(signal.SIGTERM, 3), (signal.SIGKILL, -9)])
+@pytest.mark.parametrize("sent, status", slow_but([(signal.SIGTERM, 3), (signal.SIGKILL, -9)], (signal.SIGTERM, 3)))
 def test_a_stopped_or_killed_run_resumes_to_the_same_bytes(sent, status, tmp_path):
     drover(tmp_path, "run", write_tiny(tmp_path, base=LONG, name="whole.toml"), "--quiet")
     write_tiny(tmp_path, base=LONG, name="cut.toml")

@@ -18,6 +18,7 @@ import drover
 from drover import figure, panels, results
 import pictures
 from pictures import share_of
+from support import slow_but
 
 SCENE = """
 [uniform]
@@ -406,7 +407,7 @@ FORMS = {  # settings, names of fields, what the map's title says
 }
 
 
-@pytest.mark.parametrize("shape", ["square", "wide"])
+@pytest.mark.parametrize("shape", slow_but(["square", "wide"], "square"))
 @pytest.mark.parametrize("form", FORMS)
 def test_every_form_is_opened_and_drawn(tmp_path, form, shape):
     settings, fields, words = FORMS[form]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pictures import covered, overlaps, unlabelled
 from scipy.optimize import curve_fit
-from support import MODELS, drover, drover_json, scenes, settings
+from support import MODELS, drover, drover_json, scenes, settings, slow_but
 
 import drover as drover_package
 
@@ -98,7 +98,7 @@ def test_a_scene_runs_and_conserves_its_totals(scene, ran):
             assert np.abs(total / total[0] - 1.0).max() < 1e-13, name
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", slow_but(SCENES, "noisy-flock", "band", "isotropic"))
 def test_the_figure_of_a_scene_has_labels_and_no_legend_on_its_data(scene, ran):
     with drover_package.open_run(ran(scene).archive) as run:
         picture = drover_package.plot.figure(run)

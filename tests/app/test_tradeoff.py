@@ -3,7 +3,7 @@ models in their limits, refusals, resuming."""
 import h5py
 import pytest
 from rejection import rejected
-from support import drover, drover_json
+from support import drover, drover_json, slow_but
 
 # Two components that flock, without noise: a wave along x and one along y, and a step that is too long for 0.1 %.
 WAVES = """
@@ -103,7 +103,7 @@ def level(found, name):
     return next(row for row in found["levels"] if row["level"] == name)
 
 
-@pytest.mark.parametrize("per_cent", [3, 0.01])
+@pytest.mark.parametrize("per_cent", slow_but([3, 0.01], 0.01))
 def test_recommended_run_agrees_with_one_ten_times_finer(tmp_path, per_cent):
     """A tenth of the step, a method of fourth order and twice the points: its error is nothing beside 0.01 %."""
     tradeoff(tmp_path, scene(tmp_path, WAVES), "--want", f"polar_order={per_cent}%", "--budget", "2min")
@@ -127,6 +127,7 @@ def test_recommended_noisy_run_is_as_long_as_the_wish_needs(tmp_path):
     assert abs(short - fine) < 0.03 * fine
 
 
+@pytest.mark.slow
 def test_rungs_of_models_are_exact_in_their_limits_and_tell_their_bias_elsewhere(tmp_path):
     # Along x alone the one-dimensional model is the full one; rounding differs between transforms.
     along = WAVES.replace(" + 0.2 * cos(2 * pi * y / 32)", "")
@@ -149,6 +150,7 @@ def test_rungs_of_models_are_exact_in_their_limits_and_tell_their_bias_elsewhere
     assert mean(tmp_path, "s.toml", "polar_order", *every_wave) == full
 
 
+@pytest.mark.slow
 def test_bias_of_a_slaved_velocity_is_proportional_to_the_mass_of_beads(tmp_path):
     """The slaved velocity is the limit m -> 0, approached to first order in m; at m/Gamma of 0.02 and 0.01 s the next
     order is a few per cent of the first."""
