@@ -1,4 +1,4 @@
-// numerics/formula_on_grid.cpp: what a grid does to a formula in x and y.
+// numerics/formula_on_grid.cpp: what a grid does to a formula in x, y, lx and ly.
 #include "numerics/formula_on_grid.hpp"
 
 #include <algorithm>
@@ -16,7 +16,12 @@ namespace drover::numerics {
 
 namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double value_at(const Expression& formula, const Grid& grid, double x, double y) {
+    return evaluate(formula, std::array{x, y, grid.lx, grid.ly});
 }
+}  // namespace
+
 Fields values_on(const Expression& formula, const Grid& grid, double shift_x, double shift_y) {
     Fields cells(grid, 1);
     const StripProgram program(std::span(&formula, 1));
@@ -25,10 +30,10 @@ Fields values_on(const Expression& formula, const Grid& grid, double shift_x, do
     const bool has_y = slots_of(formula).contains(1);
     for (std::size_t i = 0; i < nx; ++i) x[i] = grid.lx / grid.nx * static_cast<double>(i) + shift_x;
     for (int j = 0; j < grid.ny; ++j) {
-        const std::array uniform{0.0, grid.ly / grid.ny * j + shift_y};  // y is the same along a row
+        const std::array uniform{0.0, grid.ly / grid.ny * j + shift_y, grid.lx, grid.ly};  // the same along a row
         double* row = cells[0].data() + static_cast<std::size_t>(j) * nx;
         if (j > 0 && !has_y) std::copy_n(cells[0].data(), nx, row);
-        else program.add(nx, std::array<const double*, 2>{x.data(), nullptr}, uniform, std::array{row});
+        else program.add(nx, std::array<const double*, 4>{x.data()}, uniform, std::array{row});
     }
     return cells;
 }
@@ -88,8 +93,8 @@ std::size_t fill_cells(const Expression& formula, const Grid& grid, Threads& thr
     // Operation by operation: strips would fold 0 times infinity to 0.
     threads.for_chunks(values.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t m = begin; m < end; ++m)
-            values[m] = evaluate(formula, std::array{grid.lx / grid.nx * static_cast<double>(m % nx),
-                                                     grid.ly / grid.ny * static_cast<double>(m / nx)});
+            values[m] = value_at(formula, grid, grid.lx / grid.nx * static_cast<double>(m % nx),
+                                 grid.ly / grid.ny * static_cast<double>(m / nx));
     });
     const auto found = std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
     return static_cast<std::size_t>(found - values.begin());
@@ -106,16 +111,12 @@ EdgeJump edge_jump(const Expression& formula, const Grid& grid) {
     };
     for (int j = 0; j < grid.ny; ++j) {
         const double y = grid.ly / grid.ny * j;
-        take('x',
-             evaluate(formula, std::array{grid.lx * (1.0 - inside), y}) -
-                 evaluate(formula, std::array{grid.lx * inside, y}),
+        take('x', value_at(formula, grid, grid.lx * (1.0 - inside), y) - value_at(formula, grid, grid.lx * inside, y),
              y);
     }
     for (int i = 0; i < grid.nx; ++i) {
         const double x = grid.lx / grid.nx * i;
-        take('y',
-             evaluate(formula, std::array{x, grid.ly * (1.0 - inside)}) -
-                 evaluate(formula, std::array{x, grid.ly * inside}),
+        take('y', value_at(formula, grid, x, grid.ly * (1.0 - inside)) - value_at(formula, grid, x, grid.ly * inside),
              x);
     }
     return jump;

@@ -1,4 +1,4 @@
-// numerics/formula_on_grid.hpp: what a grid does to a formula in x (slot 0) and y (slot 1).
+// numerics/formula_on_grid.hpp: what a grid does to a formula in x, y, lx and ly (slots 0 to 3).
 #pragma once
 #include "drover/base/expression.hpp"
 #include "drover/base/threads.hpp"

@@ -37,7 +37,7 @@ std::string remedy(const StartFormula& formula, const Grid& grid, int degree) {
 }  // namespace
 
 StartFormula read_start_formula(std::string key, std::string written, const SourceLocation& where) {
-    Expression value = parse_expression(written, {.variables = {{"x", 0}, {"y", 1}}}, where);
+    Expression value = parse_expression(written, {.variables = {{"x", 0}, {"y", 1}, {"lx", 2}, {"ly", 3}}}, where);
     return {std::move(key), std::move(written), where, std::move(value)};
 }
 

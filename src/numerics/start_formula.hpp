@@ -1,4 +1,4 @@
-// numerics/start_formula.hpp: formulas in x and y for the fields at the start of a run, checked on their grid.
+// numerics/start_formula.hpp: formulas in x, y, lx and ly for the fields at the start of a run, checked on their grid.
 #pragma once
 #include <string>
 
@@ -18,7 +18,7 @@ struct StartFormula {
     std::string key;      ///< of the scene: "initial.rod_density"
     std::string written;  ///< its text
     SourceLocation where;
-    Expression value;  ///< of x (slot 0) and y (slot 1)
+    Expression value;  ///< of x, y and the sides of the cell, lx and ly (slots 0 to 3)
 };
 /// Parses a formula.  Throws an input Error at `where` as parse_expression().
 StartFormula read_start_formula(std::string key, std::string written, const SourceLocation& where);

@@ -172,7 +172,7 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
          .choices = {"uniform", "random", "mode", "stationary", "formula", "file"},
          .doc =
              "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary state of the linear "
-             "theory; formula: fields as formulas in x and y; file: a frame of an archive"},
+             "theory; formula: fields as formulas in x, y, lx and ly; file: a frame of an archive"},
         {.name = "amplitude",
          .member = &InitialState::amplitude,
          .unit = "unit of the field",
@@ -188,7 +188,7 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
         {.name = "bead_density",
          .member = &InitialState::bead_density,
          .unit = "1/mm^2",
-         .doc = "formula: rho, such as \"2 + 0.1 * exp(-((x - 8)^2 + (y - 8)^2) / 4)\", x and y in mm; empty: uniform"},
+         .doc = "formula: rho, such as \"2 + 0.1 * exp(-((x - 8)^2 + (y - 8)^2) / 4)\", in mm; empty: uniform"},
         {.name = "rod_density", .member = &InitialState::rod_density, .unit = "1/mm^2", .doc = "formula: sigma"},
         {.name = "bead_velocity_x", .member = &InitialState::bead_velocity_x, .unit = "mm/s", .doc = "formula: v_x"},
         {.name = "bead_velocity_y", .member = &InitialState::bead_velocity_y, .unit = "mm/s", .doc = "formula: v_y"},

@@ -1,4 +1,5 @@
 """tests/app/test_start.py: initial formulas that the grid cuts, or that jump at a periodic edge."""
+import h5py
 import pytest
 from rejection import rejected
 from support import drover, drover_json, scene_text
@@ -70,3 +71,26 @@ def test_a_formula_that_jumps_at_a_periodic_edge_warns_with_place_and_size(tmp_p
                                      "1 + 0.5*exp(-((x - 12)^2 + (y - 12)^2)/16)"])
 def test_a_formula_that_the_grid_keeps_does_not_warn(tmp_path, formula):
     assert check(tmp_path, formula) == ""
+
+
+@pytest.mark.parametrize("named, written", [("1 + 0.25*cos(2*pi*x/lx)", "1 + 0.25*cos(2*pi*x/32)"),
+                                            ("1 + 0.25*cos(2*pi*y/ly)*lx", "1 + 0.25*cos(2*pi*y/24)*32"),
+                                            ("lx/ly", "32/24")])
+def test_the_sides_of_the_cell_are_known_by_their_names(tmp_path, named, written):
+    for name, formula in (("named", named), ("written", written)):
+        (tmp_path / f"{name}.toml").write_text(scene_text({**GRID, "grid.ly": 24.0, "grid.ny": 24, "time.dt": 0.05,
+                                                           "initial.rod_density": formula, "initial.amplitude": 0.01}))
+        drover(tmp_path, "run", f"{name}.toml", "-q")
+    starts = [frames(tmp_path / f"{name}.h5") for name in ("named", "written")]
+    assert starts[0].tobytes() == starts[1].tobytes()
+
+
+def test_a_formula_in_the_sides_of_the_cell_follows_them(tmp_path):
+    formula = "1 + 0.1*cos(2*pi*x/lx)"
+    assert check(tmp_path, formula) == "" == check(tmp_path, formula, **{"grid.lx": 40.0})
+    assert "jumps" in check(tmp_path, "1 + 0.1*cos(2*pi*x/32)", **{"grid.lx": 40.0})
+
+
+def frames(archive):
+    with h5py.File(archive) as file:
+        return file["rod_density"][:]

@@ -32,7 +32,7 @@ struct DeclaredModel {
     std::vector<std::map<std::string, SourceLocation>> places;  ///< of the keys of each field; "" is the field itself
     std::map<std::string, model::Text> equations, definitions;
     std::map<std::string, double> coefficients;
-    std::map<std::string, model::Text> start;  ///< formulas in x and y of [initial], by component
+    std::map<std::string, model::Text> start;  ///< formulas in x, y, lx and ly of [initial], by component
 };
 
 /// The model with its numbers.  Throws an input Error, at its place, for a rank, formula or equation that does not fit.

@@ -15,7 +15,7 @@ struct InitialState {
     std::string field = "polar_order_x";  ///< of mode
     int mode_x = 1, mode_y = 0;           ///< mode numbers of mode
     double phase = 0.0;                   ///< of mode [rad]
-    // Of formula: expressions in x and y [mm]; "": the uniform state.
+    // Of formula: expressions in x, y and the sides of the cell, lx and ly [mm]; "": the uniform state.
     std::string bead_density = {}, rod_density = {}, bead_velocity_x = {}, bead_velocity_y = {}, polar_order_x = {},
                 polar_order_y = {};
     std::string file = {};  ///< of file: an archive
