@@ -266,10 +266,10 @@ void check(const GroupPlan& plan, const std::string& file) {
     }
 }
 
-std::vector<std::size_t> shape_of(const GroupPlan& plan, const Quantity& quantity) {
+std::vector<std::size_t> shape_of(const std::vector<Axis>& axes, const Quantity& quantity) {
     std::vector<std::size_t> shape;
     for (const std::string& name : quantity.axes)
-        for (const Axis& axis : plan.axes)
+        for (const Axis& axis : axes)
             if (axis.name == name) shape.push_back(axis.values.size());
     return shape;
 }

@@ -26,8 +26,10 @@ GroupPlan plan_of(const ResultTable& table);
 /// Throws an input Error unless names are plain and unique, axes known and not empty, and a chunk fits HDF5.
 void check(const GroupPlan& plan, const std::string& file);
 
-/// Size of the array of a quantity, without time, and its product.
-std::vector<std::size_t> shape_of(const GroupPlan& plan, const Quantity& quantity);
+/// Lengths of the axes of a quantity, without time, and their product.
+inline std::vector<std::size_t> shape_of(const GroupPlan& plan, const Quantity& quantity) {
+    return shape_of(plan.axes, quantity);
+}
 std::size_t count_of(const GroupPlan& plan, const Quantity& quantity);
 
 /// The datasets of a group that the archive writes to.

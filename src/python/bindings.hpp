@@ -45,10 +45,10 @@ auto interruptibly(Work work) {
 pybind11::object array_of(std::span<const double> values, const std::vector<std::size_t>& shape,
                           pybind11::handle owner = {}, bool is_writable = false);
 
-/// Lengths of the axes of a quantity.
-std::vector<std::size_t> shape_of(const std::vector<files::Axis>& axes, const files::Quantity& quantity);
-
 /// (name, unit, meaning, values) of each.
 pybind11::list axes_list(const std::vector<files::Axis>& axes);
+
+/// {group, axes, arrays: {name: (unit, meaning, axes, values)}}.
+pybind11::dict table_dict(const files::ResultTable& table);
 
 }  // namespace drover::python

@@ -74,19 +74,24 @@ py::object array_of(std::span<const double> values, const std::vector<std::size_
     return view;
 }
 
-std::vector<std::size_t> shape_of(const std::vector<files::Axis>& axes, const files::Quantity& quantity) {
-    std::vector<std::size_t> shape;
-    for (const std::string& name : quantity.axes)
-        for (const files::Axis& axis : axes)
-            if (axis.name == name) shape.push_back(axis.values.size());
-    return shape;
-}
-
 py::list axes_list(const std::vector<files::Axis>& axes) {
     py::list list;
     for (const files::Axis& axis : axes)
         list.append(py::make_tuple(axis.name, axis.unit, axis.meaning, array_of(axis.values, {axis.values.size()})));
     return list;
+}
+
+py::dict table_dict(const files::ResultTable& table) {
+    py::dict arrays, one;
+    for (std::size_t i = 0; i < table.quantities.size(); ++i) {
+        const files::Quantity& quantity = table.quantities[i];
+        arrays[py::str(quantity.name)] = py::make_tuple(quantity.unit, quantity.meaning, quantity.axes,
+                                                        array_of(table.values[i], shape_of(table.axes, quantity)));
+    }
+    one["group"] = table.group;
+    one["axes"] = axes_list(table.axes);
+    one["arrays"] = arrays;
+    return one;
 }
 
 namespace {
@@ -118,18 +123,7 @@ struct Computed {
 
 py::list tables_of(const Computed& computed) {
     py::list tables;
-    for (const files::ResultTable& table : run::result_tables(computed.result)) {
-        py::dict arrays, one;
-        for (std::size_t i = 0; i < table.quantities.size(); ++i) {
-            const files::Quantity& quantity = table.quantities[i];
-            arrays[py::str(quantity.name)] = py::make_tuple(quantity.unit, quantity.meaning, quantity.axes,
-                                                            array_of(table.values[i], shape_of(table.axes, quantity)));
-        }
-        one["group"] = table.group;
-        one["axes"] = axes_list(table.axes);
-        one["arrays"] = arrays;
-        tables.append(one);
-    }
+    for (const files::ResultTable& table : run::result_tables(computed.result)) tables.append(table_dict(table));
     return tables;
 }
 

@@ -147,6 +147,11 @@ void bind_session(py::module_& module) {
         .def("advance", &advance, py::arg("steps"))
         .def("frames", &frames_of, py::arg("writable") = false)
         .def("series", &series_of)
+        .def("summary",
+             [](Guarded& self) {
+                 const Use use(self);
+                 return table_dict(run::result_table(interruptibly([&] { return self.session.report(); })));
+             })
         .def("accept", [](Guarded& self) {
             const Use use(self);
             self.session.accept();

@@ -26,14 +26,6 @@ void append(const std::string& path, const std::vector<std::size_t>& shape, std:
     array.values.insert(array.values.end(), values.begin(), values.end());
 }
 
-std::vector<std::size_t> shape_of(const files::Recording& recording, const files::Quantity& quantity) {
-    std::vector<std::size_t> shape;
-    for (const std::string& name : quantity.axes)
-        for (const files::Axis& axis : recording.axes)
-            if (axis.name == name) shape.push_back(axis.values.size());
-    return shape;
-}
-
 /// Frames of fields, of which reports use none.
 bool is_unused(const files::Recording& recording) { return recording.group == "/" && !recording.trajectory; }
 
@@ -47,7 +39,8 @@ void append_row(const Simulation& simulation, const ScheduledRecording& schedule
         const files::Quantity& quantity = recording.quantities[q];
         const std::string path = recording.group + "/" + quantity.name;
         if (recording.trajectory) append(path + "/time", {}, {&time, 1}, arrays);
-        append(recording.trajectory ? path + "/value" : path, shape_of(recording, quantity), row[q], arrays);
+        append(recording.trajectory ? path + "/value" : path, files::shape_of(recording.axes, quantity), row[q],
+               arrays);
     }
 }
 

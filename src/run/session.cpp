@@ -2,6 +2,7 @@
 #include "drover/run/session.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include "drover/run/kind.hpp"
 #include "drover/run/run_scene.hpp"
@@ -51,6 +52,23 @@ void Session::advance(std::int64_t steps, const std::function<void()>& poll) {
         if (sampled || is_last) sample();
         failed_ = false;
     }
+}
+
+Report Session::report() const {
+    require(step_ > 0, {}, "the run is at its start, of which there are no means; advance it first");
+    const files::Recording& recording = observables();
+    std::map<std::string, files::Array> arrays{
+        {recording.group + "/time", {.shape = {series_.times.size()}, .values = series_.times}}};
+    for (std::size_t q = 0; q < series_.values.size(); ++q) {
+        files::Array array{.shape = {series_.times.size()}, .values = series_.values[q]};
+        for (const std::size_t size : files::shape_of(recording.axes, recording.quantities[q]))
+            array.shape.push_back(size);
+        arrays[recording.group + "/" + recording.quantities[q].name] = std::move(array);
+    }
+    io::Scene until_now = scene_;
+    until_now.time.end = time();
+    until_now.output.frame_every = 0.0;
+    return kind_of(scene_).report(files::ArchiveReader(std::move(arrays)), until_now, Theory::included);
 }
 
 void Session::accept() {

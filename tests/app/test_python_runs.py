@@ -106,3 +106,32 @@ def test_a_sweep_says_why_a_job_failed():
     assert np.isfinite(found.polar_order[1]) and np.isnan(found.polar_order[0])
     with pytest.raises(drover.Error, match="no run of the sweep ended: point-0000-seed-7: .*lost its meaning"):
         drover.sweep(scene, {"relaxation.rate": [-200.0]})
+
+
+@pytest.mark.parametrize("changes", [{}, {"analysis.warm_up": 5.0}, {"noise.order": 0.0, "initial.kind": "uniform"}])
+def test_a_run_in_memory_has_the_means_and_the_theory_of_its_archive(changes, tmp_path):
+    scene = drover.Scene.from_dict({**SMALL, **changes}, "small.toml")
+    run = scene.start()
+    run.advance()
+    with scene.run(tmp_path / "small.h5") as kept:
+        assert set(run.summary.variables) <= set(kept.summary.variables)
+        missing = set(kept.summary.variables) - set(run.summary.variables)
+        assert all("step_bias" in name for name in missing)  # measured by runs with halved steps, into archives
+        for name, values in run.summary.variables.items():
+            assert values.values.tobytes() == kept.summary[name].values.tobytes(), name
+            assert values.dims == kept.summary[name].dims and values.attrs["units"] == kept.summary[name].attrs["units"]
+
+
+def test_the_means_of_a_run_of_particles_are_those_of_its_archive_without_paths(tmp_path):
+    scene = shortened("bead-gas")
+    run = scene.start()
+    run.advance()
+    with scene.run(tmp_path / "gas.h5") as kept:
+        assert "bead_speed" in run.summary or len(run.summary) > 3
+        for name, values in run.summary.variables.items():
+            assert values.values.tobytes() == kept.summary[name].values.tobytes(), name
+
+
+def test_a_run_at_its_start_has_no_means():
+    with pytest.raises(drover.Error, match="advance it first"):
+        drover.Scene.from_dict(SMALL).start().summary  # pylint: disable=expression-not-assigned

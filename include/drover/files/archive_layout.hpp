@@ -36,6 +36,9 @@ struct FixedArray {
     std::vector<double> values;
 };
 
+/// Lengths of the axes of a quantity, each one of `axes`.
+std::vector<std::size_t> shape_of(const std::vector<Axis>& axes, const Quantity& quantity);
+
 /// What an H5MD group has besides the elements that grow with time.
 struct Trajectory {
     std::vector<FixedArray> fixed;

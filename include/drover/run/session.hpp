@@ -7,6 +7,7 @@
 
 #include "drover/base/threads.hpp"
 #include "drover/io/scene.hpp"
+#include "drover/run/report.hpp"
 #include "drover/run/simulation.hpp"
 
 namespace drover::run {
@@ -44,6 +45,9 @@ public:
 
     const files::Recording& observables() const { return simulation_.recordings.back().recording; }
     const Series& series() const { return series_; }
+    /// Means with errors and linear theory of the samples so far, as of a run that ends now; of particles without what
+    /// needs their paths, which are not kept.  Throws an input Error before the first step.
+    Report report() const;
 
     /// Takes the arrays of the first frame as the fields.  Throws an input Error for particles, and for values that are
     /// not finite.

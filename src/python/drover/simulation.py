@@ -267,6 +267,23 @@ class Simulation:
         return dataset
 
 
+    @property
+    def summary(self):
+        """Means of the samples so far with errors and linear theory, as the summary of an archive: a Dataset.
+
+        Of particles without what needs their paths.  Computed anew each time.
+
+        >>> from drover import Scene
+        >>> run = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 50.0},
+        ...                        "relaxation": {"rate": 1.0}, "noise": {"order": 0.1}}).start()
+        >>> frame = run.advance()
+        >>> bool(run.summary.polar_order > 0.0), run.summary.polar_order.units
+        (True, '1')
+        """
+        from drover.computed import dataset_of
+        return dataset_of(self._session.summary())
+
+
 def now():
     import time
     return time.monotonic()
