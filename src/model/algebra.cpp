@@ -1,8 +1,8 @@
 // model/algebra.cpp: sums, products and derivatives of components.
 #include "algebra.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <set>
 
 namespace drover::model {
 
@@ -101,8 +101,67 @@ Component Algebra::derivative(const Component& a, const Order& order) {
 }
 
 bool Algebra::reads_atoms(int node) const {
-    const std::set<int> slots = slots_of(graph.expression(node));
+    const std::set<int> slots = slots_read(node);
     return !slots.empty() && *slots.rbegin() >= first_atom;
+}
+
+std::vector<int> Algebra::call(const std::shared_ptr<const GivenFunction>& function,
+                               const std::vector<int>& arguments) {
+    const auto is_same = [&](const FunctionCall& c) { return c.function == function && c.arguments == arguments; };
+    auto found = std::find_if(calls_.begin(), calls_.end(), is_same);
+    if (found == calls_.end()) {
+        calls_.push_back({function, arguments, slots()});
+        found = calls_.end() - 1;
+        atoms_.resize(static_cast<std::size_t>(found->end() - first_atom));
+    }
+    std::vector<int> nodes;
+    for (int result = 0; result < function->results; ++result)
+        nodes.push_back(graph.slot(found->value_slot(result), text("result {}", found->value_slot(result))));
+    return nodes;
+}
+
+int total_slope(GraphBuilder& graph, const std::vector<FunctionCall>& calls, int root,
+                const std::function<int(int slot)>& slope_of_slot) {
+    std::map<int, int> of_results;
+    const auto slope_of = [&](int slot) {
+        if (call_of(calls, slot) == nullptr) return slope_of_slot(slot);
+        const auto found = of_results.find(slot);
+        require(found != of_results.end(), graph.where,
+                "a second derivative of a function that is no formula; expected a formula, or fewer derivatives");
+        return found->second;
+    };
+    for (const FunctionCall& call : calls) {  // the arguments of each are results of earlier ones
+        std::vector<int> of_arguments;
+        for (const int argument : call.arguments) of_arguments.push_back(chain_rule(graph, argument, slope_of));
+        for (int result = 0; result < call.function->results; ++result) {
+            int sum = graph.number(0.0);
+            for (std::size_t a = 0; a < of_arguments.size(); ++a) {
+                if (graph.is_number(of_arguments[a], 0.0)) continue;
+                const int slot = call.slope_slot(result, static_cast<int>(a));
+                const int by_argument = graph.slot(slot, text("result {}", slot));
+                sum = graph.make(Operation::add, sum, graph.make(Operation::multiply, by_argument, of_arguments[a]));
+            }
+            of_results[call.value_slot(result)] = sum;
+        }
+    }
+    return chain_rule(graph, root, slope_of);
+}
+
+const FunctionCall* call_of(const std::vector<FunctionCall>& calls, int slot) {
+    for (const FunctionCall& call : calls)
+        if (slot >= call.first && slot < call.end()) return &call;
+    return nullptr;
+}
+
+std::set<int> Algebra::slots_read(int node) const {
+    std::set<int> result;
+    for (const int slot : slots_of(graph.expression(node))) {
+        const FunctionCall* call = call_of(calls_, slot);
+        if (call == nullptr) result.insert(slot);
+        else
+            for (const int argument : call->arguments) result.merge(slots_read(argument));
+    }
+    return result;
 }
 
 int Algebra::differentiated(int node, const Order& order) {
@@ -132,7 +191,7 @@ int Algebra::atom(const LinearForm& form) {
 }
 
 int Algebra::total_derivative(int node, const Order& direction) {
-    return chain_rule(graph, node, [&](int slot) {
+    return slope(node, [&](int slot) {
         if (slot < first_atom) return graph.number(slot == (direction.x > 0 ? slot_x : slot_y) ? 1.0 : 0.0);
         const LinearForm form = form_of(slot);
         LinearForm slope;

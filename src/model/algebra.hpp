@@ -6,10 +6,13 @@
 #pragma once
 #include <compare>
 #include <map>
+#include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "base/expression_graph.hpp"
+#include "drover/model/model.hpp"
 
 namespace drover::model {
 
@@ -66,6 +69,25 @@ inline constexpr int max_order = 32;
 /// Position and time, then atoms.
 inline constexpr int slot_x = 0, slot_y = 1, slot_t = 2, first_atom = 3;
 
+/// A function that is no formula, of nodes.  Its values and, after each, the slopes by the arguments have slots.
+struct FunctionCall {
+    std::shared_ptr<const GivenFunction> function;
+    std::vector<int> arguments;  ///< nodes
+    int first = 0;               ///< slot of the first result
+
+    int value_slot(int result) const { return first + result * (1 + static_cast<int>(arguments.size())); }
+    int slope_slot(int result, int argument) const { return value_slot(result) + 1 + argument; }
+    int end() const { return value_slot(function->results); }
+};
+
+/// The derivative of a node, also through the calls, whose arguments are nodes of this graph, from the derivative of
+/// each slot that holds no result of a call.  Throws an input Error at graph.where for a slope of a slope of a call.
+int total_slope(GraphBuilder& graph, const std::vector<FunctionCall>& calls, int root,
+                const std::function<int(int slot)>& slope_of_slot);
+
+/// The call of which a slot holds a result or slope; nullptr without one.
+const FunctionCall* call_of(const std::vector<FunctionCall>& calls, int slot);
+
 /// Operations on components in one graph.  Throws an input Error at graph.where as GraphBuilder does, for coefficients
 /// that are not finite, and for derivatives of an order above max_order.
 class Algebra {
@@ -88,10 +110,18 @@ public:
     int at_points(const Component& a);
     /// The node of a linear form as a slot.
     int atom(const LinearForm& form);
+    /// The nodes of the results of a function of nodes.
+    std::vector<int> call(const std::shared_ptr<const GivenFunction>& function, const std::vector<int>& arguments);
+    const std::vector<FunctionCall>& calls() const { return calls_; }
+    int slope(int node, const std::function<int(int slot)>& slope_of_slot) {
+        return total_slope(graph, calls_, node, slope_of_slot);
+    }
+    /// The slots of positions and linear forms that a node depends on, also through calls.
+    std::set<int> slots_read(int node) const;
     /// The slope of a function at points in the direction x or y.
     int total_derivative(int node, const Order& direction);
 
-    /// The linear form of an atom slot.
+    /// The linear form of an atom slot; empty for a result of a call.
     const LinearForm& form_of(int slot) const { return atoms_[static_cast<std::size_t>(slot - first_atom)]; }
     int slots() const { return first_atom + static_cast<int>(atoms_.size()); }
     std::function<std::string(const LinearForm&)> name_of = [](const LinearForm&) { return std::string("f"); };
@@ -105,6 +135,7 @@ private:
 
     std::vector<LinearForm> atoms_;
     std::map<LinearForm, int> slot_of_;
+    std::vector<FunctionCall> calls_;
 };
 
 }  // namespace drover::model

@@ -20,7 +20,7 @@ std::set<int> components_of(const Algebra& algebra, const std::vector<Component>
     for (const Component& component : total) {
         add(component.linear);
         for (const auto& [order, node] : component.rest)
-            for (const int slot : slots_of(algebra.graph.expression(node)))
+            for (const int slot : algebra.slots_read(node))
                 if (slot >= first_atom) add(algebra.form_of(slot));
     }
     return read;
@@ -47,16 +47,15 @@ Value solved_balance(Algebra& algebra, const Field& field, int first, const std:
         const int rest = algebra.at_points({{}, total[k].rest});
         int slope = algebra.graph.number(0.0);
         Expression without = algebra.graph.expression(rest);
-        for (const int slot : slots_of(algebra.graph.expression(rest))) {
+        for (const int slot : algebra.slots_read(rest)) {
             if (slot < first_atom) continue;
             const LinearForm& form = algebra.form_of(slot);
             if (std::none_of(form.begin(), form.end(), [&](const auto& entry) { return is_own(entry.first); }))
                 continue;
             if (form.size() != 1 || form.begin()->first != Derivative{first + static_cast<int>(k), {}})
                 reject("derivatives or other components of it");
-            slope = chain_rule(algebra.graph, rest,
-                               [&](int other) { return algebra.graph.number(other == slot ? 1.0 : 0.0); });
-            if (slots_of(algebra.graph.expression(slope)).count(slot) > 0) reject("is not linear in it");
+            slope = algebra.slope(rest, [&](int other) { return algebra.graph.number(other == slot ? 1.0 : 0.0); });
+            if (algebra.slots_read(slope).count(slot) > 0) reject("is not linear in it");
             without = bind(without, slot, 0.0, field.equation.where);
         }
         const int drag =

@@ -41,10 +41,18 @@ public:
         for (std::size_t i = 0; i < model.definitions.size(); ++i)
             static_cast<void>(lowering_.value_of_definition(i));  // those that no equation uses are checked as well
         for (int slot = first_atom; slot < algebra_.slots(); ++slot) c_.atoms.push_back(algebra_.form_of(slot));
+        for (const FunctionCall& call : algebra_.calls()) {
+            c_.calls.push_back({call, {}});
+            for (const int argument : call.arguments)
+                c_.calls.back().values.push_back(algebra_.graph.expression(argument));
+        }
     }
 
     CompiledEquations result() {
-        collect();
+        for (std::vector<Term>* terms : {&c_.terms, &c_.substitutes, &c_.evaluated})
+            for (Term& term : *terms) c_.summarise(term);
+        for (const Term& term : c_.terms) c_.summaries.push_back(term.summary);
+        c_.split(c_.reference());
         return std::move(c_);
     }
 
@@ -82,12 +90,13 @@ private:
         c_.array_of.assign(static_cast<std::size_t>(c_.components), -1);
         for (int k = 0; k < c_.components; ++k) {
             if (c_.model.fields[c_.field(k)].left == LeftSide::balance) continue;
+            c_.free.push_back(k);
+            if (c_.is_given(k)) continue;
             c_.array_of[static_cast<std::size_t>(k)] = static_cast<int>(c_.state.size());
             c_.state.push_back(k);
         }
         require(!c_.state.empty(), c_.model.fields.empty() ? SourceLocation{} : c_.model.fields[0].where,
                 "the model has no field with a rate; expected at least one");
-        c_.linear.resize(static_cast<std::size_t>(c_.components));
     }
 
     std::string name_of(const LinearForm& form) const {
@@ -102,8 +111,15 @@ private:
 
     /// The summands of an equation, without the mass where it is one of their factors.
     std::vector<Part> read_parts(std::size_t index, const std::optional<Formula>& mass = {}) {
+        std::vector<Part> parts;
+        if (!c_.model.fields[index].equation.text.empty()) parts = read_equation(index, mass);
+        for (const WrittenTerm& written : c_.model.fields[index].further) parts.push_back(read_written(index, written));
+        return parts;
+    }
+
+    std::vector<Part> read_equation(std::size_t index, const std::optional<Formula>& mass) {
         const FormulaText text(c_.model.fields[index].equation.text, c_.model.fields[index].equation.where);
-        const Formula whole = parse_formula(text, equation_notation());
+        const Formula whole = parse_formula(text, notation_with(c_.model.functions));
         const bool is_in_parentheses = whole.at != text.text().find_first_not_of(" \t\n");
         if (whole.kind != Formula::Kind::sum || is_in_parentheses)
             return {read_part(index, text, whole, 0, text.text().size(), mass)};
@@ -115,6 +131,17 @@ private:
         return parts;
     }
 
+    Part read_written(std::size_t index, const WrittenTerm& written) {
+        const Field& field = c_.model.fields[index];
+        Part part;
+        part.summary = {.field = index, .text = written.name, .where = written.texts.at(0).where};
+        part.value = lowering_.value_of(written);
+        const FormulaText text(written.texts[0].text, written.texts[0].where);
+        lowering_.check(text, {}, part.value, {0, field.spin}, field.odd ? Parity::odd : Parity::even);
+        part.value.components.resize(static_cast<std::size_t>(components(field)));  // of 0
+        return part;
+    }
+
     // ---- balances
 
     std::vector<Component> total_of(std::size_t index) {
@@ -124,6 +151,23 @@ private:
         return total;
     }
 
+    /// Whether a balance is solved at every point: it has products, or terms that are written apart and linear, and
+    /// distinguish directions.
+    bool is_of_points(std::size_t index, const std::vector<Component>& total) const {
+        if (has_products(algebra_, total)) return true;
+        if (c_.model.fields[index].further.empty()) return false;
+        std::vector<LinearForm> rows(static_cast<std::size_t>(c_.components));
+        const int first = c_.first_component[index];
+        for (std::size_t k = 0; k < total.size(); ++k) rows[static_cast<std::size_t>(first) + k] = total[k].linear;
+        if (c_.commutes_with_turns(rows)) return false;
+        for (std::size_t k = 0; k < total.size(); ++k)
+            for (const auto& [derivative, coefficient] : total[k].linear)
+                if (c_.field(derivative.component) == index &&
+                    derivative != Derivative{first + static_cast<int>(k), {}})
+                    return false;  // no solution at points
+        return true;
+    }
+
     /// Solves the balances with products at every point, in the order of their dependence: their fields then stand for
     /// expressions of the others.  Linear ones with constant coefficients are left to the solution mode by mode.
     void solve_balances() {
@@ -131,15 +175,15 @@ private:
         for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {
             const Field& field = c_.model.fields[i];
             if (field.left != LeftSide::balance) continue;
-            require(!field.equation.text.empty(), field.where, "{} is in balance and has no equation; expected one",
-                    field.symbol);
+            require(!field.equation.text.empty() || !field.further.empty(), field.where,
+                    "{} is in balance and has no equation; expected one", field.symbol);
             waiting.push_back(i);
         }
         for (bool goes_on = true; goes_on;) {
             goes_on = false;
             std::map<std::size_t, std::vector<Component>> with_products;
             for (const std::size_t i : waiting)
-                if (std::vector<Component> total = total_of(i); has_products(algebra_, total))
+                if (std::vector<Component> total = total_of(i); is_of_points(i, total))
                     with_products.emplace(i, std::move(total));
             for (const auto& [i, total] : with_products) {
                 const std::set<int> read = components_of(algebra_, total);
@@ -150,8 +194,10 @@ private:
                 const Field& field = c_.model.fields[i];
                 const Value value = solved_balance(algebra_, field, c_.first_component[i], total);
                 lowering_.substitute(i, value);
-                Term substitute{{.field = i, .text = field.equation.text, .where = field.equation.where},
-                                depends_on_position(value.components),
+                Term substitute{{.field = i,
+                                 .text = field.equation.text,
+                                 .where = field.equation.where,
+                                 .is_placed = depends_on_position(value.components)},
                                 {}};
                 for (const Component& component : value.components)
                     substitute.rows.push_back(row_of(component, field.equation.where));
@@ -161,44 +207,24 @@ private:
                 goes_on = true;
                 break;
             }
-            if (!goes_on && !with_products.empty()) reject_cycle(with_products.begin()->first);
+            if (!goes_on && !with_products.empty()) c_.reject_cycle(with_products.begin()->first);
         }
     }
-    [[noreturn]] void reject_cycle(std::size_t index) const {
-        const Field& field = c_.model.fields[index];
-        fail_input(
-            field.equation.where,
-            "the balance of {} has products, and depends on a balance that depends on {}; expected balances that "
-            "can be solved one after the other",
-            field.symbol, field.symbol);
-    }
-    /// Nothing that is evaluated reads a field that was substituted: a balance that was solved before did, if there is.
-    void check_substitutes() const {
-        const auto check = [&](const LinearForm& form) {
-            for (const auto& [derivative, coefficient] : form)
-                if (c_.is_substituted[c_.field(derivative.component)]) reject_cycle(c_.field(derivative.component));
-        };
-        for (const LinearForm& row : c_.linear) check(row);
-        for (const Output& output : c_.outputs)
-            for (const int slot : slots_of(output.value))
-                if (slot >= first_atom) check(algebra_.form_of(slot));
-    }
-
     void compile_field(std::size_t index) {
         const Field& field = c_.model.fields[index];
-        if (field.equation.text.empty()) {
+        if (field.equation.text.empty() && field.further.empty()) {
             if (!field.mass.text.empty()) static_cast<void>(lowering_.value_of(field.mass, {}, Parity::even));
             return;
         }
         std::optional<Formula> mass;
         const FormulaText mass_text(field.mass.text, field.mass.where);
-        if (!field.mass.text.empty()) mass = parse_formula(mass_text, equation_notation());
+        if (!field.mass.text.empty()) mass = parse_formula(mass_text, notation_with(c_.model.functions));
         std::vector<Part> parts = read_parts(index, mass);
         if (c_.is_substituted[index]) {
             for (const Part& part : parts) add_term(part.summary, {}, false);
             return;
         }
-        if (mass) divide_by_mass(field, mass_text, *mass, parts);
+        if (mass) divide_by_mass(index, mass_text, *mass, parts);
         else
             for (const Part& part : parts) add_term(part.summary, part.value.components, true);
         if (field.conserved) check_conserved(index, parts);
@@ -242,8 +268,9 @@ private:
     }
 
     /// Forces divided by the mass at every point: all forces have one linear form, so that it is transformed once.
-    void divide_by_mass(const Field& field, const FormulaText& mass_text, const Formula& mass,
+    void divide_by_mass(std::size_t index, const FormulaText& mass_text, const Formula& mass,
                         std::vector<Part>& parts) {
+        const Field& field = c_.model.fields[index];
         const Value value = lowering_.value_of(mass_text, mass);
         lowering_.check(mass_text, mass, value, {}, Parity::even);
         double number = 0.0;
@@ -252,12 +279,11 @@ private:
             mass_text.fail_with(mass.at, text("the mass is {}; expected a number above 0", number));
         require(is_constant || !field.conserved, field.mass.where,
                 "{} is conserved, and its mass is not constant; expected a number", field.symbol);
-        const int node = algebra_.at_points(value.components[0]);
-        masses_.push_back({mass_text.location(mass.at), algebra_.graph.expression(node)});
+        const int inverse = is_constant ? -1 : inverse_of(index, mass_text.location(mass.at), value.components[0]);
         const auto divided = [&](const Component& force) {
             if (is_constant) return algebra_.scaled(force, 1.0 / number);
             if (algebra_.is_zero(force)) return force;
-            return algebra_.of_node(algebra_.graph.make(Operation::divide, algebra_.at_points(force), node));
+            return algebra_.of_node(algebra_.graph.make(Operation::multiply, algebra_.at_points(force), inverse));
         };
         const auto width = static_cast<std::size_t>(components(field));
         std::vector<Component> straight(width), placed(width);
@@ -282,10 +308,26 @@ private:
         }
     }
 
+    /// The inverse of a mass, which the solver bounds, is the result of a call.
+    int inverse_of(std::size_t index, const SourceLocation& where, const Component& mass) {
+        const int node = algebra_.at_points(mass);
+        const auto inverse = std::make_shared<const GivenFunction>(GivenFunction{
+            .has_finite_degree = false,
+            .values =
+                [](std::size_t size, std::span<const PointArgument> masses, std::span<double* const> out) {
+                    for (std::size_t i = 0; i < size; ++i)
+                        out[0][i] = 1.0 / (masses[0].values ? masses[0].values[i] : masses[0].number);
+                },
+            .slopes =
+                [](std::span<const double> masses) { return std::vector<double>{-1.0 / (masses[0] * masses[0])}; }});
+        c_.masses.push_back({index, algebra_.calls().size(), where});
+        return algebra_.call(inverse, {node})[0];
+    }
+
     bool depends_on_position(const std::vector<Component>& rates) const {
         for (const Component& c : rates)
             for (const auto& [order, node] : c.rest) {
-                const std::set<int> slots = slots_of(algebra_.graph.expression(node));
+                const std::set<int> slots = algebra_.slots_read(node);
                 if (!slots.empty() && *slots.begin() < first_atom) return true;
             }
         return false;
@@ -293,13 +335,13 @@ private:
 
     // ---- terms
 
-    Row row_of(const Component& component, const SourceLocation& where) const {
+    Row row_of(const Component& component, const SourceLocation& where) {
         Row row{component.linear, {}};
         for (const auto& [order, node] : component.rest) {
             PointFunction function{order, algebra_.graph.expression(node), {}};
-            for (const int slot : slots_of(function.value)) {
+            for (const int slot : algebra_.slots_read(node)) {
                 if (slot < first_atom) continue;
-                Expression slope = derivative(function.value, slot, where);
+                Expression slope = slope_of(node, function.value, slot, where);
                 if (!drover::is_zero(slope)) function.slopes.push_back({slot, std::move(slope)});
             }
             row.functions.push_back(std::move(function));
@@ -307,17 +349,26 @@ private:
         return row;
     }
 
+    Expression slope_of(int node, const Expression& value, int slot, const SourceLocation& where) {
+        if (algebra_.calls().empty()) return derivative(value, slot, where);
+        algebra_.graph.where = where;
+        return algebra_.graph.expression(
+            algebra_.slope(node, [&](int other) { return algebra_.graph.number(other == slot ? 1.0 : 0.0); }));
+    }
+
     /// For the symbol and, `evaluated`, for the solver.
     void add_term(const TermSummary& summary, const std::vector<Component>& rates, bool evaluated) {
-        Term term{summary, depends_on_position(rates), {}};
+        Term term{summary, {}};
+        term.summary.is_placed = depends_on_position(rates);
         for (const Component& rate : rates) term.rows.push_back(row_of(rate, summary.where));
-        if (evaluated) evaluated_.push_back(term);
+        if (evaluated) c_.evaluated.push_back(term);
         c_.terms.push_back(std::move(term));
     }
     void add_evaluated(const TermSummary& summary, const std::vector<Component>& rates) {
-        Term term{summary, depends_on_position(rates), {}};
+        Term term{summary, {}};
+        term.summary.is_placed = depends_on_position(rates);
         for (const Component& rate : rates) term.rows.push_back(row_of(rate, summary.where));
-        evaluated_.push_back(std::move(term));
+        c_.evaluated.push_back(std::move(term));
     }
 
     // ---- conservation
@@ -346,128 +397,10 @@ private:
                 first == nullptr ? "" : first->summary.text, field.symbol);
     }
 
-    // ---- what the solver evaluates
-
-    /// Linear parts about the reference, and the functions without them; equal functions are one output.
-    void collect() {
-        c_.constants.assign(static_cast<std::size_t>(c_.components), 0.0);
-        const std::vector<double> slots = c_.slots_at(c_.reference());
-        for (const auto& [where, mass] : masses_) {
-            const double value = evaluate(mass, slots);
-            require(value > 0.0 && std::isfinite(value), where,
-                    "the mass is {} in the state of the references; expected a number above 0", value);
-        }
-        std::map<std::pair<int, Order>, int> remainders;  // (component, order) -> node
-        GraphBuilder graph(Folding::lenient);
-        for (const Term& term : evaluated_) {
-            graph.where = term.summary.where;
-            const int first = c_.first_component[term.summary.field];
-            std::vector<LinearForm> slopes(static_cast<std::size_t>(c_.components));
-            std::map<std::pair<int, Order>, int> whole, rest;
-            for (std::size_t k = 0; k < term.rows.size(); ++k) {
-                const int component = first + static_cast<int>(k);
-                add(term.rows[k].linear, term.summary.where, c_.linear[static_cast<std::size_t>(component)]);
-                for (const PointFunction& function : term.rows[k].functions) {
-                    const int node = graph.import(function.value.graph()).back();
-                    whole[{component, function.order}] = node;
-                    rest[{component, function.order}] =
-                        without_slopes(function, slots, graph, node, slopes[static_cast<std::size_t>(component)]);
-                }
-            }
-            // What names directions stays in the explicit part as a whole.
-            const bool is_explicit = term.is_placed || !c_.commutes_with_turns(slopes);
-            for (const auto& [target, node] : is_explicit ? whole : rest) {
-                const auto place = remainders.emplace(target, graph.number(0.0)).first;
-                place->second = graph.make(Operation::add, place->second, node);
-            }
-            for (std::size_t k = 0; k < slopes.size() && !is_explicit; ++k)
-                add(slopes[k], term.summary.where, c_.linear[k]);
-        }
-        collect_outputs(remainders, graph);
-        for (LinearForm& row : c_.linear) std::erase_if(row, [](const auto& entry) { return entry.second == 0.0; });
-        c_.is_isotropic = c_.commutes_with_turns(c_.linear);
-        check_substitutes();
-        check_balances();
-        find_degree();
-        for (const Term& term : c_.terms) c_.summaries.push_back(term.summary);
-    }
-
-    /// Functions that are equal, but for their sign, are one output; constants are sources.
-    void collect_outputs(const std::map<std::pair<int, Order>, int>& remainders, const GraphBuilder& graph) {
-        std::map<int, std::size_t> output_of;  // node -> output
-        for (const auto& [target, node] : remainders) {
-            const auto& [component, order] = target;
-            if (graph.is_number(node)) {
-                if (order == Order{}) c_.constants[static_cast<std::size_t>(component)] += graph[node].value;
-                continue;
-            }
-            const bool is_negative = graph[node].operation == Operation::negate;
-            const int bare = is_negative ? graph[node].left : node;
-            const auto [place, is_new] = output_of.emplace(bare, c_.outputs.size());
-            if (is_new) c_.outputs.push_back({graph.expression(bare), {}});
-            c_.outputs[place->second].uses.push_back({component, order, is_negative ? -1.0 : 1.0});
-        }
-        for (const Output& output : c_.outputs)
-            for (const Output::Use& use : output.uses)
-                require(!c_.in_balance(use.component), c_.model.fields[c_.field(use.component)].equation.where,
-                        "the balance of {} depends on position or time; expected a function of the fields",
-                        c_.model.fields[c_.field(use.component)].symbol);
-        for (Output& output : c_.outputs)
-            if (output.uses.size() == 1 && output.uses[0].factor < 0.0) {
-                output.value = Expression(0.0) - output.value;
-                output.uses[0].factor = 1.0;
-            }
-    }
-
-    /// The balances must determine their fields at every q.
-    void check_balances() const {
-        const std::vector<int> held = c_.held();
-        if (held.empty()) return;
-        const Field& first = c_.model.fields[c_.field(held[0])];
-        const SourceLocation& where = first.equation.text.empty() ? first.where : first.equation.where;
-        require(c_.is_isotropic, where,
-                "the linear terms distinguish directions, and {} is in balance; expected isotropic terms",
-                first.symbol);
-        for (const double q : {0.0, 0.31, 1.0, 2.7}) c_.check_balance_at(q);
-    }
-
-    static void add(const LinearForm& form, const SourceLocation& where, LinearForm& sum) {
-        for (const auto& [derivative, coefficient] : form) {
-            sum[derivative] += coefficient;
-            require(std::isfinite(sum[derivative]), where,
-                    "the coefficients of a field add up to {}; expected numbers below 1e308 in size", sum[derivative]);
-        }
-    }
-
-    /// Moves the slopes of a function about the reference to the linear form, where they are finite.
-    int without_slopes(const PointFunction& function, const std::vector<double>& slots, GraphBuilder& graph, int node,
-                       LinearForm& linear) {
-        for (const auto& [slot, slope] : function.slopes) {
-            const double value = evaluate(slope, slots);
-            if (value == 0.0 || !std::isfinite(value)) continue;  // without a slope it stays in the explicit part
-            for (const auto& [derivative, coefficient] : algebra_.form_of(slot))
-                linear[{derivative.component, derivative.order + function.order}] += value * coefficient;
-            const int part =
-                graph.make(Operation::multiply, graph.number(value), graph.slot(slot, name_of(algebra_.form_of(slot))));
-            node = graph.make(Operation::subtract, node, part);
-        }
-        return node;
-    }
-
-    void find_degree() {
-        for (const Output& output : c_.outputs) {
-            const PointDegree found = point_degree(output.value);
-            c_.has_finite_degree = c_.has_finite_degree && found.is_finite;
-            c_.degree = std::max(c_.degree, found.degree);
-        }
-    }
-
     Names names_;
     Algebra algebra_;
     Lowering lowering_;
     CompiledEquations c_;
-    std::vector<Term> evaluated_;
-    std::vector<std::pair<SourceLocation, Expression>> masses_;
 };
 }  // namespace
 

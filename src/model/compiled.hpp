@@ -7,9 +7,9 @@
 
 #include "algebra.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/model/model.hpp"
 #include "drover/model/symbol.hpp"
 #include "drover/numerics/system.hpp"
+#include "point_degree.hpp"
 
 namespace drover::model {
 
@@ -32,8 +32,19 @@ struct Row {
 
 struct Term {
     TermSummary summary;
-    bool is_placed = false;  ///< depends on position or time
-    std::vector<Row> rows;   ///< of the components of its field
+    std::vector<Row> rows;  ///< of the components of its field
+};
+
+/// A call with its arguments as expressions.
+struct Call : FunctionCall {
+    std::vector<Expression> values;  ///< of the arguments
+};
+
+/// What moves a field: its inverse is the result of a call.
+struct Mass {
+    std::size_t field = 0;
+    std::size_t call = 0;
+    SourceLocation where;
 };
 
 /// A function at points that the solver evaluates: without its linear part about the reference.
@@ -55,12 +66,18 @@ struct CompiledEquations {
     std::vector<int> array_of;         ///< array of a state of each component; -1: in balance
     std::vector<int> field_of;         ///< of each component
     std::vector<bool> is_substituted;  ///< of each field: in balance at every point, an expression of the others
+    std::vector<int> free;             ///< components that determine all others: of the state, and given ones
     std::vector<Term> terms;
     std::vector<Term> substitutes;  ///< the values of fields in balance at every point
+    std::vector<Term> evaluated;    ///< what the solver evaluates: forces that a mass divides are one term
     std::vector<TermSummary> summaries;
-    std::vector<LinearForm> atoms;  ///< by slot less first_atom
+    std::vector<LinearForm> atoms;  ///< by slot less first_atom; empty for results of calls
+    std::vector<Call> calls;
+    std::vector<Mass> masses;
 
-    std::vector<LinearForm> linear;  ///< rows: the linear parts about the reference
+    // What follows from the state about which the linear part is taken.
+    UniformState about;
+    std::vector<LinearForm> linear;  ///< rows: the linear parts about it
     bool is_isotropic = true;        ///< of these; otherwise the propagator has their average over directions
     std::vector<double> constants;   ///< rows: uniform sources
     std::vector<Output> outputs;
@@ -68,18 +85,40 @@ struct CompiledEquations {
     bool has_finite_degree = true;
 
     int slots() const { return first_atom + static_cast<int>(atoms.size()); }
+    /// Completes the summary of a term by what its rows are.
+    void summarise(Term& term) const;
+    [[noreturn]] void reject_cycle(std::size_t field) const;
+    /// Takes the linear part about this state, and its remainder.
+    void split(const UniformState& at);
+    /// The slots that hold no result of a call and of which an expression depends, also through calls.
+    std::set<int> slots_read(const Expression& expression) const;
+    /// The slope of an expression by such a slot.
+    Expression slope(const Expression& expression, int slot, const SourceLocation& where = {}) const;
+    /// A slope where the slots have these values.  Where its formula is 0/0, as that of |p| p at p = 0, it is the limit
+    /// from several sides; not finite where there is none, as of p/|p|.
+    double slope_at(const Expression& slope, const std::vector<double>& values) const;
+    /// Whether all slopes of a term are finite there.
+    bool has_slopes(const Term& term, const std::vector<double>& values) const;
+    PointDegree degree_of(const Expression& expression) const;
+    const Call* call_at(int slot) const {
+        for (const Call& call : calls)
+            if (slot >= call.first && slot < call.end()) return &call;
+        return nullptr;
+    }
+    bool is_given(int component) const { return model.fields[field(component)].left == LeftSide::given; }
     /// Throws an input Error unless the balances determine their fields at |q|; at 0 they may leave a mean free.
     void check_balance_at(double q) const;
     /// Whether a component follows the others by a linear balance, mode by mode.
     bool in_balance(int component) const {
-        return array_of[static_cast<std::size_t>(component)] < 0 && !is_substituted[field(component)];
+        return array_of[static_cast<std::size_t>(component)] < 0 && !is_substituted[field(component)] &&
+               !is_given(component);
     }
     bool has_balance() const;
     /// Components in balance.
     std::vector<int> held() const;
     /// Uniform sources of the rates, those through fields in balance included.
     std::vector<double> sources(std::vector<double>* held = nullptr) const;
-    /// The state about which the linear part is exact.
+    /// All fields at their reference.
     UniformState reference() const;
     /// A uniform state with the values of fields in balance that follow from the others.  Throws an input Error for a
     /// state of another size or with values that are not finite.
@@ -93,8 +132,8 @@ struct CompiledEquations {
     void visit_slopes(
         const Term& term, const std::vector<double>& slots,
         const std::function<void(int row, const Derivative& derivative, double coefficient)>& visit) const;
-    /// Values of the slots in a uniform state.
-    std::vector<double> slots_at(const UniformState& state) const;
+    /// Values of the slots in a uniform state; those of slopes of calls only if asked for.
+    std::vector<double> slots_at(const UniformState& state, bool with_slopes = true) const;
     /// A row of symbols: what a linear form is of the deviations at q.
     void add_form(const LinearForm& form, const Order& order, std::complex<double> factor,
                   const numerics::Wavevector& q, int row, Symbol& m) const;
@@ -126,9 +165,6 @@ inline std::complex<double> factor_of(const Order& order, const numerics::Waveve
     return result;
 }
 
-/// N on a grid, as a System needs it.
-std::function<void(double, const numerics::Spectra&, numerics::Spectra&)> nonlinear_part(
-    std::shared_ptr<const CompiledEquations> equations, const numerics::System& system, Threads& threads);
 TransformCount transforms_of(const CompiledEquations& equations);
 
 }  // namespace drover::model

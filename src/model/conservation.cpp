@@ -8,8 +8,9 @@ namespace drover::model {
 
 namespace {
 /// A divergence of fields vanishes where they are uniform; a given source does not.
-bool has_uniform_value(const Algebra& algebra, const Expression& source) {
-    const std::set<int> slots = slots_of(source);
+bool has_uniform_value(const Algebra& algebra, int node) {
+    const Expression source = algebra.graph.expression(node);
+    const std::set<int> slots = algebra.slots_read(node);
     const bool reads_position = slots.count(slot_x) + slots.count(slot_y) > 0,
                reads_fields = !slots.empty() && *slots.rbegin() >= first_atom;
     if (reads_position && reads_fields) return false;  // not known: "cos(x) phi + sin(x) d_x phi" is a divergence
@@ -28,13 +29,12 @@ bool has_uniform_value(const Algebra& algebra, const Expression& source) {
 
 bool is_divergence(Algebra& algebra, const Component& source) {
     const int node = algebra.at_points(source);
-    const Expression whole = algebra.graph.expression(node);
-    if (has_uniform_value(algebra, whole)) return false;
+    if (has_uniform_value(algebra, node)) return false;
     std::map<int, std::vector<int>> euler;  // of each component: summands
-    for (const int slot : slots_of(whole)) {
+    for (const int slot : algebra.slots_read(node)) {
         if (slot < first_atom) continue;
         const int slope =
-            chain_rule(algebra.graph, node, [&](int other) { return algebra.graph.number(other == slot ? 1.0 : 0.0); });
+            algebra.slope(node, [&](int other) { return algebra.graph.number(other == slot ? 1.0 : 0.0); });
         const LinearForm form = algebra.form_of(slot);
         for (const auto& [derivative, coefficient] : form) {
             const double sign = (derivative.order.x + derivative.order.y) % 2 == 0 ? 1.0 : -1.0;

@@ -24,6 +24,34 @@ TransformCount Equations::transforms() const { return transforms_of(*compiled_);
 
 UniformState Equations::reference() const { return compiled_->reference(); }
 
+bool Equations::has_nonlinear_part() const {
+    const std::vector<double>& constants = compiled_->constants;
+    return has_explicit_part() || compiled_->free.size() > compiled_->state.size() ||
+           std::any_of(constants.begin(), constants.end(), [](double constant) { return constant != 0.0; });
+}
+
+Equations Equations::about(const UniformState& state) const {
+    auto split = std::make_shared<CompiledEquations>(*compiled_);
+    split->split(state);
+    return Equations(std::move(split));
+}
+
+bool Equations::has_derivative(std::size_t n, const UniformState& at) const {
+    const CompiledEquations& c = *compiled_;
+    return c.has_slopes(c.terms[n], c.slots_at(c.balanced(at)));
+}
+
+bool Equations::is_isotropic(std::size_t n) const {
+    const CompiledEquations& c = *compiled_;
+    std::vector<LinearForm> rows(static_cast<std::size_t>(c.components));
+    if (c.terms[n].summary.is_placed || !has_derivative(n, c.reference())) return false;
+    c.visit_slopes(c.terms[n], c.slots_at(c.balanced(c.reference())),
+                   [&](int row, const Derivative& derivative, double coefficient) {
+                       rows[static_cast<std::size_t>(row)][derivative] += coefficient;
+                   });
+    return c.commutes_with_turns(rows);
+}
+
 UniformState CompiledEquations::reference() const {
     UniformState values;
     for (const Field& field : model.fields)
@@ -33,10 +61,20 @@ UniformState CompiledEquations::reference() const {
 }
 
 namespace {
+/// Whether a balance of one vector, the usual case, is far from singular.
+template <class Matrix>
+bool is_regular_pair(const Matrix& m) {
+    return m.rows() == 2 && m.cols() == 2 &&
+           std::abs(m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0)) > 1e-10 * m.cwiseAbs2().sum();
+}
+
 /// Of a mean that the balance leaves free, as of a pressure, the value 0: the shortest solution.
 template <class Matrix, class Right>
 Right solve_balance(const Matrix& of_held, const Right& right) {
-    return of_held.completeOrthogonalDecomposition().solve(right);
+    if (!is_regular_pair(of_held)) return of_held.completeOrthogonalDecomposition().solve(right);
+    Matrix adjugate(2, 2);
+    adjugate << of_held(1, 1), -of_held(0, 1), -of_held(1, 0), of_held(0, 0);
+    return (adjugate / (of_held(0, 0) * of_held(1, 1) - of_held(0, 1) * of_held(1, 0))).lazyProduct(right);
 }
 }  // namespace
 
@@ -67,15 +105,6 @@ UniformState CompiledEquations::balanced(const UniformState& at) const {
     return result;
 }
 
-std::vector<double> CompiledEquations::slots_at(const UniformState& at) const {
-    std::vector<double> values(static_cast<std::size_t>(slots()), 0.0);
-    for (std::size_t i = 0; i < atoms.size(); ++i)
-        for (const auto& [derivative, coefficient] : atoms[i])
-            if (derivative.order == Order{})
-                values[first_atom + i] += coefficient * at[static_cast<std::size_t>(derivative.component)];
-    return values;
-}
-
 void CompiledEquations::add_form(const LinearForm& form, const Order& order, std::complex<double> factor,
                                  const Wavevector& q, int row, Symbol& m) const {
     for (const auto& [derivative, coefficient] : form)
@@ -102,7 +131,7 @@ Eigen::VectorXd CompiledEquations::uniform_rates(const UniformState& given, Eige
     const UniformState at = balanced(given);
     Eigen::VectorXd rates = Eigen::VectorXd::Zero(components);
     if (sizes != nullptr) *sizes = rates;
-    const std::vector<double> slots = slots_at(at);
+    const std::vector<double> slots = slots_at(at, false);
     for (const Term& term : terms)
         for (std::size_t k = 0; k < term.rows.size(); ++k) {
             const int row = first_component[term.summary.field] + static_cast<int>(k);
@@ -120,7 +149,7 @@ Eigen::VectorXd CompiledEquations::uniform_rates(const UniformState& given, Eige
 
 UniformState CompiledEquations::completed(const UniformState& at) const {
     UniformState all = balanced(at);
-    const std::vector<double> slots = slots_at(all);
+    const std::vector<double> slots = slots_at(all, false);
     for (const Term& term : substitutes)
         for (std::size_t k = 0; k < term.rows.size(); ++k) {
             double value = 0.0;
@@ -137,7 +166,7 @@ UniformState CompiledEquations::completed(const UniformState& at) const {
 const TermSummary* Equations::placed_term() const {
     for (const std::vector<Term>* terms : {&compiled_->terms, &compiled_->substitutes})
         for (const Term& term : *terms)
-            if (term.is_placed) return &term.summary;
+            if (term.summary.is_placed) return &term.summary;
     return nullptr;
 }
 
@@ -145,7 +174,7 @@ void CompiledEquations::visit_slopes(
     const Term& term, const std::vector<double>& slots,
     const std::function<void(int row, const Derivative& derivative, double coefficient)>& visit) const {
     require(
-        !term.is_placed, term.summary.where,
+        !term.summary.is_placed, term.summary.where,
         "the term \"{}\" depends on position or time, so no uniform state satisfies it; expected a term of the fields "
         "alone",
         term.summary.text);
@@ -154,7 +183,7 @@ void CompiledEquations::visit_slopes(
         for (const auto& [derivative, coefficient] : term.rows[k].linear) visit(row, derivative, coefficient);
         for (const PointFunction& function : term.rows[k].functions)
             for (const PointFunction::Slope& slope : function.slopes) {
-                const double value = evaluate(slope.value, slots);
+                const double value = slope_at(slope.value, slots);
                 require(std::isfinite(value), term.summary.where,
                         "the term \"{}\" has no finite derivative in this uniform state; expected another state",
                         term.summary.text);
@@ -191,7 +220,7 @@ bool CompiledEquations::has_balance() const { return !held().empty(); }
 std::vector<double> CompiledEquations::sources(std::vector<double>* held) const {
     if (!has_balance()) return constants;
     const Eigen::Map<const Eigen::VectorXd> given(constants.data(), components);
-    Symbol m = form_symbol(linear, {0.0, 0.0});
+    const Symbol m = averaged(linear, 0.0);  // the explicit part has the rest
     const std::vector<int> members = this->held();
     const Eigen::VectorXcd shift =
         -solve_balance(m(members, members).eval(), given(members).cast<std::complex<double>>().eval());
@@ -209,13 +238,13 @@ std::vector<double> CompiledEquations::sources(std::vector<double>* held) const 
 Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
     if (!has_balance()) return m;
     const std::vector<int> held = this->held();
-    const Symbol of_held = m(held, held), of_others = m(held, state);
+    const Symbol of_held = m(held, held), of_others = m(held, free);
     const Symbol held_by = -solve_balance(of_held, of_others);
     Symbol result = Symbol::Zero(components, components);
-    result(state, state) = m(state, state) + m(state, held) * held_by;
+    result(state, free) = m(state, free) + m(state, held) * held_by;
     if (balance != nullptr) {
         *balance = Symbol::Zero(components, components);
-        (*balance)(held, state) = held_by;
+        (*balance)(held, free) = held_by;
     }
     return result;
 }
@@ -246,7 +275,7 @@ std::string Equations::latex(std::size_t index) const {
         return latex_of_name(word);
     };
     const auto typeset = [&](const Text& text) {
-        return latex_of(parse_formula(FormulaText(text.text, text.where), equation_notation()), name);
+        return latex_of(parse_formula(FormulaText(text.text, text.where), notation_with(model().functions)), name);
     };
     const std::string right = field.equation.text.empty() ? "0" : typeset(field.equation);
     if (field.left == LeftSide::balance) return "0 = " + right;
@@ -297,7 +326,8 @@ void CompiledEquations::check_balance_at(double q) const {
     const std::vector<int> held = this->held();
     if (held.empty()) return;
     const Symbol m = form_symbol(linear, {q, 0.0});
-    const Symbol of_held = m(held, held), of_others = m(held, state);
+    const Symbol of_held = m(held, held), of_others = m(held, free);
+    if (is_regular_pair(of_held)) return;
     const Eigen::FullPivLU<Symbol> found(of_held);
     bool is_determined = found.isInvertible();
     if (!is_determined && q == 0.0) {  // the equation of the mean must hold for any of its values
@@ -367,7 +397,7 @@ bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows)
     return true;
 }
 
-numerics::System Equations::system(const numerics::Grid& grid, Threads& threads, int kept_degree) const {
+numerics::System Equations::linear_system(const numerics::Grid& grid, int kept_degree) const {
     const std::shared_ptr<const CompiledEquations> c = compiled_;
     numerics::System system{.grid = grid, .layout = layout_of(*c)};
     const numerics::BlockParts parts = numerics::block_parts(system.layout);
@@ -379,9 +409,9 @@ numerics::System Equations::system(const numerics::Grid& grid, Threads& threads,
             return blocks_of(*c, equations.noise(q), parts, q == 0.0);
         };
     system.degree = kept_degree > 0 ? kept_degree : c->degree;
-    for (const double q : numerics::distinct_wavenumbers(grid, system.degree).q)
-        if (q > 0.0) c->check_balance_at(q);
-    system.nonlinear = nonlinear_part(c, system, threads);
+    if (c->has_balance())
+        for (const double q : numerics::distinct_wavenumbers(grid, system.degree).q)
+            if (q > 0.0) c->check_balance_at(q);
     return system;
 }
 

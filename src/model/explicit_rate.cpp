@@ -21,10 +21,10 @@ struct Slope {
 std::vector<Slope> slopes_of(const CompiledEquations& c, bool& reads_position) {
     std::vector<Slope> slopes;
     for (std::size_t k = 0; k < c.outputs.size(); ++k)
-        for (const int slot : slots_of(c.outputs[k].value)) {
+        for (const int slot : c.slots_read(c.outputs[k].value)) {
             if (slot == slot_x || slot == slot_y) reads_position = true;
             if (slot < first_atom) continue;
-            Expression slope = derivative(c.outputs[k].value, slot);
+            Expression slope = c.slope(c.outputs[k].value, slot);
             if (!is_zero(slope)) slopes.push_back({k, slot, std::move(slope)});
         }
     return slopes;
@@ -81,7 +81,7 @@ double Equations::explicit_rate(const numerics::Grid& grid, double t) const {
     std::vector<std::vector<double>> values;  // of the slopes, at each position; those that are not finite are no rates
     constexpr int positions = 8;
     for (int k = 0; k < (reads_position ? positions * positions : 1); ++k) {
-        std::vector<double> slots = c.slots_at(c.reference());
+        std::vector<double> slots = c.slots_at(c.about);
         slots[slot_x] = grid.lx / positions * (k % positions);
         slots[slot_y] = grid.ly / positions * (k / positions);
         slots[slot_t] = t;

@@ -37,22 +37,30 @@ double direction_of(const Model& model, const UniformState& state) {
     return 0.0;
 }
 
-LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about) : equations_(equations) {
-    const CompiledEquations& c = *equations.compiled_;
-    about_ = c.completed(about);
-    const std::vector<double> slots = c.slots_at(about_);
-    Powers rates, substitutes;
-    const auto add_to = [&](Powers& powers) {
-        return [&powers, &c](int row, const Derivative& derivative, double coefficient) {
+namespace {
+std::vector<LinearisedAt::Power> powers_of_terms(const CompiledEquations& c, const std::vector<Term>& terms,
+                                                 const UniformState& about) {
+    const std::vector<double> slots = c.slots_at(about);
+    Powers powers;
+    for (const Term& term : terms)
+        c.visit_slopes(term, slots, [&](int row, const Derivative& derivative, double coefficient) {
             Eigen::MatrixXd& factors =
                 powers.emplace(derivative.order, Eigen::MatrixXd::Zero(c.components, c.components)).first->second;
             factors(row, derivative.component) += coefficient;
-        };
-    };
-    for (const Term& term : c.terms) c.visit_slopes(term, slots, add_to(rates));
-    for (const Term& term : c.substitutes) c.visit_slopes(term, slots, add_to(substitutes));
-    powers_ = listed(rates);
-    substitutes_ = listed(substitutes);
+        });
+    return listed(powers);
+}
+}  // namespace
+
+std::vector<LinearisedAt::Power> LinearisedAt::powers_of(const Equations& equations, const UniformState& about) {
+    return powers_of_terms(*equations.compiled_, equations.compiled_->terms, about);
+}
+
+LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about) : equations_(equations) {
+    const CompiledEquations& c = *equations.compiled_;
+    about_ = c.completed(about);
+    powers_ = powers_of_terms(c, c.terms, about_);
+    substitutes_ = powers_of_terms(c, c.substitutes, about_);
     for (int k = 0; k < c.components; ++k)
         if (c.in_balance(k)) held_.push_back(k);
     direction_ = direction_of(c.model, about_);

@@ -27,12 +27,30 @@ const Notation& equation_notation() {
     return notation;
 }
 
+Notation notation_with(const std::map<std::string, GivenFunction>& functions) {
+    Notation notation = equation_notation();
+    notation.arguments_of = [&functions](const std::string& name) {
+        const auto found = functions.find(name);
+        return found == functions.end() ? equation_notation().arguments_of(name) : found->second.arguments;
+    };
+    return notation;
+}
+
 Lowering::Lowering(const Model& model, const Names& names, Algebra& algebra)
     : model_(model), names_(names), algebra_(algebra) {}
 
+Formula Lowering::parsed(const FormulaText& text) const {
+    if (scope_ == nullptr) return parse_formula(text, notation_with(model_.functions));
+    Notation notation = notation_with(scope_->functions);
+    notation.is_operator = [](const std::string& name) {  // components of grad div
+        return equation_notation().is_operator(name) || name == "grad_div_x" || name == "grad_div_y";
+    };
+    return parse_formula(text, notation);
+}
+
 Value Lowering::value_of(const Text& text, const Rank& rank, Parity parity) {
     const FormulaText source(text.text, text.where);
-    const Formula formula = parse_formula(source, equation_notation());
+    const Formula formula = parsed(source);
     Value value = value_of(source, formula);
     check(source, formula, value, rank, parity);
     return value;
@@ -93,7 +111,51 @@ Value Lowering::value_of_kind(const FormulaText& text, const Formula& f) {
     return {};
 }
 
+Value Lowering::value_of(const WrittenTerm& term) {
+    scope_ = term.scope.get();
+    Value value;
+    if (term.texts.size() == 1) {
+        const FormulaText source(term.texts[0].text, term.texts[0].where);
+        const Formula formula = parsed(source);
+        value = value_of(source, formula);
+        if (term.is_flux) check(source, formula, value, vector, Parity::none);
+    } else {
+        value = {vector, Parity::none, {}};
+        for (const Text& text : term.texts)
+            value.components.push_back(value_of(text, scalar, Parity::none).components[0]);
+    }
+    scope_ = nullptr;
+    if (!term.is_flux) return value;
+    Component sum;
+    for (const std::size_t k : {0u, 1u})
+        sum = algebra_.sum(sum, algebra_.derivative(value.components[k], {k == 0, k == 1}), -1.0);
+    return {.parity = value.parity, .components = {sum}};
+}
+
+/// Names of the scope stand for formulas of the model.
+Value Lowering::named_in_scope(const FormulaText& text, const Formula& f) {
+    const Scope* const scope = scope_;
+    if (const auto found = scope->parameters.find(f.name); found != scope->parameters.end())
+        return {.components = {algebra_.constant(found->second)}};
+    const auto found = scope->names.find(f.name);
+    const bool is_position = f.name == "x" || f.name == "y" || f.name == "t";
+    if (found == scope->names.end() && !is_position && f.name != "pi" && f.name != "e_x" && f.name != "e_y") {
+        std::vector<std::string> known{"x", "y", "t"};
+        for (const auto& [name, number] : scope->parameters) known.push_back(name);
+        for (const auto& [name, formula] : scope->names) known.push_back(name);
+        text.fail(f.at, expected_name(f.name, known));
+    }
+    scope_ = nullptr;
+    const std::string formula = found == scope->names.end() ? f.name : found->second;
+    const SourceLocation nowhere;
+    const FormulaText source(formula, nowhere);
+    const Value value = value_of(source, parsed(source));
+    scope_ = scope;
+    return value;
+}
+
 Value Lowering::named(const FormulaText& text, const Formula& f) {
+    if (scope_ != nullptr) return named_in_scope(text, f);
     const Names::Meaning* meaning = names_.find(f.name);
     if (meaning == nullptr) {
         if (f.name == "pi") return {.components = {algebra_.constant(std::numbers::pi)}};
@@ -136,7 +198,7 @@ Value Lowering::value_of_definition(std::size_t index) {
     open_definitions_.push_back(index);
     const Text& written = model_.definitions[index].value;
     const FormulaText source(written.text, written.where);
-    const Value value = value_of(source, parse_formula(source, equation_notation()));
+    const Value value = value_of(source, parsed(source));
     open_definitions_.pop_back();
     definitions_.emplace(index, value);
     return value;
@@ -233,7 +295,42 @@ Component Lowering::scalar_function(const FormulaText& text, const Formula& f, O
     return algebra_.of_node(algebra_.graph.make(operation, nodes[0], nodes.size() > 1 ? nodes[1] : -1));
 }
 
+const GivenFunction* Lowering::given_function(const std::string& name) const {
+    const std::map<std::string, GivenFunction>& functions = scope_ == nullptr ? model_.functions : scope_->functions;
+    const auto found = functions.find(name);
+    return found == functions.end() ? nullptr : &found->second;
+}
+
+/// A function of numbers is a number.
+Value Lowering::given_call(const FormulaText& text, const Formula& f, const GivenFunction& function) {
+    std::vector<int> nodes;
+    Parity parity = function.results == 1 ? Parity::even : Parity::none;
+    for (const Formula& argument : f.arguments) {
+        const Value value = value_of(text, argument);
+        need_scalar(text, argument, value, "the argument");
+        if (value.parity != Parity::even) parity = Parity::none;
+        nodes.push_back(algebra_.at_points(value.components[0]));
+    }
+    algebra_.graph.where = text.location(f.at);
+    Value result{function.results == 1 ? scalar : vector, parity, {}};
+    if (std::all_of(nodes.begin(), nodes.end(), [&](int node) { return algebra_.graph.is_number(node); })) {
+        std::vector<PointArgument> numbers;
+        for (const int node : nodes) numbers.push_back({.number = algebra_.graph[node].value});
+        std::array<double, 2> values{};
+        const std::array<double*, 2> out{&values[0], &values[1]};
+        function.values(1, numbers, std::span(out).first(static_cast<std::size_t>(function.results)));
+        for (int k = 0; k < function.results; ++k)
+            result.components.push_back(algebra_.constant(values[static_cast<std::size_t>(k)]));
+        return result;
+    }
+    std::shared_ptr<const GivenFunction>& shared = functions_[&function];
+    if (shared == nullptr) shared = std::make_shared<const GivenFunction>(function);
+    for (const int node : algebra_.call(shared, nodes)) result.components.push_back(algebra_.of_node(node));
+    return result;
+}
+
 Value Lowering::call(const FormulaText& text, const Formula& f) {
+    if (const GivenFunction* function = given_function(f.name)) return given_call(text, f, *function);
     if (f.name == "outer") return outer(text, f);
     std::vector<Value> arguments;
     Parity parity = Parity::even;
@@ -337,6 +434,10 @@ const Names::Meaning* Names::find(const std::string& name) const {
 std::string Names::expected(const std::string& name) const {
     std::vector<std::string> known;
     for (const auto& [other, meaning] : meanings_) known.push_back(other);
+    return expected_name(name, known);
+}
+
+std::string expected_name(const std::string& name, const std::vector<std::string>& known) {
     const std::string near = name.size() < 3 ? "" : nearest_name(name, known);  // any letter is near another
     return text("{}one of {}, pi, e_x, e_y, or a function", near.empty() ? "" : text("{} (did you mean that?), ", near),
                 joined(known));

@@ -14,6 +14,11 @@ namespace drover::model {
 /// The notation of equations: the functions of expressions, outer, and the prefix operators grad, div, lap, curl, perp,
 /// sym, d_x and d_y.
 const Notation& equation_notation();
+/// The same with functions that are no formulas.
+Notation notation_with(const std::map<std::string, GivenFunction>& functions);
+
+/// What is expected in the place of an unknown name, for errors: a name like it, and the list of those known.
+std::string expected_name(const std::string& name, const std::vector<std::string>& known);
 
 /// The meanings of all names of a model.
 class Names {
@@ -58,6 +63,9 @@ public:
     void check(const FormulaText& text, const Formula& formula, const Value& found, const Rank& rank,
                Parity parity) const;
 
+    /// The value of a term that is written apart.
+    Value value_of(const WrittenTerm& term);
+
     /// From now on a field stands for this value.
     void substitute(std::size_t field, const Value& value) {
         substitutes_.insert_or_assign(field, value);
@@ -76,6 +84,11 @@ private:
     Value double_dot(const FormulaText& text, const Formula& f);
     Value norm(const FormulaText& text, const Formula& f);
     Value call(const FormulaText& text, const Formula& f);
+    Value given_call(const FormulaText& text, const Formula& f, const GivenFunction& function);
+    /// The function of a name that is no formula; nullptr if there is none.
+    const GivenFunction* given_function(const std::string& name) const;
+    Value named_in_scope(const FormulaText& text, const Formula& f);
+    Formula parsed(const FormulaText& text) const;
     Value outer(const FormulaText& text, const Formula& f);
     Value operation(const FormulaText& text, const Formula& f);
     Value applied(const FormulaText& text, const Formula& f, Value a);
@@ -93,6 +106,8 @@ private:
     Algebra& algebra_;
     std::map<std::size_t, Value> definitions_, substitutes_;
     std::vector<std::size_t> open_definitions_;
+    const Scope* scope_ = nullptr;  // of the term that is read
+    std::map<const GivenFunction*, std::shared_ptr<const GivenFunction>> functions_;
     int depth_ = 0;
 };
 

@@ -8,7 +8,8 @@
 
 namespace drover::model {
 
-PointDegree point_degree(const Expression& expression) {
+PointDegree point_degree(const Expression& expression,
+                         const std::function<std::optional<PointDegree>(int)>& of_result) {
     constexpr int max_degree = 1000;
     const std::vector<Node>& nodes = expression.graph().nodes;
     std::vector<PointDegree> degrees;
@@ -25,6 +26,7 @@ PointDegree point_degree(const Expression& expression) {
             case Operation::slot:
                 found.degree = node.left == slot_t ? 0 : 1;
                 found.is_finite = node.left >= first_atom || node.left == slot_t;
+                if (const auto result = of_result(node.left)) found = *result;
                 break;
             case Operation::add:
             case Operation::subtract: found.degree = std::max(a.degree, b.degree); break;

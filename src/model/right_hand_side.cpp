@@ -1,27 +1,25 @@
 // model/right_hand_side.cpp: fields to the grid, the functions at its points, and back.
 #include <algorithm>
 #include <array>
+#include <complex>
+#include <mutex>
 #include <set>
 
 #include "compiled.hpp"
-#include "drover/numerics/transform.hpp"
+#include "drover/model/explicit_part.hpp"
 #include "frame_operator.hpp"
 #include "mode_rows.hpp"
+#include "point_functions.hpp"
 #include "transform_plan.hpp"
 
 namespace drover::model {
 
-namespace {
 using numerics::Complex;
 using numerics::Spectra;
 
-class NonlinearPart {
-public:
-    NonlinearPart(std::shared_ptr<const CompiledEquations> equations, const numerics::System& system,
-                  Threads& the_threads);
-    void operator()(double t, const Spectra& state, Spectra& rate);
+struct ExplicitPart::Work {
+    Work(std::shared_ptr<const CompiledEquations> equations, const numerics::System& system, Threads& the_threads);
 
-private:
     /// An array of modes that is a sum of derivatives of others.
     struct Derived {
         DerivativeSum sum;
@@ -33,78 +31,102 @@ private:
         int array = -1, component = -1;
         bool is_written = false;
     };
+    /// The extremes of an input.
+    struct Watched {
+        int component = -1;
+        std::size_t input = 0;
+        Range range = {};
+    };
 
+    void hold(int component);
     void plan_inputs();
     void plan_outputs();
     void plan_balance();
+    void plan_given();
     void plan_anisotropic();
     bool is_held(int component) const { return held_[static_cast<std::size_t>(component)] >= 0; }
+    void evaluate(double t, const Spectra& state, Spectra& rate);
     void point_at(const Spectra& state, Spectra& rate);
-    void derive_inputs(const ModeRow& row);
-    void at_points(double t, const numerics::Strip& strip) const;
+    void derive_inputs(double t, const ModeRow& row);
+    void at_points(double t, const numerics::Strip& strip);
+    void note(const numerics::Strip& strip);
     void assemble(Spectra& rate) const;
 
     std::shared_ptr<const CompiledEquations> c_;
     TransformPlan plan_;
-    StripProgram program_;
+    PointFunctions functions_;
     numerics::Grid grid_;
+    int degree_;
     Threads& threads_;
     numerics::Transform transform_;
     numerics::DistinctWavenumbers wavenumbers_;
     ModeRows rows_;
-    bool reads_position_ = false;
     int arrays_ = 0;               // of the scratch
-    std::vector<int> held_;        // array of each component in balance that is an input; -1: none
+    std::vector<int> held_;        // array of each component in balance that is an input, or given; -1: none
     std::vector<Derived> inputs_;  // array -1: a component itself
     std::vector<int> outputs_;     // array of each output; -1: straight to a rate
     std::vector<Assembled> assembled_;
     std::vector<double> sources_, held_means_;
-    FrameOperator balance_;     // components in balance, of the state
+    FrameOperator balance_;     // components in balance, of the others
+    FrameOperator driven_;      // less the rates by given components, which the propagator does not have
     FrameOperator propagated_;  // of anisotropic equations: what the propagator has of the linear part
+    std::vector<Watched> watched_;
+    std::mutex mutex_;  // of their ranges
     Spectra scratch_;
     // At one call: arrays of the components and of what the sums of rates read, of the transforms, of the rates.
     std::vector<const Complex*> components_, summands_, from_;
     std::vector<Complex*> written_components_, to_, rates_;
 };
 
-NonlinearPart::NonlinearPart(std::shared_ptr<const CompiledEquations> equations, const numerics::System& system,
-                             Threads& the_threads)
+ExplicitPart::Work::Work(std::shared_ptr<const CompiledEquations> equations, const numerics::System& system,
+                         Threads& the_threads)
     : c_(std::move(equations)),
       plan_(transform_plan(*c_)),
-      program_(plan_.values),
+      functions_(*c_, plan_, system.grid),
       grid_(system.grid),
+      degree_(system.degree),
       threads_(the_threads),
       transform_(grid_, system.degree, threads_),
       wavenumbers_(numerics::distinct_wavenumbers(grid_, system.degree)),
       rows_(grid_, wavenumbers_),
       held_(static_cast<std::size_t>(c_->components), -1) {
-    std::set<int> slots;
-    for (const Expression& value : plan_.values) slots.merge(slots_of(value));
-    reads_position_ = slots.count(slot_x) + slots.count(slot_y) > 0;
     sources_ = c_->sources(&held_means_);
+    held_means_.resize(held_.size(), 0.0);
+    for (int k = 0; k < c_->components; ++k)
+        if (c_->is_given(k)) held_[static_cast<std::size_t>(k)] = arrays_++;
     plan_inputs();
     plan_outputs();
-    if (std::any_of(held_.begin(), held_.end(), [](int array) { return array >= 0; })) plan_balance();
+    plan_balance();
+    plan_given();
     if (!c_->is_isotropic) plan_anisotropic();
     scratch_ = Spectra(grid_, arrays_);
 }
 
-void NonlinearPart::plan_inputs() {
+/// A component that is read, of a field in balance with those that turn with it.
+void ExplicitPart::Work::hold(int component) {
+    if (!c_->in_balance(component) || is_held(component)) return;
+    const std::size_t field = c_->field(component);
+    for (int k = 0; k < components(c_->model.fields[field]); ++k)
+        held_[static_cast<std::size_t>(c_->first_component[field] + k)] = arrays_++;
+}
+
+void ExplicitPart::Work::plan_inputs() {
+    if (!c_->is_isotropic)
+        for (const int k : c_->state)
+            for (const auto& [derivative, coefficient] : c_->linear[static_cast<std::size_t>(k)])
+                hold(derivative.component);
     for (const LinearForm& input : plan_.inputs) {
         Derived derived;
         for (const auto& [derivative, coefficient] : input) {
             derived.sum.add(static_cast<std::size_t>(derivative.component), derivative.order, coefficient);
-            if (!c_->in_balance(derivative.component) || is_held(derivative.component)) continue;
-            const std::size_t field = c_->field(derivative.component);  // both components turn together
-            for (int k = 0; k < components(c_->model.fields[field]); ++k)
-                held_[static_cast<std::size_t>(c_->first_component[field] + k)] = arrays_++;
+            hold(derivative.component);
         }
         if (!is_plain(input)) derived.array = arrays_++;
         inputs_.push_back(std::move(derived));
     }
 }
 
-void NonlinearPart::plan_outputs() {
+void ExplicitPart::Work::plan_outputs() {
     for (const Output& output : c_->outputs)
         outputs_.push_back(output.uses.size() == 1 && output.uses[0].order == Order{} ? -1 : arrays_++);
     for (std::size_t array = 0; array < c_->state.size(); ++array) {
@@ -119,39 +141,57 @@ void NonlinearPart::plan_outputs() {
     }
 }
 
-void NonlinearPart::plan_balance() {
+void ExplicitPart::Work::plan_balance() {
+    std::vector<bool> results;
+    for (int k = 0; k < c_->components; ++k) results.push_back(is_held(k) && c_->in_balance(k));
+    if (std::find(results.begin(), results.end(), true) == results.end()) return;
     std::vector<Symbol> matrices;
     for (const double q : wavenumbers_.q) {
         Symbol& balance = matrices.emplace_back();
         static_cast<void>(c_->eliminated(c_->averaged(c_->linear, q), &balance));
         for (int k = 0; k < c_->components; ++k)
-            if (!is_held(k)) balance.row(k).setZero();
+            if (!results[static_cast<std::size_t>(k)]) balance.row(k).setZero();
     }
-    std::vector<bool> results;
-    for (int k = 0; k < c_->components; ++k) results.push_back(is_held(k));
     balance_ = FrameOperator(*c_, matrices, wavenumbers_, results);
 }
 
+void ExplicitPart::Work::plan_given() {
+    if (c_->free.size() == c_->state.size()) return;
+    std::vector<Symbol> matrices;
+    for (const double q : wavenumbers_.q) {
+        Symbol& less = matrices.emplace_back(-c_->eliminated(c_->averaged(c_->linear, q)));
+        for (int k = 0; k < c_->components; ++k)
+            if (c_->is_given(k)) less.row(k).setZero();
+            else less.col(k).setZero();
+    }
+    driven_ = FrameOperator(*c_, matrices, wavenumbers_, std::vector<bool>(held_.size(), false));
+}
+
 /// The linear part joins the rates, without what the propagator has of it.
-void NonlinearPart::plan_anisotropic() {
+void ExplicitPart::Work::plan_anisotropic() {
     for (Assembled& rate : assembled_)
         for (const auto& [derivative, coefficient] : c_->linear[static_cast<std::size_t>(rate.component)])
             rate.sum.add(outputs_.size() + static_cast<std::size_t>(derivative.component), derivative.order,
                          coefficient);
     std::vector<Symbol> matrices;
-    for (const double q : wavenumbers_.q) matrices.push_back(c_->averaged(c_->linear, q));
+    for (const double q : wavenumbers_.q) {
+        Symbol& of_state = matrices.emplace_back(c_->averaged(c_->linear, q));
+        for (int k = 0; k < c_->components; ++k)
+            if (c_->array_of[static_cast<std::size_t>(k)] < 0) of_state.row(k).setZero();
+    }
     propagated_ = FrameOperator(*c_, matrices, wavenumbers_, std::vector<bool>(held_.size(), false));
 }
 
-void NonlinearPart::operator()(double t, const Spectra& state, Spectra& rate) {
+void ExplicitPart::Work::evaluate(double t, const Spectra& state, Spectra& rate) {
+    for (Watched& one : watched_) one.range = {};
     point_at(state, rate);
-    rows_.for_each(threads_, [&](const ModeRow& row) { derive_inputs(row); });
+    rows_.for_each(threads_, [&](const ModeRow& row) { derive_inputs(t, row); });
     if (!c_->outputs.empty())
         transform_.products(from_, to_, [&](const numerics::Strip& strip) { at_points(t, strip); });
     assemble(rate);
 }
 
-void NonlinearPart::point_at(const Spectra& state, Spectra& rate) {
+void ExplicitPart::Work::point_at(const Spectra& state, Spectra& rate) {
     components_.assign(held_.size(), nullptr);
     written_components_.assign(held_.size(), nullptr);
     rates_.assign(held_.size(), nullptr);
@@ -162,7 +202,10 @@ void NonlinearPart::point_at(const Spectra& state, Spectra& rate) {
         if (const int array = c_->array_of[k]; array >= 0) {
             components_[k] = state[array].data();
             rates_[k] = rate[array].data();
-        } else if (held_[k] >= 0) components_[k] = written_components_[k] = scratch_[held_[k]].data();
+        } else if (held_[k] >= 0) {
+            components_[k] = scratch_[held_[k]].data();
+            if (c_->in_balance(static_cast<int>(k))) written_components_[k] = scratch_[held_[k]].data();
+        }
     }
     for (std::size_t i = 0; i < inputs_.size(); ++i)
         from_.push_back(inputs_[i].array >= 0
@@ -175,46 +218,67 @@ void NonlinearPart::point_at(const Spectra& state, Spectra& rate) {
     summands_.insert(summands_.end(), components_.begin(), components_.end());
 }
 
-void NonlinearPart::derive_inputs(const ModeRow& row) {
+namespace {
+/// The modes of a source at a time.
+void write_source(const PointSource& source, int part, const numerics::Grid& grid, double t, const ModeRow& row,
+                  Complex* to) {
+    const double x = source.at_x + source.velocity_x * t, y = source.at_y + source.velocity_y * t;
+    const double strength = (part == 0 ? source.x : source.y) / numerics::area(grid);
+    for (std::size_t i = 0; i < row.size; ++i) {
+        const double q = row.x[2 * i], square = q * q + row.y * row.y;
+        to[row.first + i] =
+            strength * std::exp(-0.5 * source.width * source.width * square) * std::polar(1.0, -(q * x + row.y * y));
+    }
+}
+}  // namespace
+
+void ExplicitPart::Work::derive_inputs(double t, const ModeRow& row) {
+    for (int k = 0; k < c_->components; ++k)
+        if (c_->is_given(k))
+            write_source(c_->model.fields[c_->field(k)].source, c_->part_of(k), grid_, t, row,
+                         scratch_[held_[static_cast<std::size_t>(k)]].data());
     balance_.apply(row, components_, written_components_, false);
     if (row.first == 0)
         for (std::size_t k = 0; k < held_.size(); ++k)
-            if (held_[k] >= 0) scratch_[held_[k]][0] += held_means_[k];
+            if (written_components_[k] != nullptr) scratch_[held_[k]][0] += held_means_[k];
     for (const Derived& input : inputs_)
         if (input.array >= 0) input.sum.write(row, components_, scratch_[input.array].data(), false);
 }
 
-/// All that the functions read at a few points is then in the first-level cache.
-void NonlinearPart::at_points(double t, const numerics::Strip& strip) const {
-    constexpr std::size_t most_placed = 256;
-    std::array<double, most_placed> x, y;
-    const std::size_t step = reads_position_ ? most_placed : strip.size;
-    std::vector<const double*> slots(first_atom + plan_.inputs.size(), nullptr);
-    std::vector<double> uniform(slots.size(), 0.0);
-    uniform[slot_t] = t;
-    std::vector<double*> out(strip.out.size());
-    for (std::size_t begin = 0; begin < strip.size; begin += step) {
-        const std::size_t size = std::min(step, strip.size - begin);
-        for (std::size_t i = 0; i < plan_.inputs.size(); ++i) slots[first_atom + i] = strip.in[i] + begin;
-        for (std::size_t k = 0; k < out.size(); ++k) out[k] = strip.out[k] + begin;
-        if (reads_position_) {
-            const auto width = static_cast<std::size_t>(grid_.nx);
-            for (std::size_t i = 0; i < size; ++i) {
-                x[i] = grid_.lx / grid_.nx * static_cast<double>((strip.first + begin + i) % width);
-                y[i] = grid_.ly / grid_.ny * static_cast<double>((strip.first + begin + i) / width);
+void ExplicitPart::Work::note(const numerics::Strip& strip) {
+    for (Watched& one : watched_) {
+        const double* values = strip.in[one.input];
+        constexpr std::size_t lanes = 8;  // for the vector instructions of the processor
+        std::array<double, lanes> low, high;
+        low.fill(Range{}.min);
+        high.fill(Range{}.max);
+        std::size_t i = 0;
+        for (; i + lanes <= strip.size; i += lanes)
+            for (std::size_t k = 0; k < lanes; ++k) {
+                low[k] = values[i + k] < low[k] ? values[i + k] : low[k];
+                high[k] = values[i + k] > high[k] ? values[i + k] : high[k];
             }
-            slots[slot_x] = x.data();
-            slots[slot_y] = y.data();
+        for (; i < strip.size; ++i) {
+            low[0] = std::min(low[0], values[i]);
+            high[0] = std::max(high[0], values[i]);
         }
-        program_.write(size, slots, uniform, out);
+        const std::lock_guard lock(mutex_);
+        one.range.min = std::min(one.range.min, *std::min_element(low.begin(), low.end()));
+        one.range.max = std::max(one.range.max, *std::max_element(high.begin(), high.end()));
     }
 }
 
-void NonlinearPart::assemble(Spectra& rate) const {
+void ExplicitPart::Work::at_points(double t, const numerics::Strip& strip) {
+    note(strip);
+    functions_.write(t, strip);
+}
+
+void ExplicitPart::Work::assemble(Spectra& rate) const {
     rows_.for_each(threads_, [&](const ModeRow& row) {
         for (const Assembled& one : assembled_)
             if (!one.is_written || !one.sum.is_empty())
                 one.sum.write(row, summands_, rate[one.array].data(), one.is_written);
+        driven_.apply(row, components_, rates_, true);
         if (!c_->is_isotropic) propagated_.apply(row, components_, rates_, true);
     });
     for (const Assembled& one : assembled_) {
@@ -223,15 +287,88 @@ void NonlinearPart::assemble(Spectra& rate) const {
         if (c_->model.fields[c_->field(one.component)].conserved) mean = 0.0;
     }
 }
+
+ExplicitPart::ExplicitPart(const Equations& equations, const numerics::System& linear, Threads& threads)
+    : work_(std::make_unique<Work>(equations.compiled_, linear, threads)) {}
+ExplicitPart::~ExplicitPart() = default;
+
+void ExplicitPart::operator()(double t, const Spectra& state, Spectra& rate) { work_->evaluate(t, state, rate); }
+
+void ExplicitPart::set_step(double dt) { work_->functions_.set_step(dt); }
+double ExplicitPart::mass_floor(std::size_t field) const { return work_->functions_.mass_floor(field); }
+
+void ExplicitPart::watch(int component) {
+    const std::vector<LinearForm>& inputs = work_->plan_.inputs;
+    for (std::size_t n = 0; n < inputs.size(); ++n)
+        if (is_plain(inputs[n]) && inputs[n].begin()->first.component == component)
+            work_->watched_.push_back({.component = component, .input = n});
+}
+
+Range ExplicitPart::range(int component) const {
+    for (const Work::Watched& one : work_->watched_)
+        if (one.component == component) return one.range;
+    return {};
+}
+
+namespace {
+/// Equations whose functions at points are the components in balance.
+std::shared_ptr<const CompiledEquations> with_balances_as_outputs(const CompiledEquations& equations) {
+    auto c = std::make_shared<CompiledEquations>(equations);
+    c->outputs.clear();
+    for (int k = 0; k < c->components; ++k) {
+        if (!c->in_balance(k) && !c->is_substituted[c->field(k)]) continue;
+        Output& output = c->outputs.emplace_back();
+        const LinearForm itself{{{k, Order{}}, 1.0}};
+        if (c->in_balance(k)) {
+            GraphBuilder graph(Folding::exact);
+            output.value = graph.expression(graph.slot(c->slots(), "value"));
+            c->atoms.push_back(itself);
+            continue;
+        }
+        for (const Term& term : c->substitutes)
+            if (term.summary.field == c->field(k))
+                for (const PointFunction& function : term.rows[static_cast<std::size_t>(c->part_of(k))].functions)
+                    output.value = output.value + function.value;
+    }
+    return c;
+}
 }  // namespace
 
-std::function<void(double, const Spectra&, Spectra&)> nonlinear_part(std::shared_ptr<const CompiledEquations> equations,
-                                                                     const numerics::System& system, Threads& threads) {
-    const bool has_sources = std::any_of(equations->constants.begin(), equations->constants.end(),
-                                         [](double constant) { return constant != 0.0; });
-    if (equations->outputs.empty() && equations->is_isotropic && !has_sources) return {};
-    auto part = std::make_shared<NonlinearPart>(std::move(equations), system, threads);
-    return [part](double t, const Spectra& state, Spectra& rate) { (*part)(t, state, rate); };
+numerics::Fields ExplicitPart::balanced(double t, const Spectra& state) const {
+    numerics::System system{.grid = work_->grid_};
+    system.degree = work_->degree_;
+    Work values(with_balances_as_outputs(*work_->c_), system, work_->threads_);
+    numerics::Fields result(work_->grid_, static_cast<int>(values.outputs_.size()));
+    Spectra rate(work_->grid_, state.count());
+    values.point_at(state, rate);
+    values.rows_.for_each(values.threads_, [&](const ModeRow& row) { values.derive_inputs(t, row); });
+    values.transform_.products(values.from_, values.to_, [&](const numerics::Strip& strip) {
+        values.at_points(t, strip);
+        for (std::size_t k = 0; k < strip.out.size(); ++k)
+            std::copy_n(strip.out[k], strip.size, result[static_cast<int>(k)].data() + strip.first);
+    });
+    return result;
+}
+
+double ExplicitPart::bytes(const Equations& equations, const numerics::Grid& grid, int degree) {
+    if (!equations.has_nonlinear_part()) return 0.0;
+    const TransformPlan plan = transform_plan(*equations.compiled_);
+    const double spectra = static_cast<double>(numerics::modes(grid)) * sizeof(Complex);
+    const auto inputs = static_cast<double>(plan.inputs.size()), outputs = static_cast<double>(plan.values.size());
+    const auto derived = static_cast<double>(
+        std::count_if(plan.inputs.begin(), plan.inputs.end(), [](const auto& form) { return !is_plain(form); }));
+    return spectra * (derived + outputs + 2.0 * (inputs + outputs) / (degree + 1));
+}
+
+numerics::System Equations::system(const numerics::Grid& grid, Threads& threads, int kept_degree) const {
+    numerics::System system = linear_system(grid, kept_degree);
+    if (!has_nonlinear_part()) return system;
+    const auto part = std::make_shared<ExplicitPart>(*this, system, threads);
+    system.nonlinear = [part](double t, const numerics::Spectra& state, numerics::Spectra& rate) {
+        (*part)(t, state, rate);
+    };
+    if (!compiled_->masses.empty()) system.set_step = [part](double dt) { part->set_step(dt); };
+    return system;
 }
 
 }  // namespace drover::model

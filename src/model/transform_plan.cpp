@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 
 namespace drover::model {
@@ -71,9 +72,25 @@ bool is_plain(const LinearForm& form) {
     return form.size() == 1 && form.begin()->first.order == Order{} && form.begin()->second == 1.0;
 }
 
+namespace {
+/// The slots of results that expressions read, also through other calls.
+std::set<int> results_read(const CompiledEquations& c) {
+    std::set<int> found;
+    std::function<void(const Expression&)> add = [&](const Expression& value) {
+        for (const int slot : slots_of(value)) {
+            const Call* call = c.call_at(slot);
+            if (call == nullptr || !found.insert(slot).second) continue;
+            for (const Expression& argument : call->values) add(argument);
+        }
+    };
+    for (const Output& output : c.outputs) add(output.value);
+    return found;
+}
+}  // namespace
+
 TransformPlan transform_plan(const CompiledEquations& c) {
     std::set<int> slots;
-    for (const Output& output : c.outputs) slots.merge(slots_of(output.value));
+    for (const Output& output : c.outputs) slots.merge(c.slots_read(output.value));
     std::vector<int> atoms;
     for (const int slot : slots)
         if (slot >= first_atom) atoms.push_back(slot);
@@ -95,7 +112,20 @@ TransformPlan transform_plan(const CompiledEquations& c) {
             sum = sum + Expression(coefficient) * slot_expression(first_atom + static_cast<int>(member));
         by.emplace(slot, sum);
     }
-    TransformPlan plan{basis.members, {}};
+    TransformPlan plan{basis.members, {}, {}, first_atom + static_cast<int>(basis.members.size())};
+    const std::set<int> results = results_read(c);
+    for (std::size_t n = 0; n < c.calls.size(); ++n) {
+        const Call& call = c.calls[n];
+        TransformPlan::Function function{.call = n, .arguments = {}, .results = {}, .first = plan.slots};
+        for (int slot = call.first; slot < call.end(); ++slot) {
+            if (results.count(slot) == 0) continue;
+            function.results.push_back(slot - call.first);
+            by.emplace(slot, slot_expression(plan.slots++));
+        }
+        if (function.results.empty()) continue;
+        for (const Expression& argument : call.values) function.arguments.push_back(substituted(argument, by));
+        plan.functions.push_back(std::move(function));
+    }
     for (const Output& output : c.outputs) plan.values.push_back(substituted(output.value, by));
     plan.values = factored(plan.values);
     return plan;

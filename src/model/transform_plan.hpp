@@ -7,7 +7,16 @@ namespace drover::model {
 /// The arrays that are transformed to the grid, and the functions of them.
 struct TransformPlan {
     std::vector<LinearForm> inputs;
-    std::vector<Expression> values;  ///< of the outputs; slots: position, time, inputs
+    /// A call whose results some function reads: of expressions, with results in the slots from `first`.
+    struct Function {
+        std::size_t call = 0;
+        std::vector<Expression> arguments;
+        std::vector<int> results;  ///< offsets from the first slot of the call: values and slopes that are read
+        int first = 0;
+    };
+    std::vector<Function> functions;  ///< each after those that it reads
+    std::vector<Expression> values;   ///< of the outputs; slots: position, time, inputs, results
+    int slots = 0;
 };
 TransformPlan transform_plan(const CompiledEquations& equations);
 

@@ -148,6 +148,9 @@ Value Lowering::symmetric(const Value& a) {
 }
 
 Value Lowering::operation(const FormulaText& text, const Formula& f) {
+    const Formula& argument = f.arguments[0];
+    if (scope_ != nullptr && (argument.kind != Formula::Kind::name || scope_->names.count(argument.name) == 0))
+        text.fail(argument.at, drover::text("the name of a field after {}", f.name));
     return applied(text, f, value_of(text, f.arguments[0]));
 }
 
@@ -162,8 +165,12 @@ Value Lowering::applied(const FormulaText& text, const Formula& f, Value a) {
             c = algebra_.sum(algebra_.derivative(c, {2, 0}), algebra_.derivative(c, {0, 2}));
         return a;
     }
-    if (name == "d_x" || name == "d_y") {
-        for (Component& c : a.components) c = algebra_.derivative(c, name == "d_x" ? along_x : along_y);
+    if (name == "grad_div_x" || name == "grad_div_y") {
+        if (a.rank != vector) reject("a vector");
+        a = divergence(a);
+    }
+    if (name.ends_with("_x") || name.ends_with("_y")) {
+        for (Component& c : a.components) c = algebra_.derivative(c, name.ends_with("_x") ? along_x : along_y);
         a.parity = Parity::none;
         return a;
     }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <iterator>
 
 #include "drover/numerics/linear_operator.hpp"
 #include "drover/numerics/shells.hpp"
@@ -49,16 +48,17 @@ struct EnergyMeter::Work {
         : e(equations),
           whole(linear_system(equations, grid, reference(equations.model.uniform), dealiasing)),
           transform(grid, whole.degree, threads) {
-        const auto is_force = [](const Term& term) { return term.of == Equation::bead_velocity; };
         const bool slaved = e.form.velocity == Velocity::slaved;
-        for (const Term& term : e.active) {
-            if (slaved && is_force(term)) continue;
-            Equations alone = e;
-            alone.active = {term};
-            // A slaved velocity requires the complete force balance.
-            if (slaved) std::copy_if(e.active.begin(), e.active.end(), std::back_inserter(alone.active), is_force);
-            names.push_back(term.name);
-            parts.emplace_back(alone, grid, whole, threads);
+        // A slaved velocity requires the complete force balance.
+        std::vector<std::string> forces;
+        for (std::size_t n = 0; n < e.terms().size(); ++n)
+            if (slaved && e.is_force(n)) forces.push_back(e.terms()[n].name);
+        for (std::size_t n = 0; n < e.terms().size(); ++n) {
+            if (slaved && e.is_force(n)) continue;
+            std::vector<std::string> chosen = forces;
+            chosen.push_back(e.terms()[n].name);
+            names.push_back(e.terms()[n].name);
+            parts.emplace_back(e.only(chosen), grid, whole, threads);
         }
     }
     /// Slopes of the kinetic energy in rho and v; of the order it is p itself.

@@ -1,63 +1,151 @@
-// physics/equations.cpp: choosing and checking the terms of a model; its linearisations.
+// physics/equations.cpp: the equations of a model by the model layer, and their linearisations.
 #include "drover/physics/equations.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <optional>
 
-#include "compiled_function.hpp"
-#include "compiled_text.hpp"
-#include "linear_part.hpp"
-#include "term_shapes.hpp"
+#include "drover/model/linearised_at.hpp"
+#include "program_functions.hpp"
+#include "rod_bead.hpp"
+#include "text_terms.hpp"
 
 namespace drover::physics {
 
 namespace {
 using numerics::Wavevector;
+constexpr int rho = FieldIndex::bead_density, sigma = FieldIndex::rod_density, v_x = FieldIndex::bead_velocity_x,
+              v_y = FieldIndex::bead_velocity_y, p_x = FieldIndex::polar_order_x;
 
-bool pointwise_velocity(const CompiledModel& model, const std::vector<Term>& active) {
-    if (model.form.velocity != Velocity::slaved) return false;
-    return model.drag.varies() || std::any_of(active.begin(), active.end(), [&](const Term& term) {
-               return term.of == Equation::bead_velocity && term.cost && term.cost(model, false).writes != 0;
-           });
+bool is_same(const UniformPoint& a, const UniformPoint& b) {
+    return a.bead_density == b.bead_density && a.rod_density == b.rod_density && a.velocity == b.velocity &&
+           a.order == b.order;
 }
 }  // namespace
 
-Equations::Equations(const Model& the_model) : CompiledModel(the_model) { choose_terms({}); }
-Equations::Equations(const Model& the_model, const std::vector<Term>& further) : CompiledModel(the_model) {
-    choose_terms(further);
-}
+/// What was asked for last: linear theory asks for many wavevectors about each state.
+struct Equations::Cache {
+    std::mutex mutex;
+    std::optional<UniformPoint> about;
+    std::shared_ptr<const std::vector<SymbolPower>> powers;
+    std::optional<model::Equations> solver;  // about the uniform state of the model
+};
+
+Equations::Equations(const Model& the_model) : CompiledModel(the_model) { compile(nullptr); }
 Equations::Equations(const Model& the_model, const Equations& like) : CompiledModel(the_model, like) {
-    choose_terms({});
+    compile(like.has_all_ ? nullptr : &like.only_);
 }
 
-void Equations::choose_terms(const std::vector<Term>& further) {
-    for (const Term& term : built_in_terms())
-        if (term.is_active(*this)) active.push_back(term);
-    for (const Term& term : further) {
-        if (term.is_active && !term.is_active(*this)) continue;
-        check_linear_part(*this, term);
-        active.push_back(term);
+Equations Equations::only(const std::vector<std::string>& names) const {
+    Equations result = *this;
+    result.compile(&names);
+    return result;
+}
+
+void Equations::compile(const std::vector<std::string>* only) {
+    has_all_ = only == nullptr;
+    if (only != nullptr) only_ = *only;
+    cache_ = std::make_shared<Cache>();
+    const WrittenModel written = write_model(*this, Written::forces, only);
+    forces_ = std::make_shared<const model::Equations>(written.model);
+    terms_.clear();
+    for (const WrittenModel::Name& term : written.terms) terms_.push_back({term.name, term.equation});
+    for (std::size_t n = 0; n < terms_.size(); ++n)
+        if (!forces_->terms()[n].is_placed && !forces_->has_derivative(n, forces_->reference()))
+            terms_[n].equation += ", explicit: it has no derivative where its fields are at rest";
+    components_.fill(-1);
+    int next = 0;
+    for (const model::Field& field : written.model.fields) {
+        const int first = field.symbol == "rho"     ? rho
+                          : field.symbol == "sigma" ? sigma
+                          : field.symbol == "v"     ? v_x
+                                                    : p_x;
+        for (int k = 0; k < model::components(field) && field.left != model::LeftSide::given; ++k)
+            components_[static_cast<std::size_t>(first + k)] = next + k;
+        next += model::components(field);
     }
     if (model.text_terms.empty()) return;
-    // A text that makes a slaved velocity pointwise changes how the others are compiled.
-    std::vector<Term> all = active;
-    for (bool pointwise = pointwise_velocity(*this, active);; pointwise = true) {
-        all = active;
-        for (Term& term : compiled_text_terms(*this, pointwise)) all.push_back(std::move(term));
-        if (pointwise_velocity(*this, all) == pointwise) break;
+    const bool pointwise = has_pointwise_velocity(*this);
+    for (std::size_t n = 0; n < terms_.size(); ++n)
+        for (std::size_t k = 0; k < model.text_terms.size(); ++k)
+            if (terms_[n].name == text("terms[{}]", k + 1))
+                check_admissible(*this, model.text_terms[k], forces_->terms()[n], forces_->is_isotropic(n),
+                                 component(v_x), pointwise);
+}
+
+model::Equations Equations::solver(const Reference& about) const {
+    std::optional<model::Equations> base;
+    {
+        const std::lock_guard lock(cache_->mutex);
+        if (!cache_->solver)
+            cache_->solver.emplace(write_model(*this, Written::solver, has_all_ ? nullptr : &only_).model);
+        base = cache_->solver;
     }
-    active = std::move(all);
+    model::UniformState state = base->reference();
+    const auto set = [&](int field, double value) {
+        const int at = component(field);
+        if (at < 0 || state[static_cast<std::size_t>(at)] == value) return false;
+        state[static_cast<std::size_t>(at)] = value;
+        return true;
+    };
+    const bool beads = set(rho, about.bead_density), rods = set(sigma, about.rod_density);
+    return beads || rods ? base->about(state) : *base;
+}
+
+bool Equations::is_force(std::size_t term) const {
+    return component(v_x) >= 0 && forces_->model().fields[forces_->terms()[term].field].symbol == "v";
+}
+
+std::shared_ptr<const std::vector<SymbolPower>> Equations::powers(const UniformPoint& about) const {
+    require_functions(model);
+    for (std::size_t n = 0; n < terms_.size(); ++n)
+        require(!forces_->terms()[n].is_placed, {},
+                "{} depends on position or time: no uniform state exists, so linear wave theory does not apply",
+                terms_[n].name);
+    {
+        const std::lock_guard lock(cache_->mutex);
+        if (cache_->about && is_same(*cache_->about, about)) return cache_->powers;
+    }
+    const std::array<double, FieldIndex::count> values{about.bead_density, about.rod_density, about.velocity.x(),
+                                                       about.velocity.y(), about.order.x(),   about.order.y()};
+    model::UniformState state(static_cast<std::size_t>(forces_->components()), 0.0);
+    for (int k = 0; k < FieldIndex::count; ++k)
+        if (component(k) >= 0) state[static_cast<std::size_t>(component(k))] = values[static_cast<std::size_t>(k)];
+    for (std::size_t n = 0; n < terms_.size(); ++n)
+        require(forces_->has_derivative(n, state), {},
+                "{} has no finite derivative in the uniform state of |p| = {:.4g}; expected one: linear theory about "
+                "this state does not exist",
+                terms_[n].name, about.order.norm());
+    auto found = std::make_shared<std::vector<SymbolPower>>();
+    for (const model::LinearisedAt::Power& power : model::LinearisedAt::powers_of(*forces_, state)) {
+        SymbolPower& to = found->emplace_back(SymbolPower{power.x, power.y, Matrix6::Zero()});
+        for (int row = 0; row < FieldIndex::count; ++row)
+            for (int column = 0; column < FieldIndex::count; ++column)
+                if (component(row) >= 0 && component(column) >= 0)
+                    to.factors(row, column) = power.factors(component(row), component(column));
+    }
+    const std::lock_guard lock(cache_->mutex);
+    cache_->about = about;
+    cache_->powers = found;
+    return found;
 }
 
 void check(const Model& model, const LocationOf& location_of) {
     check_numbers(model, location_of);
-    check_functions(Equations(model));
+    check_functions(CompiledModel(model));
+    static_cast<void>(Equations(model));
 }
 
 std::vector<ActiveTerm> active_terms(const Equations& equations) {
-    std::vector<ActiveTerm> result;
-    for (const Term& term : equations.active) result.push_back({term.name, term.equation(equations)});
+    std::vector<ActiveTerm> result = equations.terms();
+    std::stable_sort(result.begin(), result.end(), [](const ActiveTerm& a, const ActiveTerm& b) {
+        const auto number = [](const ActiveTerm& term) {
+            return term.name.starts_with("terms[") ? std::stoi(term.name.substr(6)) : 0;
+        };
+        return number(a) < number(b);
+    });
     for (const auto& [key, equation] :
          {std::pair{"noise.beads", "d_t rho: conserved noise"}, std::pair{"noise.rods", "d_t sigma: conserved noise"},
           std::pair{"noise.velocity", "d_t v: white noise"}, std::pair{"noise.order", "d_t p: white noise"}}) {
@@ -68,23 +156,31 @@ std::vector<ActiveTerm> active_terms(const Equations& equations) {
     return result;
 }
 
-bool has_pointwise_velocity(const Equations& equations) { return pointwise_velocity(equations, equations.active); }
+std::vector<std::string> terms_without_degree(const Equations& equations) {
+    std::vector<std::string> names;
+    for (std::size_t n = 0; n < equations.terms().size(); ++n)
+        if (!equations.forces().terms()[n].has_finite_degree) names.push_back(equations.terms()[n].name);
+    return names;
+}
 
-PointCost point_cost(const Equations& equations, const Term& term) {
-    if (!term.cost) return {};
-    const bool pointwise = has_pointwise_velocity(equations);
-    PointCost cost = term.cost(equations, pointwise);
-    if (pointwise && (cost.reads & reads_velocity)) ++cost.degree;
-    return cost;
+bool has_pointwise_velocity(const Equations& equations) {
+    if (equations.form.velocity != Velocity::slaved) return false;
+    const std::vector<model::TermSummary>& terms = equations.forces().terms();
+    for (std::size_t n = 0; n < terms.size(); ++n)
+        if (equations.is_force(n) &&
+            (!terms[n].is_linear || terms[n].is_placed ||
+             (equations.terms()[n].name.starts_with("terms[") && !equations.forces().is_isotropic(n))))
+            return true;
+    return false;
 }
 
 Symbol force_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
     Symbol m = Symbol::Zero();
-    for (const Term& term : equations.active) {
-        require(term.is_uniform_in_space, {},
-                "{} depends on position or time: no uniform state exists, so linear wave theory does not apply",
-                term.name);
-        if (term.linearise) term.linearise(equations, about, q, m);
+    for (const SymbolPower& power : *equations.powers(about)) {
+        std::complex<double> factor = 1.0;
+        for (int i = 0; i < power.x; ++i) factor *= std::complex<double>(0.0, q.x);
+        for (int i = 0; i < power.y; ++i) factor *= std::complex<double>(0.0, q.y);
+        m += factor * power.factors;
     }
     return m;
 }
@@ -121,10 +217,9 @@ Symbol reduced(const Equations& equations, Symbol m, const UniformPoint& about, 
 
 Symbol linear_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
     Eigen::Vector2d force = Eigen::Vector2d::Zero();
-    if (equations.form.velocity == Velocity::dynamic) force = uniform_rates(equations, about).segment<2>(v_x);
-    const Symbol m = force_symbol(equations, about, q);
-    if (!m.allFinite()) require_linearisation(equations, equations.active, about);
-    return reduced(equations, m, about, force);
+    if (equations.form.velocity == Velocity::dynamic && equations.form.bead_density >= 0)
+        force = uniform_rates(equations, about).segment<2>(v_x);
+    return reduced(equations, force_symbol(equations, about, q), about, force);
 }
 
 Symbol noise_symbol(const Equations& equations, double q) {
@@ -140,47 +235,18 @@ Symbol noise_symbol(const Equations& equations, double q) {
     return result;
 }
 
-Symbol propagator_symbol(const Equations& equations, const Reference& reference, double q) {
-    Symbol m = Symbol::Zero();
-    for (const Term& term : equations.active) add_isotropic_part(equations, term, reference, q, m);
-    return reduced(equations, m, at_rest(reference), Eigen::Vector2d::Zero());
-}
-
-UniformRates uniform_rates(const Equations& e, const UniformPoint& at) {
-    const Reference densities{.bead_density = at.bead_density, .rod_density = at.rod_density};
-    UniformRates state;
-    state << 0.0, 0.0, at.velocity, at.order;  // deviations from the state at rest at the same densities
-    std::array<double, Input::count> fields{};
-    fields[Input::bead_density] = at.bead_density;
-    fields[Input::rod_density] = at.rod_density;
-    for (const int i : {0, 1}) {
-        fields[static_cast<std::size_t>(Input::bead_velocity_x + i)] = at.velocity(i);
-        fields[static_cast<std::size_t>(Input::polar_order_x + i)] = at.order(i);
-    }
-    PointFields point{.size = 1};
-    for (std::size_t i = 0; i < fields.size(); ++i) point.values[i] = &fields[i];
-    point.linear_velocity = point.velocity();
-    std::array<double, Output::count> sums{};
-    PointRates rates;
-    for (std::size_t i = 0; i < sums.size(); ++i) rates.values[i] = &sums[i];
-
+UniformRates uniform_rates(const Equations& equations, const UniformPoint& at) {
+    require_functions(equations.model);
+    const std::array<double, FieldIndex::count> values{at.bead_density, at.rod_density, at.velocity.x(),
+                                                       at.velocity.y(), at.order.x(),   at.order.y()};
+    model::UniformState state(static_cast<std::size_t>(equations.forces().components()), 0.0);
+    for (int k = 0; k < FieldIndex::count; ++k)
+        if (const int place = equations.component(k); place >= 0)
+            state[static_cast<std::size_t>(place)] = values[static_cast<std::size_t>(k)];
+    const Eigen::VectorXd rates = equations.forces().uniform_rates(state);
     UniformRates result = UniformRates::Zero();
-    Symbol linear = Symbol::Zero();
-    for (const Term& term : e.active) {
-        if (!term.whole && term.linearise) term.linearise(e, at_rest(densities), {}, linear);
-        const Term::Act& act = term.whole ? term.whole : term.remainder;
-        if (act && term.cost(e, false).writes != 0) act(e, densities, point, rates);
-        if (!term.source || !term.source_is_uniform) continue;
-        const VectorMode source = term.source(e, {}, 0.0, {});
-        const int row = term.of == Equation::bead_velocity ? v_x : p_x;
-        result(row) += source.x.real();
-        result(row + 1) += source.y.real();
-    }
-    result += linear.real() * state;
-    for (const int i : {0, 1}) {
-        result(v_x + i) += sums[static_cast<std::size_t>(Output::force + i)];
-        result(p_x + i) += sums[static_cast<std::size_t>(Output::order + i)];
-    }
+    for (int k = 0; k < FieldIndex::count; ++k)
+        if (const int place = equations.component(k); place >= 0) result(k) = rates(place);
     return result;
 }
 

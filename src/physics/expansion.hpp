@@ -1,7 +1,6 @@
 // physics/expansion.hpp: the linearised equations at long waves, as a polynomial in q.
 #pragma once
 #include "drover/physics/equations.hpp"
-#include "linear_part.hpp"
 
 namespace drover::physics {
 
@@ -12,7 +11,7 @@ struct Expansion {
     Matrix6 constant, first_x, first_y, second_xx, second_yy, second_xy;
 };
 
-/// Throws an input Error if the linearisation of a term is not a polynomial in q or depends on position or time.
+/// Throws as Equations::powers().
 Expansion expansion(const Equations& equations, const UniformPoint& about);
 
 }  // namespace drover::physics

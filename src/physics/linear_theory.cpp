@@ -8,49 +8,21 @@
 
 #include "drover/numerics/kept_modes.hpp"
 #include "drover/numerics/wavenumbers.hpp"
-#include "drover/physics/term.hpp"
-#include "linear_part.hpp"
 
 namespace drover::physics {
 
-namespace {
-/// Places of a form's fields in its blocks: with q along x, the even parts of vectors are the x components.
-struct BlockPlaces {
-    std::vector<int> even, odd;
-};
-BlockPlaces block_places(const Form& form) {
-    BlockPlaces places;
-    if (form.bead_density >= 0) places.even.push_back(FieldIndex::bead_density);
-    if (form.rod_density >= 0) places.even.push_back(FieldIndex::rod_density);
-    if (form.bead_velocity >= 0) {
-        places.even.push_back(FieldIndex::bead_velocity_x);
-        places.odd.push_back(FieldIndex::bead_velocity_y);
-    }
-    places.even.push_back(FieldIndex::polar_order_x);
-    places.odd.push_back(FieldIndex::polar_order_y);
-    return places;
-}
-
-/// Rows and columns of a symbol for q along x, vectors times i: real for an isotropic state.
-numerics::Block block_of(const Symbol& symbol, const std::vector<int>& places) {
-    numerics::Block block(static_cast<int>(places.size()));
-    const auto is_vector = [](int place) { return place >= FieldIndex::bead_velocity_x; };
-    for (int i = 0; i < block.size; ++i)
-        for (int k = 0; k < block.size; ++k) {
-            const int row = places[static_cast<std::size_t>(i)], column = places[static_cast<std::size_t>(k)];
-            const std::complex<double> entry = symbol(row, column);
-            block(i, k) = is_vector(row) == is_vector(column) ? entry.real()
-                          : is_vector(row)                    ? -entry.imag()
-                                                              : entry.imag();
-        }
-    return block;
-}
-
-}  // namespace
-
 int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
     int most = 1;
-    for (const Term& term : equations.active) most = std::max(most, point_cost(equations, term).degree);
+    const bool pointwise = has_pointwise_velocity(equations);
+    const int velocity = equations.component(FieldIndex::bead_velocity_x);
+    for (std::size_t n = 0; n < equations.terms().size(); ++n) {
+        const model::TermSummary& term = equations.forces().terms()[n];
+        // A slaved velocity is divided by the drag as it is, which needs no product.
+        if (equations.form.velocity == Velocity::slaved && equations.terms()[n].name == "drag.coefficient") continue;
+        // A velocity that is a nonlinear function of the fields counts as two factors.
+        const bool is_product = pointwise && std::count(term.reads.begin(), term.reads.end(), velocity) > 0;
+        most = std::max(most, term.degree + (is_product ? 1 : 0));
+    }
     // 1/rho has no finite degree: its products count as quadratic, and outputs tell the tail of the spectrum.
     if (equations.form.velocity == Velocity::dynamic && equations.form.bead_density >= 0) most = std::max(most, 2);
     return numerics::kept_degree(most, dealiasing.rule);
@@ -58,43 +30,31 @@ int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
 
 numerics::System linear_system(const Equations& equations, const numerics::Grid& grid, const Reference& reference,
                                const Dealiasing& dealiasing) {
-    numerics::System system{.grid = grid,
-                            .layout = layout(equations.form),
-                            .linear = {},
-                            .nonlinear = {},
-                            .noise = {},
-                            .degree = kept_degree(equations, dealiasing)};
-    const auto shared = std::make_shared<const Equations>(equations);
-    const BlockPlaces places = block_places(equations.form);
-    system.linear = [shared, places, reference](double q) {
-        const Symbol symbol = propagator_symbol(*shared, reference, q);
-        return numerics::IsotropicBlocks{block_of(symbol, places.even), block_of(symbol, places.odd)};
-    };
-    if (has_noise(equations.model.noise))
-        system.noise = [shared, places](double q) {
-            const Symbol symbol = noise_symbol(*shared, q);
-            return numerics::IsotropicBlocks{block_of(symbol, places.even), block_of(symbol, places.odd)};
-        };
-    return system;
+    return equations.solver(reference).linear_system(grid, kept_degree(equations, dealiasing));
 }
 
 numerics::System linear_system(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing) {
     return linear_system(Equations(model), grid, reference(model.uniform), dealiasing);
 }
 
+namespace {
+bool is_uniform(const Equations& equations, std::size_t term) {
+    return !equations.forces().terms()[term].is_placed &&
+           !(equations.terms()[term].name == "force" && equations.model.force.kind == "point");
+}
+}  // namespace
+
 std::string nonuniform_term(const Equations& equations) {
-    for (const Term& term : equations.active)
-        if (!term.is_uniform_in_space || (term.source && !term.source_is_uniform)) return term.name;
+    for (std::size_t n = 0; n < equations.terms().size(); ++n)
+        if (!is_uniform(equations, n)) return equations.terms()[n].name;
     return "";
 }
 
 std::vector<std::string> terms_beyond_propagator(const Equations& equations) {
     std::vector<std::string> names;
-    for (const Term& term : equations.active) {
-        const bool is_uniform = term.is_uniform_in_space && !(term.source && !term.source_is_uniform);
-        const bool is_left_out = term.linearise && term.linear_part == LinearPart::none;
-        if (!is_uniform || is_left_out || !has_isotropic_linearisation(equations, term)) names.push_back(term.name);
-    }
+    for (std::size_t n = 0; n < equations.terms().size(); ++n)
+        if (!is_uniform(equations, n) || !equations.forces().is_isotropic(n))
+            names.push_back(equations.terms()[n].name);
     return names;
 }
 

@@ -10,11 +10,13 @@ using numerics::Complex;
 using numerics::Spectra;
 
 namespace {
-/// Whether the rate of a uniform state is not uniform.
+/// Whether the rate of a uniform state is not uniform, or has sources.
 bool depends_on_place(const Equations& equations) {
-    return std::any_of(equations.active.begin(), equations.active.end(), [&](const Term& term) {
-        return term.source || (point_cost(equations, term).reads & (reads(Input::x) | reads(Input::y)));
-    });
+    for (std::size_t n = 0; n < equations.terms().size(); ++n) {
+        const std::string& name = equations.terms()[n].name;
+        if (name == "force" || name == "orienting_field" || equations.forces().terms()[n].is_placed) return true;
+    }
+    return false;
 }
 }  // namespace
 

@@ -30,15 +30,19 @@ Values values_at(const Equations& e, double beads, double rods) {
             .weathercock = e.weathercock.at(beads, rods)};
 }
 
-/// The uniform part of the sources of one equation.
-Eigen::Vector2d uniform_source(const Equations& e, Equation of) {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    for (const Term& term : e.active) {
-        if (term.of != of || !term.source || !term.source_is_uniform) continue;
-        const VectorMode source = term.source(e, {}, 0.0, {});
-        sum += Eigen::Vector2d(source.x.real(), source.y.real());
-    }
-    return sum;
+/// The uniform sources of the equation of a vector.
+Eigen::Vector2d uniform_source(const Equations& e, int field) {
+    if (field == FieldIndex::bead_velocity_x && e.model.force.kind == "uniform")
+        return {e.model.force.x, e.model.force.y};
+    if (field == FieldIndex::polar_order_x) return {e.model.orienting_field.x, e.model.orienting_field.y};
+    return Eigen::Vector2d::Zero();
+}
+
+/// Whether the uniform states are those of the built-in equations: what the scene adds vanishes in them.
+bool has_closed_states(const Equations& e) {
+    for (std::size_t n = 0; n < e.terms().size(); ++n)
+        if (e.terms()[n].name.starts_with("terms[") && !e.forces().terms()[n].vanishes_when_uniform) return false;
+    return true;
 }
 
 /// Real roots of b P^3 + a P = h, h >= 0, each once, largest first, polished to rounding.
@@ -101,8 +105,8 @@ StationaryStates with_field(const Eigen::Vector2d& field, double b, double a, co
 
 /// Without drag a steady state requires that the other forces on the beads vanish.
 StationaryStates without_drag(const Equations& e, const Values& c, const UniformPoint& rest) {
-    const Eigen::Vector2d force = uniform_source(e, Equation::bead_velocity),
-                          field = uniform_source(e, Equation::polar_order);
+    const Eigen::Vector2d force = uniform_source(e, FieldIndex::bead_velocity_x),
+                          field = uniform_source(e, FieldIndex::polar_order_x);
     const double alpha = c.driving.value, lambda = c.weathercock.value;
     if (alpha == 0.0) {
         if (force.norm() == 0.0)
@@ -254,16 +258,15 @@ double order_scale(const Equations& e, const UniformPoint& rest) {
 StationaryStates stationary_states(const Equations& e, double bead_density, double rod_density) {
     const Values c = values_at(e, bead_density, rod_density);
     const UniformPoint rest = at_rest({.bead_density = bead_density, .rod_density = rod_density});
-    if (!std::all_of(e.active.begin(), e.active.end(), [](const Term& term) { return term.closed_uniform_states; }))
-        return searched_states(e, rest, order_scale(e, rest));
-    const Eigen::Vector2d field = uniform_source(e, Equation::polar_order);
+    if (!has_closed_states(e)) return searched_states(e, rest, order_scale(e, rest));
+    const Eigen::Vector2d field = uniform_source(e, FieldIndex::polar_order_x);
     if (e.form.velocity == Velocity::absent)
         return with_field(field, c.b.value, c.a.value, rest,
                           [](const Eigen::Vector2d&) { return Eigen::Vector2d(0.0, 0.0); });
     const double drag = c.drag.value, alpha = c.driving.value;
     const double cubic = e.model.driving.cubic;
     if (drag == 0.0) return cubic == 0.0 ? without_drag(e, c, rest) : searched_states(e, rest, order_scale(e, rest));
-    const Eigen::Vector2d force = uniform_source(e, Equation::bead_velocity);
+    const Eigen::Vector2d force = uniform_source(e, FieldIndex::bead_velocity_x);
     const double gain = c.weathercock.value / drag;
     return with_field(field + gain * force, c.b.value - gain * cubic, c.a.value - gain * alpha, rest,
                       [=](const Eigen::Vector2d& order) -> Eigen::Vector2d {

@@ -30,13 +30,6 @@ int stages_of(const io::Scene& scene) {
     return scene.time.tolerance > 0.0 ? method.stages_with_tolerance : method.stages;
 }
 
-std::vector<std::string> terms_without_degree(const physics::Equations& equations) {
-    std::vector<std::string> names;
-    for (const physics::Term& term : equations.active)
-        if (!physics::point_cost(equations, term).has_finite_degree) names.push_back(term.name);
-    return names;
-}
-
 std::string limit_of_growth(const physics::Equations& equations) {
     if (equations.saturation.is_active()) return " until relaxation.saturation limits it";
     return equations.model.text_terms.empty() ? "; no term saturates it" : " unless a term written as text limits it";
@@ -49,7 +42,7 @@ FieldExplanation explain_fields(const io::Scene& scene) {
     return {.form = physics::form_name(equations.form),
             .fields = physics::component_names(equations.form),
             .terms = physics::active_terms(equations),
-            .without_degree = terms_without_degree(equations),
+            .without_degree = physics::terms_without_degree(equations),
             .beyond_growth = physics::terms_beyond_propagator(equations),
             .coefficients = physics::coefficient_values(scene.model),
             .growth = physics::fastest_growth(system),

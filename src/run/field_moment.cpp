@@ -17,8 +17,7 @@ void to_grid(const physics::FieldEvolution& evolution, numerics::Transform& tran
     if (form.velocity == physics::Velocity::absent) return;
     if (to.velocity.size == 0) to.velocity = numerics::Spectra(grid, 2);
     if (form.velocity == physics::Velocity::slaved) {
-        numerics::Fields now =
-            physics::slaved_velocity(evolution.equations(), evolution.system(), time, state, transform);
+        numerics::Fields now = physics::slaved_velocity(evolution.equations(), evolution.system(), time, state);
         if (to.slaved.size == 0) to.slaved = std::move(now);
         else std::copy(now.values.begin(), now.values.end(), to.slaved.values.begin());
         transform.forward(to.slaved, to.velocity);

@@ -90,7 +90,7 @@ Point point_of(const TravellingState& at, const physics::TravellingProblem& prob
                                      physics::linear_system(equations, problem.grid,
                                                             physics::reference(equations.model.uniform),
                                                             problem.dealiasing),
-                                     0.0, at.state, transform);
+                                     0.0, at.state);
     if (!with_perturbations) return point;
     constexpr std::size_t shown = 9;
     std::vector<std::complex<double>>& rates = point.perturbations = solver.perturbation_rates(at, shown);

@@ -4,8 +4,7 @@
     ratios.py build/release/tests/drover_bench            exit status 1 if a ratio is more than a fifth above its value
     ratios.py build/release/tests/drover_bench --keep     writes the measured ratios to README.md
 
-Each ratio is the median of seven, whose two times were measured in one process.  A step of equations as text may take
-at most 1.05 times that of the built-in terms, in every form (tests/bench/model.cpp).
+Each ratio is the median of seven, whose two times were measured in one process.
 """
 import argparse
 import json
@@ -22,7 +21,6 @@ RATIOS = {"step / transforms": ("flock_step_without_noise", "flock_transforms"),
           "start-up / noisy step": ("flock_start", "flock_step"),
           "frame / step": ("flock_frame", "flock_step_without_noise")}
 TOLERANCE = 1.2
-TEXT_LIMIT = 1.05
 REPETITIONS = 7
 
 
@@ -39,13 +37,6 @@ def milliseconds(program):
     return {row["name"].split("/")[0]: row["real_time"] for row in json.loads(found.stdout)["benchmarks"]}
 
 
-def text_ratios(program):
-    """A step of equations as text to one of the built-in terms, by form: the median and its lower quartile."""
-    found = subprocess.run([program, "--benchmark_filter=^text/", "--benchmark_format=json"], capture_output=True,
-                           text=True, check=True)
-    return {row["name"].split("/")[1]: (row["step"], row["step_low"]) for row in json.loads(found.stdout)["benchmarks"]}
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
@@ -60,11 +51,6 @@ def main():
         fails = ratio > TOLERANCE * listed
         print(f"{name:24} {ratio:8.3g} {listed:8.3g}  {'worse' if fails else 'ok'}")
         text = row_of(name).sub(rf"\g<1>{ratio:.3g}", text)
-        is_worse = is_worse or fails
-    print(f"\n{'step of text / built-in':48} {'median':>8} {'at most':>8}")
-    for name, (ratio, low) in text_ratios(words.program).items():
-        fails = low > TEXT_LIMIT  # three quarters of the 41 ratios are above
-        print(f"{name:48} {ratio:8.3f} {TEXT_LIMIT:8.3g}  {'worse' if fails else 'ok'}")
         is_worse = is_worse or fails
     if words.keep:
         README.write_text(text, encoding="utf-8")

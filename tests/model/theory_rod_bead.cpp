@@ -1,4 +1,4 @@
-// tests/model/theory_rod_bead.cpp: the linear theory of the rod-bead equations as text beside their own theory.
+// tests/model/theory_rod_bead.cpp: the linear theory of the rod-bead equations beside the theory of rods and beads.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -8,7 +8,6 @@
 #include "drover/physics/fluctuations.hpp"
 #include "drover/physics/long_waves.hpp"
 #include "drover/physics/stability.hpp"
-#include "model/rod_bead.hpp"
 #include "physics/flock_model.hpp"
 
 namespace drover::model {
@@ -31,14 +30,8 @@ physics::Model random_flock(std::mt19937& random, bool slaved) {
     return model;
 }
 
-Equations as_text(const physics::Model& built_in) {
-    Model model = rod_bead(built_in);
-    for (Field& field : model.fields) {
-        if (field.symbol == "rho") field.noise = built_in.noise.beads, field.noise_conserves = true;
-        if (field.symbol == "sigma") field.noise = built_in.noise.rods, field.noise_conserves = true;
-        if (field.symbol == "p") field.noise = built_in.noise.order;
-    }
-    return Equations(model);
+Equations equations_of(const physics::Model& model) {
+    return physics::Equations(model).solver(physics::reference(model.uniform));
 }
 
 /// Of a wave: rounding times the ratio of the fastest rate to the slowest, and the condition of the modes.
@@ -50,7 +43,7 @@ TEST(ModelTheory, of_the_rod_bead_equations_has_the_states_of_their_own_theory) 
         const physics::Model built_in = random_flock(random, slaved);
         const std::vector<physics::StationaryState> expected =
             physics::stationary_states(physics::Equations(built_in)).states;
-        const StationaryStates found = stationary_states(as_text(built_in));
+        const StationaryStates found = stationary_states(equations_of(built_in));
         ASSERT_EQ(found.states.size(), expected.size());
         for (std::size_t k = 0; k < expected.size(); ++k) {
             const physics::UniformPoint& point = expected[k].point;
@@ -68,7 +61,7 @@ TEST(ModelTheory, of_the_rod_bead_equations_has_their_growth_and_long_waves_at_r
     std::mt19937 random(5);
     for (int trial = 0; trial < 6; ++trial) {
         const physics::Equations built_in(random_flock(random, false));
-        const Equations equations = as_text(built_in.model);
+        const Equations equations = equations_of(built_in.model);
         const physics::StationaryState flock = physics::flock_of(built_in);
         const LinearisedAt at(equations, {flock.point.bead_density, flock.point.rod_density, flock.point.velocity.x(),
                                           flock.point.velocity.y(), flock.point.order.x(), flock.point.order.y()});
@@ -97,7 +90,7 @@ TEST(ModelTheory, of_the_rod_bead_equations_has_their_structure_factors_with_bea
     std::mt19937 random(8);
     for (const bool slaved : {false, true}) {
         const physics::Equations built_in(random_flock(random, slaved));
-        const Equations equations = as_text(built_in.model);
+        const Equations equations = equations_of(built_in.model);
         const physics::StationaryState flock = physics::flock_of(built_in);
         const LinearisedAt at(equations, {flock.point.bead_density, flock.point.rod_density, flock.point.velocity.x(),
                                           flock.point.velocity.y(), flock.point.order.x(), flock.point.order.y()});
@@ -128,7 +121,7 @@ TEST(ModelTheory, of_the_rod_bead_equations_finds_their_fastest_wave) {
     const std::vector<physics::Instability> expected =
         physics::instabilities(built_in, flock, {.min = 1e-2, .max = 10});
     ASSERT_FALSE(expected.empty());
-    const Equations equations = as_text(attracting);
+    const Equations equations = equations_of(attracting);
     const LinearisedAt at(equations, stationary_states(equations).states.at(1).values);
     Threads threads(2);
     const FastestWave found = fastest_wave(at, {.min = 1e-2, .max = 10, .wavenumbers = 60, .angles = 40}, threads);

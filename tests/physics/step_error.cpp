@@ -1,5 +1,6 @@
 // tests/physics/step_error.cpp: the estimated error of the time steps beside the true one.
 #include "drover/physics/step_error.hpp"
+#include "drover/numerics/transform.hpp"
 
 #include <gtest/gtest.h>
 

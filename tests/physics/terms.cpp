@@ -50,7 +50,7 @@ void balance(const Equations& e, UniformPoint& point) {
 /// entry.
 double difference(const Equations& e, UniformPoint point, const Reference& about, int kx, int ky, Threads& threads) {
     if (e.form.bead_density < 0)
-        point.bead_density = about.bead_density;  // not a field: the mass that moves is the scene's
+        point.bead_density = e.model.uniform.bead_density;  // not a field: the mass that moves is the scene's
     WholeRate rate(e, grid, about, threads);
     const std::size_t row = static_cast<std::size_t>((ky + grid.ny) % grid.ny),
                       mode = row * numerics::columns(grid) + static_cast<std::size_t>(kx);
@@ -96,13 +96,11 @@ int compare_each_alone(int trials) {
     int checked = 0;
     for (const NamedModel& form : forms_and_table()) {
         const Equations all(form.model);
-        for (const Term& term : all.active) {
-            // The built-in terms are tested in the forms without texts.
+        for (const ActiveTerm& term : all.terms()) {
+            // The terms of the model file are tested in the forms without texts.
             if (!all.model.text_terms.empty() && !term.name.starts_with("terms[")) continue;
-            Equations alone = all;
-            alone.active = {term};
             // A slaved velocity is the balance of all forces; a term by itself has none.
-            if (all.form.velocity == Velocity::slaved) alone.active = all.active;
+            const Equations alone = all.form.velocity == Velocity::slaved ? all : all.only({term.name});
             Numbers numbers(17 + static_cast<std::uint64_t>(checked));
             for (int trial = 0; trial < trials; ++trial) {
                 UniformPoint point = random_point(numbers);

@@ -33,8 +33,10 @@ public:
     /// The first term that depends on position or time, so that no uniform state satisfies it; nullptr without one.
     const TermSummary* placed_term() const;
 
-    /// The state about which the linear part is exact.
+    /// All fields at their reference: the state about which the linear part is exact, unless about() gave another.
     UniformState reference() const;
+    /// The same equations with the linear part about this state of all components.
+    Equations about(const UniformState& state) const;
     /// A uniform state with the values of fields in balance that follow from the others.  Throws as uniform_rates.
     UniformState completed(const UniformState& at) const;
     /// Rates of a uniform state; its values of fields in balance are replaced by those that follow from the others.
@@ -45,6 +47,10 @@ public:
     /// The linearisation about any uniform state.  Fields in balance are eliminated: their rows and columns are zero.
     /// Throws an input Error for a term that depends on position or time.
     Symbol symbol(const UniformState& about, const numerics::Wavevector& q) const;
+    /// Whether a term that does not depend on position or time has a finite derivative in a uniform state.
+    bool has_derivative(std::size_t term, const UniformState& at) const;
+    /// Whether the linearisation of a term about the references exists, and commutes with turns and reflections.
+    bool is_isotropic(std::size_t term) const;
     /// What one term contributes, without elimination.
     Symbol term_symbol(std::size_t term, const UniformState& about, const numerics::Wavevector& q) const;
     /// Strengths of the noise at |q|: <f f^H> = noise delta(t - t') per area.
@@ -53,6 +59,8 @@ public:
 
     /// Whether something is left to the explicit part, so that a step makes an error.
     bool has_explicit_part() const;
+    /// The same, or sources: N is not zero.
+    bool has_nonlinear_part() const;
     /// Degree of the products that are evaluated at points; 1 if there are none.
     int degree() const;
     bool has_finite_degree() const;  ///< false: some are no polynomials, and count as products of two
@@ -60,6 +68,8 @@ public:
     /// L, N and Q on a grid.  N keeps what it needs of these equations.  kept_degree: the degree that decides which
     /// modes are kept; 0: that of the products.
     numerics::System system(const numerics::Grid& grid, Threads& threads, int kept_degree = 0) const;
+    /// Without N: see ExplicitPart.
+    numerics::System linear_system(const numerics::Grid& grid, int kept_degree = 0) const;
     TransformCount transforms() const;
     /// The largest |s|, in 1/time, of the linear part about the reference that `system` leaves to N, at time t: of
     /// terms that name an axis or depend on position or time.  A step of dt needs dt times it below about 1.  Searched
@@ -71,6 +81,8 @@ public:
 
 private:
     friend class LinearisedAt;  // model/linearised_at.hpp
+    friend class ExplicitPart;  // model/explicit_part.hpp
+    explicit Equations(std::shared_ptr<const CompiledEquations> compiled) : compiled_(std::move(compiled)) {}
     std::shared_ptr<const CompiledEquations> compiled_;
 };
 

@@ -51,6 +51,8 @@ public:
         Eigen::MatrixXd factors;
     };
     const std::vector<Power>& powers() const { return powers_; }
+    /// The same of a state in which the fields in balance are completed, without the rest of a linearisation.
+    static std::vector<Power> powers_of(const Equations& equations, const UniformState& about);
 
 private:
     bool commutes_with_turns() const;

@@ -1,6 +1,9 @@
 // model/model.hpp: a model as data: declared fields, their equations in vector notation, coefficients and noise.
 #pragma once
+#include <functional>
 #include <map>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,10 +17,53 @@ struct Text {
     SourceLocation where = {};
 };
 
+/// An argument of a function: values at points, or one number for all of them.
+struct PointArgument {
+    const double* values = nullptr;
+    double number = 0.0;
+};
+
+/// A function of numbers at each point that is no formula: a table, or a function of the calling program.
+struct GivenFunction {
+    int arguments = 1;
+    int results = 1;                ///< 1: a scalar; 2: the x and y components of a vector
+    int degree = 1;                 ///< as a polynomial of its arguments: decides which modes are kept
+    bool has_finite_degree = true;  ///< false: it is no such polynomial
+    /// Writes the results at points, from any thread; throws what the function throws.
+    std::function<void(std::size_t size, std::span<const PointArgument> arguments, std::span<double* const> out)>
+        values;
+    /// Slopes at one point, [result][argument], from any thread.
+    std::function<std::vector<double>(std::span<const double> arguments)> slopes;
+};
+
+/// The names of a term with a vocabulary of its own, besides x, y and t.
+struct Scope {
+    std::map<std::string, std::string> names;  ///< what they are in formulas of the model: "order_x" is "p_x"
+    std::map<std::string, double> parameters;  ///< numbers
+    std::map<std::string, GivenFunction> functions;
+};
+
+/// A summand of a right side that is written apart.
+struct WrittenTerm {
+    std::string name;                         ///< of its TermSummary
+    std::vector<Text> texts;                  ///< one of the rank of the field, or one for each component
+    bool is_flux = false;                     ///< the texts are those of a vector J, and the term is -div J
+    std::shared_ptr<const Scope> scope = {};  ///< nullptr: the names of the model
+};
+
+/// A source at a point that may move: of the strength, with a Gaussian profile.
+struct PointSource {
+    double x = 0.0, y = 0.0;                    ///< strength: its integral over space; y: of a vector
+    double at_x = 0.0, at_y = 0.0;              ///< position at t = 0
+    double velocity_x = 0.0, velocity_y = 0.0;  ///< of the position
+    double width = 0.0;                         ///< standard deviation of the profile; 0: band-limited delta function
+};
+
 /// The left side of an equation.
 enum class LeftSide {
-    rate,    ///< d_t F
-    balance  ///< 0: the field follows the others at every instant
+    rate,     ///< d_t F
+    balance,  ///< 0: the field follows the others at every instant
+    given     ///< none: the field is a point source
 };
 
 /// A declared field.  In two dimensions a field of spin m has one component (m = 0) or two (m >= 1): those of the
@@ -30,9 +76,11 @@ struct Field {
     bool odd = false;    ///< changes sign under reflections, besides what its spin does: a pseudoscalar, ...
     std::string unit = "1", meaning = {};
     LeftSide left = LeftSide::rate;
-    Text mass = {};                ///< m in m d_t F = right side: a scalar of the fields; empty: 1
-    Text equation = {};            ///< the right side; empty: 0
-    bool conserved = false;        ///< the mean does not change: checked
+    Text mass = {};                         ///< m in m d_t F = right side: a scalar of the fields; empty: 1
+    Text equation = {};                     ///< the right side; empty: 0
+    std::vector<WrittenTerm> further = {};  ///< summands besides those of `equation`
+    PointSource source = {};                ///< of a given field
+    bool conserved = false;                 ///< the mean does not change: checked
     double reference = 0.0;        ///< of a true scalar: its value in the state about which the linear part is exact
     double noise = 0.0;            ///< D: <f f> = D delta delta for each component of the noise f in d_t F
     bool noise_conserves = false;  ///< <f f> = D q^2 delta delta: the noise is the divergence of a random flux
@@ -49,7 +97,8 @@ struct Model {
     std::vector<Field> fields;
     std::vector<Definition> definitions;
     std::map<std::string, double> coefficients;  ///< by symbol
-    bool chiral = false;                         ///< allows terms that distinguish left and right
+    std::map<std::string, GivenFunction> functions = {};
+    bool chiral = false;  ///< allows terms that distinguish left and right
 };
 
 /// "p_x" and "p_y" of a vector, "Q_xx" and "Q_xy" of a nematic, "F_1" and "F_2" of other spins, "phi" of a scalar.

@@ -18,7 +18,14 @@ using UniformState = std::vector<double>;
 struct TermSummary {
     std::size_t field = 0;
     std::string text;  ///< as written: "- K4 lap lap p"
-    SourceLocation where;
+    SourceLocation where = {};
+    bool is_placed = false;              ///< depends on position or time
+    bool is_linear = true;               ///< with constant coefficients
+    bool vanishes_when_uniform = false;  ///< in every uniform state
+    int degree = 1;                      ///< of its products at points; 1 if it is linear
+    bool has_finite_degree = true;       ///< false: it is no polynomial, or depends on position
+    std::vector<int> reads = {};         ///< components of which it depends
+    std::vector<int> derives = {};       ///< those of which it has a derivative
 };
 
 /// Transforms of one evaluation of the explicit part.

@@ -43,7 +43,7 @@ public:
     /// Readable form: "0.5 - 0.1 rho sigma^2", or "from a table".
     std::string text_of() const;
 
-    const CoefficientTable* table() const { return table_.get(); }
+    const std::shared_ptr<const CoefficientTable>& table() const { return table_; }
 
 private:
     double constant_ = 0.0;

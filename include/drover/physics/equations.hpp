@@ -1,46 +1,70 @@
-// physics/equations.hpp: the equations of a model as a list of terms, and their linearisations.
+// physics/equations.hpp: the equations of rods and beads, as the model layer has them, and their linearisations.
 #pragma once
-#include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "drover/physics/term.hpp"
+#include "drover/model/equations.hpp"
+#include "drover/numerics/grid.hpp"
+#include "drover/physics/compiled_model.hpp"
+#include "drover/physics/symbol.hpp"
 
 namespace drover::physics {
-
-/// A compiled model with its active terms.
-struct Equations : CompiledModel {
-    explicit Equations(const Model& model);  ///< throws as check()
-    /// Adds further terms.  Throws an input Error if a term contradicts its declaration, see check_linear_part().
-    Equations(const Model& model, const std::vector<Term>& further);
-    /// Shares the tables of `like` where their data are equal; saves time when many models differ in few values.
-    Equations(const Model& model, const Equations& like);
-
-    std::vector<Term> active;  ///< the terms that contribute to the model
-
-private:
-    void choose_terms(const std::vector<Term>& further);
-};
-
-/// Throws an input Error, with its location, for a model with invalid parameters or text terms.
-void check(const Model& model, const LocationOf& location_of = no_location);
 
 /// Readable description of an active term.
 struct ActiveTerm {
     std::string name;      ///< the key of its coefficient, or terms[n] for a text term
     std::string equation;  ///< "d_t p: -a p, a = 0.5 1/s"
 };
+
+/// A compiled model with its equations: those of rod_bead.toml and the terms of the scene, without what is zero.
+struct Equations : CompiledModel {
+    explicit Equations(const Model& model);  ///< throws as check()
+    /// Shares the tables of `like` where their data are equal; saves time when many models differ in few values.
+    Equations(const Model& model, const Equations& like);
+
+    /// The same with some terms only.
+    Equations only(const std::vector<std::string>& names) const;
+
+    /// d_t of all fields but the velocity, whose rate is the force on the beads: slaved or not, not divided by m rho.
+    const model::Equations& forces() const { return *forces_; }
+    /// One for each of forces().terms().
+    const std::vector<ActiveTerm>& terms() const { return terms_; }
+    /// What is integrated: a velocity has inertia or is in balance.  The linear part is taken about this state.
+    model::Equations solver(const Reference& about) const;
+
+    /// The first component of each field in forces() and solver(), by FieldIndex; -1: not there.
+    int component(int field) const { return components_[static_cast<std::size_t>(field)]; }
+    bool is_force(std::size_t term) const;
+
+    /// The linearisation of forces() about a uniform state.  Throws an input Error for a term that depends on position
+    /// or time, because no uniform state satisfies it.
+    std::shared_ptr<const std::vector<SymbolPower>> powers(const UniformPoint& about) const;
+
+private:
+    struct Cache;
+    void compile(const std::vector<std::string>* only);
+    std::shared_ptr<const model::Equations> forces_;
+    std::vector<ActiveTerm> terms_;
+    std::vector<std::string> only_;
+    bool has_all_ = true;
+    std::array<int, FieldIndex::count> components_{};
+    std::shared_ptr<Cache> cache_;
+};
+
+/// Throws an input Error, with its location, for a model with invalid parameters or text terms.
+void check(const Model& model, const LocationOf& location_of = no_location);
+
+/// Built-in terms first, then those of the scene, then noise.
 std::vector<ActiveTerm> active_terms(const Equations& equations);
+
+/// Names of the terms whose products have no finite degree.
+std::vector<std::string> terms_without_degree(const Equations& equations);
 
 /// Whether a slaved velocity is a nonlinear function of the fields: some force on the beads is evaluated on the grid.
 bool has_pointwise_velocity(const Equations& equations);
 
-/// Cost of evaluating a term on the grid; zero if it is linear.  A pointwise velocity counts as two factors in the
-/// degree.
-PointCost point_cost(const Equations& equations, const Term& term);
-
-/// Sum of the linearisations of the active terms; forces on the beads are not divided by m rho.  Throws an input Error
-/// for a term that depends on position or time, because no uniform state satisfies it.
+/// Sum of the linearisations of the active terms; forces on the beads are not divided by m rho.  Throws as powers().
 Symbol force_symbol(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
 
 /// The linearised equations about any uniform state, stationary or not: rows and columns of absent fields are zero; a
@@ -50,11 +74,6 @@ Symbol linear_symbol(const Equations& equations, const UniformPoint& about, cons
 /// Strengths of the noise at |q|: <f f^H> = noise_symbol delta(t - t') per area.
 Symbol noise_symbol(const Equations& equations, double q);
 
-/// The part of the linear symbol about a reference that the propagator integrates, at q along x.
-Symbol propagator_symbol(const Equations& equations, const Reference& reference, double q);
-
-/// Right-hand sides of a uniform state, indexed as the rows of a Symbol; forces on the beads are not divided by m rho.
-using UniformRates = Eigen::Matrix<double, FieldIndex::count, 1>;
 UniformRates uniform_rates(const Equations& equations, const UniformPoint& at);
 
 }  // namespace drover::physics

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "drover/base/threads.hpp"
-#include "drover/numerics/transform.hpp"
 #include "drover/physics/density_extremes.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/linear_theory.hpp"
@@ -22,10 +21,7 @@ public:
     /// meets a vanishing bead density (the equations divide by m rho), or if a density leaves a coefficient table.
     void operator()(double t, const numerics::Spectra& state, numerics::Spectra& rate);
 
-    /// For steps of dt: where beads with inertia are so thin that their drag acts within a step, the mass that moves is
-    /// bounded below so that it acts over one: Gamma/(m rho) <= 1/dt, but at most half the uniform density is replaced.
-    /// There the velocity follows the balance of forces anyway, and the explicit remainder could not follow it faster.
-    /// With rho^16 in the bound, densities above twice the floor move by less than 1e-6.  0: no bound.
+    /// For steps of dt, a lower bound of the mass that moves: see model::ExplicitPart.
     void set_step(double dt);
 
     /// Extremes of the last evaluation.
@@ -34,7 +30,7 @@ public:
     double min_moving_density() const;
 
     /// Slaved forms only: the bead velocity on the grid, two components, from the force balance at each point.
-    numerics::Fields bead_velocity(double t, const numerics::Spectra& state, const numerics::Transform& transform);
+    numerics::Fields bead_velocity(double t, const numerics::Spectra& state) const;
 
 private:
     struct Work;
@@ -44,6 +40,6 @@ private:
 /// The velocity of the beads of a slaved form on the grid, two components, in balance with the forces at every point.
 /// `linear`: the linear part about the scene's uniform densities.
 numerics::Fields slaved_velocity(const Equations& equations, const numerics::System& linear, double t,
-                                 const numerics::Spectra& state, const numerics::Transform& transform);
+                                 const numerics::Spectra& state);
 
 }  // namespace drover::physics

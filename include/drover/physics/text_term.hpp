@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/base/error.hpp"
+#include "drover/model/model.hpp"
 
 namespace drover::physics {
 
@@ -17,11 +17,7 @@ struct WrittenExpression {
     SourceLocation where;
 };
 
-/// An argument of a function: values at the points, or one number for all of them.
-struct PointArgument {
-    const double* values = nullptr;
-    double number = 0.0;
-};
+using model::PointArgument;
 
 /// Adds the two components of a term at points.  It calls the function of the program from one thread at a time, and
 /// throws what that throws.

@@ -1,0 +1,55 @@
+// physics/symbol.hpp: uniform states of rods and beads, and linearisations about them.
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+
+#include "drover/physics/model.hpp"
+
+namespace drover::physics {
+
+/// The fields as rows and columns of a Symbol, for every form.
+struct FieldIndex {
+    enum Value : int {
+        bead_density,
+        rod_density,
+        bead_velocity_x,
+        bead_velocity_y,
+        polar_order_x,
+        polar_order_y,
+        count
+    };
+};
+
+/// d/dt of small deviations ~ exp(i q.r) from a uniform state: rates = symbol * deviations.  The rows of the velocity
+/// hold forces on the beads per area [mg/(mm s^2)], not divided by m rho.
+using Symbol = Eigen::Matrix<std::complex<double>, FieldIndex::count, FieldIndex::count>;
+
+/// The uniform state about which the exact linear part is taken: its densities, the beads at rest, no order.
+struct Reference {
+    double bead_density = 1.0, rod_density = 1.0;
+};
+inline Reference reference(const UniformState& uniform) {
+    return {.bead_density = uniform.bead_density, .rod_density = uniform.rod_density};
+}
+
+/// A uniform state.
+struct UniformPoint {
+    double bead_density = 1.0, rod_density = 1.0;
+    Eigen::Vector2d velocity = Eigen::Vector2d::Zero(), order = Eigen::Vector2d::Zero();
+};
+inline UniformPoint at_rest(const Reference& densities) {
+    return {.bead_density = densities.bead_density, .rod_density = densities.rod_density};
+}
+
+/// Right-hand sides of a uniform state, indexed as the rows of a Symbol; forces on the beads are not divided by m rho.
+using UniformRates = Eigen::Matrix<double, FieldIndex::count, 1>;
+
+using Matrix6 = Eigen::Matrix<double, FieldIndex::count, FieldIndex::count>;
+
+/// factors (i q_x)^x (i q_y)^y: a summand of a symbol.
+struct SymbolPower {
+    int x = 0, y = 0;
+    Matrix6 factors;
+};
+
+}  // namespace drover::physics

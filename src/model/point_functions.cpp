@@ -1,0 +1,184 @@
+// model/point_functions.cpp: a few points at a time: all that the functions read is then in the first-level cache.
+#include "point_functions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace drover::model {
+
+namespace {
+constexpr std::size_t most_points = 256;
+using Values = std::array<double, most_points>;
+
+/// What a field is damped by about the references [mass/time]: minus the slope of its own force.
+double drag_of(const CompiledEquations& c, std::size_t field, double mass, const std::vector<double>& slots) {
+    const Derivative own{c.first_component[field], {}};
+    double slope = 0.0;
+    const auto add = [&](const Derivative& derivative, double value) {
+        if (derivative == own && std::isfinite(value)) slope += value;
+    };
+    for (const Term& term : c.terms) {
+        if (term.summary.field != field || term.summary.is_placed) continue;
+        for (const auto& [derivative, coefficient] : term.rows[0].linear) add(derivative, coefficient);
+        for (const PointFunction& function : term.rows[0].functions)
+            for (const PointFunction::Slope& by : function.slopes)
+                for (const auto& [derivative, coefficient] : c.atoms[static_cast<std::size_t>(by.slot - first_atom)])
+                    if (function.order == Order{}) add(derivative, evaluate(by.value, slots) * coefficient);
+    }
+    return std::max(0.0, -slope * mass);
+}
+
+/// mass -> 1/(mass^16 + floor^16)^(1/16).
+void invert(double floor, std::size_t size, const double* mass, double* inverse) {
+    if (floor == 0.0) {
+        for (std::size_t i = 0; i < size; ++i) inverse[i] = 1.0 / mass[i];
+        return;
+    }
+    double least = INFINITY;
+    for (std::size_t i = 0; i < size; ++i) least = mass[i] < least ? mass[i] : least;
+    const auto sixteenth = [](double ratio) {
+        const double square = ratio * ratio, fourth = square * square, eighth = fourth * fourth;
+        return eighth * eighth;
+    };
+    if (floor <= 0.25 * least) {  // 1 - x/16 is (1 + x)^(-1/16) to less than 1e-20, and costs no roots
+        for (std::size_t i = 0; i < size; ++i) {
+            const double over = 1.0 / mass[i];
+            inverse[i] = over - over * sixteenth(floor * over) * 0.0625;
+        }
+        return;
+    }
+    for (std::size_t i = 0; i < size; ++i)
+        inverse[i] = 1.0 / (mass[i] * std::sqrt(std::sqrt(std::sqrt(std::sqrt(1.0 + sixteenth(floor / mass[i]))))));
+}
+}  // namespace
+
+/// Values of the slots at the points, and where those of results and arguments are.
+struct PointFunctions::Rows {
+    std::vector<const double*> slots;
+    std::vector<double> uniform;
+    std::vector<Values> results, arguments;
+    Values x, y;
+    double* result(int slot, int first) { return results[static_cast<std::size_t>(slot - first)].data(); }
+};
+
+PointFunctions::PointFunctions(const CompiledEquations& equations, const TransformPlan& plan,
+                               const numerics::Grid& grid)
+    : grid_(grid), inputs_(plan.inputs.size()), slots_(plan.slots), program_(plan.values) {
+    std::vector<Expression> all = plan.values;
+    for (const TransformPlan::Function& function : plan.functions) {
+        all.insert(all.end(), function.arguments.begin(), function.arguments.end());
+        add_call(function, equations.calls[function.call]);
+        for (std::size_t n = 0; n < equations.masses.size(); ++n)
+            if (equations.masses[n].call == function.call) calls_.back().inverse = static_cast<int>(n);
+    }
+    for (const Expression& value : all)
+        for (const int slot : slots_of(value)) reads_position_ = reads_position_ || slot == slot_x || slot == slot_y;
+    if (equations.masses.empty()) return;
+    const std::vector<double> slots = equations.slots_at(equations.reference());
+    for (const Mass& mass : equations.masses) {
+        const double value = evaluate(equations.calls[mass.call].values[0], slots);
+        masses_.push_back(
+            {.field = mass.field, .reference = value, .drag = drag_of(equations, mass.field, value, slots)});
+    }
+}
+
+void PointFunctions::add_call(const TransformPlan::Function& function, const Call& call) {
+    Evaluated one{.function = call.function};
+    for (const Expression& argument : function.arguments) {
+        const Node& node = argument.graph().nodes.back();
+        const bool is_slot = node.operation == Operation::slot, is_number = node.operation == Operation::number;
+        one.slots.push_back(is_slot ? node.left : -1);
+        one.numbers.push_back(is_number ? node.value : 0.0);
+        one.programs.push_back(is_slot || is_number
+                                   ? nullptr
+                                   : std::make_shared<const StripProgram>(std::span(&argument, std::size_t{1})));
+    }
+    const auto slot_of = [&](int slot) {
+        const auto found = std::find(function.results.begin(), function.results.end(), slot - call.first);
+        return found == function.results.end() ? -1
+                                               : function.first + static_cast<int>(found - function.results.begin());
+    };
+    for (int k = 0; k < call.function->results; ++k) {
+        one.values.push_back(slot_of(call.value_slot(k)));
+        for (int a = 0; a < static_cast<int>(call.arguments.size()); ++a)
+            one.slopes.push_back(slot_of(call.slope_slot(k, a)));
+    }
+    calls_.push_back(std::move(one));
+}
+
+void PointFunctions::call(const Evaluated& one, std::size_t size, Rows& rows) const {
+    const int first = first_atom + static_cast<int>(inputs_);
+    std::vector<PointArgument> arguments;
+    for (std::size_t a = 0; a < one.slots.size(); ++a) {
+        PointArgument argument{.number = one.numbers[a]};
+        if (one.slots[a] == slot_t) argument.number = rows.uniform[slot_t];
+        else if (one.slots[a] >= 0) argument.values = rows.slots[static_cast<std::size_t>(one.slots[a])];
+        else if (one.programs[a] != nullptr) {
+            if (rows.arguments.size() < one.slots.size()) rows.arguments.resize(one.slots.size());
+            double* const to = rows.arguments[a].data();
+            one.programs[a]->write(size, rows.slots, rows.uniform, std::span(&to, std::size_t{1}));
+            argument.values = to;
+        }
+        arguments.push_back(argument);
+    }
+    if (one.inverse >= 0 && one.values[0] >= 0 && arguments[0].values != nullptr) {
+        invert(masses_[static_cast<std::size_t>(one.inverse)].floor, size, arguments[0].values,
+               rows.result(one.values[0], first));
+    } else {
+        std::array<Values, 2> unread;
+        std::array<double*, 2> out{};
+        for (std::size_t k = 0; k < one.values.size(); ++k)
+            out[k] = one.values[k] >= 0 ? rows.result(one.values[k], first) : unread[k].data();
+        one.function->values(size, arguments, std::span(out).first(one.values.size()));
+    }
+    if (std::all_of(one.slopes.begin(), one.slopes.end(), [](int slot) { return slot < 0; })) return;
+    std::vector<double> point(arguments.size());
+    for (std::size_t i = 0; i < size; ++i) {
+        for (std::size_t a = 0; a < point.size(); ++a)
+            point[a] = arguments[a].values ? arguments[a].values[i] : arguments[a].number;
+        const std::vector<double> slopes = one.function->slopes(point);
+        for (std::size_t n = 0; n < slopes.size(); ++n)
+            if (one.slopes[n] >= 0) rows.result(one.slopes[n], first)[i] = slopes[n];
+    }
+}
+
+void PointFunctions::write(double t, const numerics::Strip& strip) const {
+    const std::size_t step = reads_position_ || !calls_.empty() ? most_points : strip.size;
+    const int first = first_atom + static_cast<int>(inputs_);
+    Rows rows;
+    rows.slots.assign(static_cast<std::size_t>(slots_), nullptr);
+    rows.uniform.assign(static_cast<std::size_t>(slots_), 0.0);
+    rows.uniform[slot_t] = t;
+    rows.results.resize(static_cast<std::size_t>(slots_ - first));
+    for (int slot = first; slot < slots_; ++slot) rows.slots[static_cast<std::size_t>(slot)] = rows.result(slot, first);
+    std::vector<double*> out(strip.out.size());
+    for (std::size_t begin = 0; begin < strip.size; begin += step) {
+        const std::size_t size = std::min(step, strip.size - begin);
+        for (std::size_t i = 0; i < inputs_; ++i) rows.slots[first_atom + i] = strip.in[i] + begin;
+        for (std::size_t k = 0; k < out.size(); ++k) out[k] = strip.out[k] + begin;
+        if (reads_position_) {
+            const auto width = static_cast<std::size_t>(grid_.nx);
+            for (std::size_t i = 0; i < size; ++i) {
+                rows.x[i] = grid_.lx / grid_.nx * static_cast<double>((strip.first + begin + i) % width);
+                rows.y[i] = grid_.ly / grid_.ny * static_cast<double>((strip.first + begin + i) / width);
+            }
+            rows.slots[slot_x] = rows.x.data();
+            rows.slots[slot_y] = rows.y.data();
+        }
+        for (const Evaluated& one : calls_) call(one, size, rows);
+        program_.write(size, rows.slots, rows.uniform, out);
+    }
+}
+
+void PointFunctions::set_step(double dt) {
+    for (Inverse& mass : masses_) mass.floor = std::min(mass.drag * dt, 0.5 * mass.reference);
+}
+
+double PointFunctions::mass_floor(std::size_t field) const {
+    for (const Inverse& mass : masses_)
+        if (mass.field == field) return mass.floor;
+    return 0.0;
+}
+
+}  // namespace drover::model

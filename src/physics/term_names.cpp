@@ -1,0 +1,39 @@
+// physics/term_names.cpp: fields, their components and their derivatives by name.
+#include "term_names.hpp"
+
+namespace drover::physics {
+
+bool has_field(const Form& form, const std::string& symbol) {
+    if (symbol == "rho") return form.bead_density >= 0;
+    if (symbol == "sigma") return form.rod_density >= 0;
+    return symbol == "p" || form.velocity != Velocity::absent;
+}
+
+std::map<std::string, std::string> text_names(const Form& form) {
+    std::map<std::string, std::string> names;
+    for (const TermTarget& target : term_targets) {
+        if (!has_field(form, target.symbol)) continue;
+        names[target.of] = target.symbol;
+        if (target.is_scalar) continue;
+        for (const char* part : {"_x", "_y"}) names[std::string(target.of) + part] = std::string(target.symbol) + part;
+    }
+    return names;
+}
+
+std::map<std::string, std::string> argument_names(const Form& form) {
+    std::map<std::string, std::string> names;
+    const std::map<std::string, std::string> fields = text_names(form);
+    for (const auto& [name, formula] : fields) {
+        const bool is_vector = fields.count(name + "_x") > 0;
+        if (!is_vector) names[name] = formula;
+        for (const char* operation : {"d_x", "d_y", "lap"})
+            if (!is_vector) names[text("{}_{}", operation, name)] = text("{} {}", operation, formula);
+        for (const char* operation : {"div", "curl"})
+            if (is_vector) names[text("{}_{}", operation, name)] = text("{} {}", operation, formula);
+        for (const char* axis : {"x", "y"})
+            if (is_vector) names[text("grad_div_{}_{}", axis, name)] = text("d_{} div {}", axis, formula);
+    }
+    return names;
+}
+
+}  // namespace drover::physics

@@ -1,0 +1,25 @@
+// physics/text_terms.hpp: the terms of a scene, as texts or functions, in the notation of the model layer.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/model/equations.hpp"
+#include "drover/physics/compiled_model.hpp"
+
+namespace drover::physics {
+
+struct SceneTerm {
+    std::string field;     ///< symbol of the field in whose equation it is
+    std::string equation;  ///< readable
+    model::WrittenTerm written;
+};
+
+/// The terms of a model.  Throws an input Error at the place of one that its form cannot have.
+std::vector<SceneTerm> scene_terms(const CompiledModel& model);
+
+/// Throws an input Error for a term that this form cannot have, by what the compiler says of it.
+/// velocity: the first component of the velocity.
+void check_admissible(const CompiledModel& model, const TextTerm& term, const model::TermSummary& summary,
+                      bool is_isotropic, int velocity, bool pointwise_velocity);
+
+}  // namespace drover::physics
