@@ -176,7 +176,8 @@ bool has_pointwise_velocity(const Equations& equations) {
 
 Symbol force_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
     Symbol m = Symbol::Zero();
-    for (const SymbolPower& power : *equations.powers(about)) {
+    const auto powers = equations.powers(about);  // held: another thread may replace what the cache has
+    for (const SymbolPower& power : *powers) {
         std::complex<double> factor = 1.0;
         for (int i = 0; i < power.x; ++i) factor *= std::complex<double>(0.0, q.x);
         for (int i = 0; i < power.y; ++i) factor *= std::complex<double>(0.0, q.y);

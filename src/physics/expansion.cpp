@@ -6,7 +6,8 @@ namespace drover::physics {
 Expansion expansion(const Equations& e, const UniformPoint& about) {
     const Matrix6 zero = Matrix6::Zero();
     Expansion r{zero, zero, zero, zero, zero, zero};
-    for (const SymbolPower& power : *e.powers(about)) {
+    const auto powers = e.powers(about);  // held: another thread may replace what the cache has
+    for (const SymbolPower& power : *powers) {
         if (power.x + power.y == 0) r.constant += power.factors;
         else if (power.x == 1 && power.y == 0) r.first_x += power.factors;
         else if (power.x == 0 && power.y == 1) r.first_y += power.factors;

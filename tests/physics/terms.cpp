@@ -1,9 +1,11 @@
 // tests/physics/terms.cpp: every term, in every form: its linearisation against the solver's own right-hand side.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 
 #include "drover/base/random.hpp"
+#include "drover/base/threads.hpp"
 #include "full_model.hpp"
 #include "modes.hpp"
 #include "text_terms.hpp"
@@ -193,6 +195,23 @@ TEST(Terms, of_a_form_with_fewer_fields_cost_fewer_transforms) {
     std::vector<NamedModel> forms = all_forms();
     EXPECT_LT(count(forms.at(6).model), count(forms.at(2).model)) << "polar < dilute";
     EXPECT_LT(count(forms.at(2).model), count(forms.at(0).model)) << "dilute < full";
+}
+
+TEST(Terms, symbols_are_those_of_their_state_while_other_threads_ask_about_other_states) {
+    const Equations e(full_model());
+    constexpr std::size_t states = 8, calls = 4000;
+    const auto about = [](std::size_t n) {
+        return UniformPoint{.bead_density = 1.0 + 0.1 * static_cast<double>(n % states), .rod_density = 0.7};
+    };
+    const numerics::Wavevector q{0.6, -0.9};
+    std::vector<Symbol> expected;
+    for (std::size_t n = 0; n < states; ++n) expected.push_back(force_symbol(e, about(n), q));
+    std::atomic<int> wrong = 0;
+    Threads(4).for_chunks(calls, 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n)
+            if (force_symbol(e, about(n), q) != expected[n % states]) ++wrong;
+    });
+    EXPECT_EQ(wrong, 0);  // the same operations: equal to the bit
 }
 
 }  // namespace
