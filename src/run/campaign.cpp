@@ -109,10 +109,11 @@ private:
         tend();
         if (!is_new_ && Clock::now() - gathered_ < second_look) return std::nullopt;  // nothing was found a moment ago
         std::vector<std::string> group = gather();
-        // Before the work, but where that takes less time than the look: then a unit of another process may be computed
-        // twice, for the same result.
+        // Before the work, unless the look takes more than a twentieth of its time and the last one was a moment ago:
+        // then a unit of another process may be computed twice, for the same result.
         constexpr int rare = 20;
-        const bool is_cheap = rare * reading_ < std::chrono::duration<double>(mean_seconds() * double(group.size()));
+        const bool is_cheap =
+            rare * reading_ < std::chrono::duration<double>(mean_seconds() * static_cast<double>(group.size()));
         if (!group.empty() && (is_cheap || Clock::now() - refreshed_ > second_look)) {
             refresh();
             std::erase_if(group, [this](const std::string& key) {

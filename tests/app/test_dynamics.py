@@ -1,7 +1,7 @@
 """tests/app/test_dynamics.py: the measured S(q, omega) against exact solutions and the linear theory."""
 import numpy
 import pytest
-from support import SMALL
+from support import MODELS, SMALL
 
 import drover
 
@@ -59,3 +59,9 @@ def test_what_cannot_be_computed_is_a_sentence(changes, sentence, tmp_path):
     with drover.Scene.from_dict({**SMALL, "output.frame_every": 1.0}).run(tmp_path / "small.h5") as run, \
             pytest.raises(drover.Error, match=sentence):
         drover.dynamic_structure_factor(run, **{"field": "rod_density", "segments": 2, "begin": 0.0, **changes})
+
+
+def test_a_run_of_particles_is_none_of_fields(tmp_path):
+    scene = drover.Scene.load(MODELS / "bead-gas.toml").set({"time.end": 0.01, "output.frame_every": 0.0})
+    with scene.run(tmp_path / "gas.h5") as run, pytest.raises(drover.Error, match="expected one of fields"):
+        drover.dynamic_structure_factor(run, "rod_density")

@@ -29,6 +29,8 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     if along not in ("x", "y"):
         raise ArgumentError(f'along = "{along}"; expected "x" or "y"')
     fields = [name for name, values in run.frames.data_vars.items() if {"x", "y"} <= set(values.dims)]
+    if not fields:
+        raise ArgumentError(f"{run.path} is a run of particles; expected one of fields")
     if field not in fields:
         raise ArgumentError(f'field = "{field}"; expected one of the fields of the run: {", ".join(fields)}')
     frames, interval = frames_on_schedule(run, begin)

@@ -18,6 +18,7 @@ from drover.archive import loaded
 from drover.error import Error, status_of
 from drover.moments import run_of
 from drover.new_file import part_of, write
+from drover.pictures import block_values
 from drover.progress import Progress
 from drover.roles import chosen, has_own_fields
 from drover.text import printable, scene_name
@@ -293,12 +294,6 @@ def map_shown(figure, run, density, sampled, label):
         arrows.set_UVC(*directions(frame))
         axes.set_title(f"{title_of(run)}   $t$ = {frame['time']:.4g} s", loc="left")
     return show
-
-
-def block_values(array, steps):
-    """Averages (y, x) over blocks of steps[0] by steps[1] points."""
-    rows, columns = (count // step * step for count, step in zip(array.shape, steps))
-    return array[:rows, :columns].reshape(rows // steps[0], steps[0], -1, steps[1]).mean(axis=(1, 3))
 
 
 def particles_shown(figure, run, frames):
