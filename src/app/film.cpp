@@ -11,10 +11,12 @@ void add_film(CLI::App& program, Action& action) {
                field = std::make_shared<std::string>();
     const auto every = std::make_shared<int>(1), rate = std::make_shared<int>(25);
     CLI::App* command =
-        program.add_subcommand("film", "Make a film (.mp4) of a run of fields or particles; needs python3 and ffmpeg");
+        program.add_subcommand("film",
+                               "Make a film (.mp4, .gif) of a run of fields or particles; needs python3 and ffmpeg");
     command->add_option("archive", *archive, "Archive of a run")->required();
     command->add_option("-o,--output", *output,
-                        "Film to write, such as flock.mp4, which is replaced; default: the name of the archive");
+                        "Film to write, such as flock.mp4 or flock.gif, which is replaced, or flock.png for a numbered "
+                        "picture of each frame; default: the name of the archive with .mp4");
     command->add_option("--every", *every, "Show every k-th frame, starting with the first")
         ->check(CLI::Range(1, 1000000000));
     command->add_option("--field", *field, "Of a scene with fields of its own: the field to show; default: all");

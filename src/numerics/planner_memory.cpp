@@ -14,7 +14,7 @@ namespace drover::numerics {
 namespace {
 constexpr std::size_t alignment = 64;  // at least that of FFTW's own
 
-/// The head of a block of memory.  One that was used stays: FFTW may keep tables in it.
+/// The head of a block of memory.  One that was used is kept for good: FFTW may keep tables in it.
 struct alignas(alignment) Block {
     Block* before;
     std::size_t size, used = sizeof(Block);
@@ -27,8 +27,9 @@ struct alignas(alignment) Block {
 };
 
 // Globals, since FFTW's planner is one.
-std::atomic<Block*> newest = nullptr;
+std::atomic<Block*> kept = nullptr;  // read by any thread, at any time
 std::atomic<std::thread::id> planning_thread;
+Block* current = nullptr;  // of that thread alone: another one must not look into what it may free
 
 void* take(Block& block, std::size_t size) {
     size = (size + alignment - 1) / alignment * alignment;
@@ -44,19 +45,22 @@ PlannerMemory::PlannerMemory(std::size_t length) {
     const std::size_t size = (std::size_t{1} << 20) + 512 * length;
     void* const memory = ::memalign(alignment, size);
     if (memory == nullptr) throw std::bad_alloc();
-    newest = new (memory) Block{.before = newest, .size = size};
+    current = new (memory) Block{.before = nullptr, .size = size};
     planning_thread = std::this_thread::get_id();
 }
 
 PlannerMemory::~PlannerMemory() {
     planning_thread = std::thread::id();
-    if (was_short()) return;
-    Block* const unused = newest;
-    newest = unused->before;
-    std::free(unused);
+    if (was_short()) {
+        current->before = kept;
+        kept = current;
+    } else {
+        std::free(current);
+    }
+    current = nullptr;
 }
 
-bool PlannerMemory::was_short() const { return newest.load()->used > sizeof(Block); }
+bool PlannerMemory::was_short() const { return current->used > sizeof(Block); }
 
 }  // namespace drover::numerics
 
@@ -69,12 +73,13 @@ void* fftw_kernel_malloc(std::size_t size) {
     using namespace drover::numerics;
     if (void* const memory = ::memalign(alignment, size)) return memory;
     if (planning_thread.load() != std::this_thread::get_id()) throw std::bad_alloc();
-    return take(*newest, size);
+    return take(*current, size);
 }
 
 void fftw_kernel_free(void* memory) {
     using namespace drover::numerics;
-    for (Block* block = newest; block != nullptr; block = block->before)
+    if (planning_thread.load() == std::this_thread::get_id() && current->holds(memory)) return;
+    for (Block* block = kept; block != nullptr; block = block->before)
         if (block->holds(memory)) return;
     std::free(memory);
 }

@@ -109,9 +109,12 @@ private:
         tend();
         if (!is_new_ && Clock::now() - gathered_ < second_look) return std::nullopt;  // nothing was found a moment ago
         std::vector<std::string> group = gather();
-        // At once, but where it takes long: then a unit of another process may be computed twice, for the same result.
+        // Before the work, unless the look takes more than a twentieth of its time and the last one was a moment ago:
+        // then a unit of another process may be computed twice, for the same result.
         constexpr int rare = 20;
-        if (!group.empty() && Clock::now() - refreshed_ > std::min<Clock::duration>(second_look, rare * reading_)) {
+        const bool is_cheap =
+            rare * reading_ < std::chrono::duration<double>(mean_seconds() * static_cast<double>(group.size()));
+        if (!group.empty() && (is_cheap || Clock::now() - refreshed_ > second_look)) {
             refresh();
             std::erase_if(group, [this](const std::string& key) {
                 if (is_over(key)) busy_.erase(key), released_.insert(key);
@@ -125,10 +128,12 @@ private:
         return groups_.size() - 1;
     }
 
+    /// Of a unit.
+    double mean_seconds() const { return ran_ > 0 ? ran_seconds_ / static_cast<double>(ran_) : group_seconds; }
+
     std::vector<std::string> gather() {
-        const double mean = ran_ > 0 ? ran_seconds_ / static_cast<double>(ran_) : group_seconds;
         const auto limit = static_cast<std::size_t>(
-            std::clamp(group_seconds / std::max(mean, 1e-9), 1.0, static_cast<double>(max_group)));
+            std::clamp(group_seconds / std::max(mean_seconds(), 1e-9), 1.0, static_cast<double>(max_group)));
         std::vector<std::string> group;
         std::map<std::string, HeldUnit> held;
         plan_.wanted([&](const std::string& key) {

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from support import slow_but
 
 FAULTS = Path(__file__).resolve().parents[1] / "faults"
 sys.path.insert(0, str(FAULTS))
@@ -17,7 +18,7 @@ SLOW = (("run:fsync", 2), ("calibrate:pread", 1), ("run:malloc", 16), ("film:wri
 
 
 @pytest.mark.skipif(not SHIM, reason="DROVER_SHIM is not set; ctest sets it")
-@pytest.mark.parametrize("only, most", [*FAST, *(pytest.param(*case, marks=pytest.mark.slow) for case in SLOW)])
+@pytest.mark.parametrize("only, most", slow_but([*FAST, *SLOW], *FAST))
 def test_a_command_survives_a_failing_call_and_the_next_one_ends_with_the_same_bytes(only, most):
     lines = []
     faults, failures = walk(SHIM, 0, only, lines.append, most)
@@ -27,11 +28,10 @@ def test_a_command_survives_a_failing_call_and_the_next_one_ends_with_the_same_b
 # Allocations that libraries do not survive: HDF5 recurses when its errors have no memory, and writes to a list that it
 # has freed; the iterator of the standard library and the TOML parser end the process.
 @pytest.mark.skipif(not SHIM, reason="DROVER_SHIM is not set; ctest sets it")
-@pytest.mark.parametrize("within, only, most", [
-    ("H5dont_atexit", "run:malloc", 2),
-    *(pytest.param(*case, marks=pytest.mark.slow) for case in (("H5F__accum_write", "restart:malloc", 16),
-                                                               ("directory_iterator", "sweep:malloc", 16),
-                                                               ("libtomlplusplus", "restart:malloc", 27)))])
+@pytest.mark.parametrize("within, only, most", slow_but([
+    ("H5dont_atexit", "run:malloc", 2), ("H5F__accum_write", "restart:malloc", 16),
+    ("directory_iterator", "sweep:malloc", 16), ("libtomlplusplus", "restart:malloc", 27),
+], ("H5dont_atexit", "run:malloc", 2)))
 def test_a_library_that_finds_no_memory_ends_a_command_with_a_sentence(within, only, most, monkeypatch):
     monkeypatch.setenv("DROVER_FAULT_WITHIN", within)
     lines = []

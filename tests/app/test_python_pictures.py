@@ -10,6 +10,7 @@ import matplotlib
 import numpy as np
 import pytest
 import xarray
+from matplotlib import image
 from pictures import covered, overlaps
 from support import MODELS, SMALL, drover as program, write_scene
 
@@ -216,7 +217,7 @@ def probed(path):
     words = ["ffprobe", "-v", "error", "-count_frames", "-show_entries",
              "stream=width,height,nb_read_frames,codec_name", "-of", "json", path]
     stream, = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)["streams"]
-    assert stream["codec_name"] == "h264"
+    assert stream["codec_name"] == {".mp4": "h264", ".gif": "gif"}[path.suffix]
     return stream["width"], stream["height"], int(stream["nb_read_frames"])
 
 
@@ -253,7 +254,27 @@ def test_the_program_makes_a_film_of_an_archive(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     assert "apt-get install ffmpeg" in program(tmp_path, "film", "flock.h5", status=2).stderr
     with pytest.raises(drover.Error, match="expected .mp4"):
-        drover.film(tmp_path / "flock.h5", tmp_path / "film.gif")
+        drover.film(tmp_path / "flock.h5", tmp_path / "film.avi")
+    program(tmp_path, "film", "flock.h5", "--every", "4", "--output", "still.png")  # without ffmpeg
+
+
+@needs_ffmpeg
+def test_a_gif_has_the_frames_of_a_film(tmp_path):
+    path = drover.film(fields().start(), tmp_path / "run.gif", every=0.5)
+    width, height, count = probed(path)
+    shown = pictures_of(path, width, height)
+    assert count == len(shown) == 5 and shown.std() > 10.0 and list(tmp_path.iterdir()) == [path]
+
+
+def test_pictures_of_the_frames_are_those_of_a_film(tmp_path, monkeypatch):
+    run = fields().start()
+    monkeypatch.setenv("PATH", "")  # without ffmpeg
+    assert drover.film(run, tmp_path / "run.png", every=0.5) == tmp_path / "run-*.png"
+    made = sorted(tmp_path.iterdir())
+    assert [path.name for path in made] == [f"run-000{number}.png" for number in range(5)]
+    shown = [image.imread(path) for path in made]
+    assert all(one.shape == shown[0].shape and one.std() > 0.04 for one in shown)
+    assert all(abs(one - other).max() > 0.2 for one, other in zip(shown, shown[1:]))  # the picture or its time
 
 
 @needs_ffmpeg

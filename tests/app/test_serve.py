@@ -156,6 +156,19 @@ def test_an_archive_is_shown_frame_by_frame(tmp_path):
         until(server, lambda now: now["frames"] == 13 and now["time"] == 60.0)
 
 
+def test_an_archive_that_is_lost_is_a_sentence_and_one_that_is_none_an_error(tmp_path):
+    path = tmp_path / "small.h5"
+    drover.Scene.from_dict({**SMALL, "time.end": 5.0}, "small.toml").run(path).close()
+    with served(shown.ShownArchive(path)) as server:
+        assert not state(server)["error"]
+        path.rename(tmp_path / "moved.h5")
+        assert "small.h5" in until(server, lambda now: now["error"])["error"]
+        (tmp_path / "moved.h5").rename(path)
+        until(server, lambda now: not now["error"] and now["time"] == 5.0)
+    with pytest.raises(drover.Error, match="none.h5"):
+        shown.ShownArchive(tmp_path / "none.h5")
+
+
 def test_bodies_lie_in_their_cell():
     scene = drover.Scene.load(MODELS / "paper-rod-in-beads.toml").set("time.end", 0.5)
     with served(shown.LiveRun(scene)) as server:

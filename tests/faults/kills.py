@@ -52,7 +52,7 @@ def storm(scenario, place, count, dice):
     start = time.monotonic()
     ended = run(whole, scenario.words)
     assert ended.returncode == 0, ended.stderr
-    duration, expected = time.monotonic() - start, scenario.bytes_in(whole)
+    duration, expected = time.monotonic() - start, scenario.bytes_in(whole, ended.stdout)
     shutil.rmtree(whole)
     hits, wrong = 0, []
     for number in range(count):
@@ -65,7 +65,7 @@ def storm(scenario, place, count, dice):
         again = run(folder, words)
         if again.returncode != 0 or "damaged" in again.stderr:
             wrong.append(f"kill {number}: {' '.join(words)} ends with {again.returncode}: {again.stderr[-300:]}")
-        elif scenario.bytes_in(folder) != expected:
+        elif scenario.bytes_in(folder, again.stdout) != expected:
             wrong.append(f"kill {number}: other bytes")
         shutil.rmtree(folder)
     return hits, wrong

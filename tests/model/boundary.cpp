@@ -90,7 +90,7 @@ TEST(ModelBoundary, OfPhaseSeparationIsThatOfTheLongestWaves) {
 
 // The order p.p = m drives phi where k > m; without order, m < 0, there is no such line.  The turn of the order, which
 // neither grows nor decays, is no instability.
-TEST(ModelBoundary, OfAnOrderedStateIsNoPlaceOfItsFreeDirection) {
+TEST(ModelBoundaryLong, OfAnOrderedStateIsNoPlaceOfItsFreeDirection) {
     Threads threads(1);
     const Model model{.fields = {spin(1, "p", "(m - p.p - phi^2) p + lap p"),
                                  scalar("phi", "(k - p.p) phi - phi^3 + lap phi")},

@@ -1,11 +1,14 @@
 // tests/numerics/transform.cpp: transforms against their definition, and the dealiasing of each axis.
 #include "drover/numerics/transform.hpp"
 
+#include <fftw3.h>
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numbers>
+#include <thread>
 
 #include "drover/base/random.hpp"
 
@@ -227,6 +230,28 @@ TEST(Transform, an_invalid_grid_is_rejected) {
     Threads threads(1);
     for (const Grid grid : {Grid{2, 8, 1, 1}, Grid{7, 8, 1, 1}, Grid{8, 8, 0, 1}, Grid{8, 8, 1, -1}})
         EXPECT_ANY_THROW(Transform(grid, 1, threads));
+}
+
+// What one thread frees of FFTW's memory is looked up while others plan: a block that they free must not be read.
+TEST(Transform, may_be_made_while_other_threads_free_memory_of_fftw) {
+    std::atomic<bool> stops = false;
+    std::vector<std::thread> threads;
+    for (int thread = 0; thread < 3; ++thread)
+        threads.emplace_back([&stops] {
+            while (!stops) fftw_free(fftw_malloc(64));
+        });
+    Threads one(1);
+    for (int k = 0; k < 2000; ++k) {
+        const Grid grid{.nx = 16 + 2 * (k % 5), .ny = 16, .lx = 1.0, .ly = 1.0};
+        const Fields fields = random_fields(grid, 1);
+        Spectra spectra(grid, 1);
+        Transform(grid, 1, one).forward(fields, spectra);
+        double sum = 0.0;
+        for (const double value : fields.values) sum += value;
+        EXPECT_NEAR(spectra[0][0].real(), sum / static_cast<double>(points(grid)), 1e-14);  // rounding
+    }
+    stops = true;
+    for (std::thread& thread : threads) thread.join();
 }
 
 }  // namespace

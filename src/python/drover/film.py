@@ -3,6 +3,7 @@
     python3 -P -m drover.film ARCHIVE [--output MP4] [--rate N] [--every N]
 """
 import argparse
+import io
 import os
 import shutil
 import signal
@@ -16,7 +17,8 @@ import numpy
 from drover.archive import loaded
 from drover.error import Error, status_of
 from drover.moments import run_of
-from drover.new_file import part_of
+from drover.new_file import part_of, write
+from drover.pictures import block_values
 from drover.progress import Progress
 from drover.roles import chosen, has_own_fields
 from drover.text import printable, scene_name
@@ -25,11 +27,18 @@ DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the pictur
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WHEEL = 0.9                  # inches
 MAP_EDGE, MAP_ROOM = 0.62, (1.72, 0.85)  # inches left of a map; for all that is not the map, across and upwards
+# What ffmpeg is told of the film; a .gif has one palette, of the colours of all pictures.
+CODECS = {".mp4": ["-c:v", "libx264", "-preset", "fast", "-crf", "20", "-pix_fmt", "yuv420p", "-movflags",
+                   "+faststart", "-f", "mp4"],
+          ".gif": ["-filter_complex", "split[a][b];[a]palettegen[c];[b][c]paletteuse=dither=none", "-f", "gif"]}
 SAMPLED = 24                 # frames that set the colours and the scale of arrows
 
 
 def film(run, output, *, every=None, rate=25, field=None, progress=None):
-    """Writes a film (.mp4) of a run of fields or particles; returns its path.
+    """Writes a film (.mp4 or .gif) of a run of fields or particles; returns its path.
+
+    With .png it writes a numbered picture for each frame, flock-0000.png, ..., without ffmpeg; returns the pattern of
+    their names, flock-*.png.
 
     `run` is the path of an archive, an open run, or a run in memory, which then advances to time.end: with a picture
     `every` so many seconds of the run (of an archive: every so many frames).  `rate` is the number of pictures per
@@ -49,21 +58,42 @@ def film(run, output, *, every=None, rate=25, field=None, progress=None):
     canvas.draw()
     width, height = canvas.get_width_height()
     progress = Progress(0, len(frames), progress)
-    with part_of(output) as part, Encoder(output, part, width, height, rate) as encoder:
+
+    def draw(take):
         for number, frame in enumerate(frames):
             show(frame)
             canvas.draw()
-            encoder.write(bytes(canvas.buffer_rgba()))
+            take(number, canvas.buffer_rgba())
             progress.report(number + 1, f"frame {number + 1} of {len(frames)}")
+
+    if output.suffix == ".png":
+        draw(lambda number, picture: write_picture(numbered(output, number, len(frames)), picture))
+        output = output.with_name(f"{output.stem}-*.png")
+    else:
+        with part_of(output) as part, Encoder(output, part, width, height, rate) as encoder:
+            draw(lambda _, picture: encoder.write(bytes(picture)))
     progress.close()
     return output
 
 
+def numbered(output, number, count):
+    """flock-0007.png of flock.png; more digits where there are more pictures."""
+    return output.with_name(f"{output.stem}-{number:0{max(4, len(str(count - 1)))}}.png")
+
+
+def write_picture(path, picture):
+    from matplotlib.image import imsave
+    stream = io.BytesIO()
+    imsave(stream, numpy.asarray(picture), format="png")
+    write(path, stream.getvalue())
+
+
 def check_output(output):
-    if output.suffix != ".mp4":
-        raise Error(f'{output}: the extension "{output.suffix}" is not supported; expected .mp4')
-    if shutil.which("ffmpeg") is None:
-        raise Error("ffmpeg is not installed; a film needs it: apt-get install ffmpeg")
+    if output.suffix not in (*CODECS, ".png"):
+        raise Error(f'{output}: the extension "{output.suffix}" is not supported; expected .mp4, .gif or .png')
+    if output.suffix in CODECS and shutil.which("ffmpeg") is None:
+        raise Error("ffmpeg is not installed; a film needs it: apt-get install ffmpeg, or choose .png: a numbered "
+                    "picture for each frame")
 
 
 class Encoder:
@@ -72,9 +102,7 @@ class Encoder:
     def __init__(self, output, part, width, height, rate):
         self.output = output
         words = ["ffmpeg", "-loglevel", "error", "-xerror", "-y", "-f", "rawvideo", "-pixel_format", "rgba",
-                 "-video_size", f"{width}x{height}", "-framerate", str(rate), "-i", "-", "-c:v",
-                 "libx264", "-preset", "fast", "-crf", "20",
-                 "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4",
+                 "-video_size", f"{width}x{height}", "-framerate", str(rate), "-i", "-", *CODECS[output.suffix],
                  f"file:{part}"]  # its name may have a colon
         # A signal while ffmpeg is started would leave it behind: it waits, and raises its exception afterwards.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, STOPPING)
@@ -268,12 +296,6 @@ def map_shown(figure, run, density, sampled, label):
     return show
 
 
-def block_values(array, steps):
-    """Averages (y, x) over blocks of steps[0] by steps[1] points."""
-    rows, columns = (count // step * step for count, step in zip(array.shape, steps))
-    return array[:rows, :columns].reshape(rows // steps[0], steps[0], -1, steps[1]).mean(axis=(1, 3))
-
-
 def particles_shown(figure, run, frames):
     """Draws bodies from above: beads as discs, rods as outlines coloured by their direction."""
     from drover import particle_panels as panels
@@ -335,7 +357,8 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python3 -P -m drover.film", description="Makes a film of a run of fields or "
                                      "particles.")
     parser.add_argument("archive", type=Path, help="file written by drover run, such as flock.h5")
-    parser.add_argument("-o", "--output", type=Path, help="film (.mp4); default: the name of the archive with .mp4")
+    parser.add_argument("-o", "--output", type=Path, help="film (.mp4 or .gif), or .png for a numbered "
+                        "picture of each frame; default: the name of the archive with .mp4")
     parser.add_argument("--every", type=int, default=1, help="show every so many frames")
     parser.add_argument("--rate", type=int, default=25, help="pictures per second")
     parser.add_argument("--field", help="of a scene with fields of its own: the field to show; default: all")

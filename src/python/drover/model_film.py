@@ -4,6 +4,7 @@ import numpy
 from drover import model_panels as panels
 from drover.model_figure import columns_of, map_title
 from drover.panels import STEPS, nearest_divisor, refined_values
+from drover.pictures import block_values
 
 WIDTH, TITLE, EDGE, BAR = 7.2, 0.35, 0.6, 0.75   # inches: of the picture; above; left and below; colour bar and labels
 GAP = 0.1
@@ -95,13 +96,10 @@ def map_shown(axes, bar_axes, run, role, sampled):
     steps = [nearest_divisor(grid[count], side * grid[count] / grid[length]) for count, length in
              (("ny", "ly"), ("nx", "lx"))]
 
-    def blocks(array):
-        return array.reshape(grid["ny"] // steps[0], steps[0], -1, steps[1]).mean(axis=(1, 3))
-
-    x, y = (blocks(array) for array in numpy.meshgrid(run.frames["x"].values, run.frames["y"].values))
+    x, y = (block_values(array, steps) for array in numpy.meshgrid(run.frames["x"].values, run.frames["y"].values))
     length = 0.95 * min(steps[0] * grid["ly"] / grid["ny"], steps[1] * grid["lx"] / grid["nx"])
     def directions(frame):
-        return panels.directions_of(role, *(blocks(frame[name]) for name in role.components))
+        return panels.directions_of(role, *(block_values(frame[name], steps) for name in role.components))
 
     # One scale for the whole film.
     longest = max(float(numpy.hypot(*directions(frame)).max()) for frame in sampled) or 1.0

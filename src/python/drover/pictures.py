@@ -21,6 +21,12 @@ class Picture:
     units: dict = field(default_factory=dict)      # of each field
 
 
+def block_values(array, steps):
+    """Averages (y, x) over blocks of steps[0] by steps[1] points; points beyond the last whole block are left out."""
+    rows, columns = (count // step * step for count, step in zip(array.shape, steps))
+    return array[:rows, :columns].reshape(rows // steps[0], steps[0], -1, steps[1]).mean(axis=(1, 3))
+
+
 def reduced(array):
     """At most MAX_POINTS along each side: means over blocks where they divide the grid, else one point of each block.
 
@@ -35,8 +41,14 @@ def reduced(array):
     step = tuple(-(-size // MAX_POINTS) for size in array.shape)
     if any(size % width for size, width in zip(array.shape, step)):
         return array[::step[0], ::step[1]].copy(), step, False
-    rows, columns = (size // width for size, width in zip(array.shape, step))
-    return array.reshape(rows, step[0], columns, step[1]).mean(axis=(1, 3)), step, True
+    return block_values(array, step), step, True
+
+
+def picture_of(time, arrays, side, units):
+    """Of the fields or the bodies of a frame, arrays by name, with the units of the fields."""
+    if any(name in arrays for name in ("bead_position", "rod_position")):
+        return picture_of_bodies(time, arrays, side)
+    return picture_of_fields(time, arrays, side, units)
 
 
 def picture_of_fields(time, arrays, side, units):

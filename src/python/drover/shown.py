@@ -7,7 +7,7 @@ import numpy
 
 from drover.error import DroverError
 from drover.particles import is_of_particles, sides_of
-from drover.pictures import picture_of_bodies, picture_of_fields
+from drover.pictures import picture_of
 
 PICTURES_PER_SECOND = 5
 WATCHED = 2.0    # s after a page asked last: pictures are made for a page alone
@@ -44,18 +44,6 @@ class Shown:
 
     def close(self):
         """Ends what goes on."""
-
-
-def picture_of(frame, side):
-    if side is None:
-        return picture_of_bodies(frame.time, frame.arrays, numpy.diag(frame.box)[:2])
-    units = {name: about.get("units", "1") for name, (_, about) in frame._about[0].items()}
-    return picture_of_fields(frame.time, frame.arrays, side, units)
-
-
-def side_of(scene):
-    """Sides of the cell of a scene of fields [mm]; None for particles, whose frames know it."""
-    return None if scene.kind == "particles" else (scene["grid.lx"], scene["grid.ly"])
 
 
 def coefficients_of(scene):
@@ -150,8 +138,10 @@ class LiveRun(Shown):
         state = self._state()
         if not always and state == "running" and time.monotonic() - self.asked > WATCHED:
             return
-        picture = picture_of(self.run.frame, side_of(self.scene))
-        picture.time = self.time
+        frame = self.run.frame
+        side = (self.scene["grid.lx"], self.scene["grid.ly"]) if frame.box is None else numpy.diag(frame.box)[:2]
+        units = {name: about.get("units", "1") for name, (_, about) in frame._about[0].items()}
+        picture = picture_of(self.time, frame.arrays, side, units)
         observables = None
         now = time.monotonic()
         if always or state != "running" or now - self.sampled > SERIES:
@@ -174,7 +164,7 @@ class LiveRun(Shown):
             elif action == "set":
                 self._set(values)
             if self.run is not None:
-                self.publish(error="")
+                self.error = ""
                 self._show(always=True)
         except DroverError as error:
             self.publish(error=str(error))
@@ -209,10 +199,6 @@ class ShownArchive(Shown):
         self.refresh()
 
     @property
-    def time(self):
-        return self.picture.time if self.picture else 0.0
-
-    @property
     def progress(self):
         return (self.shown + 1) / max(self.frames, 1)
 
@@ -237,21 +223,21 @@ class ShownArchive(Shown):
             now = state_of(self.path), self.chosen
             if now == self.seen:
                 return
-            with open_run(self.path) as run:
-                self.frames = run.frames.sizes["time"]
-                self._read(run)
+            try:
+                with open_run(self.path) as run:
+                    self.frames = run.frames.sizes["time"]
+                    self._read(run)
+            except DroverError as error:
+                if self.seen is None:  # it could never be read
+                    raise
+                self.publish(error=str(error))
             self.seen = now
 
     def _read(self, run):
         last = self.frames - 1
         self.shown = last if self.chosen is None else int(numpy.clip(self.chosen, 0, last))
         frame = run.frames.isel(time=self.shown).load()
-        time_here = float(frame["time"])
-        arrays = {name: values.values for name, values in frame.data_vars.items()}
-        if is_of_particles(run.scene):
-            picture = picture_of_bodies(time_here, arrays, sides_of(run))
-        else:
-            grid = run.scene["grid"]
-            units = {name: values.attrs.get("units", "1") for name, values in frame.data_vars.items()}
-            picture = picture_of_fields(time_here, arrays, (grid["lx"], grid["ly"]), units)
-        self.publish(picture, run.observables.load(), "ended" if run.summary is not None else "running")
+        side = sides_of(run) if is_of_particles(run.scene) else [run.scene["grid"][name] for name in ("lx", "ly")]
+        picture = picture_of(float(frame["time"]), {name: values.values for name, values in frame.data_vars.items()},
+                             side, {name: values.attrs.get("units", "1") for name, values in frame.data_vars.items()})
+        self.publish(picture, run.observables.load(), "ended" if run.summary is not None else "running", error="")

@@ -266,7 +266,6 @@ class Simulation:
             dataset[name] = own.assign_attrs(units=unit, long_name=name.replace("_", " "))
         return dataset
 
-
     @property
     def summary(self):
         """Means of the samples so far with errors and linear theory, as the summary of an archive: a Dataset.

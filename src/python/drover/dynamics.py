@@ -1,0 +1,100 @@
+"""drover/dynamics.py: the dynamic structure factor of a run of fields, as linear theory defines it."""
+import numpy
+
+from drover.archive import loaded
+from drover.attributes import about
+from drover.error import ArgumentError, Error
+
+NUMBERS_AT_ONCE = 1 << 22
+OVERLAP_LOSS = 1.0 + 2.0 / 36.0  # of the variance of means over segments that overlap by half, with windows of Hann
+
+
+def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segments=8):
+    """S(q, omega) of one field of a run, a Dataset over wavenumber and frequency.
+
+    The integral over omega/(2 pi) of S(q, omega) is S(q), and a wave exp(i q x - i omega t) is at q and omega, as in
+    `drover stability`.  `run`: an open archive of fields; `field`: one of run.frames, such as "rod_density".  q lies
+    along "x" or "y", with 1 to `modes` waves in the cell.  Frames from `begin` [s] (default: the second half) are cut
+    into `segments` that overlap by half (Welch's method, windows of Hann); the standard error, `..._error`, is that of
+    their scatter.  Frequencies go to pi over the interval of the frames: faster waves appear at lower ones.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 200.0},
+    ...                          "relaxation": {"rate": 1.0}, "noise": {"order": 0.1}, "output": {"frame_every": 0.2}})
+    >>> with scene.run("waves.h5") as run:
+    ...     found = dynamic_structure_factor(run, "polar_order_x")
+    >>> dict(found.sizes)
+    {'wavenumber': 1, 'frequency': 111}
+    """
+    if along not in ("x", "y"):
+        raise ArgumentError(f'along = "{along}"; expected "x" or "y"')
+    fields = [name for name, values in run.frames.data_vars.items() if {"x", "y"} <= set(values.dims)]
+    if not fields:
+        raise ArgumentError(f"{run.path} is a run of particles; expected one of fields")
+    if field not in fields:
+        raise ArgumentError(f'field = "{field}"; expected one of the fields of the run: {", ".join(fields)}')
+    frames, interval = frames_on_schedule(run, begin)
+    length = 2 * len(frames) // (segments + 1)
+    if segments < 2 or length < 8:
+        raise ArgumentError(f"{len(frames)} frames in {segments} segments; expected 2 segments or more of 8 frames or "
+                            "more: choose fewer, an earlier begin, or a run with more frames")
+    points = run.frames.sizes[along]
+    if not 1 <= modes < (points + 1) // 2:
+        raise ArgumentError(f"modes = {modes}; expected 1 to {(points - 1) // 2}, half the points along {along}")
+    values = numpy.concatenate([amplitudes(run, field, along, modes, part) for part in parts_of(run, field, frames)])
+    side = run.scene["grid"][f"l{along}"]
+    area = run.scene["grid"]["lx"] * run.scene["grid"]["ly"]
+    powers = segment_powers(values * area, length, interval) / area
+    frequency = 2.0 * numpy.pi * numpy.fft.fftshift(numpy.fft.fftfreq(length, interval))
+    return dataset(run.frames[field], 2.0 * numpy.pi / side * numpy.arange(1, modes + 1), frequency, powers)
+
+
+def frames_on_schedule(run, begin):
+    """Numbers of the frames from a time on, and their interval [s]; the last frame may be off the schedule."""
+    times = run.frames.time.values
+    if len(times) < 3:
+        raise Error(f"{run.path} has {len(times)} frames; expected a run with output.frame_every > 0")
+    interval = times[1] - times[0]
+    kept = numpy.isclose(times, interval * numpy.arange(len(times)), rtol=0.0, atol=1e-6 * interval)
+    kept &= times >= (0.5 * times[-1] if begin is None else begin)
+    return numpy.flatnonzero(kept), interval
+
+
+def parts_of(run, field, frames):
+    """Slices of successive frames that are read at once."""
+    size = run.frames[field].isel(time=0).size
+    count = max(1, NUMBERS_AT_ONCE // size)
+    return [slice(first, min(first + count, frames[-1] + 1)) for first in range(frames[0], frames[-1] + 1, count)]
+
+
+def amplitudes(run, field, along, modes, frames):
+    """Means of the field times exp(-i q x) over the cell, for 1 to `modes` waves: (frame, mode)."""
+    values = loaded(run.frames[field].isel(time=frames), run.path).mean("y" if along == "x" else "x").values
+    return numpy.fft.fft(values)[:, 1:modes + 1] / values.shape[1]
+
+
+def segment_powers(values, length, interval):
+    """|int a exp(i omega t) dt|^2 over the time, of each segment: (segment, mode, frequency)."""
+    window = numpy.hanning(length + 1)[:-1]
+    scale = interval / (window ** 2).sum()
+    parts = []
+    for first in range(0, len(values) - length + 1, length // 2):
+        part = values[first:first + length]
+        part = (part - values.mean(axis=0)) * window[:, None]
+        waves = numpy.fft.ifft(part, axis=0) * length  # exp(+i omega t)
+        parts.append(scale * numpy.abs(numpy.fft.fftshift(waves, axes=0).T) ** 2)
+    return numpy.array(parts)
+
+
+def dataset(array, wavenumber, frequency, powers):
+    import xarray
+    name = f"dynamic_structure_factor_{array.name}"
+    unit = array.attrs.get("units", "1")
+    units = "mm2 s" if unit == "1" else f"({unit})^2 mm2 s"
+    error = numpy.sqrt(OVERLAP_LOSS * powers.var(axis=0, ddof=1) / len(powers))
+    dims = ("wavenumber", "frequency")
+    return xarray.Dataset(
+        {name: (dims, powers.mean(axis=0), about(name, units, "S(q, omega)")),
+         f"{name}_error": (dims, error, about(f"{name}_error", units, f"standard error of {name}"))},
+        {"wavenumber": ("wavenumber", wavenumber, about("wavenumber", "mm-1", "wavenumber |q|")),
+         "frequency": ("frequency", frequency, about("frequency", "s-1", "angular frequency omega"))})
